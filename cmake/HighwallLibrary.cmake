@@ -1,0 +1,25 @@
+# highwall_warnings(target): the project's warnings, errors only where CI asks for it.
+function(highwall_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow)
+  if(HIGHWALL_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  target_compile_definitions(${target} PRIVATE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
+endfunction()
+
+# highwall_library(name HEADERS ... SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
+# One module: target highwall_<name>, alias highwall::<name>, installed with its headers in the
+# export set highwallTargets and the install component <name>.
+function(highwall_library name)
+  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
+  add_library(highwall_${name} ${ARG_SOURCES})
+  add_library(highwall::${name} ALIAS highwall_${name})
+  target_sources(highwall_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ARG_HEADERS})
+  target_compile_features(highwall_${name} PUBLIC cxx_std_20)
+  target_link_libraries(highwall_${name} PUBLIC ${ARG_PUBLIC_LINK} PRIVATE ${ARG_PRIVATE_LINK})
+  set_target_properties(highwall_${name} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION})
+  highwall_warnings(highwall_${name})
+  install(TARGETS highwall_${name} EXPORT highwallTargets
+          RUNTIME COMPONENT ${name} LIBRARY COMPONENT ${name} ARCHIVE COMPONENT ${name}
+          FILE_SET HEADERS COMPONENT ${name})
+endfunction()

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace highwall::internal {
+
+// Eigen's alignment, and with it the layout of every struct that holds a fixed-size matrix, follows
+// the machine flags of a translation unit (-mavx, -march=native). Core defines this symbol for the
+// alignment that it was built with, and every user of a core header refers to the one of its own
+// flags: a mismatch is an undefined reference to EigenAlignment<32>::kSameAsCore at link time
+// instead of a crash at run time. Build both with the same flags.
+template <int kMaxAlignBytes>
+struct EigenAlignment {
+  static const int kSameAsCore;
+};
+template <>
+const int EigenAlignment<EIGEN_MAX_ALIGN_BYTES>::kSameAsCore;
+
+[[gnu::used]] static const int* const eigen_alignment_guard =
+    &EigenAlignment<EIGEN_MAX_ALIGN_BYTES>::kSameAsCore;
+
+}  // namespace highwall::internal

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <highwall/core/abi.h>
+
+namespace highwall {
+
+// A pinhole camera with radial-tangential distortion (Brown 1966; the model of OpenCV):
+//   m = (x/z, y/z),  r2 = |m|^2,  (u, v) = (fx m'_x + cx, fy m'_y + cy),
+//   m'_x = m_x (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 m_x m_y + p2 (r2 + 2 m_x^2),
+//   m'_y = m_y (1 + k1 r2 + k2 r2^2 + k3 r2^3) + p1 (r2 + 2 m_y^2) + 2 p2 m_x m_y.
+// Pixel centres have integer coordinates. Camera axes: x right, y down, z forward.
+struct PinholeCamera {
+  int width = 640;                // [px] > 0
+  int height = 480;               // [px] > 0
+  double fx = 525.0, fy = 525.0;  // [px] > 0
+  double cx = 319.5, cy = 239.5;  // [px]
+  double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0, k3 = 0.0;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+
+  bool HasDistortion() const;
+  // The same intrinsics without distortion: the camera of undistorted pixel coordinates.
+  PinholeCamera WithoutDistortion() const;
+
+  // m -> m'. dm: the 2 x 2 Jacobian dm'/dm, where not null.
+  Eigen::Vector2d Distort(const Eigen::Vector2d& m, Eigen::Matrix2d* dm = nullptr) const;
+  // m' -> m by Newton's method, to 1e-12 inside the image of a usable lens; where the model folds
+  // over (far outside of the image) the result is the best point found.
+  Eigen::Vector2d Undistort(const Eigen::Vector2d& m_distorted) const;
+
+  // Pixel (u, v) of p_C [m], distortion included; requires p_C.z() > 0 (not checked).
+  // duv_dp_C: 2 x 3 Jacobian, where not null.
+  Eigen::Vector2d Project(const Eigen::Vector3d& p_C,
+                          Eigen::Matrix<double, 2, 3>* duv_dp_C = nullptr) const;
+  // The point at depth z [m] behind pixel uv, distortion removed.
+  Eigen::Vector3d Unproject(const Eigen::Vector2d& uv, double z) const;
+  // Pixel -> pixel of the camera WithoutDistortion().
+  Eigen::Vector2d UndistortPixel(const Eigen::Vector2d& uv) const;
+
+  // Inside [0, width - 1] x [0, height - 1] shrunk by `margin` pixels.
+  bool Contains(const Eigen::Vector2d& uv, double margin = 0.0) const;
+};
+
+// The virtual right camera V (METHOD.md, section 3; paper section 3.3): `baseline` metres to the
+// right of C, so that depth z becomes the disparity u - u_R = fx baseline / z.
+struct VirtualRightCamera {
+  double fx = 525.0;       // [px] > 0
+  double baseline = 0.08;  // [m] > 0; it scales disparity and its sigma alike
+
+  double Disparity(double z) const { return fx * baseline / z; }
+  double Depth(double disparity) const { return fx * baseline / disparity; }
+};
+
+}  // namespace highwall

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace highwall {
+
+// An argument, an option or a block that breaks a documented precondition. The message says which
+// one, its value where it helps, and the place in the source that checked it.
+class InvalidArgument : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+// A file that is missing, unreadable or malformed: "path: what", or "path:line: what" where a line
+// is to blame. Never thrown for a result that is merely empty.
+class IoError : public std::runtime_error {
+ public:
+  IoError(const std::filesystem::path& path, const std::string& what);
+  // line: counted from 1.
+  IoError(const std::filesystem::path& path, std::int64_t line, const std::string& what);
+};
+
+namespace internal {
+[[noreturn]] void ThrowInvalidArgument(const char* file, int line, const char* condition,
+                                       const std::string& message);
+}  // namespace internal
+
+}  // namespace highwall
+
+// Throws highwall::InvalidArgument with file, line, message and condition unless `condition` holds.
+#define HIGHWALL_REQUIRE(condition, message)                                                 \
+  do {                                                                                       \
+    if (!(condition)) {                                                                      \
+      ::highwall::internal::ThrowInvalidArgument(__FILE__, __LINE__, #condition, (message)); \
+    }                                                                                        \
+  } while (false)

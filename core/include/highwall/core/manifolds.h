@@ -1,0 +1,78 @@
+#pragma once
+
+#include <ceres/manifold.h>
+#include <Eigen/Core>
+
+#include <highwall/core/abi.h>
+
+namespace highwall {
+
+// Pose block:  double[7] = [ p_x p_y p_z | q_x q_y q_z q_w ]   (class Pose)
+// Tangent:     double[6] = [ dp | dtheta ],   p <- p + dp,   R <- R Exp(dtheta).
+//
+// Ceres' own quaternion manifolds step on the left with half angles; this one is the step in which
+// every factor, prior and covariance of Highwall is expressed.
+class PoseManifold final : public ceres::Manifold {
+ public:
+  static constexpr int kAmbientSize = 7;
+  static constexpr int kTangentSize = 6;
+
+  int AmbientSize() const override { return kAmbientSize; }
+  int TangentSize() const override { return kTangentSize; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+  // Factors differentiate in the tangent space and call this once per pose block: it writes the
+  // row-major ambient Jacobian J (kRows x 7) with J * PlusJacobian(x) == tangent_jacobian.
+  template <int kRows>
+  static void Lift(const double* x, const Eigen::Matrix<double, kRows, 6>& tangent_jacobian,
+                   double* ambient_jacobian) {
+    const Eigen::Matrix<double, 3, 4> lift = RotationLift(x + 3);
+    Eigen::Map<Eigen::Matrix<double, kRows, 7, Eigen::RowMajor>> out(ambient_jacobian);
+    out.template leftCols<3>() = tangent_jacobian.template leftCols<3>();
+    out.template rightCols<4>().noalias() =
+        (tangent_jacobian.template rightCols<3>() * lift).eval();
+  }
+
+  // d(Log(q^-1 y))/dy at y = q, for q = [x y z w]: the rotation part of MinusJacobian.
+  static Eigen::Matrix<double, 3, 4> RotationLift(const double* q) {
+    const double x = 2.0 * q[0], y = 2.0 * q[1], z = 2.0 * q[2], w = 2.0 * q[3];
+    Eigen::Matrix<double, 3, 4> m;
+    m << w, z, -y, -x,  //
+        -z, w, x, -y,   //
+        y, -x, w, -z;
+    return m;
+  }
+};
+
+// Orthonormal line block (Bartoli, Sturm 2005, "Structure-from-motion using lines", section 4.1):
+//              double[6] = [ q_x q_y q_z q_w | w_1 w_2 ]   (class OrthonormalLine), U = R(q)
+// Tangent:     double[4] = [ dtheta (3) | dphi ],  U <- U Exp(dtheta),  W <- W R2(dphi),
+// where R2 is the rotation of the plane and W = [w_1 -w_2; w_2 w_1].
+class LineManifold final : public ceres::Manifold {
+ public:
+  static constexpr int kAmbientSize = 6;
+  static constexpr int kTangentSize = 4;
+
+  int AmbientSize() const override { return kAmbientSize; }
+  int TangentSize() const override { return kTangentSize; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+  // As PoseManifold::Lift: J (kRows x 6, row major) with J * PlusJacobian(x) == tangent_jacobian.
+  template <int kRows>
+  static void Lift(const double* x, const Eigen::Matrix<double, kRows, 4>& tangent_jacobian,
+                   double* ambient_jacobian) {
+    const Eigen::Matrix<double, 3, 4> lift = PoseManifold::RotationLift(x);
+    Eigen::Map<Eigen::Matrix<double, kRows, 6, Eigen::RowMajor>> out(ambient_jacobian);
+    out.template leftCols<4>().noalias() = (tangent_jacobian.template leftCols<3>() * lift).eval();
+    out.col(4) = -x[5] * tangent_jacobian.col(3);
+    out.col(5) = x[4] * tangent_jacobian.col(3);
+  }
+};
+
+}  // namespace highwall

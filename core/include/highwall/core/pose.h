@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <highwall/core/abi.h>
+
+namespace highwall {
+
+// A rigid transform T_AB, p_A = R_AB p_B + p_AB: the pose of frame B in frame A.
+//
+// Seven contiguous doubles [p_x p_y p_z q_x q_y q_z q_w] (metres, unit Hamilton quaternion): the
+// order of a TUM trajectory line, and a Ceres parameter block under PoseManifold as it stands.
+class Pose {
+ public:
+  static constexpr int kSize = 7;
+
+  Pose() : data_{0, 0, 0, 0, 0, 0, 1} {}
+  // q_AB is normalised. Throws InvalidArgument if an argument is not finite or q_AB is zero.
+  Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB);
+
+  static Pose Identity() { return Pose(); }
+  // T: rigid; its rotation is brought to the nearest unit quaternion. Throws as above.
+  static Pose FromMatrix(const Eigen::Matrix4d& T);
+  // [p q] as stored; normalised. Throws as above.
+  static Pose FromBlock(const double* block);
+  // position + Exp(rotation vector).
+  static Pose FromTangent(const Eigen::Vector3d& p_AB, const Eigen::Vector3d& theta_AB);
+
+  Eigen::Vector3d p() const { return Eigen::Map<const Eigen::Vector3d>(data()); }
+  Eigen::Quaterniond q() const { return Eigen::Map<const Eigen::Quaterniond>(data() + 3); }
+  Eigen::Matrix3d R() const { return q().toRotationMatrix(); }
+  Eigen::Matrix4d Matrix() const;
+
+  double* data() { return data_.data(); }
+  const double* data() const { return data_.data(); }
+
+  // T_BA.
+  Pose Inverse() const;
+  // T_AC = T_AB * T_BC.
+  Pose operator*(const Pose& T_BC) const;
+  // p_A = T_AB * p_B.
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p_B) const;
+  // p <- p + d[0..2], R <- R Exp(d[3..5]): the retraction of PoseManifold.
+  Pose Plus(const Eigen::Matrix<double, 6, 1>& d) const;
+
+  // Rotation angle [rad], in [0, pi].
+  double Angle() const;
+  bool IsFinite() const;
+
+ private:
+  std::array<double, kSize> data_;
+};
+
+}  // namespace highwall
