@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+// Time stamps are int64 nanoseconds everywhere: a double holds a UNIX time in seconds to no better
+// than 0.2 microseconds, and two spellings of one stamp must compare equal.
+namespace highwall {
+
+using Stamp = std::int64_t;
+
+// "1305031102.175304" -> 1305031102175304000, exactly; digits beyond the ninth are cut. Accepts a
+// sign, a missing fraction and an exponent (the last through double). Empty for anything else.
+std::optional<Stamp> ParseStamp(std::string_view seconds);
+
+// The inverse, at least 6 and at most 9 decimals: "1305031102.175304".
+std::string FormatStamp(Stamp stamp);
+
+constexpr double ToSeconds(Stamp duration) {
+  return static_cast<double>(duration) * 1e-9;
+}
+Stamp FromSeconds(double seconds);
+
+}  // namespace highwall

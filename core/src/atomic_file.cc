@@ -1,0 +1,43 @@
+#include <highwall/core/atomic_file.h>
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <system_error>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+
+AtomicFile::AtomicFile(const std::filesystem::path& path)
+    : path_(path),
+      // The extension stays last: writers that choose a format by it must see it.
+      temporary_(path.parent_path() / ("." + path.stem().string() + "." +
+                                       std::to_string(::getpid()) + path.extension().string())) {
+  stream_.open(temporary_, std::ios::binary | std::ios::trunc);
+  if (!stream_) throw IoError(path, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+AtomicFile::~AtomicFile() {
+  if (committed_) return;
+  stream_.close();
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+}
+
+void AtomicFile::Commit() {
+  errno = 0;
+  stream_.close();
+  if (stream_.fail()) {
+    throw IoError(path_, std::string("could not be written whole: ") +
+                             (errno != 0 ? std::strerror(errno) : "write failed"));
+  }
+  std::error_code error;
+  std::filesystem::rename(temporary_, path_, error);
+  if (error) throw IoError(path_, "could not be put in place: " + error.message());
+  committed_ = true;
+}
+
+}  // namespace highwall
