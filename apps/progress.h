@@ -1,0 +1,35 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace highwall {
+
+// "label  120/798  15%  31.2/s  22 s left"; without a total: "label  120  31.2/s".
+std::string FormatProgress(const std::string& label, std::size_t done, std::size_t total,
+                           double elapsed_seconds);
+
+// One line on standard error that is rewritten in place during long work; nothing at all where
+// standard error is no terminal. The line is erased in the end.
+class Progress {
+ public:
+  // total: 0 if unknown.
+  Progress(std::string label, std::size_t total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // done: of total. Cheap: draws at most ten times a second.
+  void Update(std::size_t done);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string label_;
+  std::size_t total_;
+  bool enabled_;
+  Clock::time_point start_, drawn_;
+};
+
+}  // namespace highwall
