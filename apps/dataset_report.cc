@@ -151,12 +151,13 @@ DatasetReport InspectDataset(const std::filesystem::path& directory,
   if (sensor) options.depth_factor = sensor->depth_factor;
   const TumDataset dataset(directory, options);
 
-  DatasetReport report{.directory = directory,
-                       .colour = DescribeStamps(Stamps(dataset.colour_files())),
-                       .depth = DescribeStamps(Stamps(dataset.depth_files())),
-                       .frames = DescribeStamps(Stamps(dataset)),
-                       .depth_factor = options.depth_factor,
-                       .median_depth = dataset.median_depth()};
+  DatasetReport report;
+  report.directory = directory;
+  report.colour = DescribeStamps(Stamps(dataset.colour_files()));
+  report.depth = DescribeStamps(Stamps(dataset.depth_files()));
+  report.frames = DescribeStamps(Stamps(dataset));
+  report.depth_factor = options.depth_factor;
+  report.median_depth = dataset.median_depth();
   report.association_rate =
       static_cast<double>(report.frames.count) / static_cast<double>(report.colour.count);
 

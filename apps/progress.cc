@@ -33,9 +33,8 @@ std::string FormatProgress(const std::string& label, std::size_t done, std::size
   return line;
 }
 
-Progress::Progress(std::string label, std::size_t total)
+Progress::Progress(std::string label)
     : label_(std::move(label)),
-      total_(total),
       enabled_(::isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
       drawn_(start_) {}
@@ -44,13 +43,13 @@ Progress::~Progress() {
   if (enabled_) std::fputs(kEraseLine, stderr);
 }
 
-void Progress::Update(std::size_t done) {
+void Progress::Update(std::size_t done, std::size_t total) {
   constexpr std::chrono::milliseconds kInterval(100);
   const Clock::time_point now = Clock::now();
   if (!enabled_ || now - drawn_ < kInterval) return;
   drawn_ = now;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
-  std::fputs((kEraseLine + FormatProgress(label_, done, total_, elapsed)).c_str(), stderr);
+  std::fputs((kEraseLine + FormatProgress(label_, done, total, elapsed)).c_str(), stderr);
   std::fflush(stderr);
 }
 

@@ -14,20 +14,18 @@ std::string FormatProgress(const std::string& label, std::size_t done, std::size
 // standard error is no terminal. The line is erased in the end.
 class Progress {
  public:
-  // total: 0 if unknown.
-  Progress(std::string label, std::size_t total);
+  explicit Progress(std::string label);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // done: of total. Cheap: draws at most ten times a second.
-  void Update(std::size_t done);
+  // total: 0 if unknown. Cheap: draws at most ten times a second.
+  void Update(std::size_t done, std::size_t total = 0);
 
  private:
   using Clock = std::chrono::steady_clock;
 
   std::string label_;
-  std::size_t total_;
   bool enabled_;
   Clock::time_point start_, drawn_;
 };

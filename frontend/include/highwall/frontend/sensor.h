@@ -10,7 +10,7 @@ namespace highwall {
 
 // An RGB-D camera whose depth image is registered to its colour image: one pinhole for both.
 struct RgbdSensor {
-  PinholeCamera camera;
+  PinholeCamera camera{};
   double depth_factor = 5000.0;  // [1/m] > 0: the stored depth value that stands for one metre
 
   // Throws InvalidArgument naming the field.
