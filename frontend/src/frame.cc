@@ -17,6 +17,11 @@ double MillisecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
+  return {camera.UndistortPixel(raw.s.cast<double>()).cast<float>(),
+          camera.UndistortPixel(raw.e.cast<double>()).cast<float>()};
+}
+
 // The reading nearest to uv, 0 where it is missing or out of range.
 double DepthAt(const cv::Mat& depth, const cv::Point2f& uv, double min_depth, double max_depth) {
   const int x = static_cast<int>(std::lround(uv.x)), y = static_cast<int>(std::lround(uv.y));
@@ -113,7 +118,7 @@ void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth,
   features.lines.reserve(lines.segments.size());
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;
-    feature.segment = UndistortSegment(raw, sensor_.camera);
+    feature.segment = Undistorted(raw, sensor_.camera);
     feature.segment_C = FitSegmentDepth(raw, depth, sensor_.camera, options_.segment_depth);
     features.lines.push_back(feature);
   }

@@ -227,7 +227,7 @@ void LocalMapper::CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport&
     }
     if (total == 0 || redundant < options_.redundant_share * total) continue;
     map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
-    ++report.culled_keyframes;
+    report.culled_keyframes.push_back(id);
   }
 }
 

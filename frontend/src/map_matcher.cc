@@ -15,6 +15,8 @@ void MapMatcherOptions::Validate() const {
   motion_match.Validate();
   map_match.Validate();
   lines.Validate();
+  HIGHWALL_REQUIRE(min_line_pixels >= 1.0F,
+                   "MapMatcherOptions::min_line_pixels must be at least 1");
 }
 
 MapMatcher::MapMatcher(const MeasurementModel& model, int levels, const MapMatcherOptions& options)
@@ -97,6 +99,45 @@ PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& 
   PointMatches matches;
   for (const auto& m : MatchProjections(features, projections, taken, options_.map_match)) {
     matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
+  }
+  return matches;
+}
+
+LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_WC, const Map& map,
+                                   std::span<const LineId> lines, const std::vector<bool>& taken,
+                                   std::vector<LineId>* visible) const {
+  const Pose T_CW = T_WC.Inverse();
+  LineFeatures predicted, observed;
+  std::vector<LineId> predicted_ids;
+  for (const LineId id : lines) {
+    const MapLine* line = map.line(id);
+    if (line == nullptr) continue;
+    const auto segment = ProjectSegment(T_CW * line->segment_W, model_.camera());
+    if (!segment || segment->Length() < options_.min_line_pixels) continue;
+    predicted.segments.push_back(*segment);
+    predicted_ids.push_back(id);
+    if (visible != nullptr) visible->push_back(id);
+  }
+  std::vector<int> observed_features;
+  for (std::size_t i = 0; i < features.lines.size(); ++i) {
+    if (taken[i]) continue;
+    observed.segments.push_back(features.lines[i].segment);
+    observed_features.push_back(static_cast<int>(i));
+  }
+  if (predicted.segments.empty() || observed.segments.empty()) return {};
+  if (!features.line_descriptors.empty()) {
+    for (const LineId id : predicted_ids) {
+      const BinaryDescriptor256& d = map.line(id)->descriptor;
+      predicted.descriptors.push_back(cv::Mat(1, 32, CV_8U, const_cast<std::uint8_t*>(d.data())));
+    }
+    for (const int i : observed_features) {
+      observed.descriptors.push_back(features.line_descriptors.row(i));
+    }
+  }
+  LineMatches matches;
+  for (const FeatureMatch& m : MatchSmallMotion(predicted, observed, options_.lines)) {
+    matches.emplace_back(observed_features[static_cast<std::size_t>(m.train)],
+                         predicted_ids[static_cast<std::size_t>(m.query)]);
   }
   return matches;
 }

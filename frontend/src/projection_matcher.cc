@@ -22,8 +22,8 @@ double AngleDifference(double a, double b) { return std::abs(std::remainder(a - 
 Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projection,
                    const std::vector<bool>& taken, const ProjectionMatchOptions& options,
                    std::vector<int>& window) {
-  features.point_grid.Query(projection.uv.cast<float>(), static_cast<float>(projection.radius),
-                            projection.min_octave, projection.max_octave, window);
+  features.point_grid.Query(projection.uv, projection.radius, projection.min_octave,
+                            projection.max_octave, &window);
   Candidate best, second;
   for (const int i : window) {
     const auto index = static_cast<std::size_t>(i);

@@ -1,7 +1,8 @@
 #include <highwall/frontend/relocalizer.h>
 
 #include <algorithm>
-#include <numeric>
+#include <array>
+#include <cmath>
 #include <random>
 
 #include <Eigen/Geometry>
@@ -103,13 +104,13 @@ std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& fe
   const KeyFrame& keyframe = *map.keyframe(keyframe_id);
   std::vector<Pair> pairs;
   std::vector<std::size_t> with_depth;
-  for (const auto& [i, j] :
+  for (const FeatureMatch& match :
        MatchDescriptors(features.point_descriptors, keyframe.frame.features->point_descriptors,
-                        {.max_distance = options_.max_hamming, .max_ratio = options_.ratio})) {
-    const MapPoint* point = map.point(keyframe.points[static_cast<std::size_t>(j)]);
+                        {.max_distance = options_.max_hamming, .ratio = options_.ratio})) {
+    const MapPoint* point = map.point(keyframe.points[static_cast<std::size_t>(match.train)]);
     if (point == nullptr) continue;
-    const PointFeature& feature = features.points[static_cast<std::size_t>(i)];
-    Pair pair{i, point->id, point->p_W, std::nullopt};
+    const PointFeature& feature = features.points[static_cast<std::size_t>(match.query)];
+    Pair pair{match.query, point->id, point->p_W, std::nullopt};
     if (feature.depth > 0.0) {
       pair.p_C = model_.camera().Unproject(feature.uv, feature.depth);
       with_depth.push_back(pairs.size());

@@ -35,7 +35,8 @@ struct LocalMappingReport {
   KeyFrameId keyframe = kNoId;
   BundleAdjustmentReport bundle;
   int new_points = 0, new_lines = 0, fused_points = 0;
-  int culled_points = 0, culled_lines = 0, culled_keyframes = 0;
+  int culled_points = 0, culled_lines = 0;
+  std::vector<KeyFrameId> culled_keyframes;
 };
 
 // Grows and cleans the map, a keyframe at a time: landmarks from depth, fusion with those of

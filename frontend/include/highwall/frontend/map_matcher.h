@@ -20,6 +20,7 @@ struct MapMatcherOptions {
   ProjectionMatchOptions motion_match{.max_hamming = 100, .ratio = 0.9};
   ProjectionMatchOptions map_match{.max_hamming = 100, .ratio = 0.8};
   LineMatcherOptions lines;
+  float min_line_pixels = 15.0F;  // [px] >= 1: shorter projections are not looked for
 
   void Validate() const;
 };
