@@ -8,7 +8,7 @@
 
 #include "yaml_reader.h"
 
-namespace highwall {
+namespace highwall::apps {
 namespace {
 
 void ReadCamera(YamlReader& section, PinholeCamera* camera) {
@@ -23,6 +23,12 @@ void ReadCamera(YamlReader& section, PinholeCamera* camera) {
   section.Read("p1", &camera->p1);
   section.Read("p2", &camera->p2);
   section.Read("k3", &camera->k3);
+}
+
+void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
+  section.Read("offset", &noise->offset);
+  section.Read("quadratic", &noise->quadratic);
+  section.Read("reference", &noise->reference);
 }
 
 std::string PresetList() {
@@ -55,6 +61,7 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
   YamlReader file = YamlReader::Load(path);
   ReadCamera(file.Section("camera"), &config.sensor.camera);
   file.Require("depth_factor", &config.sensor.depth_factor);
+  ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
   file.Finish();
   try {
     config.sensor.Validate();
@@ -97,4 +104,4 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
                              ("with a file or one of " + PresetList()));
 }
 
-}  // namespace highwall
+}  // namespace highwall::apps

@@ -5,7 +5,7 @@
 
 #include <highwall/frontend/sensor.h>
 
-namespace highwall {
+namespace highwall::apps {
 
 // Everything a run can be told by a YAML file.
 struct RunConfig {
@@ -15,6 +15,7 @@ struct RunConfig {
 // Reads
 //   camera: {width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5}   # k1 k2 p1 p2 k3
 //   depth_factor: 5000
+//   depth_noise: {offset: 0.0012, quadratic: 0.0019, reference: 0.4}   # may be absent: a Kinect's
 // Throws IoError for a file that cannot be read, an unknown or missing key, a wrong type, and a
 // value out of range.
 RunConfig LoadConfig(const std::filesystem::path& path);
@@ -36,4 +37,4 @@ std::string PresetFromName(const std::filesystem::path& dataset);
 // calibration.yaml in the folder of a dataset.
 std::filesystem::path CalibrationFile(const std::filesystem::path& dataset);
 
-}  // namespace highwall
+}  // namespace highwall::apps

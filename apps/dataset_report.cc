@@ -13,7 +13,7 @@
 
 #include "config.h"
 
-namespace highwall {
+namespace highwall::apps {
 namespace {
 
 std::vector<Stamp> Stamps(const std::vector<TumImageFile>& files) {
@@ -190,4 +190,4 @@ DatasetReport InspectDataset(const std::filesystem::path& directory,
   return report;
 }
 
-}  // namespace highwall
+}  // namespace highwall::apps

@@ -9,7 +9,7 @@
 
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace highwall::apps {
 
 // The stamps of one stream of a dataset. A gap is an interval of more than three times the median.
 struct StreamReport {
@@ -69,4 +69,4 @@ std::string ToJson(const DatasetReport& report);
 // For people, a dozen lines.
 std::string ToText(const DatasetReport& report);
 
-}  // namespace highwall
+}  // namespace highwall::apps

@@ -5,7 +5,7 @@
 
 #include "dataset_report.h"
 
-namespace highwall {
+namespace highwall::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -106,4 +106,4 @@ std::string ToText(const DatasetReport& report) {
   return text.str();
 }
 
-}  // namespace highwall
+}  // namespace highwall::apps

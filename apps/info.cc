@@ -2,13 +2,15 @@
 #include <memory>
 #include <string>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
 
 #include "commands.h"
 #include "dataset_report.h"
 #include "progress.h"
 
-namespace highwall {
+namespace highwall::apps {
 namespace {
 
 struct InfoArguments {
@@ -16,7 +18,7 @@ struct InfoArguments {
   bool json = false;
 };
 
-void RunInfo(const InfoArguments& arguments) {
+int RunInfo(const InfoArguments& arguments) {
   DatasetReport report;
   {
     Progress progress("reading frames");
@@ -25,11 +27,12 @@ void RunInfo(const InfoArguments& arguments) {
     });
   }
   std::cout << (arguments.json ? ToJson(report) + "\n" : ToText(report));
+  return kExitOk;
 }
 
 }  // namespace
 
-void AddInfoCommand(CLI::App& app) {
+void AddInfoCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand(
       "info", "Say what a dataset holds, what is wrong with it and which calibration fits");
@@ -37,7 +40,7 @@ void AddInfoCommand(CLI::App& app) {
       ->required();
   command->add_flag("--json", arguments->json, "Print one JSON object");
   command->footer("Example: highwall info rgbd_dataset_freiburg1_xyz");
-  command->callback([arguments] { RunInfo(*arguments); });
+  command->callback([&action, arguments] { action = [arguments] { return RunInfo(*arguments); }; });
 }
 
-}  // namespace highwall
+}  // namespace highwall::apps

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace highwall {
+namespace highwall::apps {
 namespace {
 
 template <typename... Values>
@@ -53,4 +53,4 @@ void Progress::Update(std::size_t done, std::size_t total) {
   std::fflush(stderr);
 }
 
-}  // namespace highwall
+}  // namespace highwall::apps

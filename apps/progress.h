@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 
-namespace highwall {
+namespace highwall::apps {
 
 // "label  120/798  15%  31.2/s  22 s left"; without a total: "label  120  31.2/s".
 std::string FormatProgress(const std::string& label, std::size_t done, std::size_t total,
@@ -30,4 +30,4 @@ class Progress {
   Clock::time_point start_, drawn_;
 };
 
-}  // namespace highwall
+}  // namespace highwall::apps

@@ -11,7 +11,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::apps {
 namespace {
 
 std::int64_t LineOf(const YAML::Node& node) {
@@ -58,22 +58,25 @@ YamlReader YamlReader::Load(const std::filesystem::path& path) {
   return {path, "", node};
 }
 
-std::optional<YAML::Node> YamlReader::Find(const std::string& key) {
-  known_.push_back(key);
-  if (!node_.IsMap()) return std::nullopt;
-  // A const node is searched without inserting the key.
-  const YAML::Node value = std::as_const(node_)[key];
-  return value.IsDefined() ? std::optional(value) : std::nullopt;
+std::optional<YamlReader::Entry> YamlReader::Find(const std::string& key) const {
+  for (const auto& entry : node_) {
+    if (entry.first.IsScalar() && entry.first.Scalar() == key) {
+      return Entry{LineOf(entry.first), entry.second};
+    }
+  }
+  return std::nullopt;
 }
 
 template <typename T>
 void YamlReader::ReadAs(const std::string& key, const char* type, T* value) {
-  const std::optional<YAML::Node> node = Find(key);
-  if (!node) return;
+  known_.push_back(key);
+  const std::optional<Entry> entry = Find(key);
+  if (!entry) return;
+  const YAML::Node& node = entry->value;
   T result{};
-  if (!node->IsScalar() || !YAML::convert<T>::decode(*node, result) || !IsFinite(result)) {
-    const std::string found = node->IsScalar() ? "'" + node->Scalar() + "'" : "no single value";
-    throw IoError(path_, LineOf(*node), "'" + key + "' must be " + type + ", found " + found);
+  if (!node.IsScalar() || !YAML::convert<T>::decode(node, result) || !IsFinite(result)) {
+    const std::string found = node.IsScalar() ? "'" + node.Scalar() + "'" : "no single value";
+    throw IoError(path_, entry->line, "'" + key + "' must be " + type + ", found " + found);
   }
   *value = std::move(result);
 }
@@ -92,11 +95,12 @@ void YamlReader::Read(const std::string& key, std::string* value) {
 }
 
 YamlReader& YamlReader::Section(const std::string& key) {
-  const std::optional<YAML::Node> node = Find(key);
-  if (node && !node->IsMap()) {
-    throw IoError(path_, LineOf(*node), "'" + key + "' must be a section of 'key: value' lines");
+  known_.push_back(key);
+  const std::optional<Entry> entry = Find(key);
+  if (entry && !entry->value.IsMap()) {
+    throw IoError(path_, entry->line, "'" + key + "' must be a section of 'key: value' lines");
   }
-  sections_.push_back(YamlReader(path_, key, node.value_or(YAML::Node())));
+  sections_.push_back(YamlReader(path_, key, entry ? entry->value : YAML::Node()));
   return sections_.back();
 }
 
@@ -123,10 +127,10 @@ void YamlReader::Finish() const {
   CheckKeys();
   for (const YamlReader& section : sections_) section.Finish();
   for (const std::string& key : required_) {
-    if (node_.IsMap() && std::as_const(node_)[key].IsDefined()) continue;
+    if (Find(key)) continue;
     throw IoError(path_, "key '" + key + "' is missing" +
                              (name_.empty() ? "" : " from section '" + name_ + "'"));
   }
 }
 
-}  // namespace highwall
+}  // namespace highwall::apps

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <list>
 #include <optional>
@@ -9,7 +10,7 @@
 
 #include <yaml-cpp/node/node.h>
 
-namespace highwall {
+namespace highwall::apps {
 
 // One map of a YAML file, read key by key. Every key that is asked for becomes known; Finish() then
 // refuses whatever else the map holds, so that a misspelt option is never ignored:
@@ -47,8 +48,12 @@ class YamlReader {
  private:
   YamlReader(std::filesystem::path path, std::string name, YAML::Node node);
 
-  // The value's node, empty where absent.
-  std::optional<YAML::Node> Find(const std::string& key);
+  struct Entry {
+    std::int64_t line = 0;  // of the key, counted from 1
+    YAML::Node value;
+  };
+
+  std::optional<Entry> Find(const std::string& key) const;
   template <typename T>
   void ReadAs(const std::string& key, const char* type, T* value);
   // Throws for an unknown key and one that is there twice.
@@ -65,4 +70,4 @@ class YamlReader {
 // (Levenshtein 1966).
 std::size_t EditDistance(const std::string& a, const std::string& b);
 
-}  // namespace highwall
+}  // namespace highwall::apps

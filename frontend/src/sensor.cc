@@ -46,6 +46,7 @@ const std::array<Preset, 3>& Presets() {
 
 void RgbdSensor::Validate() const {
   camera.Validate();
+  depth_noise.Validate();
   HIGHWALL_REQUIRE(
       std::isfinite(depth_factor) && depth_factor > 0.0,
       "RgbdSensor::depth_factor must be positive, got " + std::to_string(depth_factor));

@@ -16,11 +16,11 @@ namespace highwall::testing {
 
 class TemporaryDirectory {
  public:
-  TemporaryDirectory() {
+  explicit TemporaryDirectory(const std::string& name = "") {
     const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ =
-        std::filesystem::temp_directory_path() / ("highwall_" + std::to_string(::getpid()) + "_" +
-                                                  test->test_suite_name() + "_" + test->name());
+    path_ = std::filesystem::temp_directory_path() /
+            ("highwall_" + std::to_string(::getpid()) + "_" + test->test_suite_name() + "_" +
+             test->name() + name);
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }
@@ -42,7 +42,7 @@ inline void WriteText(const std::filesystem::path& path, const std::string& text
 }
 
 struct GeneratedTum {
-  int frames = 6;
+  int frames = 6;                  // <= 10
   int width = 64, height = 48;     // [px]
   std::uint16_t raw_depth = 5000;  // of every pixel but the first column, which is 0
 };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <highwall/core/camera.h>
+#include <highwall/factors/depth_noise.h>
 
 namespace highwall {
 
@@ -12,6 +13,7 @@ namespace highwall {
 struct RgbdSensor {
   PinholeCamera camera{};
   double depth_factor = 5000.0;  // [1/m] > 0: the stored depth value that stands for one metre
+  DepthNoise depth_noise{};      // of the metric depth
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
