@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/camera.h>
+
+namespace highwall {
+
+// The ray table of a camera: one undistorted direction (x/z, y/z) per pixel, computed once, so that
+// the point behind a pixel costs two multiplications (METHOD.md, section 6: z = d, x = z m_x,
+// y = z m_y) whatever the distortion.
+class DepthUnprojector {
+ public:
+  // Throws InvalidArgument if the camera is not valid.
+  explicit DepthUnprojector(const PinholeCamera& camera);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+  // (x/z, y/z) of the pixels of row v, width() of them; 0 <= v < height() is not checked.
+  const Eigen::Vector2f* Row(int v) const {
+    return rays_.data() + static_cast<std::ptrdiff_t>(v) * width_;
+  }
+  // The point p_C [m] at depth z [m] behind pixel (u, v) inside the image (not checked).
+  Eigen::Vector3f Unproject(int u, int v, float z) const {
+    const Eigen::Vector2f& m = Row(v)[u];
+    return {m.x() * z, m.y() * z, z};
+  }
+
+  // Throws InvalidArgument unless `depth` is empty or CV_32FC1 of the size of the camera.
+  void RequireDepth(const cv::Mat& depth) const;
+
+ private:
+  int width_;
+  int height_;
+  std::vector<Eigen::Vector2f> rays_;
+};
+
+}  // namespace highwall

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <highwall/mapping/octomap_builder.h>
+
+#include "scan_octree.h"
+
+namespace highwall::internal {
+
+// An OctoMap file whose every byte has been accounted for: OctoMap itself reads past the end of a
+// truncated stream, builds nodes from what it finds in memory and may recurse without bound.
+struct OctreeFile {
+  bool binary = false;  // .bt, else .ot
+  std::size_t size = 0;
+  double resolution = 0.0;  // [m]
+  std::string payload;
+};
+
+// Throws IoError if the file is missing, truncated, too long or of another tree type.
+OctreeFile LoadOctreeFile(const std::filesystem::path& path);
+// Builds the nodes. tree: empty, with clamping thresholds set.
+void ReadPayload(const OctreeFile& file, ScanOctree& tree);
+
+}  // namespace highwall::internal

@@ -1,0 +1,156 @@
+#include "scan_voxels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace highwall::internal {
+namespace {
+
+constexpr int kKeyOffset = 32768;  // the voxel at the origin of W, as in OctoMap
+constexpr std::uint64_t kNoBrick = ~std::uint64_t{0};
+
+// abc -> a00b00c.
+constexpr std::array<unsigned, 8> kSpread = {0, 1, 8, 9, 64, 65, 72, 73};
+
+// Bit of a voxel in its brick.
+unsigned MortonInBrick(const std::array<int, 3>& k) {
+  return kSpread[static_cast<unsigned>(k[0]) & 7u] |
+         kSpread[static_cast<unsigned>(k[1]) & 7u] << 1 |
+         kSpread[static_cast<unsigned>(k[2]) & 7u] << 2;
+}
+
+// Interleaves the 13 bits of each brick coordinate, x lowest.
+std::uint64_t MortonOfBrick(const std::array<int, 3>& k) {
+  std::uint64_t morton = 0;
+  for (unsigned bit = 0; bit < 13; ++bit) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const auto coordinate = static_cast<std::uint64_t>(k[axis]) >> 3;
+      morton |= ((coordinate >> bit) & 1u) << (3 * bit + axis);
+    }
+  }
+  return morton;
+}
+
+void SetBit(std::array<std::uint64_t, 8>& words, unsigned morton) {
+  words[morton >> 6] |= std::uint64_t{1} << (morton & 63u);
+}
+
+}  // namespace
+
+ScanVoxels::ScanVoxels(double resolution, double max_range)
+    : resolution_(resolution), inverse_resolution_(1.0 / resolution), max_range_(max_range) {}
+
+bool ScanVoxels::Start(const octomap::point3d& origin_W) {
+  origin_ = origin_W;
+  last_endpoint_ = {{-1, -1, -1}};
+  endpoints_.clear();
+  index_.Clear();
+  bricks_.clear();
+  last_brick_key_ = kNoBrick;
+  return ToKey(origin_.x(), origin_.y(), origin_.z(), origin_key_);
+}
+
+bool ScanVoxels::ToKey(float x, float y, float z, Key& key) const {
+  const std::array<float, 3> p = {x, y, z};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double scaled = inverse_resolution_ * static_cast<double>(p[i]);
+    // One voxel of margin, for a ray that oversteps its end.
+    if (!(scaled >= 1 - kKeyOffset && scaled < kKeyOffset - 1)) return false;
+    const int truncated = static_cast<int>(scaled);
+    key.k[i] = truncated - (scaled < truncated ? 1 : 0) + kKeyOffset;
+  }
+  return true;
+}
+
+double ScanVoxels::CenterCoordinate(int k) const {
+  return (static_cast<double>(k - kKeyOffset) + 0.5) * resolution_;
+}
+
+octomap::point3d ScanVoxels::Center(const Key& key) const {
+  return {static_cast<float>(CenterCoordinate(key.k[0])),
+          static_cast<float>(CenterCoordinate(key.k[1])),
+          static_cast<float>(CenterCoordinate(key.k[2]))};
+}
+
+VoxelBrick& ScanVoxels::BrickAt(const Key& key) {
+  const std::uint64_t brick_key = static_cast<std::uint64_t>(key.k[0] >> 3) |
+                                  static_cast<std::uint64_t>(key.k[1] >> 3) << 13 |
+                                  static_cast<std::uint64_t>(key.k[2] >> 3) << 26;
+  // Neighbouring pixels and neighbouring voxels of a ray mostly share a brick.
+  if (brick_key != last_brick_key_) {
+    last_brick_key_ = brick_key;
+    last_brick_ = index_.Insert(brick_key);
+    if (last_brick_ == bricks_.size()) bricks_.emplace_back().morton = MortonOfBrick(key.k);
+  }
+  return bricks_[last_brick_];
+}
+
+void ScanVoxels::AddEndpoint(float x, float y, float z) {
+  Key key;
+  if (!ToKey(x, y, z, key) || key == last_endpoint_) return;
+  last_endpoint_ = key;
+  std::array<std::uint64_t, 8>& seen = BrickAt(key).seen;
+  const unsigned morton = MortonInBrick(key.k);
+  if ((seen[morton >> 6] >> (morton & 63u)) & 1u) return;
+  SetBit(seen, morton);
+  endpoints_.push_back(key);
+}
+
+std::span<const VoxelBrick> ScanVoxels::Finish() {
+  for (const Key& key : endpoints_) {
+    const octomap::point3d center = Center(key);
+    const octomap::point3d ray = center - origin_;
+    if (ray.norm() <= max_range_) {
+      SetBit(BrickAt(key).occupied, MortonInBrick(key.k));
+      CastRay(center);
+    } else {
+      CastRay(origin_ + ray.normalized() * static_cast<float>(max_range_));
+    }
+  }
+  for (VoxelBrick& brick : bricks_) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      brick.free[i] &= ~brick.occupied[i];
+      brick.any_free |= brick.free[i] != 0;
+      brick.any_occupied |= brick.occupied[i] != 0;
+    }
+  }
+  std::erase_if(bricks_, [](const VoxelBrick& b) { return !b.any_free && !b.any_occupied; });
+  std::sort(bricks_.begin(), bricks_.end(),
+            [](const VoxelBrick& a, const VoxelBrick& b) { return a.morton < b.morton; });
+  return bricks_;
+}
+
+// Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics 1987, in the
+// same mixed precision as OctoMap: a ray through an edge of voxels must take the same side there.
+void ScanVoxels::CastRay(const octomap::point3d& end) {
+  constexpr double kNever = std::numeric_limits<double>::max();
+  Key key_end;
+  if (!ToKey(end.x(), end.y(), end.z(), key_end) || key_end == origin_key_) return;
+  octomap::point3d direction = end - origin_;
+  const auto length = static_cast<float>(direction.norm());
+  direction /= length;
+
+  Key key = origin_key_;
+  std::array<int, 3> step{};
+  std::array<double, 3> next{}, delta{};  // distance to the next border; between two borders
+  for (unsigned i = 0; i < 3; ++i) {
+    const double d = direction(i);
+    step[i] = (d > 0.0) - (d < 0.0);
+    const auto half = static_cast<float>(step[i] * resolution_ * 0.5);
+    next[i] = step[i] ? (CenterCoordinate(key.k[i]) + half - origin_(i)) / d : kNever;
+    delta[i] = step[i] ? resolution_ / std::abs(d) : kNever;
+  }
+  double nearest = 0.0;
+  // Rounding can lead the walk past the end voxel: the length stops it there.
+  do {
+    SetBit(BrickAt(key).free, MortonInBrick(key.k));
+    const std::size_t xy = next[0] < next[1] ? 0 : 1;
+    const std::size_t axis = next[xy] < next[2] ? xy : 2;
+    key.k[axis] += step[axis];
+    next[axis] += delta[axis];
+    nearest = std::min({next[0], next[1], next[2]});
+  } while (key != key_end && nearest <= length);
+}
+
+}  // namespace highwall::internal
