@@ -10,6 +10,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "corner_refinement.h"
 #include "square_suppression.h"
 
 namespace highwall {
@@ -171,6 +172,9 @@ struct OrbExtractor::Impl {
     const float sx = static_cast<float>(full_size.width) / static_cast<float>(image.cols);
     const float sy = static_cast<float>(full_size.height) / static_cast<float>(image.rows);
     for (cv::KeyPoint& corner : corners) {
+      if (options.subpixel) {
+        corner.pt += internal::RefineCorner(image, cvRound(corner.pt.x), cvRound(corner.pt.y));
+      }
       corner.pt.x = (corner.pt.x + 0.5F) * sx - 0.5F;
       corner.pt.y = (corner.pt.y + 0.5F) * sy - 0.5F;
       corner.octave = static_cast<int>(level);
