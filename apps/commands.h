@@ -19,5 +19,7 @@ using CommandAction = std::function<int()>;
 // and sets `action` when the user chose it. CLI::ParseError means wrong usage. `action` must
 // outlive the parsing.
 void AddEvalCommand(CLI::App& app, CommandAction& action);
+void AddInfoCommand(CLI::App& app, CommandAction& action);
+void AddSlamCommand(CLI::App& app, CommandAction& action);
 
 }  // namespace highwall::apps

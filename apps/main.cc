@@ -46,7 +46,9 @@ int Main(int argc, char** argv) {
   });
 
   CommandAction action;
+  AddSlamCommand(app, action);
   AddEvalCommand(app, action);
+  AddInfoCommand(app, action);
 
   try {
     app.parse(argc, argv);

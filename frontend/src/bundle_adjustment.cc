@@ -47,7 +47,7 @@ class Bundle {
   SolveSummary Solve(int iterations) {
     SolveOptions solve;
     solve.max_iterations = iterations;
-    solve.num_threads = options_.threads;
+    solve.threads = options_.threads;
     return graph_.Solve(solve);
   }
 

@@ -119,7 +119,7 @@ void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth,
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;
     feature.segment = Undistorted(raw, sensor_.camera);
-    feature.segment_C = FitSegmentDepth(raw, depth, sensor_.camera, options_.segment_depth);
+    feature.segment_C = FitSegmentDepth(feature.segment, depth, sensor_.camera, options_.segment_depth);
     features.lines.push_back(feature);
   }
   features.line_descriptors = lines.descriptors;

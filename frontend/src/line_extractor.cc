@@ -71,6 +71,10 @@ float LineSegment::Angle() const {
   return wrapped < kPi ? wrapped : 0.0F;
 }
 
+const char* ToString(LineDetector detector) {
+  return detector == LineDetector::kLsd ? "lsd" : "edlines";
+}
+
 void LineExtractorOptions::Validate() const {
   HIGHWALL_REQUIRE(min_length > 0.0 && min_length <= 1.0,
                    "LineExtractorOptions::min_length must be in (0, 1]");

@@ -91,6 +91,13 @@ void DenseCloud::SetPose(std::int64_t id, const Pose& T_WC) {
   keyframe->second.T_WC = T_WC;
 }
 
+const std::vector<ColoredPoint>& DenseCloud::Cloud(std::int64_t id) const {
+  const auto keyframe = keyframes_.find(id);
+  HIGHWALL_REQUIRE(keyframe != keyframes_.end(),
+                   "DenseCloud::Cloud: no keyframe " + std::to_string(id));
+  return keyframe->second.cloud_C;
+}
+
 void DenseCloud::RemoveKeyframe(std::int64_t id) {
   keyframes_.erase(id);
 }

@@ -25,6 +25,9 @@ enum class LineDetector {
   kEdLines,  // Akinlar, Topal 2011: as many lines in a fifth of the time
 };
 
+// "lsd" or "edlines".
+const char* ToString(LineDetector detector);
+
 struct LineExtractorOptions {
   LineDetector detector = LineDetector::kEdLines;
   double min_length = 0.04;  // shortest segment, as a share of the longer image side, (0, 1]

@@ -68,6 +68,8 @@ class DenseCloud {
   void RemoveKeyframe(std::int64_t id);
 
   bool Contains(std::int64_t id) const { return keyframes_.contains(id); }
+  // In its camera frame. Throws InvalidArgument if `id` has no cloud.
+  const std::vector<ColoredPoint>& Cloud(std::int64_t id) const;
   std::size_t KeyframeCount() const { return keyframes_.size(); }
   // Points of all keyframes before merging.
   std::size_t PointCount() const;
