@@ -23,7 +23,9 @@ const PoseManifold kPoseManifold;
 const std::vector<const ceres::Manifold*> kManifolds = {&kPoseManifold, nullptr};
 
 // A full matrix, so that a transposed or forgotten W shows.
-Eigen::Matrix2d TestWeight2() { return (Eigen::Matrix2d() << 0.8, 0.1, -0.2, 1.3).finished(); }
+Eigen::Matrix2d TestWeight2() {
+  return (Eigen::Matrix2d() << 0.8, 0.1, -0.2, 1.3).finished();
+}
 Eigen::Matrix3d TestWeight3() {
   return (Eigen::Matrix3d() << 0.8, 0.1, 0.3, -0.2, 1.3, 0.0, 0.5, -0.4, 4.0).finished();
 }
@@ -50,8 +52,8 @@ TEST(PointReprojection, MatchesHandComputedValues) {
 TEST(PointReprojectionRgbd, MatchesHandComputedValues) {
   // Disparity at 2.5 m: 50 / 2.5 = 20.
   const Eigen::Vector3d measured(420.0, 160.0, 20.0);
-  const PointReprojectionRgbd f(
-      measured, PointSqrtInformation(Weighting::kCovariance, 2.0, 0.5), SimpleProjection());
+  const PointReprojectionRgbd f(measured, PointSqrtInformation(Weighting::kCovariance, 2.0, 0.5),
+                                SimpleProjection());
   const Block pose = ToBlock(Pose());
   EXPECT_LT(Residual(f, {pose, {0.5, -0.5, 2.5}}).norm(), 1e-12);
   // (1, -1, 5): the same pixel, disparity 10.
@@ -70,8 +72,8 @@ void CheckBothFactors(std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB
                       const Eigen::Vector3d& p_W) {
   // 5 to 50 px away from the optimum.
   const Eigen::Vector3d z =
-      Observe(rig, T_WB, p_W) + Eigen::Vector3d(Uniform(rng, 5.0, 50.0), Uniform(rng, -50.0, -5.0),
-                                                Uniform(rng, 1.0, 5.0));
+      Observe(rig, T_WB, p_W) +
+      Eigen::Vector3d(Uniform(rng, 5.0, 50.0), Uniform(rng, -50.0, -5.0), Uniform(rng, 1.0, 5.0));
   const std::vector<Block> blocks = {ToBlock(T_WB), ToBlock(p_W)};
   const PointReprojection f2(z.head<2>(), TestWeight2(), Projection(rig));
   const PointReprojectionRgbd f3(z, TestWeight3(), Projection(rig));
@@ -99,8 +101,7 @@ TEST(PointReprojection, JacobiansHoldAtTheEdges) {
   const twins::Rig rig = TestRig();
   for (const double angle : {0.0, 1e-8, M_PI - 1e-8, M_PI}) {
     SCOPED_TRACE(angle);
-    const Pose T_WB =
-        Pose::FromTangent({1.0, -2.0, 0.5}, Eigen::Vector3d(0.6, 0.0, 0.8) * angle);
+    const Pose T_WB = Pose::FromTangent({1.0, -2.0, 0.5}, Eigen::Vector3d(0.6, 0.0, 0.8) * angle);
     CheckBothFactors(rng, rig, T_WB, RandomPointInView(rng, rig, T_WB));
     // Just inside the depth limit; the factor is smooth within a step of 1e-6.
     const double depth = RgbdProjection::kDefaultMinDepth + 1e-5;
@@ -129,8 +130,8 @@ TEST(PointReprojectionRgbd, SolvesForAPerturbedPose) {
   const twins::Rig rig = TestRig();
   for (const Weighting weighting : {Weighting::kCovariance, Weighting::kPaper}) {
     const Pose truth = RandomPose(rng);
-    Pose T_WB = truth.Plus((Eigen::Matrix<double, 6, 1>() << 0.1, -0.1, 0.1, 0.1, 0.1, -0.1)
-                               .finished());
+    Pose T_WB =
+        truth.Plus((Eigen::Matrix<double, 6, 1>() << 0.1, -0.1, 0.1, 0.1, 0.1, -0.1).finished());
     std::vector<Eigen::Vector3d> points;
     ceres::Problem problem;
     for (int i = 0; i < 12; ++i) points.push_back(RandomPointInView(rng, rig, truth));
@@ -145,6 +146,7 @@ TEST(PointReprojectionRgbd, SolvesForAPerturbedPose) {
     ceres::Solver::Options options;
     options.function_tolerance = 1e-20;
     options.gradient_tolerance = 1e-14;
+  options.parameter_tolerance = 1e-14;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
     // Exact data: the truth to rounding.
@@ -157,22 +159,22 @@ TEST(PointReprojection, TwoViewsSolveForThePoint) {
   std::mt19937 rng(46);
   const twins::Rig rig = TestRig();
   std::vector<Pose> poses = {RandomPose(rng)};
-  poses.push_back(poses[0].Plus((Eigen::Matrix<double, 6, 1>() << 0.2, 0.1, 0, 0, 0.05, 0)
-                                    .finished()));
+  poses.push_back(
+      poses[0].Plus((Eigen::Matrix<double, 6, 1>() << 0.2, 0.1, 0, 0, 0.05, 0).finished()));
   const Eigen::Vector3d truth = RandomPointInView(rng, rig, poses[0]);
   Eigen::Vector3d p_W = truth + Eigen::Vector3d(0.1, -0.1, 0.1);
   ceres::Problem problem;
   for (Pose& T_WB : poses) {
-    problem.AddResidualBlock(
-        new PointReprojection(Observe(rig, T_WB, truth).head<2>(), Eigen::Matrix2d::Identity(),
-                              Projection(rig)),
-        nullptr, T_WB.data(), p_W.data());
+    problem.AddResidualBlock(new PointReprojection(Observe(rig, T_WB, truth).head<2>(),
+                                                   Eigen::Matrix2d::Identity(), Projection(rig)),
+                             nullptr, T_WB.data(), p_W.data());
     problem.SetManifold(T_WB.data(), new PoseManifold);
     problem.SetParameterBlockConstant(T_WB.data());
   }
   ceres::Solver::Options options;
   options.function_tolerance = 1e-20;
   options.gradient_tolerance = 1e-14;
+  options.parameter_tolerance = 1e-14;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   EXPECT_LT((p_W - truth).norm(), 1e-8);
@@ -193,8 +195,8 @@ TEST(PointReprojectionRgbd, WhitenedResidualsOfNoisyMeasurementsHaveUnitCovarian
   for (int i = 0; i < kSamples; ++i) {
     const double du = kSigmaPx * normal(rng), dv = kSigmaPx * normal(rng);
     const double depth = kDepth + noise.Sigma(kDepth) * normal(rng);
-    const PointReprojectionRgbd f(
-        {exact.x() + du, exact.y() + dv, rig.right.Disparity(depth)}, W, Projection(rig));
+    const PointReprojectionRgbd f({exact.x() + du, exact.y() + dv, rig.right.Disparity(depth)}, W,
+                                  Projection(rig));
     const Eigen::Vector3d r = Residual(f, {ToBlock(Pose()), ToBlock(p_W)});
     covariance += r * r.transpose() / kSamples;
   }

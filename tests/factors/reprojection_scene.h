@@ -72,7 +72,9 @@ template <typename Value>
 Block ToBlock(const Value& value) {
   return Block(value.data(), value.data() + Value::kSize);
 }
-inline Block ToBlock(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+inline Block ToBlock(const Eigen::Vector3d& p) {
+  return {p.x(), p.y(), p.z()};
+}
 
 inline Eigen::VectorXd Residual(const ceres::CostFunction& cost, const std::vector<Block>& blocks) {
   std::vector<const double*> parameters;

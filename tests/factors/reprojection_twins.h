@@ -66,8 +66,7 @@ struct Point {
 
   template <typename T>
   bool operator()(const T* T_WB, const T* p_W, T* residuals) const {
-    const Vector3<T> p_C =
-        rig.ToCamera<T>(T_WB, Vector3<T>(Eigen::Map<const Vector3<T>>(p_W)));
+    const Vector3<T> p_C = rig.ToCamera<T>(T_WB, Vector3<T>(Eigen::Map<const Vector3<T>>(p_W)));
     Eigen::Matrix<T, kRows, 1> y;
     y.template head<2>() = rig.Pixel<T>(p_C);
     if constexpr (kRows == 3) y(2) = rig.Disparity<T>(p_C);
@@ -99,10 +98,11 @@ struct Segment {
       if (!has_depth) continue;
       T& depth = residuals[rows * i + 1];
       if (weighting == Weighting::kPaper) {
-        const Eigen::Vector2d s_R(s.x() - observed.s.z(), s.y()), e_R(e.x() - observed.e.z(), e.y());
+        const Eigen::Vector2d s_R(s.x() - observed.s.z(), s.y()),
+            e_R(e.x() - observed.e.z(), e.y());
         const Vector2<T> uv_R = rig.RightPixel<T>(p_C);
-        depth = LineThrough<double>(s_R, e_R).cast<T>().dot(Vector3<T>(uv_R.homogeneous())) /
-                noise.px;
+        depth =
+            LineThrough<double>(s_R, e_R).cast<T>().dot(Vector3<T>(uv_R.homogeneous())) / noise.px;
       } else {
         // The measured disparity at the foot of the projected end, interpolated between s and e.
         const T t = (uv - s.cast<T>()).dot((e - s).cast<T>()) / (e - s).squaredNorm();

@@ -84,8 +84,7 @@ TEST(RgbdProjection, RefusesBadArguments) {
   EXPECT_THROW(RgbdProjection(distorted, Pose(), right), InvalidArgument);
   EXPECT_THROW(RgbdProjection(flat, Pose(), right), InvalidArgument);
   EXPECT_THROW(RgbdProjection(camera, Pose(), {.fx = 400.0, .baseline = 0.1}), InvalidArgument);
-  EXPECT_THROW(RgbdProjection(camera, Pose(), {.fx = camera.fx, .baseline = 0.0}),
-               InvalidArgument);
+  EXPECT_THROW(RgbdProjection(camera, Pose(), {.fx = camera.fx, .baseline = 0.0}), InvalidArgument);
   EXPECT_THROW(RgbdProjection(camera, Pose(), right, 0.0), InvalidArgument);
   Pose broken;
   broken.data()[0] = std::numeric_limits<double>::quiet_NaN();
