@@ -233,6 +233,24 @@ TEST(LineReprojection, DoesNotChangeWhenTheObservedEndsSlideAlongTheLine) {
   }
 }
 
+TEST(LineReprojection, PaperRowIsACombinationOfTheTwoFormsAcrossTheLine) {
+  std::mt19937 rng(18);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector3d middle(320.0, 240.0, 30.0);
+    const RgbdSegment z{middle + RandomVector(rng, 25.0), middle + RandomVector(rng, 25.0)};
+    const SegmentNoise unit;
+    const auto paper = SegmentRows(z, unit, Weighting::kPaper);
+    const auto covariance = SegmentRows(z, unit, Weighting::kCovariance);
+    const Eigen::RowVector3d right = paper[0].A.row(1);
+    const double sigma_2 = 1.0 / covariance[0].A(1, 2);
+    // alpha = (a_R, b_R) . (a, b), and -a_R is the factor of delta.
+    const double alpha = right.head<2>().dot(paper[0].A.row(0).head<2>());
+    const Eigen::RowVector2d combine(alpha, -right(0) * sigma_2);
+    EXPECT_LT((combine * covariance[0].A - right).norm(), 1e-12);
+    EXPECT_NEAR(combine * covariance[0].b, paper[0].b(1), 1e-9);
+  }
+}
+
 TEST(LineReprojection, LineAlongTheBaselineHasDepthInTheCovarianceRowsOnly) {
   const RgbdSegment level{{300.0, 200.0, 20.0}, {400.0, 200.0, 20.0}};
   // On the image line, but at 5 m instead of 2.5 m.

@@ -146,7 +146,7 @@ TEST(PointReprojectionRgbd, SolvesForAPerturbedPose) {
     ceres::Solver::Options options;
     options.function_tolerance = 1e-20;
     options.gradient_tolerance = 1e-14;
-  options.parameter_tolerance = 1e-14;
+    options.parameter_tolerance = 1e-14;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
     // Exact data: the truth to rounding.
