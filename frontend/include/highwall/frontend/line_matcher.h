@@ -21,7 +21,7 @@ enum class MadRule {
 };
 
 struct LineMatcherOptions {
-  LineGates small_motion;  // frame to frame
+  LineGates small_motion = {};  // frame to frame
   LineGates large_motion{.max_angle = 0.6, .min_length_ratio = 0.3, .max_midpoint_distance = 200.0};
   int max_distance = 80;  // [bit] between matched LBD, [0, 256]
   double ratio = 0.85;    // large motion: best < ratio x second best, (0, 1]; 1 turns it off
