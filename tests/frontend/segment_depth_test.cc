@@ -82,6 +82,18 @@ TEST(FitSegmentDepth, FollowsASlantedPlane) {
   EXPECT_NEAR(fit->q_C.z(), kWall.DepthAt({330.5, 220.25}, camera), 1e-3);
 }
 
+// Seen at 60 degrees from near by, the surface rises by several sigmas from one side to the other.
+TEST(FitSegmentDepth, TakesBothSidesOfASteepPlane) {
+  const PinholeCamera camera;
+  const Plane table{Eigen::Vector3d(0.0, 1.7, 1.0), 0.8};
+  const LineSegment segment{{250.0F, 240.0F}, {400.0F, 240.0F}};
+  const auto fit = FitSegmentDepth(segment, Render(camera, table), camera);
+  ASSERT_TRUE(fit);
+  EXPECT_FALSE(fit->depth_edge);
+  EXPECT_EQ(fit->inlier_share, 1.0);
+  EXPECT_NEAR(fit->p_C.z(), table.DepthAt({250.0, 240.0}, camera), 1e-5);  // exact model
+}
+
 TEST(FitSegmentDepth, SamplesRawPixelsAndReturnsUndistortedRays) {
   const PinholeCamera camera = DistortedCamera();
   const PinholeCamera ideal = camera.WithoutDistortion();
