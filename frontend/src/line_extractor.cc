@@ -93,17 +93,16 @@ LineFeatures LineExtractor::Extract(const cv::Mat& gray) const {
   if (std::min(gray.cols, gray.rows) < kMinSide) return features;
 
   const internal::ImageGradient gradient(gray);
-  const float min_length =
-      static_cast<float>(options_.min_length * std::max(gray.cols, gray.rows));
+  const float min_length = static_cast<float>(options_.min_length * std::max(gray.cols, gray.rows));
   std::vector<LineSegment>& segments = features.segments;
   segments = Detect(gray, gradient, options_.detector, min_length);
   if (options_.merge) {
-    segments = internal::MergeCollinear(std::move(segments), static_cast<float>(options_.merge_gap));
+    segments =
+        internal::MergeCollinear(std::move(segments), static_cast<float>(options_.merge_gap));
   }
   std::erase_if(segments, [&](const LineSegment& line) { return line.Length() < min_length; });
-  std::stable_sort(segments.begin(), segments.end(), [](const auto& a, const auto& b) {
-    return a.Length() > b.Length();
-  });
+  std::stable_sort(segments.begin(), segments.end(),
+                   [](const auto& a, const auto& b) { return a.Length() > b.Length(); });
   segments.resize(std::min(segments.size(), static_cast<std::size_t>(options_.max_lines)));
   if (segments.empty()) return features;
 

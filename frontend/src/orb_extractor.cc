@@ -16,10 +16,10 @@
 namespace highwall {
 namespace {
 
-constexpr int kPatchRadius = 15;        // [px] of the intensity centroid, Rublee et al. 2011
-constexpr int kPatchSize = 31;          // [px] of the descriptor
-constexpr int kBorder = 17;             // [px] corners closer to the edge of a level are not used
-constexpr int kFastRadius = 3;          // [px] cv::FAST leaves out this border of its image
+constexpr int kPatchRadius = 15;  // [px] of the intensity centroid, Rublee et al. 2011
+constexpr int kPatchSize = 31;    // [px] of the descriptor
+constexpr int kBorder = 17;       // [px] corners closer to the edge of a level are not used
+constexpr int kFastRadius = 3;    // [px] cv::FAST leaves out this border of its image
 constexpr int kMinSide = 2 * kBorder + 8;  // [px] of a level that is searched at all
 
 // Half the chord of the circular patch in each row.
@@ -117,7 +117,8 @@ struct OrbExtractor::Impl {
   OrbExtractorOptions options;
   std::vector<double> scales;
   // One level, no border of its own: computes descriptors of given corners on a level's image.
-  cv::Ptr<cv::ORB> describer = cv::ORB::create(1, 1.2F, 1, 0, 0, 2, cv::ORB::FAST_SCORE, kPatchSize);
+  cv::Ptr<cv::ORB> describer =
+      cv::ORB::create(1, 1.2F, 1, 0, 0, 2, cv::ORB::FAST_SCORE, kPatchSize);
 
   explicit Impl(const OrbExtractorOptions& o) : options(o) {
     options.Validate();
@@ -196,7 +197,8 @@ const OrbExtractorOptions& OrbExtractor::options() const {
 }
 
 double OrbExtractor::Scale(int level) const {
-  HIGHWALL_REQUIRE(level >= 0 && level < impl_->options.levels, "OrbExtractor::Scale: no such level");
+  HIGHWALL_REQUIRE(level >= 0 && level < impl_->options.levels,
+                   "OrbExtractor::Scale: no such level");
   return impl_->scales[static_cast<std::size_t>(level)];
 }
 
@@ -219,7 +221,8 @@ OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
       const auto level = static_cast<std::size_t>(i);
       corners[level] = internal::SelectEvenly(std::move(corners[level]), budgets[level],
                                               SearchArea(pyramid[level]));
-      features[level] = impl_->Describe(pyramid[level], gray.size(), level, std::move(corners[level]));
+      features[level] =
+          impl_->Describe(pyramid[level], gray.size(), level, std::move(corners[level]));
     }
   });
 

@@ -20,7 +20,8 @@ class SquareSuppression {
   const std::vector<int>& Survivors(float radius) {
     const float per_cell = static_cast<float>(kReach) / radius;
     // A margin of kReach cells all round saves the clipping.
-    const int columns = 2 * kReach + 1 + static_cast<int>(static_cast<float>(area_.width) * per_cell);
+    const int columns =
+        2 * kReach + 1 + static_cast<int>(static_cast<float>(area_.width) * per_cell);
     const int rows = 2 * kReach + 1 + static_cast<int>(static_cast<float>(area_.height) * per_cell);
     covered_.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
     survivors_.clear();

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include <Eigen/Core>
 #include <highwall/core/abi.h>
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 namespace highwall {
