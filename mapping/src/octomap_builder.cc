@@ -1,11 +1,8 @@
 #include <highwall/mapping/octomap_builder.h>
 
 #include <cmath>
-#include <limits>
-#include <locale>
 #include <string>
 
-#include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
 #include "octree_io.h"
@@ -20,12 +17,6 @@ void RequireBetween(double value, double low, double high, const char* field) {
                                                     " must lie between " + std::to_string(low) +
                                                     " and " + std::to_string(high) + ", is " +
                                                     std::to_string(value));
-}
-
-// Enough digits for the resolution to read back as it was, in the C locale.
-void PrepareHeader(std::ostream& out) {
-  out.imbue(std::locale::classic());
-  out.precision(std::numeric_limits<double>::digits10);
 }
 
 }  // namespace
@@ -193,21 +184,15 @@ Eigen::AlignedBox3d OctomapBuilder::Bounds() const {
 }
 
 void OctomapBuilder::WriteBinary(const std::filesystem::path& path) const {
-  AtomicFile file(path);
-  PrepareHeader(file.stream());
   // With two bits a voxel more children are equal: merged in a copy, the map keeps its log-odds.
   internal::ScanOctree merged(impl_->tree);
   merged.toMaxLikelihood();
   merged.prune();
-  merged.writeBinaryConst(file.stream());
-  file.Commit();
+  internal::WriteBinaryTree(path, merged);
 }
 
 void OctomapBuilder::Write(const std::filesystem::path& path) const {
-  AtomicFile file(path);
-  PrepareHeader(file.stream());
-  impl_->tree.write(file.stream());
-  file.Commit();
+  internal::WriteTree(path, impl_->tree);
 }
 
 OctomapBuilder OctomapBuilder::Read(const std::filesystem::path& path,
