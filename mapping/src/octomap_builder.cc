@@ -1,7 +1,10 @@
 #include <highwall/mapping/octomap_builder.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include <highwall/core/error.h>
 
@@ -58,36 +61,6 @@ struct OctomapBuilder::Impl {
   internal::ScanVoxels scan;
 };
 
-namespace {
-
-// One scan: Add() its points in the sensor frame, then Commit(). A sensor outside of the map sees
-// nothing.
-class Scan {
- public:
-  Scan(const Pose& T_WC, internal::ScanVoxels& voxels) : voxels_(voxels) {
-    HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
-    R_WC_ = T_WC.R().cast<float>();
-    p_WC_ = T_WC.p().cast<float>();
-    inside_ = voxels_.Start({p_WC_.x(), p_WC_.y(), p_WC_.z()});
-  }
-
-  void Add(const Eigen::Vector3f& p_C) {
-    const Eigen::Vector3f p_W = R_WC_ * p_C + p_WC_;
-    voxels_.AddEndpoint(p_W.x(), p_W.y(), p_W.z());
-  }
-  void Commit(internal::ScanOctree& tree) {
-    if (inside_) tree.Apply(voxels_.Finish());
-  }
-
- private:
-  internal::ScanVoxels& voxels_;
-  Eigen::Matrix3f R_WC_;
-  Eigen::Vector3f p_WC_;
-  bool inside_;
-};
-
-}  // namespace
-
 OctomapBuilder::OctomapBuilder(const OctomapBuilderOptions& options) {
   options.Validate();
   impl_ = std::make_unique<Impl>(options);
@@ -103,15 +76,18 @@ const OctomapBuilderOptions& OctomapBuilder::options() const {
 void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unprojector,
                             const Pose& T_WC) {
   unprojector.RequireDepth(depth);
-  Scan scan(T_WC, impl_->scan);
-  const auto min_depth = static_cast<float>(impl_->options.min_depth);
+  HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
+  const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
+  const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
+  const auto min_depth =
+      std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
+  internal::ScanVoxels& scan = impl_->scan;
+  if (!scan.Start({p_WC.x(), p_WC.y(), p_WC.z()})) return;
   for (int v = 0; v < depth.rows; ++v) {
-    const float* const row = depth.ptr<float>(v);
-    for (int u = 0; u < depth.cols; ++u) {
-      if (row[u] > 0.0f && row[u] >= min_depth) scan.Add(unprojector.Unproject(u, v, row[u]));
-    }
+    scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
+                     min_depth, R_WC, p_WC);
   }
-  scan.Commit(impl_->tree);
+  impl_->tree.Apply(scan.Finish());
 }
 
 void OctomapBuilder::Insert(const cv::Mat& depth, const PinholeCamera& camera, const Pose& T_WC) {
@@ -119,18 +95,22 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const PinholeCamera& camera, c
 }
 
 void OctomapBuilder::Insert(std::span<const Eigen::Vector3f> points_C, const Pose& T_WC) {
-  Scan scan(T_WC, impl_->scan);
-  for (const Eigen::Vector3f& p_C : points_C) scan.Add(p_C);
-  scan.Commit(impl_->tree);
+  HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
+  const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
+  const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
+  std::vector<Eigen::Vector3f> points_W;
+  points_W.reserve(points_C.size());
+  for (const Eigen::Vector3f& p_C : points_C) points_W.push_back(R_WC * p_C + p_WC);
+  InsertWorld(points_W, p_WC);
 }
 
 void OctomapBuilder::InsertWorld(std::span<const Eigen::Vector3f> points_W,
                                  const Eigen::Vector3f& origin_W) {
   HIGHWALL_REQUIRE(origin_W.allFinite(), "the origin of the scan is not finite");
-  internal::ScanVoxels& voxels = impl_->scan;
-  if (!voxels.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
-  for (const Eigen::Vector3f& p_W : points_W) voxels.AddEndpoint(p_W.x(), p_W.y(), p_W.z());
-  impl_->tree.Apply(voxels.Finish());
+  internal::ScanVoxels& scan = impl_->scan;
+  if (!scan.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
+  scan.AddPoints(points_W);
+  impl_->tree.Apply(scan.Finish());
 }
 
 void OctomapBuilder::Clear() {
