@@ -10,30 +10,26 @@ namespace {
 constexpr int kKeyOffset = 32768;  // the voxel at the origin of W, as in OctoMap
 constexpr std::uint64_t kNoBrick = ~std::uint64_t{0};
 
-// abc -> a00b00c.
-constexpr std::array<unsigned, 8> kSpread = {0, 1, 8, 9, 64, 65, 72, 73};
+// The bits of the Morton index that belong to x; those of y and z follow to the left.
+constexpr std::uint64_t kMaskX = 0x249249249249;
 
-// Bit of a voxel in its brick.
-unsigned MortonInBrick(const std::array<int, 3>& k) {
-  return kSpread[static_cast<unsigned>(k[0]) & 7u] |
-         kSpread[static_cast<unsigned>(k[1]) & 7u] << 1 |
-         kSpread[static_cast<unsigned>(k[2]) & 7u] << 2;
+// Spreads 16 bits to every third place.
+std::uint64_t Spread(int k) {
+  auto bits = static_cast<std::uint64_t>(k);
+  bits = (bits | bits << 16) & 0x0000FF0000FF;
+  bits = (bits | bits << 8) & 0x00F00F00F00F;
+  bits = (bits | bits << 4) & 0x0C30C30C30C3;
+  return (bits | bits << 2) & kMaskX;
 }
 
-// Interleaves the 13 bits of each brick coordinate, x lowest.
-std::uint64_t MortonOfBrick(const std::array<int, 3>& k) {
-  std::uint64_t morton = 0;
-  for (unsigned bit = 0; bit < 13; ++bit) {
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      const auto coordinate = static_cast<std::uint64_t>(k[axis]) >> 3;
-      morton |= ((coordinate >> bit) & 1u) << (3 * bit + axis);
-    }
-  }
-  return morton;
+// The path of a voxel from the root of the octree, three bits a level, x lowest.
+std::uint64_t Morton(const std::array<int, 3>& k) {
+  return Spread(k[0]) | Spread(k[1]) << 1 | Spread(k[2]) << 2;
 }
 
-void SetBit(std::array<std::uint64_t, 8>& words, unsigned morton) {
-  words[morton >> 6] |= std::uint64_t{1} << (morton & 63u);
+// voxel: Morton index; its lowest nine bits are the place in the brick.
+void SetBit(std::array<std::uint64_t, 8>& words, std::uint64_t voxel) {
+  words[voxel >> 6 & 7u] |= std::uint64_t{1} << (voxel & 63u);
 }
 
 // Voxel of a coordinate [m]; outside of the map (IsInside) where there is none, or for a NaN.
@@ -66,7 +62,7 @@ __attribute__((target_clones("avx2", "default"))) void RowVoxels(
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   for (int i = 0; i < count; ++i) {
     const float depth = z[i] >= min_depth ? z[i] : kNone;
-    const float p_W = a.r_x * (m_x[i] * depth) + a.r_y * (m_y[i] * depth) + a.r_z * depth + a.t;
+    const float p_W = a.r_x * (m_x[i] * depth) + (a.r_y * (m_y[i] * depth) + a.r_z * depth) + a.t;
     voxels[i] = ToVoxel(p_W, a.inverse_resolution);
   }
 }
@@ -78,11 +74,10 @@ ScanVoxels::ScanVoxels(double resolution, double max_range)
 
 bool ScanVoxels::Start(const octomap::point3d& origin_W) {
   origin_ = origin_W;
-  last_endpoint_ = {{-1, -1, -1}};
   endpoints_.clear();
   index_.Clear();
   bricks_.clear();
-  last_brick_key_ = kNoBrick;
+  last_brick_morton_ = kNoBrick;
   return ToKey(origin_, origin_key_);
 }
 
@@ -101,15 +96,13 @@ octomap::point3d ScanVoxels::Center(const Key& key) const {
           static_cast<float>(CenterCoordinate(key.k[2]))};
 }
 
-VoxelBrick& ScanVoxels::BrickAt(const Key& key) {
-  const std::uint64_t brick_key = static_cast<std::uint64_t>(key.k[0] >> 3) |
-                                  static_cast<std::uint64_t>(key.k[1] >> 3) << 13 |
-                                  static_cast<std::uint64_t>(key.k[2] >> 3) << 26;
+VoxelBrick& ScanVoxels::BrickAt(std::uint64_t voxel) {
+  const std::uint64_t morton = voxel >> 9;
   // Neighbouring pixels and neighbouring voxels of a ray mostly share a brick.
-  if (brick_key != last_brick_key_) {
-    last_brick_key_ = brick_key;
-    last_brick_ = index_.Insert(brick_key);
-    if (last_brick_ == bricks_.size()) bricks_.emplace_back().morton = MortonOfBrick(key.k);
+  if (morton != last_brick_morton_) {
+    last_brick_morton_ = morton;
+    last_brick_ = index_.Insert(morton);
+    if (last_brick_ == bricks_.size()) bricks_.emplace_back().morton = morton;
   }
   return bricks_[last_brick_];
 }
@@ -131,18 +124,30 @@ void ScanVoxels::AddDepthRow(const float* z, const float* m_x, const float* m_y,
                                   inverse_resolution_};
     RowVoxels(z, m_x, m_y, count, min_depth, transform, keys.data());
   }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    const Key key{{row_keys_[0][i], row_keys_[1][i], row_keys_[2][i]}};
-    if (key != last_endpoint_ && IsInside(key.k)) AddEndpoint(key);
+  // Most pixels fall into the voxel of the pixel before: pick out the others without a branch.
+  const int *const x = row_keys_[0].data(), *const y = row_keys_[1].data(),
+                   *const z_keys = row_keys_[2].data();
+  row_changes_.resize(static_cast<std::size_t>(count) + 1);
+  int* const changes = row_changes_.data();
+  std::size_t change_count = 1;
+  changes[0] = 0;
+  for (int i = 1; i < count; ++i) {
+    changes[change_count] = i;
+    change_count += ((x[i] ^ x[i - 1]) | (y[i] ^ y[i - 1]) | (z_keys[i] ^ z_keys[i - 1])) != 0;
+  }
+  for (std::size_t i = 0; i < change_count; ++i) {
+    const int u = changes[i];
+    const Key key{{x[u], y[u], z_keys[u]}};
+    if (IsInside(key.k)) AddEndpoint(key);
   }
 }
 
 void ScanVoxels::AddEndpoint(const Key& key) {
-  last_endpoint_ = key;
-  std::array<std::uint64_t, 8>& seen = BrickAt(key).seen;
-  const unsigned morton = MortonInBrick(key.k);
-  if ((seen[morton >> 6] >> (morton & 63u)) & 1u) return;
-  SetBit(seen, morton);
+  const std::uint64_t voxel = Morton(key.k);
+  std::uint64_t& word = BrickAt(voxel).seen[voxel >> 6 & 7u];
+  const std::uint64_t bit = std::uint64_t{1} << (voxel & 63u);
+  if ((word & bit) != 0) return;
+  word |= bit;
   endpoints_.push_back(key);
 }
 
@@ -151,7 +156,8 @@ std::span<const VoxelBrick> ScanVoxels::Finish() {
     const octomap::point3d center = Center(key);
     const octomap::point3d ray = center - origin_;
     if (ray.norm() <= max_range_) {
-      SetBit(BrickAt(key).occupied, MortonInBrick(key.k));
+      const std::uint64_t voxel = Morton(key.k);
+      SetBit(BrickAt(voxel).occupied, voxel);
       CastRay(center);
     } else {
       CastRay(origin_ + ray.normalized() * static_cast<float>(max_range_));
@@ -180,26 +186,31 @@ void ScanVoxels::CastRay(const octomap::point3d& end) {
   const auto length = static_cast<float>(direction.norm());
   direction /= length;
 
-  Key key = origin_key_;
-  std::array<int, 3> step{};
+  const std::uint64_t voxel_end = Morton(key_end.k);
+  std::array<std::uint64_t, 3> voxel{}, mask{}, step{};  // per axis, spread
   std::array<double, 3> next{}, delta{};  // distance to the next border; between two borders
   for (unsigned i = 0; i < 3; ++i) {
     const double d = direction(i);
-    step[i] = (d > 0.0) - (d < 0.0);
-    const auto half = static_cast<float>(step[i] * resolution_ * 0.5);
-    next[i] = step[i] ? (CenterCoordinate(key.k[i]) + half - origin_(i)) / d : kNever;
-    delta[i] = step[i] ? resolution_ / std::abs(d) : kNever;
+    const int sign = (d > 0.0) - (d < 0.0);
+    const auto half = static_cast<float>(sign * resolution_ * 0.5);
+    next[i] = sign ? (CenterCoordinate(origin_key_.k[i]) + half - origin_(i)) / d : kNever;
+    delta[i] = sign ? resolution_ / std::abs(d) : kNever;
+    mask[i] = kMaskX << i;
+    voxel[i] = Spread(origin_key_.k[i]) << i;
+    step[i] = sign < 0 ? mask[i] : std::uint64_t{1} << i;  // all ones is minus one
   }
   double nearest = 0.0;
   // Rounding can lead the walk past the end voxel: the length stops it there.
   do {
-    SetBit(BrickAt(key).free, MortonInBrick(key.k));
+    const std::uint64_t at = voxel[0] | voxel[1] | voxel[2];
+    SetBit(BrickAt(at).free, at);
     const std::size_t xy = next[0] < next[1] ? 0 : 1;
     const std::size_t axis = next[xy] < next[2] ? xy : 2;
-    key.k[axis] += step[axis];
+    // Ones in the gaps carry the sum across them.
+    voxel[axis] = ((voxel[axis] | ~mask[axis]) + step[axis]) & mask[axis];
     next[axis] += delta[axis];
     nearest = std::min({next[0], next[1], next[2]});
-  } while (key != key_end && nearest <= length);
+  } while ((voxel[0] | voxel[1] | voxel[2]) != voxel_end && nearest <= length);
 }
 
 }  // namespace highwall::internal

@@ -50,7 +50,8 @@ class ScanVoxels {
   void AddEndpoint(const Key& key);
   octomap::point3d Center(const Key& key) const;
   double CenterCoordinate(int k) const;
-  VoxelBrick& BrickAt(const Key& key);
+  // voxel: its Morton index in the octree.
+  VoxelBrick& BrickAt(std::uint64_t voxel);
   // Sets the free bits from the origin up to, not including, the voxel of `end`.
   void CastRay(const octomap::point3d& end);
 
@@ -59,11 +60,11 @@ class ScanVoxels {
   double max_range_;
   octomap::point3d origin_;
   Key origin_key_{};
-  Key last_endpoint_{};
   std::array<std::vector<int>, 3> row_keys_;
+  std::vector<int> row_changes_;
   std::vector<Key> endpoints_;
   KeyIndex index_;
-  std::uint64_t last_brick_key_ = 0;
+  std::uint64_t last_brick_morton_ = 0;
   std::uint32_t last_brick_ = 0;
   std::vector<VoxelBrick> bricks_;
 };
