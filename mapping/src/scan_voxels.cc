@@ -125,19 +125,17 @@ void ScanVoxels::AddDepthRow(const float* z, const float* m_x, const float* m_y,
     RowVoxels(z, m_x, m_y, count, min_depth, transform, keys.data());
   }
   // Most pixels fall into the voxel of the pixel before: pick out the others without a branch.
-  const int *const x = row_keys_[0].data(), *const y = row_keys_[1].data(),
-                   *const z_keys = row_keys_[2].data();
+  const auto& [kx, ky, kz] = row_keys_;
   row_changes_.resize(static_cast<std::size_t>(count) + 1);
-  int* const changes = row_changes_.data();
   std::size_t change_count = 1;
-  changes[0] = 0;
-  for (int i = 1; i < count; ++i) {
-    changes[change_count] = i;
-    change_count += ((x[i] ^ x[i - 1]) | (y[i] ^ y[i - 1]) | (z_keys[i] ^ z_keys[i - 1])) != 0;
+  row_changes_[0] = 0;
+  for (std::size_t i = 1; i < kx.size(); ++i) {
+    row_changes_[change_count] = i;
+    change_count += ((kx[i] ^ kx[i - 1]) | (ky[i] ^ ky[i - 1]) | (kz[i] ^ kz[i - 1])) != 0;
   }
   for (std::size_t i = 0; i < change_count; ++i) {
-    const int u = changes[i];
-    const Key key{{x[u], y[u], z_keys[u]}};
+    const std::size_t u = row_changes_[i];
+    const Key key{{kx[u], ky[u], kz[u]}};
     if (IsInside(key.k)) AddEndpoint(key);
   }
 }

@@ -61,7 +61,7 @@ class ScanVoxels {
   octomap::point3d origin_;
   Key origin_key_{};
   std::array<std::vector<int>, 3> row_keys_;
-  std::vector<int> row_changes_;
+  std::vector<std::size_t> row_changes_;
   std::vector<Key> endpoints_;
   KeyIndex index_;
   std::uint64_t last_brick_morton_ = 0;
