@@ -9,10 +9,14 @@ namespace highwall {
 DepthUnprojector::DepthUnprojector(const PinholeCamera& camera)
     : width_(camera.width), height_(camera.height) {
   camera.Validate();
-  rays_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  const auto pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  x_.reserve(pixels);
+  y_.reserve(pixels);
   for (int v = 0; v < height_; ++v) {
     for (int u = 0; u < width_; ++u) {
-      rays_.push_back(camera.Unproject({u, v}, 1.0).head<2>().cast<float>());
+      const Eigen::Vector3d ray = camera.Unproject({u, v}, 1.0);
+      x_.push_back(static_cast<float>(ray.x()));
+      y_.push_back(static_cast<float>(ray.y()));
     }
   }
 }

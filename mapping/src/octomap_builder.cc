@@ -1,11 +1,11 @@
 #include <highwall/mapping/octomap_builder.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <locale>
 #include <string>
+#include <vector>
 
-#include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
 #include "octree_io.h"
@@ -20,12 +20,6 @@ void RequireBetween(double value, double low, double high, const char* field) {
                                                     " must lie between " + std::to_string(low) +
                                                     " and " + std::to_string(high) + ", is " +
                                                     std::to_string(value));
-}
-
-// Enough digits for the resolution to read back as it was, in the C locale.
-void PrepareHeader(std::ostream& out) {
-  out.imbue(std::locale::classic());
-  out.precision(std::numeric_limits<double>::digits10);
 }
 
 }  // namespace
@@ -67,36 +61,6 @@ struct OctomapBuilder::Impl {
   internal::ScanVoxels scan;
 };
 
-namespace {
-
-// One scan: Add() its points in the sensor frame, then Commit(). A sensor outside of the map sees
-// nothing.
-class Scan {
- public:
-  Scan(const Pose& T_WC, internal::ScanVoxels& voxels) : voxels_(voxels) {
-    HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
-    R_WC_ = T_WC.R().cast<float>();
-    p_WC_ = T_WC.p().cast<float>();
-    inside_ = voxels_.Start({p_WC_.x(), p_WC_.y(), p_WC_.z()});
-  }
-
-  void Add(const Eigen::Vector3f& p_C) {
-    const Eigen::Vector3f p_W = R_WC_ * p_C + p_WC_;
-    voxels_.AddEndpoint(p_W.x(), p_W.y(), p_W.z());
-  }
-  void Commit(internal::ScanOctree& tree) {
-    if (inside_) tree.Apply(voxels_.Finish());
-  }
-
- private:
-  internal::ScanVoxels& voxels_;
-  Eigen::Matrix3f R_WC_;
-  Eigen::Vector3f p_WC_;
-  bool inside_;
-};
-
-}  // namespace
-
 OctomapBuilder::OctomapBuilder(const OctomapBuilderOptions& options) {
   options.Validate();
   impl_ = std::make_unique<Impl>(options);
@@ -112,15 +76,18 @@ const OctomapBuilderOptions& OctomapBuilder::options() const {
 void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unprojector,
                             const Pose& T_WC) {
   unprojector.RequireDepth(depth);
-  Scan scan(T_WC, impl_->scan);
-  const auto min_depth = static_cast<float>(impl_->options.min_depth);
+  HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
+  const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
+  const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
+  const auto min_depth =
+      std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
+  internal::ScanVoxels& scan = impl_->scan;
+  if (!scan.Start({p_WC.x(), p_WC.y(), p_WC.z()})) return;
   for (int v = 0; v < depth.rows; ++v) {
-    const float* const row = depth.ptr<float>(v);
-    for (int u = 0; u < depth.cols; ++u) {
-      if (row[u] > 0.0f && row[u] >= min_depth) scan.Add(unprojector.Unproject(u, v, row[u]));
-    }
+    scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
+                     min_depth, R_WC, p_WC);
   }
-  scan.Commit(impl_->tree);
+  impl_->tree.Apply(scan.Finish());
 }
 
 void OctomapBuilder::Insert(const cv::Mat& depth, const PinholeCamera& camera, const Pose& T_WC) {
@@ -128,18 +95,22 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const PinholeCamera& camera, c
 }
 
 void OctomapBuilder::Insert(std::span<const Eigen::Vector3f> points_C, const Pose& T_WC) {
-  Scan scan(T_WC, impl_->scan);
-  for (const Eigen::Vector3f& p_C : points_C) scan.Add(p_C);
-  scan.Commit(impl_->tree);
+  HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
+  const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
+  const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
+  std::vector<Eigen::Vector3f> points_W;
+  points_W.reserve(points_C.size());
+  for (const Eigen::Vector3f& p_C : points_C) points_W.push_back(R_WC * p_C + p_WC);
+  InsertWorld(points_W, p_WC);
 }
 
 void OctomapBuilder::InsertWorld(std::span<const Eigen::Vector3f> points_W,
                                  const Eigen::Vector3f& origin_W) {
   HIGHWALL_REQUIRE(origin_W.allFinite(), "the origin of the scan is not finite");
-  internal::ScanVoxels& voxels = impl_->scan;
-  if (!voxels.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
-  for (const Eigen::Vector3f& p_W : points_W) voxels.AddEndpoint(p_W.x(), p_W.y(), p_W.z());
-  impl_->tree.Apply(voxels.Finish());
+  internal::ScanVoxels& scan = impl_->scan;
+  if (!scan.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
+  scan.AddPoints(points_W);
+  impl_->tree.Apply(scan.Finish());
 }
 
 void OctomapBuilder::Clear() {
@@ -193,21 +164,15 @@ Eigen::AlignedBox3d OctomapBuilder::Bounds() const {
 }
 
 void OctomapBuilder::WriteBinary(const std::filesystem::path& path) const {
-  AtomicFile file(path);
-  PrepareHeader(file.stream());
   // With two bits a voxel more children are equal: merged in a copy, the map keeps its log-odds.
   internal::ScanOctree merged(impl_->tree);
   merged.toMaxLikelihood();
   merged.prune();
-  merged.writeBinaryConst(file.stream());
-  file.Commit();
+  internal::WriteBinaryTree(path, merged);
 }
 
 void OctomapBuilder::Write(const std::filesystem::path& path) const {
-  AtomicFile file(path);
-  PrepareHeader(file.stream());
-  impl_->tree.write(file.stream());
-  file.Commit();
+  internal::WriteTree(path, impl_->tree);
 }
 
 OctomapBuilder OctomapBuilder::Read(const std::filesystem::path& path,

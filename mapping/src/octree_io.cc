@@ -1,5 +1,6 @@
 #include "octree_io.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -8,6 +9,7 @@
 #include <sstream>
 #include <string_view>
 
+#include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
 namespace highwall::internal {
@@ -92,6 +94,16 @@ T ParseNumber(const std::filesystem::path& path, std::int64_t line, std::string_
   return value;
 }
 
+void WriteHeader(std::string_view title, const ScanOctree& tree, std::ostream& out) {
+  // The shortest text that reads back to the same double, whatever the locale.
+  std::array<char, 32> resolution;
+  const char* const end =
+      std::to_chars(resolution.data(), resolution.data() + resolution.size(), tree.getResolution())
+          .ptr;
+  out << title << "\nid OcTree\nsize " << std::to_string(tree.size()) << "\nres "
+      << std::string_view(resolution.data(), end) << "\ndata\n";
+}
+
 }  // namespace
 
 OctreeFile LoadOctreeFile(const std::filesystem::path& path) {
@@ -136,6 +148,20 @@ void ReadPayload(const OctreeFile& file, ScanOctree& tree) {
   if (file.size == 0) return;
   std::istringstream stream(file.payload);
   file.binary ? tree.readBinaryData(stream) : tree.readData(stream);
+}
+
+void WriteTree(const std::filesystem::path& path, const ScanOctree& tree) {
+  AtomicFile file(path);
+  WriteHeader(kFullTitle, tree, file.stream());
+  tree.writeData(file.stream());
+  file.Commit();
+}
+
+void WriteBinaryTree(const std::filesystem::path& path, const ScanOctree& tree) {
+  AtomicFile file(path);
+  WriteHeader(kBinaryTitle, tree, file.stream());
+  tree.writeBinaryData(file.stream());
+  file.Commit();
 }
 
 }  // namespace highwall::internal

@@ -1,9 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
-
-#include <highwall/mapping/octomap_builder.h>
 
 #include "scan_octree.h"
 
@@ -22,5 +21,10 @@ struct OctreeFile {
 OctreeFile LoadOctreeFile(const std::filesystem::path& path);
 // Builds the nodes. tree: empty, with clamping thresholds set.
 void ReadPayload(const OctreeFile& file, ScanOctree& tree);
+
+// Both throw IoError; the old file then stays. The header is written here, since OctoMap's own
+// writer prints to standard error and cuts the resolution to six digits.
+void WriteTree(const std::filesystem::path& path, const ScanOctree& tree);
+void WriteBinaryTree(const std::filesystem::path& path, const ScanOctree& tree);
 
 }  // namespace highwall::internal

@@ -86,10 +86,9 @@ PlyHeader ReadPlyHeader(LineReader& lines) {
   constexpr std::string_view kElement = "element vertex ";
   const std::string element = lines.Next();
   const char* const end = element.data() + element.size();
-  if (!element.starts_with(kElement) ||
-      std::from_chars(element.data() + kElement.size(), end, header.count).ptr != end) {
-    lines.Fail("expected 'element vertex' and the number of points");
-  }
+  if (!element.starts_with(kElement)) lines.Fail("expected 'element vertex'");
+  const auto count = std::from_chars(element.data() + kElement.size(), end, header.count);
+  if (count.ec != std::errc{} || count.ptr != end) lines.Fail("expected the number of points");
   for (const std::string_view property : kPlyProperties) lines.Expect(property);
   lines.Expect("end_header");
   return header;

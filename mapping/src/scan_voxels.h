@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include <octomap/OcTreeKey.h>
 #include <octomap/octomap_types.h>
+#include <Eigen/Core>
 
 #include "key_index.h"
 
@@ -32,8 +32,11 @@ class ScanVoxels {
 
   // Begins a scan; false if the origin lies outside of the map.
   bool Start(const octomap::point3d& origin_W);
-  // An endpoint [m] in W; one outside of the map or not finite is dropped.
-  void AddEndpoint(float x, float y, float z);
+  // Endpoints [m] in W; those outside of the map or not finite are dropped.
+  void AddPoints(std::span<const Eigen::Vector3f> points_W);
+  // Endpoints p_W = R_WC (m_x z, m_y z, z) + p_WC of a row of pixels; z below min_depth is dropped.
+  void AddDepthRow(const float* z, const float* m_x, const float* m_y, int count, float min_depth,
+                   const Eigen::Matrix3f& R_WC, const Eigen::Vector3f& p_WC);
   // Casts the rays. The bricks with any bit set, in Morton order; valid until Start().
   std::span<const VoxelBrick> Finish();
 
@@ -43,10 +46,12 @@ class ScanVoxels {
     bool operator==(const Key&) const = default;
   };
 
-  bool ToKey(float x, float y, float z, Key& key) const;
+  bool ToKey(const octomap::point3d& p_W, Key& key) const;
+  void AddEndpoint(const Key& key);
   octomap::point3d Center(const Key& key) const;
   double CenterCoordinate(int k) const;
-  VoxelBrick& BrickAt(const Key& key);
+  // voxel: its Morton index in the octree.
+  VoxelBrick& BrickAt(std::uint64_t voxel);
   // Sets the free bits from the origin up to, not including, the voxel of `end`.
   void CastRay(const octomap::point3d& end);
 
@@ -55,10 +60,11 @@ class ScanVoxels {
   double max_range_;
   octomap::point3d origin_;
   Key origin_key_{};
-  Key last_endpoint_{};
+  std::array<std::vector<int>, 3> row_keys_;
+  std::vector<std::size_t> row_changes_;
   std::vector<Key> endpoints_;
   KeyIndex index_;
-  std::uint64_t last_brick_key_ = 0;
+  std::uint64_t last_brick_morton_ = 0;
   std::uint32_t last_brick_ = 0;
   std::vector<VoxelBrick> bricks_;
 };

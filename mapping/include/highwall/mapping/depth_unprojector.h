@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -20,14 +21,12 @@ class DepthUnprojector {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  // (x/z, y/z) of the pixels of row v, width() of them; 0 <= v < height() is not checked.
-  const Eigen::Vector2f* Row(int v) const {
-    return rays_.data() + static_cast<std::ptrdiff_t>(v) * width_;
-  }
+  // x/z and y/z of the pixels of row v, width() of each; 0 <= v < height() is not checked.
+  const float* RowX(int v) const { return x_.data() + static_cast<std::ptrdiff_t>(v) * width_; }
+  const float* RowY(int v) const { return y_.data() + static_cast<std::ptrdiff_t>(v) * width_; }
   // The point p_C [m] at depth z [m] behind pixel (u, v) inside the image (not checked).
   Eigen::Vector3f Unproject(int u, int v, float z) const {
-    const Eigen::Vector2f& m = Row(v)[u];
-    return {m.x() * z, m.y() * z, z};
+    return {RowX(v)[u] * z, RowY(v)[u] * z, z};
   }
 
   // Throws InvalidArgument unless `depth` is empty or CV_32FC1 of the size of the camera.
@@ -36,7 +35,7 @@ class DepthUnprojector {
  private:
   int width_;
   int height_;
-  std::vector<Eigen::Vector2f> rays_;
+  std::vector<float> x_, y_;
 };
 
 }  // namespace highwall
