@@ -27,36 +27,37 @@ std::vector<cv::Vec4f> DetectLsd(const cv::Mat& gray) {
   return lines;
 }
 
-std::vector<cv::Vec4f> DetectEdLines(const cv::Mat& gray, int min_length) {
+std::vector<cv::Vec4f> DetectEdLines(const cv::Mat& gray, int min_length,
+                                     cv::ximgproc::EdgeDrawing* detector) {
   cv::ximgproc::EdgeDrawing::Params params;
   params.GradientThresholdValue = 20;
   params.AnchorThresholdValue = 4;
   params.ScanInterval = 2;
   params.MinPathLength = min_length;
   params.MinLineLength = min_length;
-  const cv::Ptr<cv::ximgproc::EdgeDrawing> detector = cv::ximgproc::createEdgeDrawing();
   detector->setParams(params);
-  std::vector<cv::Vec4f> lines;
   detector->detectEdges(gray);
+  // detectLines() writes beyond its buffers for an edge chain that is longer than this (OpenCV
+  // contrib, pull request 4205): a maze or a spiral, no photograph.
+  const auto limit = static_cast<std::size_t>(8 * (gray.cols + gray.rows));
+  for (const std::vector<cv::Point>& chain : detector->getSegments()) {
+    if (chain.size() >= limit) return DetectLsd(gray);
+  }
+  std::vector<cv::Vec4f> lines;
   detector->detectLines(lines);
   return lines;
 }
 
-// Oriented segments inside the image, fragments included.
-std::vector<LineSegment> Detect(const cv::Mat& gray, const internal::ImageGradient& gradient,
-                                LineDetector detector, float min_length) {
-  // Fragments of half the length may still be joined to a whole.
-  const float min_fragment = std::max(8.0F, 0.5F * min_length);
-  const std::vector<cv::Vec4f> lines = detector == LineDetector::kLsd
-                                           ? DetectLsd(gray)
-                                           : DetectEdLines(gray, static_cast<int>(min_fragment));
+// Oriented segments of at least min_length inside the image.
+std::vector<LineSegment> Orient(const std::vector<cv::Vec4f>& lines, const cv::Mat& gray,
+                                const internal::ImageGradient& gradient, float min_length) {
   const Eigen::Array2f limit(static_cast<float>(gray.cols - 1), static_cast<float>(gray.rows - 1));
   std::vector<LineSegment> segments;
   for (const cv::Vec4f& line : lines) {
     LineSegment segment;
     segment.s = Eigen::Array2f(line[0], line[1]).max(0.0F).min(limit);
     segment.e = Eigen::Array2f(line[2], line[3]).max(0.0F).min(limit);
-    if (!(segment.Length() >= min_fragment)) continue;
+    if (!(segment.Length() >= min_length)) continue;
     segments.push_back(internal::OrientByGradient(gradient, segment));
   }
   return segments;
@@ -82,37 +83,60 @@ void LineExtractorOptions::Validate() const {
   HIGHWALL_REQUIRE(merge_gap >= 0.0, "LineExtractorOptions::merge_gap must not be negative");
 }
 
-LineExtractor::LineExtractor(const LineExtractorOptions& options) : options_(options) {
-  options_.Validate();
+struct LineExtractor::Impl {
+  LineExtractorOptions options;
+  // Kept from image to image: each detector leaks a little memory when it goes (OpenCV 4.6).
+  cv::Ptr<cv::ximgproc::EdgeDrawing> edge_drawing = cv::ximgproc::createEdgeDrawing();
+
+  std::vector<cv::Vec4f> Detect(const cv::Mat& gray, float min_length) const {
+    return options.detector == LineDetector::kLsd
+               ? DetectLsd(gray)
+               : DetectEdLines(gray, static_cast<int>(min_length), edge_drawing.get());
+  }
+};
+
+LineExtractor::LineExtractor(const LineExtractorOptions& options) {
+  options.Validate();
+  impl_ = std::make_unique<Impl>();
+  impl_->options = options;
+}
+LineExtractor::~LineExtractor() = default;
+LineExtractor::LineExtractor(LineExtractor&&) noexcept = default;
+LineExtractor& LineExtractor::operator=(LineExtractor&&) noexcept = default;
+
+const LineExtractorOptions& LineExtractor::options() const {
+  return impl_->options;
 }
 
-LineFeatures LineExtractor::Extract(const cv::Mat& gray) const {
+LineFeatures LineExtractor::Extract(const cv::Mat& gray) {
   HIGHWALL_REQUIRE(!gray.empty() && gray.type() == CV_8UC1,
                    "LineExtractor::Extract: the image must be CV_8UC1 and not empty");
   LineFeatures features;
   if (std::min(gray.cols, gray.rows) < kMinSide) return features;
 
+  const LineExtractorOptions& options = impl_->options;
   const internal::ImageGradient gradient(gray);
-  const float min_length = static_cast<float>(options_.min_length * std::max(gray.cols, gray.rows));
+  const float min_length = static_cast<float>(options.min_length * std::max(gray.cols, gray.rows));
   std::vector<LineSegment>& segments = features.segments;
-  segments = Detect(gray, gradient, options_.detector, min_length);
-  if (options_.merge) {
-    segments =
-        internal::MergeCollinear(std::move(segments), static_cast<float>(options_.merge_gap));
+  // Fragments of half the length may still be joined to a whole.
+  const float min_fragment = std::max(8.0F, 0.5F * min_length);
+  segments = Orient(impl_->Detect(gray, min_fragment), gray, gradient, min_fragment);
+  if (options.merge) {
+    segments = internal::MergeCollinear(std::move(segments), static_cast<float>(options.merge_gap));
   }
   std::erase_if(segments, [&](const LineSegment& line) { return line.Length() < min_length; });
   std::stable_sort(segments.begin(), segments.end(),
                    [](const auto& a, const auto& b) { return a.Length() > b.Length(); });
-  segments.resize(std::min(segments.size(), static_cast<std::size_t>(options_.max_lines)));
+  segments.resize(std::min(segments.size(), static_cast<std::size_t>(options.max_lines)));
   if (segments.empty()) return features;
 
   const int count = static_cast<int>(segments.size());
-  if (options_.descriptors) features.descriptors.create(count, 32, CV_8U);
+  if (options.descriptors) features.descriptors.create(count, 32, CV_8U);
   cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       LineSegment& segment = segments[static_cast<std::size_t>(i)];
-      if (options_.refine) segment = internal::RefineSegment(gradient, segment);
-      if (!options_.descriptors) continue;
+      if (options.refine) segment = internal::RefineSegment(gradient, segment);
+      if (!options.descriptors) continue;
       const auto descriptor = internal::LineBandDescriptor(gradient, segment);
       std::copy(descriptor.begin(), descriptor.end(), features.descriptors.ptr<std::uint8_t>(i));
     }

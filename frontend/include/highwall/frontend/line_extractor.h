@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <highwall/core/abi.h>
@@ -49,20 +50,25 @@ struct LineFeatures {
 
 // Straight line segments with line band descriptors (LBD; Zhang, Koch 2013).
 //
-// Extract() is const and thread-safe; its result does not depend on cv::setNumThreads().
+// The result does not depend on cv::setNumThreads(), nor on earlier images. One extractor must not
+// be used by two threads at once.
 class LineExtractor {
  public:
   // Throws InvalidArgument naming the bad option.
   explicit LineExtractor(const LineExtractorOptions& options = {});
+  ~LineExtractor();
+  LineExtractor(LineExtractor&&) noexcept;
+  LineExtractor& operator=(LineExtractor&&) noexcept;
 
   // gray: CV_8UC1. No features for an image without lines or with a side below 16 px.
   // Throws InvalidArgument on any other type or an empty image.
-  LineFeatures Extract(const cv::Mat& gray) const;
+  LineFeatures Extract(const cv::Mat& gray);
 
-  const LineExtractorOptions& options() const { return options_; }
+  const LineExtractorOptions& options() const;
 
  private:
-  LineExtractorOptions options_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace highwall
