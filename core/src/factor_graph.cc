@@ -24,7 +24,6 @@ ceres::Problem::Options ProblemOptions() {
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.enable_fast_removal = true;
-  options.disable_all_safety_checks = true;  // the graph checks more, and in less time
   return options;
 }
 
