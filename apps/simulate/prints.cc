@@ -45,8 +45,8 @@ const Colour kPaper = Rgb(0.92, 0.9, 0.86);
 
 Colour RandomColour(RandomSequence* random) {
   // One strong, one weak and one free component, in any order.
-  std::array<double, 3> parts = {random->Uniform(0.6, 0.95), random->Uniform(0.05, 0.25),
-                                 random->Uniform(0.1, 0.8)};
+  std::array<double, 3> parts = {random->Uniform(0.55, 0.85), random->Uniform(0.12, 0.3),
+                                 random->Uniform(0.2, 0.7)};
   std::swap(parts[0], parts[static_cast<std::size_t>(random->Index(3))]);
   std::swap(parts[1], parts[static_cast<std::size_t>(1 + random->Index(2))]);
   return Rgb(parts[0], parts[1], parts[2]);

@@ -18,21 +18,20 @@ struct Renderer::View {
   }
 };
 
+struct Renderer::SurfacePoint {
+  const Surface* surface;
+  Eigen::Vector3d p_W;
+  Eigen::Vector3d normal;  // towards the camera
+  double depth;            // [m]
+  double cosine;           // of the angle of incidence
+};
+
 namespace {
 
-double DepthOnRay(const Surface& surface, const Eigen::Vector3d& origin,
-                  const Eigen::Vector3d& direction) {
-  return surface.normal.dot(surface.origin - origin) / surface.normal.dot(direction);
-}
-
-double Irradiance(const Scene& scene, const Eigen::Vector3d& p_W, const Eigen::Vector3d& normal) {
-  double sum = scene.ambient;
-  for (const Light& light : scene.lights) {
-    const Eigen::Vector3d to_light = light.p_W - p_W;
-    const double squared = to_light.squaredNorm();
-    sum += light.power * std::max(0.0, normal.dot(to_light)) / (std::sqrt(squared) * (squared + 1));
-  }
-  return sum;
+// Sample k of a grid x grid pattern within a pixel, [px] from its centre. The lens distortion
+// hardly changes there: its share of the offset is left out.
+Eigen::Vector2d SampleOffset(int k, int grid, const PinholeCamera& camera) {
+  return {((k % grid + 0.5) / grid - 0.5) / camera.fx, ((k / grid + 0.5) / grid - 0.5) / camera.fy};
 }
 
 }  // namespace
@@ -54,7 +53,42 @@ int Renderer::SurfaceOnRay(const View& view, const Eigen::Vector2d& ray) const {
   return scene_.surface_of_triangle[static_cast<std::size_t>(triangle)];
 }
 
-bool Renderer::IsUniform(const cv::Mat& surfaces, int u, int v) const {
+// In double from the plane itself: the tree's single precision only decides which surface it is.
+Renderer::SurfacePoint Renderer::PointOnRay(const View& view, const Eigen::Vector2d& ray,
+                                            int index) const {
+  const Surface& surface = scene_.surfaces[static_cast<std::size_t>(index)];
+  const Eigen::Vector3d direction = view.Direction(ray);
+  const double facing = surface.normal.dot(direction);
+  const double depth = surface.normal.dot(surface.origin - view.p_WC) / facing;
+  return {&surface, view.p_WC + depth * direction,
+          facing > 0.0 ? Eigen::Vector3d(-surface.normal) : surface.normal, depth,
+          std::abs(facing) / direction.norm()};
+}
+
+Eigen::Vector3f Renderer::Albedo(const SurfacePoint& point) const {
+  const Surface& surface = *point.surface;
+  const Eigen::Vector3d offset = point.p_W - surface.origin;
+  const Eigen::Vector2d st(surface.s_axis.dot(offset), surface.t_axis.dot(offset));
+  // A pixel is depth / f wide; a slant stretches it one way only, hence the root.
+  constexpr double kMinCosine = 0.05;
+  const double footprint =
+      point.depth / (camera_.fx * std::sqrt(std::max(kMinCosine, point.cosine)));
+  return scene_.textures[static_cast<std::size_t>(surface.texture)]->Albedo(
+      st.cast<float>(), static_cast<float>(footprint));
+}
+
+float Renderer::Irradiance(const SurfacePoint& point) const {
+  double sum = scene_.ambient;
+  for (const Light& light : scene_.lights) {
+    const Eigen::Vector3d to_light = light.p_W - point.p_W;
+    const double squared = to_light.squaredNorm();
+    const double facing = std::max(0.0, point.normal.dot(to_light));
+    sum += light.power * facing / (std::sqrt(squared) * (squared + 1.0));
+  }
+  return static_cast<float>(sum);
+}
+
+bool Renderer::IsInside(const cv::Mat& surfaces, int u, int v) const {
   const int centre = surfaces.at<int>(v, u);
   for (int y = std::max(0, v - 1); y <= std::min(camera_.height - 1, v + 1); ++y) {
     for (int x = std::max(0, u - 1); x <= std::min(camera_.width - 1, u + 1); ++x) {
@@ -64,52 +98,45 @@ bool Renderer::IsUniform(const cv::Mat& surfaces, int u, int v) const {
   return centre != Raycaster::kNone;
 }
 
-Eigen::Vector3f Renderer::Radiance(const View& view, const Eigen::Vector2d& ray,
-                                   int surface_index) const {
-  if (surface_index == Raycaster::kNone) return Eigen::Vector3f::Zero();
-  const Surface& surface = scene_.surfaces[static_cast<std::size_t>(surface_index)];
-  const Eigen::Vector3d direction = view.Direction(ray);
-  const double depth = DepthOnRay(surface, view.p_WC, direction);
-  const Eigen::Vector3d p_W = view.p_WC + depth * direction;
-  const double facing = surface.normal.dot(direction);
-  const Eigen::Vector3d normal = facing > 0.0 ? -surface.normal : surface.normal;
-  // A pixel is depth / f wide; a slant stretches it one way only, hence the root.
-  const double slant = std::max(0.05, std::abs(facing) / direction.norm());
-  const double footprint = depth / camera_.fx / std::sqrt(slant);
-  const Eigen::Vector3d from_origin = p_W - surface.origin;
-  const Eigen::Vector2f st =
-      Eigen::Vector2d(surface.s_axis.dot(from_origin), surface.t_axis.dot(from_origin))
-          .cast<float>();
-  const Texture& texture = *scene_.textures[static_cast<std::size_t>(surface.texture)];
-  return texture.Albedo(st, static_cast<float>(footprint)) *
-         static_cast<float>(Irradiance(scene_, p_W, normal));
+Eigen::Vector3f Renderer::ShadeInside(const View& view, const Eigen::Vector2d& centre, int surface,
+                                      const SurfacePoint& point) const {
+  constexpr int kGrid = 2;
+  Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
+  for (int k = 0; k < kGrid * kGrid; ++k) {
+    albedo += Albedo(PointOnRay(view, centre + SampleOffset(k, kGrid, camera_), surface));
+  }
+  return albedo * (Irradiance(point) / static_cast<float>(kGrid * kGrid));
+}
+
+Eigen::Vector3f Renderer::ShadeEdge(const View& view, const Eigen::Vector2d& centre) const {
+  constexpr int kGrid = 3;
+  Eigen::Vector3f radiance = Eigen::Vector3f::Zero();
+  for (int k = 0; k < kGrid * kGrid; ++k) {
+    const Eigen::Vector2d ray = centre + SampleOffset(k, kGrid, camera_);
+    const int surface = SurfaceOnRay(view, ray);
+    if (surface == Raycaster::kNone) continue;
+    const SurfacePoint point = PointOnRay(view, ray, surface);
+    radiance += Albedo(point) * Irradiance(point);
+  }
+  return radiance / static_cast<float>(kGrid * kGrid);
 }
 
 void Renderer::ShadeRow(const View& view, const cv::Mat& surfaces, int v, Rendering* out) const {
+  const Eigen::Vector2d* rays =
+      &rays_[static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width)];
   for (int u = 0; u < camera_.width; ++u) {
     const int surface = surfaces.at<int>(v, u);
-    const Eigen::Vector2d& centre =
-        rays_[static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width) +
-              static_cast<std::size_t>(u)];
+    Eigen::Vector3f radiance;
     if (surface != Raycaster::kNone) {
-      const Surface& plane = scene_.surfaces[static_cast<std::size_t>(surface)];
-      const Eigen::Vector3d direction = view.Direction(centre);
-      out->depth.at<float>(v, u) = static_cast<float>(DepthOnRay(plane, view.p_WC, direction));
-      out->cosine.at<float>(v, u) =
-          static_cast<float>(std::abs(plane.normal.dot(direction)) / direction.norm());
+      const SurfacePoint point = PointOnRay(view, rays[u], surface);
+      out->depth.at<float>(v, u) = static_cast<float>(point.depth);
+      out->cosine.at<float>(v, u) = static_cast<float>(point.cosine);
+      radiance = IsInside(surfaces, u, v) ? ShadeInside(view, rays[u], surface, point)
+                                          : ShadeEdge(view, rays[u]);
+    } else {
+      radiance = ShadeEdge(view, rays[u]);
     }
-    const bool uniform = IsUniform(surfaces, u, v);
-    const int grid = uniform ? 2 : 3;
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (int k = 0; k < grid * grid; ++k) {
-      // Within a pixel the lens distortion hardly changes: its share of the offset is left out.
-      const Eigen::Vector2d ray =
-          centre + Eigen::Vector2d(((k % grid + 0.5) / grid - 0.5) / camera_.fx,
-                                   ((k / grid + 0.5) / grid - 0.5) / camera_.fy);
-      sum += Radiance(view, ray, uniform ? surface : SurfaceOnRay(view, ray));
-    }
-    sum *= 255.0f / static_cast<float>(grid * grid);
-    out->bgr.at<cv::Vec3f>(v, u) = cv::Vec3f(sum.x(), sum.y(), sum.z());
+    out->bgr.at<cv::Vec3f>(v, u) = 255.0f * cv::Vec3f(radiance.x(), radiance.y(), radiance.z());
   }
 }
 

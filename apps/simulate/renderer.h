@@ -36,9 +36,20 @@ class Renderer {
 
  private:
   struct View;
+  struct SurfacePoint;
+
+  // ray: (x/z, y/z) in the camera. The index of the surface it meets, or Raycaster::kNone.
   int SurfaceOnRay(const View& view, const Eigen::Vector2d& ray) const;
-  bool IsUniform(const cv::Mat& surfaces, int u, int v) const;
-  Eigen::Vector3f Radiance(const View& view, const Eigen::Vector2d& ray, int surface) const;
+  // Where the ray meets the plane of that surface.
+  SurfacePoint PointOnRay(const View& view, const Eigen::Vector2d& ray, int surface) const;
+  Eigen::Vector3f Albedo(const SurfacePoint& point) const;
+  float Irradiance(const SurfacePoint& point) const;
+
+  // Pixel (u, v) and its neighbours all show one surface.
+  bool IsInside(const cv::Mat& surfaces, int u, int v) const;
+  Eigen::Vector3f ShadeInside(const View& view, const Eigen::Vector2d& centre, int surface,
+                              const SurfacePoint& point) const;
+  Eigen::Vector3f ShadeEdge(const View& view, const Eigen::Vector2d& centre) const;
   void ShadeRow(const View& view, const cv::Mat& surfaces, int v, Rendering* out) const;
 
   Scene scene_;

@@ -113,7 +113,7 @@ class RoomBuilder {
                                 .contrast = 0.18f,
                                 .noise = {.wavelength = 0.08f, .octaves = 4}}));
     for (const Vector2d& xy : {Vector2d(-1.6, -1.0), Vector2d(1.6, -1.0), Vector2d(0.0, 1.4)}) {
-      scene_.lights.push_back({{xy.x(), xy.y(), 2.8}, 1.1});
+      scene_.lights.push_back({{xy.x(), xy.y(), 2.8}, 1.9});
     }
   }
 

@@ -47,7 +47,7 @@ struct Scene {
   std::vector<Surface> surfaces;
   std::vector<std::unique_ptr<const Texture>> textures;
   std::vector<Light> lights;
-  double ambient = 0.4;
+  double ambient = 0.6;
 
   // Returns its index.
   int AddTexture(std::unique_ptr<const Texture> texture);
