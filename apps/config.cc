@@ -1,0 +1,107 @@
+#include "config.h"
+
+#include <fstream>
+#include <optional>
+#include <regex>
+
+#include <highwall/core/error.h>
+
+#include "yaml_reader.h"
+
+namespace highwall::apps {
+namespace {
+
+void ReadCamera(YamlReader& section, PinholeCamera* camera) {
+  section.Require("width", &camera->width);
+  section.Require("height", &camera->height);
+  section.Require("fx", &camera->fx);
+  section.Require("fy", &camera->fy);
+  section.Require("cx", &camera->cx);
+  section.Require("cy", &camera->cy);
+  section.Read("k1", &camera->k1);
+  section.Read("k2", &camera->k2);
+  section.Read("p1", &camera->p1);
+  section.Read("p2", &camera->p2);
+  section.Read("k3", &camera->k3);
+}
+
+void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
+  section.Read("offset", &noise->offset);
+  section.Read("quadratic", &noise->quadratic);
+  section.Read("reference", &noise->reference);
+}
+
+std::string PresetList() {
+  std::string list;
+  for (const std::string_view name : SensorPresetNames()) {
+    list += (list.empty() ? "" : ", ") + std::string(name);
+  }
+  return list;
+}
+
+// The digit of "freiburg1" or of a leading "fr1", as a preset's name.
+std::string PresetOf(const std::string& text) {
+  static const std::regex pattern("freiburg([123])|(?:^|[^a-z])fr([123])(?:$|[^0-9a-z])");
+  std::smatch match;
+  if (!std::regex_search(text, match, pattern)) return "";
+  return "tum" + (match[1].matched ? match[1].str() : match[2].str());
+}
+
+// The folder's own name, also for ".", "..", and a trailing slash.
+std::string FolderName(const std::filesystem::path& directory) {
+  std::error_code error;
+  const std::filesystem::path canonical = std::filesystem::weakly_canonical(directory, error);
+  return (canonical.has_filename() ? canonical : canonical.parent_path()).filename().string();
+}
+
+}  // namespace
+
+RunConfig LoadConfig(const std::filesystem::path& path) {
+  RunConfig config;
+  YamlReader file = YamlReader::Load(path);
+  ReadCamera(file.Section("camera"), &config.sensor.camera);
+  file.Require("depth_factor", &config.sensor.depth_factor);
+  ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
+  file.Finish();
+  try {
+    config.sensor.Validate();
+  } catch (const InvalidArgument& error) {
+    throw IoError(path, error.what());
+  }
+  return config;
+}
+
+std::filesystem::path CalibrationFile(const std::filesystem::path& dataset) {
+  return dataset / "calibration.yaml";
+}
+
+std::string PresetFromName(const std::filesystem::path& dataset) {
+  if (const std::string preset = PresetOf(FolderName(dataset)); !preset.empty()) return preset;
+  std::ifstream list(dataset / "rgb.txt");
+  for (std::string line; std::getline(list, line) && line.starts_with('#');) {
+    if (const std::string preset = PresetOf(line); !preset.empty()) return preset;
+  }
+  return "";
+}
+
+ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset) {
+  if (!choice.empty()) {
+    if (const std::optional<RgbdSensor> sensor = SensorPreset(choice)) {
+      return {{*sensor}, "preset " + choice};
+    }
+    if (!std::filesystem::exists(choice)) {
+      throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")");
+    }
+    return {LoadConfig(choice), choice};
+  }
+  const std::filesystem::path calibration = CalibrationFile(dataset);
+  if (std::filesystem::exists(calibration)) return {LoadConfig(calibration), calibration.string()};
+  const std::string preset = PresetFromName(dataset);
+  if (const std::optional<RgbdSensor> sensor = SensorPreset(preset)) {
+    return {{*sensor}, "preset " + preset + ", by the dataset's name"};
+  }
+  throw IoError(dataset, "the camera is unknown: put calibration.yaml there, or give --config " +
+                             ("with a file or one of " + PresetList()));
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <highwall/frontend/sensor.h>
+
+namespace highwall::apps {
+
+// Everything a run can be told by a YAML file.
+struct RunConfig {
+  RgbdSensor sensor;
+};
+
+// Reads
+//   camera: {width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5}   # k1 k2 p1 p2 k3
+//   depth_factor: 5000
+//   depth_noise: {offset: 0.0012, quadratic: 0.0019, reference: 0.4}   # may be absent: a Kinect's
+// Throws IoError for a file that cannot be read, an unknown or missing key, a wrong type, and a
+// value out of range.
+RunConfig LoadConfig(const std::filesystem::path& path);
+
+struct ResolvedConfig {
+  RunConfig config;
+  std::string origin;  // for people: where it came from
+};
+
+// choice: what --config says: tum1, tum2, tum3, a file, or nothing; nothing takes
+// calibration.yaml from the dataset's folder, else the preset its name tells.
+// Throws IoError as LoadConfig, and where no configuration is found.
+ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset);
+
+// "tum1" for a folder, or an original recording named in its rgb.txt, that is called freiburg1 (or
+// fr1_...), and so on; empty if neither is.
+std::string PresetFromName(const std::filesystem::path& dataset);
+
+// calibration.yaml in the folder of a dataset.
+std::filesystem::path CalibrationFile(const std::filesystem::path& dataset);
+
+}  // namespace highwall::apps

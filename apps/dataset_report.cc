@@ -1,0 +1,193 @@
+#include "dataset_report.h"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <string_view>
+
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/frame_reader.h>
+#include <highwall/frontend/tum_dataset.h>
+
+#include "config.h"
+
+namespace highwall::apps {
+namespace {
+
+std::vector<Stamp> Stamps(const std::vector<TumImageFile>& files) {
+  std::vector<Stamp> stamps;
+  for (const TumImageFile& file : files) stamps.push_back(file.stamp);
+  return stamps;
+}
+
+std::vector<Stamp> Stamps(const Dataset& dataset) {
+  std::vector<Stamp> stamps;
+  for (std::size_t i = 0; i < dataset.size(); ++i) stamps.push_back(dataset.stamp(i));
+  return stamps;
+}
+
+GroundtruthReport DescribeGroundtruth(const Trajectory& trajectory, const Dataset& dataset) {
+  std::vector<Stamp> stamps;
+  GroundtruthReport report;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    stamps.push_back(trajectory[i].stamp);
+    if (i > 0) report.path_length += (trajectory[i].pose.p() - trajectory[i - 1].pose.p()).norm();
+  }
+  report.stream = DescribeStamps(stamps);
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    if (dataset.stamp(i) >= stamps.front() && dataset.stamp(i) <= stamps.back()) ++covered;
+  }
+  report.coverage = static_cast<double>(covered) / static_cast<double>(dataset.size());
+  return report;
+}
+
+// Seconds, or nanoseconds where it is a whole number too large to be seconds.
+std::optional<Stamp> ParseImuStamp(std::string_view field) {
+  constexpr std::size_t kLongestSeconds = 11;
+  if (field.size() <= kLongestSeconds || field.find('.') != std::string_view::npos) {
+    return ParseStamp(field);
+  }
+  Stamp stamp = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), stamp);
+  const bool whole = error == std::errc() && end == field.data() + field.size();
+  return whole ? std::optional(stamp) : std::nullopt;
+}
+
+// By the stamps in the first column; lines that begin with none are comments or headings.
+std::optional<ImuReport> DescribeImu(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::vector<Stamp> stamps;
+  for (std::string line; std::getline(file, line);) {
+    const std::string_view field = std::string_view(line).substr(0, line.find_first_of(", \t\r"));
+    if (const std::optional<Stamp> stamp = ParseImuStamp(field)) stamps.push_back(*stamp);
+  }
+  if (stamps.empty()) return std::nullopt;
+  return ImuReport{path.filename().string(), DescribeStamps(stamps)};
+}
+
+CalibrationReport FindCalibration(const std::filesystem::path& directory, int width, int height) {
+  const std::filesystem::path file = CalibrationFile(directory);
+  if (std::filesystem::exists(file)) {
+    return {file.string(), "given", "calibration.yaml is in the folder"};
+  }
+  const bool vga = width == 640 && height == 480;
+  const std::string preset = PresetFromName(directory);
+  if (!preset.empty() && vga) return {preset, "certain", "the dataset's name tells the sensor"};
+  if (vga) {
+    return {
+        "tum3", "unsure",
+        "640 x 480 is the size of a Kinect, whose undistorted images tum3 describes; the images "
+        "cannot tell the lens"};
+  }
+  return {"", "none", "no preset has images of this size: write a calibration.yaml"};
+}
+
+std::string Seconds(double value) {
+  std::string text = FormatStamp(FromSeconds(value));
+  return text.substr(0, text.find('.') + 4) + " s";
+}
+
+void AddGapProblem(const char* what, const StreamReport& stream, DatasetReport* report) {
+  if (stream.gaps == 0) return;
+  report->problems.push_back(std::to_string(stream.gaps) + (stream.gaps == 1 ? " gap" : " gaps") +
+                             " between " + what + ", the longest of " +
+                             Seconds(stream.longest_interval) + " at " +
+                             FormatStamp(stream.longest_interval_at));
+}
+
+void AddProblems(const TumDataset& dataset, DatasetReport* report) {
+  report->problems = dataset.warnings();
+  for (const Dataset::Problem& problem : dataset.problems()) {
+    report->problems.push_back(problem.what);
+  }
+  const std::size_t lonely_colour = report->colour.count - report->frames.count;
+  const std::size_t lonely_depth = report->depth.count - report->frames.count;
+  if (lonely_colour + lonely_depth > 0) {
+    report->problems.push_back(std::to_string(lonely_colour) + " colour and " +
+                               std::to_string(lonely_depth) +
+                               " depth images have no partner within 20 ms");
+  }
+  AddGapProblem("frames", report->frames, report);
+  if (report->groundtruth && report->groundtruth->coverage < 1.0) {
+    report->problems.push_back("ground truth does not span all frames");
+  }
+}
+
+// The sensor that goes with the dataset: its camera is checked here, its depth factor is used.
+std::optional<RgbdSensor> KnownSensor(const std::filesystem::path& directory) {
+  const std::filesystem::path calibration = CalibrationFile(directory);
+  if (std::filesystem::exists(calibration)) return LoadConfig(calibration).sensor;
+  return SensorPreset(PresetFromName(directory));
+}
+
+}  // namespace
+
+StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
+  StreamReport report{.count = stamps.size()};
+  if (stamps.size() < 2) return report;
+  std::vector<Stamp> intervals;
+  for (std::size_t i = 1; i < stamps.size(); ++i) intervals.push_back(stamps[i] - stamps[i - 1]);
+  const auto longest = std::max_element(intervals.begin(), intervals.end());
+  report.longest_interval = ToSeconds(*longest);
+  report.longest_interval_at = stamps[static_cast<std::size_t>(longest - intervals.begin())];
+  report.duration = ToSeconds(stamps.back() - stamps.front());
+  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  const Stamp median = *middle;
+  report.rate = median > 0 ? 1.0 / ToSeconds(median) : 0.0;
+  report.gaps = static_cast<std::size_t>(
+      std::count_if(intervals.begin(), intervals.end(),
+                    [median](Stamp interval) { return interval > 3 * median; }));
+  return report;
+}
+
+DatasetReport InspectDataset(const std::filesystem::path& directory,
+                             const std::function<void(std::size_t, std::size_t)>& progress) {
+  const std::optional<RgbdSensor> sensor = KnownSensor(directory);
+  TumDatasetOptions options;
+  if (sensor) options.depth_factor = sensor->depth_factor;
+  const TumDataset dataset(directory, options);
+
+  DatasetReport report;
+  report.directory = directory;
+  report.colour = DescribeStamps(Stamps(dataset.colour_files()));
+  report.depth = DescribeStamps(Stamps(dataset.depth_files()));
+  report.frames = DescribeStamps(Stamps(dataset));
+  report.depth_factor = options.depth_factor;
+  report.median_depth = dataset.median_depth();
+  report.association_rate =
+      static_cast<double>(report.frames.count) / static_cast<double>(report.colour.count);
+
+  FrameReader reader(dataset);
+  std::size_t measured = 0, pixels = 0;
+  while (const std::optional<RgbdImage> image = reader.Next()) {
+    if (report.usable_frames++ == 0) {
+      report.width = image->depth.cols;
+      report.height = image->depth.rows;
+    }
+    measured += static_cast<std::size_t>(cv::countNonZero(image->depth));
+    pixels += image->depth.total();
+    progress(reader.position(), reader.count());
+  }
+  report.measured_share = static_cast<double>(measured) / static_cast<double>(pixels);
+
+  if (dataset.groundtruth() != nullptr) {
+    report.groundtruth = DescribeGroundtruth(*dataset.groundtruth(), dataset);
+  }
+  report.imu = DescribeImu(directory / "imu.csv");
+  report.accelerometer = DescribeImu(directory / "accelerometer.txt");
+  report.calibration = FindCalibration(directory, report.width, report.height);
+  AddProblems(dataset, &report);
+  if (sensor && (sensor->camera.width != report.width || sensor->camera.height != report.height)) {
+    report.problems.push_back("images are " + std::to_string(report.width) + " x " +
+                              std::to_string(report.height) + ", but the calibration is for " +
+                              std::to_string(sensor->camera.width) + " x " +
+                              std::to_string(sensor->camera.height));
+  }
+  return report;
+}
+
+}  // namespace highwall::apps

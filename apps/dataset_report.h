@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <highwall/core/stamp.h>
+
+namespace highwall::apps {
+
+// The stamps of one stream of a dataset. A gap is an interval of more than three times the median.
+struct StreamReport {
+  std::size_t count = 0;
+  double duration = 0.0;  // [s] first to last
+  double rate = 0.0;      // [1/s] of the median interval; 0 with fewer than two
+  std::size_t gaps = 0;
+  double longest_interval = 0.0;  // [s]
+  Stamp longest_interval_at = 0;  // where it begins
+};
+
+// stamps: in order.
+StreamReport DescribeStamps(const std::vector<Stamp>& stamps);
+
+struct GroundtruthReport {
+  StreamReport stream;
+  double path_length = 0.0;  // [m]
+  double coverage = 0.0;     // share of the frames between its first and last stamp
+};
+
+struct ImuReport {
+  std::string file;  // its name
+  StreamReport stream;
+};
+
+// Which calibration fits. confidence: "given" (calibration.yaml), "certain" (the dataset's name
+// tells), "unsure" (no more than the image size speaks for it) or "none".
+struct CalibrationReport {
+  std::string name;  // what to pass to --config; empty if none fits
+  std::string confidence;
+  std::string reason;
+};
+
+struct DatasetReport {
+  std::filesystem::path directory;
+  StreamReport colour, depth, frames;
+  double association_rate = 0.0;  // frames per colour image
+  std::size_t usable_frames = 0;
+  int width = 0, height = 0;    // [px] of the first usable frame
+  double depth_factor = 0.0;    // [1/m] the one that was used
+  double median_depth = 0.0;    // [m]
+  double measured_share = 0.0;  // of all depth pixels
+  std::optional<GroundtruthReport> groundtruth;
+  std::optional<ImuReport> imu;            // gyroscope and accelerometer: imu.csv
+  std::optional<ImuReport> accelerometer;  // accelerometer.txt, of no use without a gyroscope
+  CalibrationReport calibration;
+  std::vector<std::string> problems;  // what is wrong, most important first
+};
+
+// Reads and decodes every frame of a TUM RGB-D dataset. progress: called with the number of frames
+// behind and of all. Throws IoError where the dataset cannot be used at all.
+DatasetReport InspectDataset(const std::filesystem::path& directory,
+                             const std::function<void(std::size_t, std::size_t)>& progress);
+
+// One JSON object; the fields of DatasetReport by name.
+std::string ToJson(const DatasetReport& report);
+// For people, a dozen lines.
+std::string ToText(const DatasetReport& report);
+
+}  // namespace highwall::apps

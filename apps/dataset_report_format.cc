@@ -1,0 +1,109 @@
+#include <algorithm>
+#include <sstream>
+
+#include <nlohmann/json.hpp>
+
+#include "dataset_report.h"
+
+namespace highwall::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json StreamJson(const StreamReport& stream) {
+  return {{"count", stream.count},
+          {"duration", stream.duration},
+          {"rate", stream.rate},
+          {"gaps", stream.gaps},
+          {"longest_interval", stream.longest_interval}};
+}
+
+Json ImuJson(const std::optional<ImuReport>& imu) {
+  if (!imu) return nullptr;
+  Json json = StreamJson(imu->stream);
+  json["file"] = imu->file;
+  return json;
+}
+
+std::string StreamText(const StreamReport& stream) {
+  std::ostringstream text;
+  text.precision(1);
+  text << std::fixed << stream.count << " in " << stream.duration << " s, " << stream.rate << "/s";
+  return text.str();
+}
+
+}  // namespace
+
+std::string ToJson(const DatasetReport& report) {
+  Json json = {{"directory", report.directory.string()},
+               {"frames", report.frames.count},
+               {"usable_frames", report.usable_frames},
+               {"association_rate", report.association_rate},
+               {"duration", report.frames.duration},
+               {"rate", report.frames.rate},
+               {"gaps", report.frames.gaps},
+               {"longest_interval", report.frames.longest_interval},
+               {"colour", StreamJson(report.colour)},
+               {"depth", StreamJson(report.depth)},
+               {"width", report.width},
+               {"height", report.height},
+               {"depth_factor", report.depth_factor},
+               {"median_depth", report.median_depth},
+               {"measured_share", report.measured_share},
+               {"groundtruth", nullptr},
+               {"imu", ImuJson(report.imu)},
+               {"accelerometer", ImuJson(report.accelerometer)},
+               {"calibration",
+                {{"name", report.calibration.name},
+                 {"confidence", report.calibration.confidence},
+                 {"reason", report.calibration.reason}}},
+               {"problems", report.problems}};
+  if (report.groundtruth) {
+    json["groundtruth"] = StreamJson(report.groundtruth->stream);
+    json["groundtruth"]["path_length"] = report.groundtruth->path_length;
+    json["groundtruth"]["coverage"] = report.groundtruth->coverage;
+  }
+  // File names need not be UTF-8; JSON must be.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string ToText(const DatasetReport& report) {
+  constexpr std::size_t kMaxProblems = 20;
+  std::ostringstream text;
+  text.precision(3);
+  text << report.directory.string() << "\n"
+       << "  frames        " << StreamText(report.frames) << "; " << report.usable_frames
+       << " usable, " << report.width << " x " << report.height << "\n"
+       << "  colour        " << StreamText(report.colour) << "\n"
+       << "  depth         " << StreamText(report.depth) << "\n"
+       << "  association   " << 100.0 * report.association_rate << "% of the colour images\n"
+       << "  median depth  " << report.median_depth << " m with depth factor "
+       << report.depth_factor << "; " << 100.0 * report.measured_share << "% of pixels measured\n"
+       << "  ground truth  ";
+  if (report.groundtruth) {
+    text << StreamText(report.groundtruth->stream) << ", " << report.groundtruth->path_length
+         << " m, over " << 100.0 * report.groundtruth->coverage << "% of the frames\n";
+  } else {
+    text << "none\n";
+  }
+  text << "  IMU           ";
+  if (report.imu) {
+    text << report.imu->file << ": " << StreamText(report.imu->stream) << "\n";
+  } else if (report.accelerometer) {
+    text << "none (" << report.accelerometer->file << " alone: no gyroscope)\n";
+  } else {
+    text << "none\n";
+  }
+  text << "  calibration   "
+       << (report.calibration.name.empty() ? "unknown" : report.calibration.name) << " ("
+       << report.calibration.confidence << ": " << report.calibration.reason << ")\n";
+  text << (report.problems.empty() ? "  no problems found\n" : "  problems:\n");
+  const std::size_t shown = std::min(report.problems.size(), kMaxProblems);
+  for (std::size_t i = 0; i < shown; ++i) text << "    " << report.problems[i] << "\n";
+  if (shown < report.problems.size()) {
+    text << "    and " << report.problems.size() - shown << " more (all with --json)\n";
+  }
+  return text.str();
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,136 @@
+#include "yaml_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include <yaml-cpp/yaml.h>
+
+#include <highwall/core/error.h>
+
+namespace highwall::apps {
+namespace {
+
+std::int64_t LineOf(const YAML::Node& node) {
+  return std::max(node.Mark().line, 0) + 1;
+}
+
+bool IsFinite(double value) {
+  return std::isfinite(value);
+}
+template <typename T>
+bool IsFinite(const T&) {
+  return true;
+}
+
+}  // namespace
+
+std::size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+YamlReader::YamlReader(std::filesystem::path path, std::string name, YAML::Node node)
+    : path_(std::move(path)), name_(std::move(name)), node_(std::move(node)) {}
+
+YamlReader YamlReader::Load(const std::filesystem::path& path) {
+  YAML::Node node;
+  try {
+    node = YAML::LoadFile(path.string());
+  } catch (const YAML::BadFile&) {
+    throw IoError(path, "is missing or cannot be read");
+  } catch (const YAML::ParserException& error) {
+    throw IoError(path, error.mark.line + 1, "is not YAML: " + error.msg);
+  }
+  if (!node.IsMap()) throw IoError(path, "holds no 'key: value' lines");
+  return {path, "", node};
+}
+
+std::optional<YamlReader::Entry> YamlReader::Find(const std::string& key) const {
+  for (const auto& entry : node_) {
+    if (entry.first.IsScalar() && entry.first.Scalar() == key) {
+      return Entry{LineOf(entry.first), entry.second};
+    }
+  }
+  return std::nullopt;
+}
+
+template <typename T>
+void YamlReader::ReadAs(const std::string& key, const char* type, T* value) {
+  known_.push_back(key);
+  const std::optional<Entry> entry = Find(key);
+  if (!entry) return;
+  const YAML::Node& node = entry->value;
+  T result{};
+  if (!node.IsScalar() || !YAML::convert<T>::decode(node, result) || !IsFinite(result)) {
+    const std::string found = node.IsScalar() ? "'" + node.Scalar() + "'" : "no single value";
+    throw IoError(path_, entry->line, "'" + key + "' must be " + type + ", found " + found);
+  }
+  *value = std::move(result);
+}
+
+void YamlReader::Read(const std::string& key, double* value) {
+  ReadAs(key, "a finite number", value);
+}
+void YamlReader::Read(const std::string& key, int* value) {
+  ReadAs(key, "an integer", value);
+}
+void YamlReader::Read(const std::string& key, bool* value) {
+  ReadAs(key, "true or false", value);
+}
+void YamlReader::Read(const std::string& key, std::string* value) {
+  ReadAs(key, "a word", value);
+}
+
+YamlReader& YamlReader::Section(const std::string& key) {
+  known_.push_back(key);
+  const std::optional<Entry> entry = Find(key);
+  if (entry && !entry->value.IsMap()) {
+    throw IoError(path_, entry->line, "'" + key + "' must be a section of 'key: value' lines");
+  }
+  sections_.push_back(YamlReader(path_, key, entry ? entry->value : YAML::Node()));
+  return sections_.back();
+}
+
+void YamlReader::CheckKeys() const {
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
+    const std::int64_t line = LineOf(entry.first);
+    if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
+      const auto nearest = std::min_element(known_.begin(), known_.end(),
+                                            [&key](const std::string& a, const std::string& b) {
+                                              return EditDistance(key, a) < EditDistance(key, b);
+                                            });
+      throw IoError(path_, line,
+                    "unknown key '" + key + "'" +
+                        (nearest == known_.end() ? "" : "; the nearest is '" + *nearest + "'"));
+    }
+    if (!seen.insert(key).second) throw IoError(path_, line, "key '" + key + "' is there twice");
+  }
+}
+
+void YamlReader::Finish() const {
+  // In this order a misspelt key is reported before the key it leaves missing.
+  CheckKeys();
+  for (const YamlReader& section : sections_) section.Finish();
+  for (const std::string& key : required_) {
+    if (Find(key)) continue;
+    throw IoError(path_, "key '" + key + "' is missing" +
+                             (name_.empty() ? "" : " from section '" + name_ + "'"));
+  }
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <yaml-cpp/node/node.h>
+
+namespace highwall::apps {
+
+// One map of a YAML file, read key by key. Every key that is asked for becomes known; Finish() then
+// refuses whatever else the map holds, so that a misspelt option is never ignored:
+//
+//   YamlReader file = YamlReader::Load(path);
+//   file.Read("depth_factor", &depth_factor);     // one line for each option
+//   file.Finish();
+//
+// All errors are IoErrors naming the file, the line and the key.
+class YamlReader {
+ public:
+  // Throws if the file cannot be read, is not YAML, or holds no map at its top.
+  static YamlReader Load(const std::filesystem::path& path);
+
+  // The value keeps its default where the key is absent. Throws for a value of another type; a
+  // double must be finite.
+  void Read(const std::string& key, double* value);
+  void Read(const std::string& key, int* value);
+  void Read(const std::string& key, bool* value);
+  void Read(const std::string& key, std::string* value);
+  // As Read, but Finish() throws if the key is absent.
+  template <typename T>
+  void Require(const std::string& key, T* value) {
+    Read(key, value);
+    required_.push_back(key);
+  }
+  // The map under `key`, an empty one where absent; valid as long as this reader. Throws if it is
+  // no map.
+  YamlReader& Section(const std::string& key);
+
+  // Throws for an unknown key, naming the nearest known one, for a key that is there twice, and for
+  // a required key that is missing; here and in all sections.
+  void Finish() const;
+
+ private:
+  YamlReader(std::filesystem::path path, std::string name, YAML::Node node);
+
+  struct Entry {
+    std::int64_t line = 0;  // of the key, counted from 1
+    YAML::Node value;
+  };
+
+  std::optional<Entry> Find(const std::string& key) const;
+  template <typename T>
+  void ReadAs(const std::string& key, const char* type, T* value);
+  // Throws for an unknown key and one that is there twice.
+  void CheckKeys() const;
+
+  std::filesystem::path path_;
+  std::string name_;  // of this section; empty for the top
+  YAML::Node node_;
+  std::vector<std::string> known_, required_;
+  std::list<YamlReader> sections_;
+};
+
+// The least number of insertions, deletions and replacements of a character that turn a into b
+// (Levenshtein 1966).
+std::size_t EditDistance(const std::string& a, const std::string& b);
+
+}  // namespace highwall::apps

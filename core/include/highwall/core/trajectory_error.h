@@ -1,0 +1,125 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
+#include <highwall/core/trajectory.h>
+
+// Absolute and relative pose error (APE, RPE) of an estimated trajectory. The figures equal those
+// of evo (github.com/MichaelGrupp/evo). Source: Sturm et al., "A benchmark for the evaluation of
+// RGB-D SLAM systems", IROS 2012, section IV.
+namespace highwall {
+
+// How the estimate is moved onto the reference before they are compared.
+enum class TrajectoryAlignment {
+  kNone,
+  kSe3,     // rigid, least squares over all matched positions
+  kSim3,    // the same with scale
+  kOrigin,  // the first matched poses laid on each other
+};
+
+// Which number an error transform E = (R, t) becomes.
+enum class PoseRelation {
+  kTranslation,   // |t| [m]
+  kAngleDegrees,  // rotation angle of R [deg], 0 to 180
+  kFull,          // Frobenius norm of E - I, no unit
+};
+
+// What `delta` of the relative error counts.
+enum class DeltaUnit {
+  kFrames,  // matched poses
+  kMetres,  // path length along the (aligned) estimate
+};
+
+struct AbsolutePoseErrorOptions {
+  double t_max_diff = 0.02;  // [s] >= 0: stamps further apart do not match
+  TrajectoryAlignment alignment = TrajectoryAlignment::kSe3;
+  PoseRelation relation = PoseRelation::kTranslation;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct RelativePoseErrorOptions {
+  double t_max_diff = 0.02;  // [s] >= 0: stamps further apart do not match
+  TrajectoryAlignment alignment = TrajectoryAlignment::kNone;
+  PoseRelation relation = PoseRelation::kTranslation;
+  double delta = 1.0;  // [matched poses], a whole number >= 1, or [m] > 0
+  DeltaUnit delta_unit = DeltaUnit::kFrames;
+  // One pair from every pose on; otherwise a pair begins where the one before it ends.
+  bool all_pairs = false;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// Of n errors e_i, in their unit (sse: squared).
+struct ErrorStatistics {
+  double max = 0.0;
+  double mean = 0.0;
+  double median = 0.0;  // of an even number: the mean of the two in the middle
+  double min = 0.0;
+  double rmse = 0.0;  // sqrt(sse / n)
+  double sse = 0.0;   // sum of squares
+  double std = 0.0;   // of the population: divided by n
+};
+
+// Throws InvalidArgument if there is no error.
+ErrorStatistics ComputeStatistics(const std::vector<double>& errors);
+
+// p_A = scale R_AB p_B + t_AB.
+struct Similarity {
+  double scale = 1.0;
+  Pose T_AB;
+
+  // Rotates, scales and moves the position; rotates the attitude.
+  Pose operator*(const Pose& T_BC) const;
+};
+
+// The similarity (rigid: scale 1) that minimises sum |a_i - (scale R b_i + t)|^2. a, b: 3 x n [m].
+// Throws InvalidArgument if the sizes differ or the rotation is not determined: fewer than three
+// points, or all on one line. Source: Umeyama, "Least-squares estimation of transformation
+// parameters between two point patterns", PAMI 1991, Eq. 34-43.
+Similarity AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bool with_scale);
+
+struct TrajectoryError {
+  ErrorStatistics statistics;
+  // One per matched pose (APE) or pair of them (RPE): [m], [deg] or none, see PoseRelation.
+  std::vector<double> errors;
+  // For each error the index into the matched trajectories: of the pose, or of the end of the pair.
+  std::vector<std::size_t> indices;
+  // The matched poses, side by side; the estimate is aligned and keeps its own stamps.
+  Trajectory reference;
+  Trajectory estimate;
+  double scale = 1.0;  // by which the alignment multiplied the estimate
+  // Share of the time seen by the reference that the estimate covers, 0 to 1: the sum of the
+  // intervals between neighbouring matched estimates over that between neighbouring references,
+  // leaving out those longer than max_gap in both.
+  double coverage = 0.0;
+  // Three times the median interval of the sparser trajectory, and no less than t_max_diff [ns]:
+  // a longer interval is a hole, where the estimate was lost or the reference blind.
+  Stamp max_gap = 0;
+};
+
+// Absolute: E_i = Q_i^-1 P_i of reference Q and aligned estimate P (Sturm 2012, section IV-B); for
+// kTranslation the distance of the positions. O(n log n).
+// Throws InvalidArgument if an option is out of range, stamps decrease, nothing matches or the
+// alignment is not determined.
+TrajectoryError AbsolutePoseError(const Trajectory& reference, const Trajectory& estimate,
+                                  const AbsolutePoseErrorOptions& options = {});
+
+// Relative: E_ij = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j) (Sturm 2012, Eq. 2) over the pairs (i, j) that are
+//   kFrames  delta matched poses apart;
+//   kMetres  one after the other: the path is cut at the first pose at or beyond every delta, and
+//            each piece but the first is a pair (evo uses the first only to find where to begin);
+//            all pairs: from each i the j with the path length nearest to delta, kept where that is
+//            within 10 % of delta.
+// O(n log n). Throws as above, and InvalidArgument if no two poses are so far apart.
+TrajectoryError RelativePoseError(const Trajectory& reference, const Trajectory& estimate,
+                                  const RelativePoseErrorOptions& options = {});
+
+}  // namespace highwall

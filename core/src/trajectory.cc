@@ -1,0 +1,185 @@
+#include <highwall/core/trajectory.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include <highwall/core/atomic_file.h>
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr std::array<const char*, 8> kColumns = {"stamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+constexpr std::string_view kBlanks = " \t\r";
+
+// One line of a TUM file, and where it stands, for the messages.
+struct Line {
+  const std::filesystem::path& path;
+  std::int64_t number;
+  std::string_view text;
+
+  [[noreturn]] void Fail(const std::string& what) const { throw IoError(path, number, what); }
+};
+
+std::array<std::string_view, 8> SplitColumns(const Line& line) {
+  std::array<std::string_view, 8> columns;
+  std::size_t count = 0;
+  std::string_view rest = line.text;
+  for (std::size_t begin = rest.find_first_not_of(kBlanks); begin != std::string_view::npos;
+       begin = rest.find_first_not_of(kBlanks)) {
+    rest.remove_prefix(begin);
+    const std::size_t length = std::min(rest.find_first_of(kBlanks), rest.size());
+    if (count < columns.size()) columns[count] = rest.substr(0, length);
+    ++count;
+    rest.remove_prefix(length);
+  }
+  if (count != columns.size()) {
+    line.Fail("expected the 8 numbers 'stamp tx ty tz qx qy qz qw' separated by blanks, found " +
+              std::to_string(count) + (count == 1 ? " value" : " values"));
+  }
+  return columns;
+}
+
+double ParseFinite(const Line& line, const char* column, std::string_view text) {
+  const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  const std::string quoted = "'" + std::string(text) + "'";
+  if (error == std::errc::invalid_argument || end != digits.data() + digits.size()) {
+    line.Fail(std::string(column) + " " + quoted + " is not a number");
+  }
+  if (error != std::errc() || !std::isfinite(value)) {
+    line.Fail(std::string(column) + " " + quoted + " is not a finite number");
+  }
+  return value;
+}
+
+StampedPose ParseStampedPose(const Line& line) {
+  const auto columns = SplitColumns(line);
+  const std::optional<Stamp> stamp = ParseStamp(columns[0]);
+  if (!stamp) line.Fail("stamp '" + std::string(columns[0]) + "' is not a time in seconds");
+  std::array<double, Pose::kSize> block;
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    block[i] = ParseFinite(line, kColumns[i + 1], columns[i + 1]);
+  }
+  const Eigen::Map<const Eigen::Quaterniond> q(block.data() + 3);
+  if (q.norm() < 1e-6) line.Fail("the quaternion qx qy qz qw is zero, which is no rotation");
+  return {*stamp, Pose::FromBlock(block.data())};
+}
+
+bool StampsDoNotDecrease(const Trajectory& trajectory) {
+  return std::is_sorted(
+      trajectory.begin(), trajectory.end(),
+      [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
+}
+
+// The first pose whose stamp is not smaller.
+Trajectory::const_iterator LowerBound(const Trajectory& trajectory, Stamp stamp) {
+  return std::lower_bound(trajectory.begin(), trajectory.end(), stamp,
+                          [](const StampedPose& a, Stamp b) { return a.stamp < b; });
+}
+
+// Correctly rounded, unlike ToSeconds, which rounds twice: evo's figures hang on that where a stamp
+// lies halfway between two others.
+double UnixSeconds(Stamp stamp) {
+  constexpr Stamp kSecond = 1'000'000'000;
+  return static_cast<double>(stamp / kSecond) + static_cast<double>(stamp % kSecond) / 1e9;
+}
+
+double Distance(Stamp a, Stamp b) {
+  return std::abs(UnixSeconds(a) - UnixSeconds(b));
+}
+
+// The first of the poses with the nearest stamp. The trajectory is not empty.
+std::size_t NearestIndex(const Trajectory& trajectory, Stamp stamp) {
+  auto nearest = LowerBound(trajectory, stamp);
+  if (nearest != trajectory.begin()) {
+    const auto before = std::prev(nearest);
+    if (nearest == trajectory.end() ||
+        Distance(before->stamp, stamp) <= Distance(nearest->stamp, stamp)) {
+      nearest = LowerBound(trajectory, before->stamp);
+    }
+  }
+  return static_cast<std::size_t>(nearest - trajectory.begin());
+}
+
+}  // namespace
+
+Trajectory ReadTumTrajectory(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) {
+    throw IoError(path, "is a folder; expected a trajectory file in the TUM form");
+  }
+  std::ifstream file(path);
+  if (!file) throw IoError(path, "cannot be opened: no such trajectory file, or not readable");
+  Trajectory trajectory;
+  std::string text;
+  for (std::int64_t number = 1; std::getline(file, text); ++number) {
+    const std::size_t begin = text.find_first_not_of(kBlanks);
+    if (begin == std::string::npos || text[begin] == '#') continue;
+    const Line line{path, number, text};
+    const StampedPose pose = ParseStampedPose(line);
+    if (!trajectory.empty() && pose.stamp < trajectory.back().stamp) {
+      line.Fail("stamp " + FormatStamp(pose.stamp) + " goes back in time, behind " +
+                FormatStamp(trajectory.back().stamp) + ": sort the lines by their stamps");
+    }
+    trajectory.push_back(pose);
+  }
+  if (file.bad()) throw IoError(path, "could not be read to its end");
+  return trajectory;
+}
+
+void WriteTumTrajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
+  HIGHWALL_REQUIRE(StampsDoNotDecrease(trajectory), "the stamps of a trajectory must not decrease");
+  AtomicFile file(path);
+  file.stream() << "# stamp tx ty tz qx qy qz qw\n";
+  for (const StampedPose& stamped : trajectory) {
+    HIGHWALL_REQUIRE(stamped.pose.IsFinite(),
+                     "the pose at stamp " + FormatStamp(stamped.stamp) + " is not finite");
+    file.stream() << FormatStamp(stamped.stamp);
+    for (int i = 0; i < Pose::kSize; ++i) {
+      // Ten decimals: rounding each of four to 1e-9 may cost 1.5e-9 once they are normalised.
+      std::array<char, 400> text;
+      std::snprintf(text.data(), text.size(), " %.10f", stamped.pose.data()[i]);
+      file.stream() << text.data();
+    }
+    file.stream() << '\n';
+  }
+  file.Commit();
+}
+
+std::vector<StampMatch> MatchByStamp(const Trajectory& reference, const Trajectory& estimate,
+                                     Stamp tolerance) {
+  HIGHWALL_REQUIRE(StampsDoNotDecrease(reference) && StampsDoNotDecrease(estimate),
+                   "the stamps of a trajectory must not decrease");
+  HIGHWALL_REQUIRE(tolerance >= 0, "the tolerance must not be negative");
+  const bool reference_is_shorter = reference.size() < estimate.size();
+  const Trajectory& shorter = reference_is_shorter ? reference : estimate;
+  const Trajectory& longer = reference_is_shorter ? estimate : reference;
+  std::vector<StampMatch> matches;
+  for (std::size_t i = 0; i < shorter.size(); ++i) {
+    const std::size_t j = NearestIndex(longer, shorter[i].stamp);
+    if (std::abs(longer[j].stamp - shorter[i].stamp) > tolerance) continue;
+    matches.push_back(reference_is_shorter ? StampMatch{i, j} : StampMatch{j, i});
+  }
+  return matches;
+}
+
+std::optional<Pose> Interpolate(const Trajectory& trajectory, Stamp stamp) {
+  const auto after = LowerBound(trajectory, stamp);
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->stamp == stamp) return after->pose;
+  if (after == trajectory.begin()) return std::nullopt;
+  const auto before = std::prev(after);
+  const double ratio = static_cast<double>(stamp - before->stamp) /
+                       static_cast<double>(after->stamp - before->stamp);
+  return Pose(before->pose.q().slerp(ratio, after->pose.q()),
+              before->pose.p() + ratio * (after->pose.p() - before->pose.p()));
+}
+
+}  // namespace highwall

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <highwall/core/camera.h>
+#include <highwall/factors/depth_noise.h>
+
+namespace highwall {
+
+// An RGB-D camera whose depth image is registered to its colour image: one pinhole for both.
+struct RgbdSensor {
+  PinholeCamera camera{};
+  double depth_factor = 5000.0;  // [1/m] > 0: the stored depth value that stands for one metre
+  DepthNoise depth_noise{};      // of the metric depth
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// The sensors of the TUM RGB-D benchmark (Sturm et al., "A Benchmark for the Evaluation of RGB-D
+// SLAM Systems", IROS 2012; ROS default calibrations of its file formats page): "tum1", "tum2" and
+// "tum3" for freiburg1, 2 and 3. Empty for any other name.
+std::optional<RgbdSensor> SensorPreset(std::string_view name);
+
+// The names SensorPreset knows, in order.
+std::vector<std::string_view> SensorPresetNames();
+
+}  // namespace highwall

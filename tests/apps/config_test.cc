@@ -1,0 +1,167 @@
+#include "config.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "../frontend/generated_tum.h"
+#include "yaml_reader.h"
+
+namespace highwall::apps {
+namespace {
+
+using testing::TemporaryDirectory;
+using testing::WriteText;
+
+constexpr const char* kCamera =
+    "camera: {width: 320, height: 240, fx: 260.5, fy: 261, cx: 159.5, cy: 120}\n";
+
+std::string IoMessage(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const IoError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "no IoError";
+  return "";
+}
+
+// The message for a configuration file of this text, without its path.
+std::string LoadMessage(const std::string& text) {
+  const TemporaryDirectory folder;
+  const std::string path = (folder.path() / "c.yaml").string();
+  WriteText(path, text);
+  const std::string message = IoMessage([&] { LoadConfig(path); });
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  EXPECT_TRUE(message.starts_with(path)) << message;
+  return message.substr(std::min(path.size(), message.size()));
+}
+
+TEST(Config, ReadsCameraDepthFactorAndNoise) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  WriteText(path, std::string(kCamera) + "depth_factor: 1000  # mm\ndepth_noise: {offset: 0.01}\n");
+  const RgbdSensor sensor = LoadConfig(path).sensor;
+  EXPECT_EQ(sensor.camera.width, 320);
+  EXPECT_EQ(sensor.camera.fx, 260.5);
+  EXPECT_EQ(sensor.camera.cy, 120.0);
+  EXPECT_FALSE(sensor.camera.HasDistortion());
+  EXPECT_EQ(sensor.depth_factor, 1000.0);
+  EXPECT_EQ(sensor.depth_noise.offset, 0.01);
+  EXPECT_EQ(sensor.depth_noise.quadratic, DepthNoise{}.quadratic);
+}
+
+TEST(Config, ReadsTheDistortion) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  WriteText(path,
+            "depth_factor: 5000\ncamera:\n  width: 640\n  height: 480\n  fx: 500\n  fy: 500\n"
+            "  cx: 320\n  cy: 240\n  k1: 0.1\n  k2: -0.2\n  p1: 0.003\n  p2: 0.004\n  k3: 0.5\n");
+  const PinholeCamera camera = LoadConfig(path).sensor.camera;
+  EXPECT_EQ(camera.k1, 0.1);
+  EXPECT_EQ(camera.k2, -0.2);
+  EXPECT_EQ(camera.p1, 0.003);
+  EXPECT_EQ(camera.p2, 0.004);
+  EXPECT_EQ(camera.k3, 0.5);
+}
+
+TEST(Config, NamesAnUnknownKeyItsLineAndTheNearestKnownOne) {
+  EXPECT_EQ(LoadMessage(std::string(kCamera) + "\ndepth_facter: 5000\n"),
+            ":3: unknown key 'depth_facter'; the nearest is 'depth_factor'");
+  EXPECT_EQ(LoadMessage("depth_factor: 5000\ncamera:\n  width: 640\n  hieght: 480\n"),
+            ":4: unknown key 'hieght'; the nearest is 'height'");
+  EXPECT_EQ(LoadMessage("depth_factor: 5000\ncamra: {width: 640}\n"),
+            ":2: unknown key 'camra'; the nearest is 'camera'");
+}
+
+TEST(Config, NamesAMissingKey) {
+  EXPECT_EQ(LoadMessage(kCamera), ": key 'depth_factor' is missing");
+  EXPECT_EQ(LoadMessage("depth_factor: 5000\n"), ": key 'width' is missing from section 'camera'");
+}
+
+TEST(Config, NamesAKeyThatIsThereTwice) {
+  EXPECT_EQ(LoadMessage("depth_factor: 1\ndepth_factor: 2\n" + std::string(kCamera)),
+            ":2: key 'depth_factor' is there twice");
+}
+
+TEST(Config, NamesAValueOfTheWrongType) {
+  const std::string camera = kCamera;
+  EXPECT_EQ(LoadMessage(camera + "depth_factor: big\n"),
+            ":2: 'depth_factor' must be a finite number, found 'big'");
+  EXPECT_EQ(LoadMessage(camera + "depth_factor: .nan\n"),
+            ":2: 'depth_factor' must be a finite number, found '.nan'");
+  EXPECT_EQ(LoadMessage(camera + "depth_factor: [1, 2]\n"),
+            ":2: 'depth_factor' must be a finite number, found no single value");
+  EXPECT_EQ(LoadMessage(camera + "depth_factor:\n"),
+            ":2: 'depth_factor' must be a finite number, found no single value");
+  EXPECT_EQ(LoadMessage("camera: {width: 640.5}\n"),
+            ":1: 'width' must be an integer, found '640.5'");
+  EXPECT_EQ(LoadMessage("depth_factor: 1\ncamera: 3\n"),
+            ":2: 'camera' must be a section of 'key: value' lines");
+}
+
+TEST(Config, NamesAValueOutOfRange) {
+  const std::string message = LoadMessage(std::string(kCamera) + "depth_factor: -5\n");
+  EXPECT_NE(message.find("depth_factor must be positive"), std::string::npos) << message;
+}
+
+TEST(Config, RefusesWhatIsNoYamlMap) {
+  EXPECT_TRUE(LoadMessage("camera: {width: 3\n").find("is not YAML") != std::string::npos);
+  EXPECT_EQ(LoadMessage(""), ": holds no 'key: value' lines");
+  EXPECT_EQ(LoadMessage("just words\n"), ": holds no 'key: value' lines");
+  EXPECT_EQ(IoMessage([] { LoadConfig("/nowhere/c.yaml"); }),
+            "/nowhere/c.yaml: is missing or cannot be read");
+}
+
+TEST(ResolveConfig, TakesAPresetByName) {
+  EXPECT_EQ(ResolveConfig("tum2", "/nowhere").config.sensor.depth_factor, 5208.0);
+}
+
+TEST(ResolveConfig, PrefersTheOptionThenCalibrationYamlThenTheName) {
+  const TemporaryDirectory folder;
+  const auto dataset = folder.path() / "rgbd_dataset_freiburg2_desk";
+  std::filesystem::create_directories(dataset);
+  EXPECT_EQ(ResolveConfig("", dataset).config.sensor.camera.fx, 520.9);
+  EXPECT_EQ(ResolveConfig("", dataset).origin, "preset tum2, by the dataset's name");
+  WriteText(dataset / "calibration.yaml", std::string(kCamera) + "depth_factor: 1000\n");
+  EXPECT_EQ(ResolveConfig("", dataset).config.sensor.camera.fx, 260.5);
+  EXPECT_EQ(ResolveConfig("", dataset).origin, (dataset / "calibration.yaml").string());
+  EXPECT_EQ(ResolveConfig("tum3", dataset).config.sensor.camera.fx, 535.4);
+  const std::string file = (dataset / "calibration.yaml").string();
+  EXPECT_EQ(ResolveConfig(file, "/nowhere").config.sensor.camera.fx, 260.5);
+}
+
+TEST(ResolveConfig, SaysWhatToDoWhereNothingIsKnown) {
+  const TemporaryDirectory folder;
+  EXPECT_EQ(IoMessage([&] { ResolveConfig("", folder.path()); }),
+            folder.path().string() +
+                ": the camera is unknown: put calibration.yaml there, or give --config with a "
+                "file or one of tum1, tum2, tum3");
+  EXPECT_EQ(IoMessage([&] { ResolveConfig("tum9", folder.path()); }),
+            "tum9: is neither a file nor a preset (tum1, tum2, tum3)");
+}
+
+TEST(PresetFromName, KnowsFreiburgByFolderAndByTheListsComment) {
+  EXPECT_EQ(PresetFromName("/data/rgbd_dataset_freiburg1_xyz/"), "tum1");
+  EXPECT_EQ(PresetFromName("/data/fr3_office"), "tum3");
+  EXPECT_EQ(PresetFromName("/freiburg1/desk"), "");
+  EXPECT_EQ(PresetFromName("/data/fr10"), "");
+  EXPECT_EQ(PresetFromName("/data/xfr1_a"), "");
+  const TemporaryDirectory folder;
+  WriteText(folder.path() / "rgb.txt", "# color\n# file: 'rgbd_dataset_freiburg2_a.bag'\n1.0 a\n");
+  EXPECT_EQ(PresetFromName(folder.path()), "tum2");
+}
+
+TEST(EditDistance, CountsInsertionsDeletionsAndReplacements) {
+  EXPECT_EQ(EditDistance("", ""), 0U);
+  EXPECT_EQ(EditDistance("", "abc"), 3U);
+  EXPECT_EQ(EditDistance("kitten", "sitting"), 3U);
+  EXPECT_EQ(EditDistance("sitting", "kitten"), 3U);
+}
+
+}  // namespace
+}  // namespace highwall::apps

@@ -1,0 +1,209 @@
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "../frontend/generated_tum.h"
+
+namespace highwall {
+namespace {
+
+using nlohmann::json;
+using testing::TemporaryDirectory;
+using testing::Truncate;
+using testing::WriteText;
+using testing::WriteTum;
+
+std::string ReadText(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+// Runs the built executable with a folder of its own for a dataset.
+class InfoTest : public ::testing::Test {
+ protected:
+  const std::filesystem::path& dataset() const { return folder_.path(); }
+
+  static Outcome Highwall(const std::string& arguments) {
+    const TemporaryDirectory scratch("output");
+    const std::string out = scratch.path() / "out", err = scratch.path() / "err";
+    const int status = std::system(
+        (std::string(HIGHWALL_BINARY) + " " + arguments + " > " + out + " 2> " + err).c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
+  }
+
+  Outcome Info(const std::string& options = "") const {
+    return Highwall("info " + dataset().string() + " " + options);
+  }
+
+  // Of a run that must succeed and print nothing else.
+  json InfoJson() const {
+    const Outcome run = Info("--json");
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+    return json::parse(run.out);
+  }
+
+  // One line on standard error that holds `part`, and exit code 2.
+  void ExpectRefused(const std::string& part) const {
+    const Outcome run = Info("--json");
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_EQ(run.out, "");
+    EXPECT_NE(run.err.find(part), std::string::npos) << run.err;
+    EXPECT_EQ(run.err.find('\n') + 1, run.err.size()) << run.err;
+  }
+
+ private:
+  TemporaryDirectory folder_;
+};
+
+TEST_F(InfoTest, DescribesAWholeDataset) {
+  WriteTum(dataset(), {.frames = 6, .raw_depth = 10000});
+  WriteText(dataset() / "groundtruth.txt", "100.0 0 0 0 0 0 0 1\n100.5 3 4 0 0 0 0 1\n");
+  WriteText(dataset() / "imu.csv",
+            "#timestamp [ns],wx,wy,wz,ax,ay,az\n100000000000,0,0,0,0,0,9.8\n"
+            "100005000000,0,0,0,0,0,9.8\n100010000000,0,0,0,0,0,9.8\n");
+  const json info = InfoJson();
+  EXPECT_EQ(info["frames"], 6);
+  EXPECT_EQ(info["usable_frames"], 6);
+  EXPECT_EQ(info["colour"]["count"], 6);
+  EXPECT_EQ(info["depth"]["count"], 6);
+  EXPECT_EQ(info["width"], 64);
+  EXPECT_EQ(info["height"], 48);
+  EXPECT_DOUBLE_EQ(info["duration"], 0.5);
+  EXPECT_DOUBLE_EQ(info["rate"], 10.0);
+  EXPECT_EQ(info["gaps"], 0);
+  EXPECT_EQ(info["association_rate"], 1.0);
+  EXPECT_EQ(info["depth_factor"], 5000.0);
+  EXPECT_EQ(info["median_depth"], 2.0);
+  EXPECT_DOUBLE_EQ(info["measured_share"], 63.0 / 64.0);
+  EXPECT_EQ(info["groundtruth"]["count"], 2);
+  EXPECT_EQ(info["groundtruth"]["path_length"], 5.0);
+  EXPECT_EQ(info["groundtruth"]["coverage"], 1.0);
+  EXPECT_EQ(info["imu"]["count"], 3);
+  EXPECT_DOUBLE_EQ(info["imu"]["rate"], 200.0);
+  EXPECT_TRUE(info["accelerometer"].is_null());
+  EXPECT_EQ(info["calibration"]["confidence"], "none");
+  EXPECT_TRUE(info["problems"].empty()) << info["problems"];
+}
+
+TEST_F(InfoTest, PrintsTextForPeople) {
+  WriteTum(dataset());
+  const Outcome run = Info();
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("frames        6 in 0.5 s, 10.0/s; 6 usable, 64 x 48"), std::string::npos)
+      << run.out;
+  EXPECT_NE(run.out.find("no problems found"), std::string::npos) << run.out;
+}
+
+TEST_F(InfoTest, CountsAndNamesUnreadableFilesAndCarriesOn) {
+  WriteTum(dataset());
+  Truncate(dataset() / "rgb/102.png");
+  std::filesystem::remove(dataset() / "depth/104.png");
+  const json info = InfoJson();
+  EXPECT_EQ(info["frames"], 6);
+  EXPECT_EQ(info["usable_frames"], 4);
+  ASSERT_EQ(info["problems"].size(), 2U);
+  EXPECT_EQ(info["problems"][0], (dataset() / "rgb/102.png").string() + ": is truncated");
+  EXPECT_NE(info["problems"][1].get<std::string>().find("depth/104.png: cannot be read"),
+            std::string::npos);
+}
+
+TEST_F(InfoTest, ReportsGapsAndStampsWithoutAPartner) {
+  WriteTum(dataset(), {.frames = 5});
+  std::string rgb, depth;
+  for (const char* stamp : {"10.0", "10.1", "10.2", "11.0", "11.1"}) {
+    rgb += std::string(stamp) + " rgb/100.png\n";
+    depth += std::string(stamp) + " depth/100.png\n";
+  }
+  WriteText(dataset() / "rgb.txt", rgb + "11.2 rgb/101.png\n");
+  WriteText(dataset() / "depth.txt", depth + "11.25 depth/101.png\n11.3 depth/102.png\n");
+  const json info = InfoJson();
+  EXPECT_EQ(info["gaps"], 1);
+  EXPECT_DOUBLE_EQ(info["longest_interval"], 0.8);
+  EXPECT_DOUBLE_EQ(info["association_rate"], 5.0 / 6.0);
+  ASSERT_EQ(info["problems"].size(), 2U) << info["problems"];
+  EXPECT_EQ(info["problems"][0], "1 colour and 2 depth images have no partner within 20 ms");
+  EXPECT_EQ(info["problems"][1], "1 gap between frames, the longest of 0.800 s at 10.200000");
+}
+
+TEST_F(InfoTest, SuspectsTheDepthFactorAndNamesTheLikelyOne) {
+  WriteTum(dataset(), {.raw_depth = 400});  // 0.08 m at the usual 5000, 0.4 m in millimetres
+  const json info = InfoJson();
+  ASSERT_EQ(info["problems"].size(), 1U);
+  EXPECT_NE(info["problems"][0].get<std::string>().find("the factor is likely 1000"),
+            std::string::npos);
+}
+
+TEST_F(InfoTest, SaysHowSureItIsOfTheCalibration) {
+  WriteTum(dataset(), {.frames = 1, .width = 640, .height = 480});
+  json info = InfoJson();
+  EXPECT_EQ(info["calibration"]["name"], "tum3");
+  EXPECT_EQ(info["calibration"]["confidence"], "unsure");
+  const std::string list = ReadText(dataset() / "rgb.txt");
+  WriteText(dataset() / "rgb.txt", "# file: 'rgbd_dataset_freiburg1_xyz.bag'\n" + list);
+  info = InfoJson();
+  EXPECT_EQ(info["calibration"]["name"], "tum1");
+  EXPECT_EQ(info["calibration"]["confidence"], "certain");
+  WriteText(dataset() / "calibration.yaml",
+            "camera: {width: 640, height: 480, fx: 500, fy: 500, cx: 320, cy: 240}\n"
+            "depth_factor: 1000\n");
+  info = InfoJson();
+  EXPECT_EQ(info["calibration"]["confidence"], "given");
+  EXPECT_EQ(info["depth_factor"], 1000.0);
+}
+
+TEST_F(InfoTest, ReportsACalibrationForAnotherImageSize) {
+  WriteTum(dataset());
+  WriteText(dataset() / "calibration.yaml",
+            "camera: {width: 640, height: 480, fx: 500, fy: 500, cx: 320, cy: 240}\n"
+            "depth_factor: 5000\n");
+  const json info = InfoJson();
+  ASSERT_EQ(info["problems"].size(), 1U);
+  EXPECT_EQ(info["problems"][0], "images are 64 x 48, but the calibration is for 640 x 480");
+}
+
+TEST_F(InfoTest, RefusesBadInputWithOneLineAndExitCodeTwo) {
+  ExpectRefused(dataset().string() + ": is empty");
+  WriteTum(dataset());
+  const std::string list = ReadText(dataset() / "rgb.txt");
+  std::filesystem::remove(dataset() / "rgb.txt");
+  ExpectRefused("rgb.txt: is missing");
+  WriteText(dataset() / "rgb.txt", "nonsense\n");
+  ExpectRefused("rgb.txt:1: 'nonsense' is not a time stamp");
+  WriteText(dataset() / "rgb.txt", "7.0 rgb/100.png\n");
+  ExpectRefused("no stamp of rgb.txt has one of depth.txt");
+  WriteText(dataset() / "rgb.txt", list);
+  WriteText(dataset() / "groundtruth.txt", "1.0 0 0 nan 0 0 0 1\n");
+  ExpectRefused("groundtruth.txt:1: ");
+  std::filesystem::remove(dataset() / "groundtruth.txt");
+  WriteText(dataset() / "calibration.yaml", "depth_facter: 5000\n");
+  ExpectRefused("calibration.yaml:1: unknown key 'depth_facter'; the nearest is 'depth_factor'");
+}
+
+TEST_F(InfoTest, RefusesADatasetWithoutAnyUsableFrame) {
+  WriteTum(dataset(), {.raw_depth = 0});
+  ExpectRefused("none of its 6 frames can be used");
+}
+
+TEST_F(InfoTest, ExitsWithOneForWrongUsageAndZeroForHelp) {
+  EXPECT_EQ(Highwall("info").exit_code, 1);
+  EXPECT_EQ(Info("--jsn").exit_code, 1);
+  const Outcome help = Highwall("info --help");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_NE(help.out.find("Example"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace highwall

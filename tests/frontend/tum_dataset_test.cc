@@ -1,0 +1,296 @@
+#include <highwall/frontend/tum_dataset.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/image_io.h>
+
+#include "generated_tum.h"
+
+namespace highwall {
+namespace {
+
+using testing::GeneratedTum;
+using testing::TemporaryDirectory;
+using testing::Truncate;
+using testing::WriteText;
+using testing::WriteTum;
+
+// The message of the IoError that `action` must throw.
+std::string IoMessage(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const IoError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "no IoError";
+  return "";
+}
+
+void ExpectContains(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << text << "\nlacks: " << part;
+}
+
+std::string OpenMessage(const std::filesystem::path& directory) {
+  const std::string message = IoMessage([&] { const TumDataset dataset(directory); });
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  return message;
+}
+
+std::vector<TumImageFile> List(const std::vector<Stamp>& stamps) {
+  std::vector<TumImageFile> list;
+  for (const Stamp stamp : stamps) list.push_back({stamp, {}});
+  return list;
+}
+
+TEST(TumDataset, LoadsColourAndMetricDepth) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path(), {.raw_depth = 10400});
+  const TumDataset dataset(folder.path(), {.depth_factor = 5200.0});
+  ASSERT_EQ(dataset.size(), 6U);
+  EXPECT_EQ(dataset.stamp(3), 100'300'000'000);
+  const std::optional<RgbdImage> image = dataset.Load(3);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->stamp, dataset.stamp(3));
+  ASSERT_EQ(image->bgr.type(), CV_8UC3);
+  EXPECT_EQ(image->bgr.at<cv::Vec3b>(5, 6), cv::Vec3b(3, 2, 3));
+  ASSERT_EQ(image->depth.type(), CV_32FC1);
+  EXPECT_FLOAT_EQ(image->depth.at<float>(5, 6), 2.0F);
+  EXPECT_EQ(image->depth.at<float>(5, 0), 0.0F);
+  EXPECT_NEAR(dataset.median_depth(), 2.0, 1e-6);  // the precision of a float
+  EXPECT_TRUE(dataset.problems().empty());
+  EXPECT_TRUE(dataset.warnings().empty());
+  EXPECT_EQ(dataset.groundtruth(), nullptr);
+}
+
+TEST(TumDataset, RefusesAnIndexBeyondTheEnd) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  EXPECT_THROW(TumDataset(folder.path()).Load(6), InvalidArgument);
+}
+
+TEST(TumDataset, ReadsTheGroundTruthWhereThereIsOne) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  WriteText(folder.path() / "groundtruth.txt", "# t\n100.0 1 2 3 0 0 0 1\n100.1 4 5 6 0 0 0 1\n");
+  const TumDataset dataset(folder.path());
+  ASSERT_NE(dataset.groundtruth(), nullptr);
+  ASSERT_EQ(dataset.groundtruth()->size(), 2U);
+  EXPECT_EQ(dataset.groundtruth()->at(1).pose.p(), Eigen::Vector3d(4, 5, 6));
+}
+
+TEST(TumDataset, RefusesNanInTheGroundTruth) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  WriteText(folder.path() / "groundtruth.txt", "100.0 1 2 3 0 0 0 1\n100.1 nan 5 6 0 0 0 1\n");
+  ExpectContains(OpenMessage(folder.path()), "groundtruth.txt:2: ");
+}
+
+TEST(TumDataset, WarnsOfAnEmptyGroundTruth) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  WriteText(folder.path() / "groundtruth.txt", "# nothing\n");
+  const TumDataset dataset(folder.path());
+  EXPECT_EQ(dataset.groundtruth(), nullptr);
+  ASSERT_EQ(dataset.warnings().size(), 1U);
+  ExpectContains(dataset.warnings()[0], "groundtruth.txt: holds no pose");
+}
+
+TEST(TumDataset, NamesAMissingOrEmptyDirectory) {
+  const TemporaryDirectory folder;
+  const auto nowhere = folder.path() / "nowhere";
+  EXPECT_EQ(OpenMessage(nowhere), nowhere.string() + ": does not exist");
+  EXPECT_EQ(OpenMessage(folder.path()), folder.path().string() + ": is empty");
+  WriteText(folder.path() / "file", "x");
+  ExpectContains(OpenMessage(folder.path() / "file"), "file: is not a directory");
+}
+
+TEST(TumDataset, NamesAMissingList) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  std::filesystem::remove(folder.path() / "rgb.txt");
+  ExpectContains(OpenMessage(folder.path()), "rgb.txt: is missing");
+}
+
+TEST(TumDataset, NamesTheCauseWhenNoStampsAssociate) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  WriteText(folder.path() / "depth.txt", "900.0 depth/100.png\n");
+  ExpectContains(OpenMessage(folder.path()), "no stamp of rgb.txt has one of depth.txt within");
+}
+
+TEST(TumDataset, SkipsAndCountsFramesItCannotUse) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path(), {.frames = 8});
+  const auto depth = folder.path() / "depth", rgb = folder.path() / "rgb";
+  Truncate(rgb / "100.png");
+  Truncate(depth / "101.png");
+  std::filesystem::remove(rgb / "102.png");
+  WriteText(depth / "103.png", "this is no image");
+  WriteText(depth / "104.png", "");
+  cv::imwrite((depth / "105.png").string(), cv::Mat(24, 32, CV_16UC1, cv::Scalar(5000)));
+  cv::imwrite((depth / "106.png").string(), cv::Mat(48, 64, CV_16UC1, cv::Scalar(0)));
+
+  const TumDataset dataset(folder.path());
+  ASSERT_EQ(dataset.size(), 8U);
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_FALSE(dataset.Load(i)) << i;
+  EXPECT_TRUE(dataset.Load(7));
+  dataset.Load(0);  // a second failure is not counted again
+  const std::vector<Dataset::Problem> problems = dataset.problems();
+  ASSERT_EQ(problems.size(), 7U);
+  const std::vector<std::string> expected = {
+      "rgb/100.png: is truncated",    "depth/101.png: is truncated",
+      "rgb/102.png: cannot be read",  "depth/103.png: is not an image",
+      "depth/104.png: is empty",      "depth/105.png: is 32 x 24, but its colour image is 64 x 48",
+      "depth/106.png: holds no depth"};
+  for (std::size_t i = 0; i < 7; ++i) {
+    EXPECT_EQ(problems[i].frame, i);
+    ExpectContains(problems[i].what, expected[i]);
+  }
+}
+
+TEST(TumDataset, RefusesADatasetWithoutAnyUsableFrame) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path(), {.raw_depth = 0});
+  const std::string message = OpenMessage(folder.path());
+  ExpectContains(message, "none of its 6 frames can be used");
+  ExpectContains(message, "depth/100.png: holds no depth");
+}
+
+TEST(TumDataset, RefusesImagesOfAnotherSizeThanTheCamera) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  const TumDatasetOptions options{.width = 640, .height = 480};
+  ExpectContains(IoMessage([&] { const TumDataset dataset(folder.path(), options); }),
+                 "is 64 x 48, but the camera is set to 640 x 480");
+}
+
+TEST(TumDataset, WarnsOfAWrongDepthFactorAndNamesTheLikelyOne) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path(), {.raw_depth = 2000});
+  const TumDataset dataset(folder.path(), {.depth_factor = 50000.0});
+  ASSERT_EQ(dataset.warnings().size(), 1U);
+  ExpectContains(dataset.warnings()[0], "the median depth is 0.04 m with depth factor 5e+04");
+  ExpectContains(dataset.warnings()[0], "the factor is likely 1000");
+}
+
+TEST(TumDataset, NamesTheBadOption) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  for (const TumDatasetOptions& options :
+       {TumDatasetOptions{.depth_factor = 0.0}, TumDatasetOptions{.width = 640},
+        TumDatasetOptions{.max_stamp_difference = -1.0}}) {
+    EXPECT_THROW(TumDataset(folder.path(), options), InvalidArgument);
+  }
+}
+
+TEST(LikelyDepthFactor, IsEmptyForPlausibleDepths) {
+  EXPECT_FALSE(LikelyDepthFactor(0.1, 5000.0));
+  EXPECT_FALSE(LikelyDepthFactor(20.0, 5000.0));
+}
+
+TEST(LikelyDepthFactor, ChoosesTheFactorThatBringsTheMedianNearTwoMetres) {
+  EXPECT_EQ(LikelyDepthFactor(2000.0, 1.0), 1000.0);   // millimetres taken for metres
+  EXPECT_EQ(LikelyDepthFactor(10000.0, 1.0), 5000.0);  // TUM taken for metres
+  EXPECT_EQ(LikelyDepthFactor(0.05, 100000.0), 5000.0);
+  EXPECT_EQ(LikelyDepthFactor(1e-4, 1000.0), 0.0);  // nothing helps
+}
+
+TEST(TumImageList, AllowsCommentsBlankLinesTabsAndCarriageReturns) {
+  const TemporaryDirectory folder;
+  const auto list = folder.path() / "rgb.txt";
+  WriteText(list,
+            "# head\r\n\r\n1.5 rgb/a.png\r\n  \t\n 2.5\trgb/b.png extra\n#3 x\n3.5 /abs/c.png");
+  const std::vector<TumImageFile> files = ReadTumImageList(list);
+  ASSERT_EQ(files.size(), 3U);
+  EXPECT_EQ(files[0].stamp, 1'500'000'000);
+  EXPECT_EQ(files[0].path, folder.path() / "rgb/a.png");
+  EXPECT_EQ(files[1].path, folder.path() / "rgb/b.png");
+  EXPECT_EQ(files[2].path, "/abs/c.png");
+}
+
+TEST(TumImageList, NamesTheLineThatIsMalformed) {
+  const TemporaryDirectory folder;
+  const auto list = folder.path() / "rgb.txt";
+  const auto message = [&](const std::string& text) {
+    WriteText(list, text);
+    return IoMessage([&] { ReadTumImageList(list); });
+  };
+  ExpectContains(message("# c\n1.0 a\nabc b\n"), "rgb.txt:3: 'abc' is not a time stamp");
+  ExpectContains(message("1.0 a\nnan b\n"), "rgb.txt:2: 'nan' is not a time stamp");
+  ExpectContains(message("1.0\n"), "rgb.txt:1: a file name is missing");
+  ExpectContains(message("2.0 a\n1.0 b\n"), "rgb.txt:2: stamp 1.0 is not greater");
+  ExpectContains(message("2.0 a\n2.0 b\n"), "rgb.txt:2: stamp 2.0 is not greater");
+  ExpectContains(message("# only a comment\n"), "rgb.txt: lists no image");
+}
+
+TEST(AssociateNearest, PairsTheClosestFirstAndUsesEachOnce) {
+  // b[0] is within reach of both a[0] (15) and a[1] (3): it goes to a[1], and a[0] stays alone.
+  const auto pairs = AssociateNearest(List({0, 18, 100}), List({15, 104, 119}), 20);
+  EXPECT_EQ(pairs, (std::vector<std::pair<std::size_t, std::size_t>>{{1, 0}, {2, 1}}));
+}
+
+TEST(AssociateNearest, KeepsThePairAtTheLimitAndDropsTheOneBeyond) {
+  EXPECT_EQ(AssociateNearest(List({0}), List({20}), 20).size(), 1U);
+  EXPECT_EQ(AssociateNearest(List({0}), List({-20}), 20).size(), 1U);
+  EXPECT_TRUE(AssociateNearest(List({0}), List({21}), 20).empty());
+}
+
+TEST(ImageIo, DetectsAJpegThatWasCutShort) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "a.jpg";
+  cv::Mat image(48, 64, CV_8UC3);
+  cv::theRNG().state = 7;
+  cv::randu(image, 0, 255);
+  cv::imwrite(path.string(), image);
+  EXPECT_EQ(ReadColourImage(path).size(), image.size());
+  std::ofstream(path, std::ios::app) << std::string(8, '\0');  // padding of some cameras
+  EXPECT_EQ(ReadColourImage(path).size(), image.size());
+  for (const double share : {0.97, 0.5, 0.1}) {
+    Truncate(path, share);
+    ExpectContains(IoMessage([&] { ReadColourImage(path); }), "a.jpg: is truncated");
+  }
+}
+
+TEST(ImageIo, DetectsAPngCutShortAnywhere) {
+  const TemporaryDirectory folder;
+  const auto whole = folder.path() / "whole.png", cut = folder.path() / "cut.png";
+  cv::Mat image(48, 64, CV_16UC1);
+  cv::theRNG().state = 7;
+  cv::randu(image, 0, 65535);
+  cv::imwrite(whole.string(), image);
+  EXPECT_EQ(cv::countNonZero(ReadDepthImage(whole) != image), 0);
+  const std::uintmax_t size = std::filesystem::file_size(whole);
+  for (std::uintmax_t left = 8; left < size; left += 97) {
+    std::filesystem::copy_file(whole, cut, std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::resize_file(cut, left);
+    ExpectContains(IoMessage([&] { ReadDepthImage(cut); }), "cut.png: is truncated");
+  }
+}
+
+TEST(ImageIo, RefusesADepthImageOfEightBits) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "d.png";
+  cv::imwrite(path.string(), cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3)));
+  ExpectContains(IoMessage([&] { ReadDepthImage(path); }), "found 3 of 8 bits");
+}
+
+TEST(TumDataset, ReadsARealSequence) {
+  const std::filesystem::path folder = std::filesystem::path(HIGHWALL_SHARED_DATA) / "tum/fr1_xyz";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << ": no shared/data here";
+  const TumDataset dataset(folder);
+  EXPECT_EQ(dataset.colour_files().size(), 798U);
+  EXPECT_EQ(dataset.size(), 792U);
+  ASSERT_NE(dataset.groundtruth(), nullptr);
+  EXPECT_EQ(dataset.groundtruth()->size(), 3000U);
+  EXPECT_TRUE(dataset.warnings().empty());
+}
+
+}  // namespace
+}  // namespace highwall
