@@ -1,6 +1,5 @@
 #include <cstdint>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -19,11 +18,15 @@ namespace {
 struct SimulateArguments {
   std::string scene;
   std::string folder;
+  std::string noise = "kinect";
   simulate::SimulationOptions options;
 };
 
 int RunSimulate(const SimulateArguments& arguments) {
-  const simulate::Simulation simulation = simulate::SimulateRoom(arguments.options);
+  simulate::SimulationOptions options = arguments.options;
+  options.sensor.noise =
+      arguments.noise == "off" ? simulate::SensorNoise::kOff : simulate::SensorNoise::kKinect;
+  const simulate::Simulation simulation = simulate::SimulateRoom(options);
   {
     Progress progress("rendering");
     simulate::WriteTum(simulation, arguments.folder, [&progress](int done, int total) {
@@ -55,11 +58,9 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--fps", options.fps, "Frames per second")
       ->check(CLI::Range(0.1, 240.0))
       ->capture_default_str();
-  const std::map<std::string, simulate::SensorNoise> noises = {
-      {"off", simulate::SensorNoise::kOff}, {"kinect", simulate::SensorNoise::kKinect}};
-  command
-      ->add_option("--noise", options.sensor.noise, "Of depth and colour: off or kinect (default)")
-      ->transform(CLI::CheckedTransformer(noises));
+  command->add_option("--noise", arguments->noise, "Of depth and colour")
+      ->check(CLI::IsMember({"off", "kinect"}))
+      ->capture_default_str();
   command->footer("Example: highwall simulate room --out room --duration 10");
   command->callback(
       [&action, arguments] { action = [arguments] { return RunSimulate(*arguments); }; });
