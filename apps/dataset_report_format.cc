@@ -70,7 +70,7 @@ std::string ToJson(const DatasetReport& report) {
 std::string ToText(const DatasetReport& report) {
   constexpr std::size_t kMaxProblems = 20;
   std::ostringstream text;
-  text.precision(3);
+  text.precision(4);
   text << report.directory.string() << "\n"
        << "  frames        " << StreamText(report.frames) << "; " << report.usable_frames
        << " usable, " << report.width << " x " << report.height << "\n"

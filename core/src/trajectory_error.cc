@@ -218,10 +218,10 @@ Similarity AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bo
                           std::to_string(a.cols()) + ": align by origin or none");
   }
   const auto n = static_cast<double>(a.cols());
-  const Eigen::Vector3d mean_a = a.rowwise().mean();  // Eq. 34
-  const Eigen::Vector3d mean_b = b.rowwise().mean();  // Eq. 35
+  const Eigen::Vector3d mean_a = a.rowwise().mean();  // Eq. 35
+  const Eigen::Vector3d mean_b = b.rowwise().mean();  // Eq. 34
   const Eigen::Matrix3Xd centred_b = b.colwise() - mean_b;
-  const double variance_b = centred_b.squaredNorm() / n;                                  // Eq. 37
+  const double variance_b = centred_b.squaredNorm() / n;                                  // Eq. 36
   const Eigen::Matrix3d covariance = (a.colwise() - mean_a) * centred_b.transpose() / n;  // Eq. 38
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);

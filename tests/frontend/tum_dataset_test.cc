@@ -274,6 +274,23 @@ TEST(ImageIo, DetectsAPngCutShortAnywhere) {
   }
 }
 
+TEST(ImageIo, DetectsADamagedPngAndWritesNothing) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "d.png";
+  cv::Mat image(48, 64, CV_16UC1);
+  cv::theRNG().state = 7;
+  cv::randu(image, 0, 65535);
+  cv::imwrite(path.string(), image);
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(path) / 2));
+  file.write("damage", 6);
+  file.close();
+  ::testing::internal::CaptureStderr();
+  const std::string message = IoMessage([&] { ReadDepthImage(path); });
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  ExpectContains(message, "d.png: is damaged");
+}
+
 TEST(ImageIo, RefusesADepthImageOfEightBits) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "d.png";

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace highwall::apps {
+
+enum ExitCode { kExitOk = 0, kExitUsage = 1, kExitData = 2, kExitFailed = 3 };
+
+// What a subcommand does once its options are parsed; returns an ExitCode. It may throw: main()
+// prints IoError and InvalidArgument as one line and exits with kExitData, any other exception
+// with kExitFailed.
+using CommandAction = std::function<int()>;
+
+// One function per subcommand, each in its own file: adds the subcommand and its options to `app`,
+// and sets `action` when the user chose it. CLI::ParseError means wrong usage. `action` must
+// outlive the parsing.
+void AddEvalCommand(CLI::App& app, CommandAction& action);
+void AddInfoCommand(CLI::App& app, CommandAction& action);
+void AddSimulateCommand(CLI::App& app, CommandAction& action);
+
+}  // namespace highwall::apps

@@ -1,0 +1,237 @@
+#include "error_plot.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "plot_axes.h"
+#include "svg.h"
+
+namespace highwall::apps {
+namespace {
+
+constexpr double kWidth = 1240.0;  // [px], as all that follows
+constexpr double kHeight = 580.0;
+constexpr PlotAxes::Box kMapBox{80.0, 96.0, 430.0, 420.0};
+constexpr PlotAxes::Box kColorBarBox{530.0, 96.0, 14.0, 420.0};
+constexpr PlotAxes::Box kErrorBox{720.0, 96.0, 490.0, 420.0};
+constexpr double kLegendHeight = 84.0;
+constexpr int kColorLevels = 64;
+constexpr std::size_t kFew = 80;  // so few poses or errors are drawn as dots too
+
+const SvgStroke kReferenceStroke{.color = "#b4b4b4", .width = 1.6};
+const SvgStroke kErrorStroke{.color = "#4a6fa5", .width = 1.2};
+const SvgStroke kMeanStroke{.color = "#1b7f5c", .width = 1.6, .dashes = "7 4"};
+const SvgStroke kRmseStroke{.color = "#c8352b", .width = 1.6, .dashes = "2 3"};
+
+// From blue (0) through teal and amber to red (1).
+std::string Color(double share) {
+  constexpr std::array<std::array<double, 3>, 5> kStops = {{{38.0, 70.0, 150.0},
+                                                            {30.0, 145.0, 170.0},
+                                                            {120.0, 185.0, 90.0},
+                                                            {240.0, 170.0, 50.0},
+                                                            {205.0, 35.0, 40.0}}};
+  const double at = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
+  const std::size_t i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
+  std::array<int, 3> rgb;
+  for (std::size_t c = 0; c < 3; ++c) {
+    rgb[c] = static_cast<int>(
+        std::lround(std::lerp(kStops[i][c], kStops[i + 1][c], at - static_cast<double>(i))));
+  }
+  return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
+}
+
+// A range to draw: not empty, with a margin on either side.
+PlotRange WithMargin(PlotRange range) {
+  if (range.Width() < 1e-9) range.Widen(1.0);
+  range.Widen(1.08 * range.Width());
+  return range;
+}
+
+// The range of the colours; all errors may be equal.
+PlotRange ErrorRange(const ErrorStatistics& statistics) {
+  PlotRange range{statistics.min, statistics.max};
+  if (range.Width() <= 1e-12 * statistics.max) range.max = range.min + 1.0;
+  return range;
+}
+
+// The two axes along which both trajectories extend most, in alphabetical order.
+class MapProjection {
+ public:
+  MapProjection(const Trajectory& reference, const Trajectory& estimate) {
+    for (const Trajectory* trajectory : {&reference, &estimate}) {
+      for (const StampedPose& stamped : *trajectory) {
+        for (std::size_t c = 0; c < 3; ++c) ranges_[c].Include(stamped.pose.data()[c]);
+      }
+    }
+    std::size_t thin = 2;
+    for (std::size_t c = 2; c-- > 0;) {
+      if (ranges_[c].Width() < ranges_[thin].Width()) thin = c;
+    }
+    horizontal_ = thin == 0 ? 1 : 0;
+    vertical_ = thin == 2 ? 1 : 2;
+  }
+
+  PlotAxes MakeAxes() const {
+    return PlotAxes::WithEqualScale(kMapBox, WithMargin(ranges_[horizontal_]),
+                                    WithMargin(ranges_[vertical_]));
+  }
+  SvgPoint Map(const PlotAxes& axes, const Pose& pose) const {
+    return axes.Map(pose.data()[horizontal_], pose.data()[vertical_]);
+  }
+  std::string HorizontalLabel() const { return fmt::format("{} [m]", "xyz"[horizontal_]); }
+  std::string VerticalLabel() const { return fmt::format("{} [m]", "xyz"[vertical_]); }
+
+ private:
+  std::array<PlotRange, 3> ranges_;
+  std::size_t horizontal_ = 0;
+  std::size_t vertical_ = 1;
+};
+
+// A line through the points, or a dot where there is only one.
+void DrawPiece(const std::vector<SvgPoint>& points, const SvgStroke& stroke, Svg* svg) {
+  if (points.size() == 1) svg->Circle(points.front(), stroke.width, stroke.color);
+  if (points.size() > 1) svg->Polyline(points, stroke);
+}
+
+void DrawReference(const MapProjection& projection, const PlotAxes& axes,
+                   const Trajectory& reference, Stamp max_gap, Svg* svg) {
+  std::vector<SvgPoint> piece;
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    if (i > 0 && reference[i].stamp - reference[i - 1].stamp > max_gap) {
+      DrawPiece(std::exchange(piece, {}), kReferenceStroke, svg);
+    }
+    piece.push_back(projection.Map(axes, reference[i].pose));
+  }
+  DrawPiece(piece, kReferenceStroke, svg);
+}
+
+// For each matched pose the error that it takes part in: its own, or that of the pair that ends
+// there or next, 0 (least) to kColorLevels - 1 (largest).
+std::vector<int> ErrorLevels(const TrajectoryError& result) {
+  const PlotRange range = ErrorRange(result.statistics);
+  std::vector<int> levels;
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < result.estimate.size(); ++i) {
+    while (k + 1 < result.indices.size() && result.indices[k] < i) ++k;
+    const double share = (result.errors[k] - range.min) / range.Width();
+    levels.push_back(std::clamp(static_cast<int>(share * kColorLevels), 0, kColorLevels - 1));
+  }
+  return levels;
+}
+
+void DrawEstimate(const MapProjection& projection, const PlotAxes& axes,
+                  const TrajectoryError& result, Svg* svg) {
+  const std::vector<int> levels = ErrorLevels(result);
+  const auto color = [&](std::size_t i) { return Color(levels[i] / (kColorLevels - 1.0)); };
+  const auto draw = [&](const std::vector<SvgPoint>& piece, std::size_t end) {
+    DrawPiece(piece, {.color = color(end), .width = 2.4}, svg);
+  };
+  const std::size_t poses = result.estimate.size();
+  std::vector<SvgPoint> piece;
+  for (std::size_t i = 0; i < poses; ++i) {
+    const SvgPoint point = projection.Map(axes, result.estimate[i].pose);
+    if (i > 0 && result.estimate[i].stamp - result.estimate[i - 1].stamp > result.max_gap) {
+      draw(std::exchange(piece, {}), i - 1);
+    } else if (i > 0 && levels[i] != levels[i - 1] && piece.size() > 1) {
+      const SvgPoint joint = piece.back();
+      draw(std::exchange(piece, {joint}), i - 1);
+    }
+    piece.push_back(point);
+  }
+  draw(piece, poses - 1);
+  for (std::size_t i = 0; i < poses && poses <= kFew; ++i) {
+    svg->Circle(projection.Map(axes, result.estimate[i].pose), 3.5, color(i));
+  }
+}
+
+void DrawColorBar(const ErrorPlotText& text, const ErrorStatistics& statistics, Svg* svg) {
+  const PlotAxes::Box& box = kColorBarBox;
+  const PlotRange range = ErrorRange(statistics);
+  for (int level = 0; level < kColorLevels; ++level) {
+    const double height = box.height / kColorLevels;
+    // One pixel of overlap hides the seams of antialiasing.
+    svg->Rectangle({box.left, box.top + box.height - (level + 1) * height}, box.width,
+                   height + (level > 0 ? 1.0 : 0.0), Color(level / (kColorLevels - 1.0)));
+  }
+  const PlotTicks ticks = MakeTicks(range, 6.0);
+  for (std::size_t i = 0; i < ticks.values.size(); ++i) {
+    const double y = box.top + box.height * (range.max - ticks.values[i]) / range.Width();
+    svg->Line({box.left + box.width, y}, {box.left + box.width + 5.0, y}, {.color = "#888"});
+    svg->Text({box.left + box.width + 8.0, y + 4.0}, ticks.labels[i], {});
+  }
+  svg->Text({box.left + box.width + 66.0, box.top + 0.5 * box.height},
+            fmt::format("{} [{}]", text.quantity, text.unit),
+            {.size = 13.0, .anchor = SvgAnchor::kMiddle, .rotation = -90.0});
+}
+
+// A sample of the stroke and its meaning; returns where the next entry begins.
+double DrawLegend(double left, const std::string& label, const SvgStroke& stroke, Svg* svg) {
+  svg->Line({left, kLegendHeight - 4.0}, {left + 28.0, kLegendHeight - 4.0}, stroke);
+  svg->Text({left + 34.0, kLegendHeight}, label, {});
+  return left + 58.0 + 6.6 * static_cast<double>(label.size());
+}
+
+void DrawMap(const ErrorPlotText& text, const Trajectory& reference, const TrajectoryError& result,
+             Svg* svg) {
+  const MapProjection projection(reference, result.estimate);
+  const PlotAxes axes = projection.MakeAxes();
+  axes.Draw(projection.HorizontalLabel(), projection.VerticalLabel(), svg);
+  DrawReference(projection, axes, reference, result.max_gap, svg);
+  DrawEstimate(projection, axes, result, svg);
+  DrawColorBar(text, result.statistics, svg);
+  const double next = DrawLegend(kMapBox.left, "reference", kReferenceStroke, svg);
+  DrawLegend(next, "estimate, coloured by error", {.color = Color(0.25), .width = 2.4}, svg);
+}
+
+void DrawErrorCurve(const PlotAxes& axes, const TrajectoryError& result, Svg* svg) {
+  const Stamp start = result.estimate.front().stamp;
+  std::vector<SvgPoint> piece;
+  for (std::size_t k = 0; k < result.errors.size(); ++k) {
+    const Stamp stamp = result.estimate[result.indices[k]].stamp;
+    const SvgPoint point = axes.Map(ToSeconds(stamp - start), result.errors[k]);
+    if (result.errors.size() <= kFew) svg->Circle(point, 3.0, kErrorStroke.color);
+    if (k > 0 && stamp - result.estimate[result.indices[k - 1]].stamp > result.max_gap) {
+      DrawPiece(std::exchange(piece, {}), kErrorStroke, svg);
+    }
+    piece.push_back(point);
+  }
+  DrawPiece(piece, kErrorStroke, svg);
+}
+
+void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result, Svg* svg) {
+  const ErrorStatistics& s = result.statistics;
+  PlotRange time{0.0, ToSeconds(result.estimate.back().stamp - result.estimate.front().stamp)};
+  if (time.Width() < 1e-9) time.Widen(1.0);
+  const PlotAxes axes(kErrorBox, time, {0.0, s.max > 0.0 ? 1.06 * s.max : 1.0});
+  axes.Draw("time [s]", fmt::format("{} [{}]", text.quantity, text.unit), svg);
+  DrawErrorCurve(axes, result, svg);
+  const auto draw_level = [&](double left, const char* name, double value,
+                              const SvgStroke& stroke) {
+    svg->Line(axes.Map(time.min, value), axes.Map(time.max, value), stroke);
+    return DrawLegend(left, fmt::format("{} {:.4g} {}", name, value, text.unit), stroke, svg);
+  };
+  const double next = draw_level(kErrorBox.left, "mean", s.mean, kMeanStroke);
+  draw_level(next, "rmse", s.rmse, kRmseStroke);
+}
+
+}  // namespace
+
+void WriteErrorPlot(const std::filesystem::path& path, const ErrorPlotText& text,
+                    const Trajectory& reference, const TrajectoryError& result) {
+  Svg svg(kWidth, kHeight);
+  svg.Text({kMapBox.left, 30.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
+  svg.Text({kMapBox.left, 52.0},
+           fmt::format("{}; {} poses matched, coverage {:.1f} %, scale {:.4f}", text.subtitle,
+                       result.estimate.size(), 100.0 * result.coverage, result.scale),
+           {.size = 13.0});
+  DrawMap(text, reference, result, &svg);
+  DrawErrorOverTime(text, result, &svg);
+  svg.Write(path);
+}
+
+}  // namespace highwall::apps
