@@ -102,7 +102,7 @@ class RoomBuilder {
                         ceiling);
     AddWall(bricks_, AddMasonry({.contrast = 0.5f, .noise = {.wavelength = 0.06f, .octaves = 4}}));
     AddWall(desk_, AddNoise(Rgb(0.72, 0.74, 0.66), 0.12, 0.25, 6));
-    AddWall(plaster_, AddNoise(Rgb(0.8, 0.76, 0.68), 0.05, 0.4, 6));
+    AddWall(plaster_, AddNoise(Rgb(0.74, 0.7, 0.62), 0.16, 0.25, 6));
     AddWall(shelf_, AddMasonry({.cell = {0.24f, 4.0f},
                                 .joint = 0.012f,
                                 .shift = 0.0f,
@@ -240,12 +240,23 @@ class RoomBuilder {
   }
 
   void FurnishPlasterWall() {
+    const int panelling = AddMasonry({.cell = {0.13f, 4.0f},
+                                      .joint = 0.008f,
+                                      .shift = 0.0f,
+                                      .first = Rgb(0.66, 0.56, 0.42),
+                                      .second = Rgb(0.56, 0.48, 0.36),
+                                      .joint_colour = Rgb(0.25, 0.2, 0.15),
+                                      .contrast = 0.3f,
+                                      .stretch = {1.0f, 0.15f},
+                                      .noise = {.wavelength = 0.03f, .octaves = 3}});
+    AddOn(plaster_, {0.0, 0.0}, {plaster_.length, 0.012, 0.9}, {wood_, panelling, wood_});
+    AddPicture(plaster_, {-2.5, 1.55}, {0.45, 0.6}, false);
     const int door =
-        scene_.AddTexture(MakePanels({0.9, 2.05}, 3, 2, Rgb(0.7, 0.55, 0.38), &random_));
+        scene_.AddTexture(MakePanels({0.9, 2.05}, 4, 2, Rgb(0.7, 0.55, 0.38), &random_));
     AddOn(plaster_, {-1.5, 0.0}, {1.06, 0.05, 2.13}, {white_, white_, white_});
     AddOn(plaster_, {-1.5, 0.0}, {0.9, 0.07, 2.05}, {wood_, door, wood_});
     AddPicture(plaster_, {-0.35, 1.5}, {0.5, 0.65}, true);
-    AddPicture(plaster_, {0.4, 1.6}, {0.55, 0.4}, false);
+    AddPicture(plaster_, {0.4, 1.6}, {0.6, 0.5}, false);
     AddCupboard(plaster_, 1.1, {1.6, 0.4, 0.7}, 2, 4);
     const int print = scene_.AddTexture(MakeBooks({0.6, 0.28}, &random_));
     AddOn(plaster_, {0.8, 0.7}, {0.6, 0.2, 0.28}, {dark_, print, white_});
