@@ -19,8 +19,8 @@ struct SimulationOptions {
   std::uint64_t seed = 1;  // of the scene, the path and the noise
   double duration = 10.0;  // [s] > 0
   double fps = 30.0;       // [Hz] > 0
-  PinholeCamera camera;
-  SensorOptions sensor;
+  PinholeCamera camera{};
+  SensorOptions sensor{};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

@@ -59,7 +59,7 @@ struct MasonryOptions {
   Colour joint_colour = Rgb(0.7, 0.7, 0.68);
   float contrast = 0.3f;                   // of the noise inside a cell
   Eigen::Vector2f stretch = {1.0f, 1.0f};  // of the noise: (1, 8) is a grain along s
-  ValueNoise noise;
+  ValueNoise noise{};
 };
 
 // Bricks, tiles, checkerboards, planks: cells in rows with joints between them.

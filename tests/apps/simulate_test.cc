@@ -252,7 +252,7 @@ class RoomPath : public ::testing::TestWithParam<std::pair<double, int>> {
 TEST_P(RoomPath, MovesAsAHandDoesAndReturnsToItsStart) {
   const SplineTrajectory path = MakeRoomTrajectory(duration(), seed());
   constexpr double kStep = 0.01;
-  Eigen::Vector3d last_velocity, last_rate;
+  Eigen::Vector3d last_velocity = Eigen::Vector3d::Zero(), last_rate = last_velocity;
   for (int i = 0; i * kStep < duration(); ++i) {
     const Pose a = path.T_WC(i * kStep), b = path.T_WC((i + 1) * kStep);
     const Eigen::Vector3d velocity = (b.p() - a.p()) / kStep;
