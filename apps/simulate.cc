@@ -51,6 +51,7 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--out", arguments->folder, "Folder to make; it must be absent or empty")
       ->required();
   command->add_option("--seed", options.seed, "Another number, another room, path and noise")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_option("--duration", options.duration, "Length of the sequence [s]")
       ->check(CLI::Range(1e-3, 3600.0))
