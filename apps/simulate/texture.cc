@@ -6,12 +6,19 @@
 namespace highwall::simulate {
 namespace {
 
-std::uint32_t HashCell(int x, int y, std::uint32_t seed) {
-  std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8da6b343u ^
-                    static_cast<std::uint32_t>(y) * 0xd8163841u ^ seed * 0xcb1ab31fu;
+// A hash of lattice point (x, y), x and y multiplied beforehand: neighbours share the products.
+constexpr std::uint32_t kHashX = 0x8da6b343u, kHashY = 0xd8163841u;
+
+std::uint32_t FinishHash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
+  std::uint32_t h = x ^ y ^ seed;
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;
   h = (h ^ (h >> 12)) * 0x297a2d39u;
   return h ^ (h >> 15);
+}
+
+std::uint32_t HashCell(int x, int y, std::uint32_t seed) {
+  return FinishHash(static_cast<std::uint32_t>(x) * kHashX, static_cast<std::uint32_t>(y) * kHashY,
+                    seed);
 }
 
 float ToUnit(std::uint32_t h) {
@@ -41,9 +48,12 @@ float Coverage(float inside, float footprint) {
 float LatticeNoise(const Eigen::Vector2f& x, std::uint32_t seed) {
   const int i = Floor(x.x()), j = Floor(x.y());
   const float a = Smooth(x.x() - static_cast<float>(i)), b = Smooth(x.y() - static_cast<float>(j));
-  const float low = Lerp(ToUnit(HashCell(i, j, seed)), ToUnit(HashCell(i + 1, j, seed)), a);
+  const std::uint32_t left = static_cast<std::uint32_t>(i) * kHashX, right = left + kHashX;
+  const std::uint32_t bottom = static_cast<std::uint32_t>(j) * kHashY, top = bottom + kHashY;
+  const float low =
+      Lerp(ToUnit(FinishHash(left, bottom, seed)), ToUnit(FinishHash(right, bottom, seed)), a);
   const float high =
-      Lerp(ToUnit(HashCell(i, j + 1, seed)), ToUnit(HashCell(i + 1, j + 1, seed)), a);
+      Lerp(ToUnit(FinishHash(left, top, seed)), ToUnit(FinishHash(right, top, seed)), a);
   return 2.0f * Lerp(low, high, b) - 1.0f;
 }
 
@@ -57,11 +67,11 @@ float ValueNoise::operator()(const Eigen::Vector2f& st, float footprint) const {
   float sum = 0.0f, height = 1.0f, total = 0.0f, length = wavelength;
   for (int octave = 0; octave < octaves; ++octave, height *= 0.6f, length *= 0.5f) {
     total += height;
-    // Below about two footprints a wave would alias.
-    const float visible = std::clamp(length / footprint - 1.5f, 0.0f, 1.0f);
+    // A wave takes two lattice steps; below about four footprints it would flicker.
+    const float visible = std::clamp(length / footprint - 1.75f, 0.0f, 1.0f);
     if (visible == 0.0f) continue;
     sum += visible * height *
-           LatticeNoise(st / length, seed + static_cast<std::uint32_t>(octave) * 131u);
+           LatticeNoise(st / length, seed + static_cast<std::uint32_t>(octave) * 0x9e3779b9u);
   }
   return sum / total;
 }
