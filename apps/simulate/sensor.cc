@@ -1,7 +1,7 @@
 #include "simulate/sensor.h"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -33,6 +33,14 @@ double KinectDepth(double z, double normal, double disparity_scale) {
   return steps > 0.0 ? kDisparitySteps * disparity_scale / steps : 0.0;
 }
 
+// The smallest depth within the matching window of each pixel.
+cv::Mat NearestInWindow(const cv::Mat& depth) {
+  cv::Mat nearest = depth.clone();
+  nearest.setTo(std::numeric_limits<float>::infinity(), depth == 0.0f);  // nothing hides nothing
+  cv::erode(nearest, nearest, cv::Mat::ones(kMatchingWindow, kMatchingWindow, CV_8U));
+  return nearest;
+}
+
 bool IsLost(float cosine, float uniform) {
   return uniform * (kGrazingPossible - kGrazingSure) > cosine - kGrazingSure;
 }
@@ -58,9 +66,7 @@ SensorImages Sensor::Observe(const Rendering& rendering, int frame, int threads)
   const CounterRandom random = random_.Stream(static_cast<std::uint64_t>(frame));
   const int w = rendering.depth.cols, h = rendering.depth.rows;
   SensorImages out{cv::Mat(h, w, CV_8UC3), cv::Mat(h, w, CV_32FC1)};
-  cv::Mat nearest;  // depth in the matching window
-  if (noisy)
-    cv::erode(rendering.depth, nearest, cv::Mat::ones(kMatchingWindow, kMatchingWindow, CV_8U));
+  const cv::Mat nearest = noisy ? NearestInWindow(rendering.depth) : cv::Mat();
 
   const auto observe_depth = [&](int u, int v, std::uint64_t counter) {
     double z = rendering.depth.at<float>(v, u);

@@ -2,7 +2,9 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <iomanip>
 #include <limits>
@@ -97,8 +99,9 @@ std::string GroundTruth(const Simulation& simulation) {
   const int steps = std::max(1, static_cast<int>(std::ceil(100.0 / simulation.options().fps)));
   for (int i = 0; i < simulation.size(); ++i) {
     const Stamp begin = simulation.StampOf(i);
-    const Stamp end = i + 1 < simulation.size() ? simulation.StampOf(i + 1) : begin + steps;
-    for (int k = 0; k < (i + 1 < simulation.size() ? steps : 1); ++k) {
+    const Stamp end = simulation.StampOf(i + 1);
+    const int count = i + 1 < simulation.size() ? steps : 1;
+    for (int k = 0; k < count; ++k) {
       const Stamp stamp = begin + (end - begin) * k / steps / 1000 * 1000;
       out << FormatStamp(stamp);
       const Pose T_WC = simulation.T_WC(stamp);
