@@ -21,5 +21,6 @@ using CommandAction = std::function<int()>;
 void AddEvalCommand(CLI::App& app, CommandAction& action);
 void AddInfoCommand(CLI::App& app, CommandAction& action);
 void AddSimulateCommand(CLI::App& app, CommandAction& action);
+void AddSlamCommand(CLI::App& app, CommandAction& action);
 
 }  // namespace highwall::apps

@@ -45,6 +45,10 @@ std::string Color(double share) {
   return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
 }
 
+std::string ErrorLabel(const ErrorPlotText& text) {
+  return text.unit.empty() ? text.quantity : fmt::format("{} [{}]", text.quantity, text.unit);
+}
+
 // A range to draw: not empty, with a margin on either side.
 PlotRange WithMargin(PlotRange range) {
   if (range.Width() < 1e-9) range.Widen(1.0);
@@ -164,8 +168,7 @@ void DrawColorBar(const ErrorPlotText& text, const ErrorStatistics& statistics, 
     svg->Line({box.left + box.width, y}, {box.left + box.width + 5.0, y}, {.color = "#888"});
     svg->Text({box.left + box.width + 8.0, y + 4.0}, ticks.labels[i], {});
   }
-  svg->Text({box.left + box.width + 66.0, box.top + 0.5 * box.height},
-            fmt::format("{} [{}]", text.quantity, text.unit),
+  svg->Text({box.left + box.width + 66.0, box.top + 0.5 * box.height}, ErrorLabel(text),
             {.size = 13.0, .anchor = SvgAnchor::kMiddle, .rotation = -90.0});
 }
 
@@ -208,7 +211,7 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
   PlotRange time{0.0, ToSeconds(result.estimate.back().stamp - result.estimate.front().stamp)};
   if (time.Width() < 1e-9) time.Widen(1.0);
   const PlotAxes axes(kErrorBox, time, {0.0, s.max > 0.0 ? 1.06 * s.max : 1.0});
-  axes.Draw("time [s]", fmt::format("{} [{}]", text.quantity, text.unit), svg);
+  axes.Draw("time [s]", ErrorLabel(text), svg);
   DrawErrorCurve(axes, result, svg);
   const auto draw_level = [&](double left, const char* name, double value,
                               const SvgStroke& stroke) {

@@ -12,7 +12,7 @@ struct ErrorPlotText {
   std::string title;
   std::string subtitle;
   std::string quantity;  // such as "translation error"
-  std::string unit;      // such as "m"
+  std::string unit;      // such as "m"; empty: none
 };
 
 // An SVG with two panels. Left: both trajectories seen along the axis of least spread, the whole

@@ -39,14 +39,14 @@ struct EvalArguments {
 struct Quantity {
   PoseRelation relation;
   std::string name;
-  std::string unit;
+  std::string unit;  // empty: none
 };
 
 const Quantity& FindQuantity(const std::string& relation) {
   static const std::map<std::string, Quantity> quantities = {
       {"trans_part", {PoseRelation::kTranslation, "translation error", "m"}},
       {"angle_deg", {PoseRelation::kAngleDegrees, "rotation error", "deg"}},
-      {"full", {PoseRelation::kFull, "full pose error", "no unit"}}};
+      {"full", {PoseRelation::kFull, "full pose error", ""}}};
   return quantities.at(relation);
 }
 
@@ -87,8 +87,8 @@ TrajectoryError Evaluate(const EvalArguments& arguments, const Trajectory& refer
 // "APE, translation error [m], alignment se3"
 std::string Describe(const EvalArguments& arguments) {
   const Quantity& quantity = FindQuantity(arguments.relation);
-  std::string text = fmt::format("{}, {} [{}]", arguments.metric == "ape" ? "APE" : "RPE",
-                                 quantity.name, quantity.unit);
+  std::string text = (arguments.metric == "ape" ? "APE, " : "RPE, ") + quantity.name;
+  if (!quantity.unit.empty()) text += " [" + quantity.unit + "]";
   if (arguments.metric == "rpe") {
     text += fmt::format(" over {} {}{}", arguments.delta,
                         arguments.delta_unit == "m" ? "m"

@@ -39,7 +39,7 @@ void AddInfoCommand(CLI::App& app, CommandAction& action) {
   command->add_option("DIR", arguments->directory, "Folder with rgb.txt and depth.txt (TUM RGB-D)")
       ->required();
   command->add_flag("--json", arguments->json, "Print one JSON object");
-  command->footer("Example: highwall info rgbd_dataset_freiburg1_xyz");
+  command->footer("Example:\n  highwall info rgbd_dataset_freiburg1_xyz");
   command->callback([&action, arguments] { action = [arguments] { return RunInfo(*arguments); }; });
 }
 

@@ -46,6 +46,7 @@ int Main(int argc, char** argv) {
   });
 
   CommandAction action;
+  AddSlamCommand(app, action);
   AddEvalCommand(app, action);
   AddInfoCommand(app, action);
   AddSimulateCommand(app, action);

@@ -1,12 +1,20 @@
-# Installed package: find_package(highwall COMPONENTS core factors frontend mapping).
+# Installed package: find_package(highwall COMPONENTS core factors frontend mapping). Each module
+# has an export set of its own, so that each works without the others that it does not need:
+#   cmake --install build --component core
 include(CMakePackageConfigHelpers)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/highwall)
+foreach(module core factors frontend mapping)
+  if(TARGET highwall_${module})
+    install(EXPORT highwall_${module} FILE highwall_${module}.cmake NAMESPACE highwall::
+            DESTINATION ${package_dir} COMPONENT ${module})
+  endif()
+endforeach()
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/highwallConfig.cmake.in ${PROJECT_BINARY_DIR}/highwallConfig.cmake
-  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/highwall)
+  INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/highwallConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
+# Every module needs core.
 install(FILES ${PROJECT_BINARY_DIR}/highwallConfig.cmake
               ${PROJECT_BINARY_DIR}/highwallConfigVersion.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/highwall)
-install(EXPORT highwallTargets NAMESPACE highwall::
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/highwall)
+        DESTINATION ${package_dir} COMPONENT core)

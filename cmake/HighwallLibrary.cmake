@@ -11,7 +11,7 @@ endfunction()
 
 # highwall_library(name HEADERS ... SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
 # One module: target highwall_<name>, alias highwall::<name>, installed with its headers in the
-# export set highwallTargets and the install component <name>.
+# export set highwall_<name> and the install component <name>.
 function(highwall_library name)
   cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
   add_library(highwall_${name} ${ARG_SOURCES})
@@ -21,7 +21,7 @@ function(highwall_library name)
   target_link_libraries(highwall_${name} PUBLIC ${ARG_PUBLIC_LINK} PRIVATE ${ARG_PRIVATE_LINK})
   set_target_properties(highwall_${name} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION})
   highwall_warnings(highwall_${name})
-  install(TARGETS highwall_${name} EXPORT highwallTargets
+  install(TARGETS highwall_${name} EXPORT highwall_${name}
           RUNTIME COMPONENT ${name} LIBRARY COMPONENT ${name} ARCHIVE COMPONENT ${name}
           FILE_SET HEADERS COMPONENT ${name})
 endfunction()

@@ -4,18 +4,29 @@
 
 #include <cerrno>
 #include <cstring>
+#include <sstream>
 #include <string>
 #include <system_error>
 
 #include <highwall/core/error.h>
 
 namespace highwall {
+namespace {
+
+// No other live object has this address in this process: writers of one path do not meet.
+std::string UniqueSuffix(const AtomicFile* file) {
+  std::ostringstream text;
+  text << ::getpid() << "-" << static_cast<const void*>(file);
+  return text.str();
+}
+
+}  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& path)
     : path_(path),
       // The extension stays last: writers that choose a format by it must see it.
-      temporary_(path.parent_path() / ("." + path.stem().string() + "." +
-                                       std::to_string(::getpid()) + path.extension().string())) {
+      temporary_(path.parent_path() / ("." + path.stem().string() + "." + UniqueSuffix(this) +
+                                       path.extension().string())) {
   stream_.open(temporary_, std::ios::binary | std::ios::trunc);
   if (!stream_) throw IoError(path, std::string("cannot be written: ") + std::strerror(errno));
 }

@@ -3,10 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
 namespace highwall {
+namespace {
+
+// Calibration files give matrices to four digits or better.
+constexpr double kMaxOrthogonalityError = 1e-3;
+
+}  // namespace
 
 Pose::Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB) {
   HIGHWALL_REQUIRE(p_AB.allFinite() && q_AB.coeffs().allFinite(), "Pose: non-finite argument");
@@ -20,8 +28,11 @@ Pose::Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB) {
 
 Pose Pose::FromMatrix(const Eigen::Matrix4d& T) {
   HIGHWALL_REQUIRE(T.allFinite(), "Pose::FromMatrix: non-finite matrix");
-  return Pose(Eigen::Quaterniond(Eigen::Matrix3d(T.topLeftCorner<3, 3>())),
-              T.topRightCorner<3, 1>());
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+  const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  HIGHWALL_REQUIRE(error < kMaxOrthogonalityError && R.determinant() > 0.0,
+                   "Pose::FromMatrix: the upper left block is no rotation");
+  return Pose(Eigen::Quaterniond(R), T.topRightCorner<3, 1>());
 }
 
 Pose Pose::FromBlock(const double* block) {

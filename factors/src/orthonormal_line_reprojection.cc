@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 
-#include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
 #include <highwall/core/so3.h>
 #include <highwall/factors/line_reprojection.h>
@@ -10,7 +9,6 @@
 namespace highwall {
 namespace {
 
-using Eigen::RowVector3d;
 using Eigen::Vector3d;
 
 // Beyond this ratio |n_z| / |(n_x, n_y)| the image of a line is 89.4 degrees or more off the
@@ -49,39 +47,49 @@ bool IsVisible(const Vector3d& n, const Vector3d& d, double min_distance) {
 // One row and its derivatives in moment and direction of the line in C.
 struct Row {
   double r;
-  Vector3d dr_dn;
-  Vector3d dr_dd;
+  Vector3d dr_dn = Vector3d::Zero();
+  Vector3d dr_dd = Vector3d::Zero();
 };
 
-// Signed distance [px] of the pixel with direction m to the image of the line with moment n.
-// S = diag(1/fx^2, 1/fy^2, 0).
-Row Distance(const Vector3d& S, const Vector3d& n, const Vector3d& m) {
-  const Vector3d k = S.cwiseProduct(n);
-  const double h = std::sqrt(n.dot(k));
-  const double r = n.dot(m) / h;                        // Eq. 10
-  return {r, (m - (r / h) * k) / h, Vector3d::Zero()};  // Eq. 13
-}
+// The image of the line with moment n, shared by the rows of both ends.
+struct LineImage {
+  Vector3d S;  // diag(1/fx^2, 1/fy^2, 0)
+  Vector3d n;
+  Vector3d k;        // S n
+  double inverse_h;  // 1 / h,  h^2 = n^T S n
 
-// Disparity [px] of the line at the foot of the perpendicular from m to its image, minus
-// `measured`.
-Row Disparity(const Vector3d& S, double fxb, const Vector3d& n, const Vector3d& d,
-              const Vector3d& m, double measured, const Row& distance) {
-  const Vector3d k = S.cwiseProduct(n);
-  const double h2 = n.dot(k), h = std::sqrt(h2), n2 = n.squaredNorm();
-  const double e = distance.r / h;
-  const Vector3d foot = m - e * k;
-  const Vector3d q = d.cross(n) / n2;
-  const double inverse_depth = foot.dot(q);
-  const Vector3d de_dn = (distance.dr_dn - (e / h) * k) / h;
-  const Vector3d dn = -k.dot(q) * de_dn - e * S.cwiseProduct(q) +
-                      (foot.cross(d) - (2.0 * inverse_depth) * n) / n2;           // Eq. 14
-  return {fxb * inverse_depth - measured, fxb * dn, (fxb / n2) * n.cross(foot)};  // Eq. 11
-}
+  LineImage(const RgbdProjection& projection, const Vector3d& moment)
+      : S(1.0 / (projection.fx() * projection.fx()), 1.0 / (projection.fy() * projection.fy()),
+          0.0),
+        n(moment),
+        k(S.cwiseProduct(n)),
+        inverse_h(1.0 / std::sqrt(n.dot(k))) {}
 
-Vector3d InverseSquares(const RgbdProjection& projection) {
-  return {1.0 / (projection.fx() * projection.fx()), 1.0 / (projection.fy() * projection.fy()),
-          0.0};
-}
+  // Signed distance [px] of the pixel with direction m.
+  Row Distance(const Vector3d& m) const {
+    const double r = n.dot(m) * inverse_h;                                // Eq. 10
+    return {r, (m - (r * inverse_h) * k) * inverse_h, Vector3d::Zero()};  // Eq. 13
+  }
+
+  // Disparity [px] of the line, whose direction is d, at the foot of the perpendicular from m to
+  // its image, minus `measured`. distance: that of m.
+  Row Disparity(double fxb, const Vector3d& d, const Vector3d& m, double measured,
+                const Row& distance, bool with_derivatives) const {
+    const double inverse_n2 = 1.0 / n.squaredNorm();
+    const double e = distance.r * inverse_h;
+    const Vector3d foot = m - e * k;
+    const Vector3d q = d.cross(n) * inverse_n2;
+    const double inverse_depth = foot.dot(q);
+    Row row{fxb * inverse_depth - measured};  // Eq. 11
+    if (with_derivatives) {
+      const Vector3d de_dn = (distance.dr_dn - (e * inverse_h) * k) * inverse_h;
+      row.dr_dn = fxb * ((foot.cross(d) - (2.0 * inverse_depth) * n) * inverse_n2 -
+                         k.dot(q) * de_dn - e * S.cwiseProduct(q));  // Eq. 14
+      row.dr_dd = (fxb * inverse_n2) * n.cross(foot);
+    }
+    return row;
+  }
+};
 
 Vector3d Direction(const RgbdProjection& projection, double u, double v) {
   return {(u - projection.cx()) / projection.fx(), (v - projection.cy()) / projection.fy(), 1.0};
@@ -154,11 +162,11 @@ bool OrthonormalLineReprojection::Evaluate(double const* const* parameters, doub
   if (!IsVisible(line.n, line.d, projection_.min_depth())) {
     return SetInactive<2>(residuals, jacobians);
   }
-  const Vector3d S = InverseSquares(projection_);
+  const LineImage image(projection_, line.n);
   Eigen::Matrix<double, 2, 3> dr_dn;
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector2d& end = ends_[static_cast<std::size_t>(i)];
-    const Row left = Distance(S, line.n, Direction(projection_, end.x(), end.y()));
+    const Row left = image.Distance(Direction(projection_, end.x(), end.y()));
     residuals[i] = weight_ * left.r;
     dr_dn.row(i) = weight_ * left.dr_dn.transpose();
   }
@@ -189,20 +197,20 @@ bool OrthonormalLineReprojectionRgbd::Evaluate(double const* const* parameters, 
       (is_paper && !IsVisible(n_V, line.d, projection_.min_depth()))) {
     return SetInactive<4>(residuals, jacobians);
   }
-  const Vector3d S = InverseSquares(projection_);
+  const LineImage image(projection_, line.n), right_image(projection_, n_V);
   const double fxb = projection_.fx() * projection_.baseline();
   Eigen::Matrix<double, 4, 3> dr_dn, dr_dd;
   for (int i = 0; i < 2; ++i) {
     const Vector3d& end = ends_[static_cast<std::size_t>(i)];
     const double depth_weight = depth_weights_[static_cast<std::size_t>(i)];
     const Vector3d m = Direction(projection_, end.x(), end.y());
-    const Row left = Distance(S, line.n, m);
-    Row depth;
+    const Row left = image.Distance(m);
+    Row depth{};
     if (is_paper) {
-      depth = Distance(S, n_V, Direction(projection_, end.x() - end.z(), end.y()));  // Eq. 12
+      depth = right_image.Distance(Direction(projection_, end.x() - end.z(), end.y()));  // Eq. 12
       depth.dr_dd = p_CV.cross(depth.dr_dn);
     } else {
-      depth = Disparity(S, fxb, line.n, line.d, m, end.z(), left);  // Eq. 11
+      depth = image.Disparity(fxb, line.d, m, end.z(), left, jacobians != nullptr);  // Eq. 11
     }
     residuals[2 * i] = weight_ * left.r;
     residuals[2 * i + 1] = depth_weight * depth.r;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <string_view>
+#include <system_error>
 #include <tuple>
 
 #include <opencv2/core.hpp>

@@ -1,0 +1,224 @@
+// Runs the highwall executable as a user does.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+
+namespace highwall {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ReadAll(const fs::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+// A line of a TUM file on a bent path; the estimate is off by `error` metres along z, in turns up
+// and down.
+std::string TumLine(int i, double error) {
+  const double t = 0.1 * i;
+  char line[200];
+  std::snprintf(line, sizeof(line), "%.6f %.9f %.9f %.9f 0 0 0 1\n", 1305031102.0 + t, t,
+                std::sin(t), std::cos(t) + (i % 2 == 0 ? error : -error));
+  return line;
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+class EvalCommand : public ::testing::Test {
+ protected:
+  EvalCommand()
+      : folder_(fs::path(::testing::TempDir()) / ("highwall_eval_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+    for (int i = 0; i < 100; ++i) {
+      reference_lines_ += TumLine(i, 0.0);
+      estimate_lines_ += TumLine(i, 0.25);
+    }
+    Write("reference.txt", reference_lines_);
+    Write("estimate.txt", estimate_lines_);
+  }
+  ~EvalCommand() override { fs::remove_all(folder_); }
+
+  void Write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+  // In the folder, so that names need no path.
+  Outcome Run(const std::string& arguments) const {
+    const std::string command =
+        "cd '" + folder_.string() + "' && '" HIGHWALL_BINARY "' " + arguments + " >stdout 2>stderr";
+    const int status = std::system(command.c_str());
+    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadAll(folder_ / "stdout"),
+                    ReadAll(folder_ / "stderr")};
+    fs::remove(folder_ / "stdout");
+    fs::remove(folder_ / "stderr");
+    return outcome;
+  }
+
+  // Exit code, one line on standard error that contains `text`, nothing on standard output.
+  void ExpectFailure(const std::string& arguments, int exit_code, const std::string& text) const {
+    SCOPED_TRACE(arguments);
+    const Outcome outcome = Run(arguments);
+    EXPECT_EQ(outcome.exit_code, exit_code);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("highwall eval: ")) << outcome.err;
+    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+  }
+
+  const fs::path folder_;
+  std::string reference_lines_;
+  std::string estimate_lines_;
+};
+
+TEST_F(EvalCommand, JsonIsOneObjectWithTheContractsKeysAndNothingElse) {
+  const Outcome outcome = Run("eval ape reference.txt estimate.txt --align none --json");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "");
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);  // fails on anything after it
+  std::set<std::string> keys, statistics;
+  for (const auto& item : json.items()) keys.insert(item.key());
+  for (const auto& item : json["stats"].items()) statistics.insert(item.key());
+  EXPECT_EQ(keys, (std::set<std::string>{"stats", "associated", "coverage", "scale"}));
+  EXPECT_EQ(statistics,
+            (std::set<std::string>{"max", "mean", "median", "min", "rmse", "sse", "std"}));
+  EXPECT_EQ(json["associated"], 100);
+  EXPECT_NEAR(json["stats"]["rmse"], 0.25, 1e-8);  // nine decimals in the files
+  EXPECT_NEAR(json["coverage"], 1.0, 1e-9);
+  EXPECT_EQ(json["scale"], 1.0);
+}
+
+TEST_F(EvalCommand, RelativeErrorCountsPairsAsAsked) {
+  const auto rmse = [&](const std::string& options) {
+    const Outcome outcome = Run("eval rpe reference.txt estimate.txt --json " + options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["stats"]["rmse"].get<double>();
+  };
+  EXPECT_NEAR(rmse(""), 0.5, 1e-8);           // up to down
+  EXPECT_NEAR(rmse("--delta 2"), 0.0, 1e-8);  // up to up
+  EXPECT_NEAR(rmse("--delta 3 --delta-unit f --all-pairs"), 0.5, 1e-8);
+  EXPECT_NEAR(rmse("--relation angle_deg"), 0.0, 1e-5);
+  EXPECT_NEAR(rmse("--relation full"), 0.5, 1e-8);
+  EXPECT_GT(rmse("--delta 1.5 --delta-unit m"), 0.0);
+}
+
+TEST_F(EvalCommand, AlignsAbsoluteErrorsBySe3UnlessToldOtherwise) {
+  const auto out = [&](const std::string& options) {
+    return Run("eval ape reference.txt estimate.txt --json " + options).out;
+  };
+  EXPECT_EQ(out(""), out("--align se3"));
+  EXPECT_NE(out(""), out("--align none"));
+  EXPECT_NE(nlohmann::json::parse(out("--align sim3"))["scale"], 1.0);
+  EXPECT_NE(out("--align origin"), out("--align none"));
+}
+
+TEST_F(EvalCommand, TextShowsTheFigures) {
+  const Outcome outcome = Run("eval ape reference.txt estimate.txt --align none");
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* text : {"rmse", "0.250000", "coverage 100.0 %", "100 poses", "estimate.txt"}) {
+    EXPECT_NE(outcome.out.find(text), std::string::npos) << outcome.out;
+  }
+}
+
+TEST_F(EvalCommand, WrongUsageExitsWithOne) {
+  ExpectFailure("eval", 1, "metric is required");
+  ExpectFailure("eval ate reference.txt estimate.txt", 1, "ate not in");
+  ExpectFailure("eval ape reference.txt", 1, "estimate is required");
+  ExpectFailure("eval ape reference.txt estimate.txt --colour", 1, "--colour");
+  ExpectFailure("eval ape reference.txt estimate.txt --align icp", 1, "--align");
+  ExpectFailure("eval ape reference.txt estimate.txt --relation yaw", 1, "--relation");
+  ExpectFailure("eval ape reference.txt estimate.txt --t-max-diff -1", 1, "--t-max-diff");
+  ExpectFailure("eval ape reference.txt estimate.txt --t-max-diff nan", 1, "--t-max-diff");
+  ExpectFailure("eval ape reference.txt estimate.txt --delta 2", 1, "rpe only");
+  ExpectFailure("eval rpe reference.txt estimate.txt --delta 0", 1, "--delta");
+  ExpectFailure("eval rpe reference.txt estimate.txt --delta 1.5", 1, "whole number");
+  ExpectFailure("eval rpe reference.txt estimate.txt --delta many", 1, "--delta");
+  ExpectFailure("eval ape reference.txt estimate.txt --plot a.png", 1, ".svg");
+}
+
+TEST_F(EvalCommand, BadDataExitsWithTwoAndSaysWhere) {
+  ExpectFailure("eval ape none.txt estimate.txt --json", 2, "none.txt: cannot be opened");
+  ExpectFailure("eval ape . estimate.txt", 2, "folder");
+  Write("empty.txt", "# nothing\n");
+  ExpectFailure("eval ape reference.txt empty.txt --json", 2, "empty.txt: holds no pose");
+  Write("short.txt", estimate_lines_ + "1305031200.0 1 2 3\n");
+  ExpectFailure("eval ape reference.txt short.txt --json", 2, "short.txt:101: expected the 8");
+  Write("nan.txt", estimate_lines_ + "1305031200.0 1 nan 3 0 0 0 1\n");
+  ExpectFailure("eval ape reference.txt nan.txt --json", 2, "nan.txt:101: ty 'nan'");
+  Write("other.txt", "1.0 0 0 0 0 0 0 1\n2.0 0 1 0 0 0 0 1\n");
+  ExpectFailure("eval ape reference.txt other.txt --json", 2, "no stamps match");
+  ExpectFailure("eval rpe reference.txt estimate.txt --delta 100", 2, "frames apart");
+  Write("two.txt", TumLine(0, 0.0) + TumLine(1, 0.0));
+  ExpectFailure("eval ape reference.txt two.txt --align se3", 2, "three matched poses");
+}
+
+TEST_F(EvalCommand, PlotIsAWholeSvg) {
+  for (const std::string metric : {"ape", "rpe"}) {
+    const Outcome outcome =
+        Run("eval " + metric + " reference.txt estimate.txt --json --plot error.svg");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(nlohmann::json::accept(outcome.out));
+    const std::string svg = ReadAll(folder_ / "error.svg");
+    EXPECT_TRUE(svg.starts_with("<svg "));
+    EXPECT_TRUE(svg.ends_with("</svg>\n"));
+    EXPECT_NE(svg.find("estimate.txt against reference.txt"), std::string::npos);
+    for (const char* axis : {"x [m]", "time [s]", "translation error [m]"}) {
+      EXPECT_NE(svg.find(axis), std::string::npos) << axis;
+    }
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
+    EXPECT_EQ(svg.find("inf"), std::string::npos);
+  }
+}
+
+TEST_F(EvalCommand, PlotOfAPerfectOrSinglePoseIsDrawnToo) {
+  Write("one.txt", TumLine(3, 0.0));
+  for (const std::string estimate : {"reference.txt", "one.txt"}) {
+    EXPECT_EQ(Run("eval ape reference.txt " + estimate + " --align none --plot e.svg").exit_code,
+              0);
+    const std::string svg = ReadAll(folder_ / "e.svg");
+    EXPECT_TRUE(svg.ends_with("</svg>\n"));
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
+  }
+  EXPECT_EQ(Run("eval ape one.txt one.txt --align none --plot e.svg").exit_code, 0);
+  EXPECT_EQ(ReadAll(folder_ / "e.svg").find("nan"), std::string::npos);
+}
+
+TEST_F(EvalCommand, AFailureLeavesAnOldPlotAloneAndNothingBeside) {
+  Write("error.svg", "old");
+  ExpectFailure("eval ape reference.txt none.txt --plot error.svg", 2, "none.txt");
+  EXPECT_EQ(ReadAll(folder_ / "error.svg"), "old");
+  ExpectFailure("eval ape reference.txt estimate.txt --json --plot no/error.svg", 2,
+                "no/error.svg");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 3);
+}
+
+TEST_F(EvalCommand, HelpHasAnExampleAndTheProgramAVersion) {
+  const Outcome help = Run("eval --help");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_NE(help.out.find("Example:"), std::string::npos);
+  const Outcome version = Run("--version");
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_TRUE(version.out.starts_with("highwall ")) << version.out;
+  const Outcome bare = Run("");
+  EXPECT_EQ(bare.exit_code, 1);
+  EXPECT_NE(bare.err.find("eval"), std::string::npos) << "lists the subcommands";
+  EXPECT_EQ(Run("evil").exit_code, 1);
+}
+
+}  // namespace
+}  // namespace highwall

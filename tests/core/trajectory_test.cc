@@ -113,8 +113,8 @@ TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
   Trajectory written;
   for (int i = 0; i < 500; ++i) {
     const Eigen::Quaterniond q(u(rng), u(rng), u(rng), u(rng));
-    written.push_back(
-        {1305031102175304123 + 33'333'333 * i, Pose(q, 1e3 * Eigen::Vector3d(u(rng), u(rng), 0))});
+    written.push_back({1305031102175304123 + Stamp{33'333'333} * i,
+                       Pose(q, 1e3 * Eigen::Vector3d(u(rng), u(rng), 0))});
   }
   const fs::path path = folder_ / "out.txt";
   WriteTumTrajectory(path, written);

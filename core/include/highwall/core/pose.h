@@ -22,7 +22,8 @@ class Pose {
   Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB);
 
   static Pose Identity() { return Pose(); }
-  // T: rigid; its rotation is brought to the nearest unit quaternion. Throws as above.
+  // T: rigid; its rotation becomes a unit quaternion. Throws as above, and if the upper left block
+  // is no rotation (to 1e-3).
   static Pose FromMatrix(const Eigen::Matrix4d& T);
   // [p q] as stored; normalised. Throws as above.
   static Pose FromBlock(const double* block);

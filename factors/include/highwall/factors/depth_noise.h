@@ -23,9 +23,9 @@ struct DepthNoise {
   double quadratic = 0.0019;  // [1/m] >= 0, not zero together with offset
   double reference = 0.4;     // [m] >= 0
 
-  // Axial noise of the structured-light Kinect, d in [0.4, 3.5] m. Source: Nguyen, Izadi, Lovell,
-  // "Modeling Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012, Eq. 2
-  // (the surface within 60 degrees of the optical axis).
+  // Axial noise of the structured-light Kinect. Source: Nguyen, Izadi, Lovell, "Modeling Kinect
+  // sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012, the axial model for a
+  // surface turned away by up to 60 degrees.
   static DepthNoise Kinect() { return {}; }
   // Triangulation: sigma_d = subpixel d^2 / (focal baseline). subpixel: the standard deviation of a
   // matched disparity [px]; focal [px] and baseline [m] are those of the sensor's own stereo pair.

@@ -1,0 +1,126 @@
+#include "run_report.h"
+
+#include <system_error>
+
+#include <ceres/version.h>
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/version.hpp>
+
+#include <highwall/core/atomic_file.h>
+#include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
+#include <highwall/mapping/point_cloud_io.h>
+
+namespace highwall::apps {
+namespace {
+
+double FileMegabytes(const std::filesystem::path& path) {
+  return static_cast<double>(std::filesystem::file_size(path)) / 1e6;
+}
+
+nlohmann::json DenseJson(const DenseMap& dense, const std::filesystem::path& directory) {
+  const OctreeLeafCount leaves = dense.octree.LeafCount();
+  nlohmann::json json;
+  json["cloud"] = {{"points", dense.cloud.size()},
+                   {"file_mb", FileMegabytes(directory / "cloud.ply")},
+                   {"merge_ms", dense.merge_ms}};
+  json["octree"] = {{"resolution_m", dense.octree.options().resolution},
+                    {"occupied_leaves", leaves.occupied},
+                    {"free_leaves", leaves.free},
+                    {"memory_mb", static_cast<double>(dense.octree.MemoryBytes()) / 1e6},
+                    {"file_mb", FileMegabytes(directory / "map.bt")},
+                    {"build_ms", dense.octree_ms}};
+  json["grid"] = {{"width", dense.grid.width},
+                  {"height", dense.grid.height},
+                  {"resolution_m", dense.grid.resolution}};
+  if (dense.ground_height) json["grid"]["ground_height_m"] = *dense.ground_height;
+  return json;
+}
+
+void WriteDense(const std::filesystem::path& directory, const DenseMap& dense) {
+  WritePly(directory / "cloud.ply", dense.cloud);
+  dense.octree.WriteBinary(directory / "map.bt");
+  if (dense.grid.width > 0) WriteOccupancyGrid(directory / "grid.yaml", dense.grid);
+}
+
+}  // namespace
+
+nlohmann::json ToJson(const Milliseconds& milliseconds) {
+  return {{"mean", milliseconds.mean},
+          {"median", milliseconds.median},
+          {"p95", milliseconds.p95},
+          {"count", milliseconds.count}};
+}
+
+nlohmann::json ToJson(const StageTimes& times) {
+  return {{"points", ToJson(times.points)},     {"lines", ToJson(times.lines)},
+          {"features", ToJson(times.features)}, {"pose", ToJson(times.pose)},
+          {"tracking", ToJson(times.tracking)}, {"mapping", ToJson(times.mapping)},
+          {"dense", ToJson(times.dense)}};
+}
+
+nlohmann::json ToJson(const SlamRunOptions& options) {
+  const FrameBuilderOptions& frame = options.slam.frame;
+  return {{"points", frame.use_points},
+          {"lines", frame.use_lines},
+          {"orb_features", frame.orb.features},
+          {"orb_levels", frame.orb.levels},
+          {"line_detector", ToString(frame.lines.detector)},
+          {"weighting", ToString(options.slam.measurement.weighting)},
+          {"virtual_baseline_m", options.slam.measurement.baseline},
+          {"parallel_features", frame.parallel},
+          {"solver_threads", options.slam.mapper.bundle.threads},
+          {"octree_resolution_m", options.map.octree.resolution},
+          {"voxel_m", options.map.cloud.voxel_size}};
+}
+
+nlohmann::json VersionsJson() {
+  return {{"highwall", HIGHWALL_VERSION},
+          {"ceres", CERES_VERSION_STRING},
+          {"opencv", CV_VERSION},
+          {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
+                                EIGEN_MINOR_VERSION)}};
+}
+
+nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
+                       const std::string& dataset, const std::string& calibration) {
+  nlohmann::json lost = nlohmann::json::array();
+  for (const Stamp stamp : run.lost) lost.push_back(FormatStamp(stamp));
+  return {{"versions", VersionsJson()},
+          {"dataset", dataset},
+          {"calibration", calibration},
+          {"options", ToJson(options)},
+          {"frames", run.frames},
+          {"skipped_frames", run.skipped},
+          {"tracked_frames", run.trajectory.size()},
+          {"lost_frames", run.lost.size()},
+          {"lost_stamps", lost},
+          {"relocalizations", run.relocalizations},
+          {"keyframes", run.keyframes.size()},
+          {"keyframes_made", run.keyframes_made},
+          {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
+          {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
+          {"milliseconds", ToJson(run.times)},
+          {"seconds", run.seconds},
+          {"peak_memory_mib", PeakMemoryMib()}};
+}
+
+void WriteRun(const std::filesystem::path& directory, const SlamRun& run,
+              const nlohmann::json& run_json) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw IoError(directory, "cannot be made: " + error.message());
+  WriteTumTrajectory(directory / "trajectory.txt", run.trajectory);
+  WriteTumTrajectory(directory / "keyframes.txt", run.keyframes);
+  nlohmann::json json = run_json;
+  if (run.dense) {
+    WriteDense(directory, *run.dense);
+    json["map"] = DenseJson(*run.dense, directory);
+  }
+  AtomicFile file(directory / "run.json");
+  file.stream() << json.dump(2) << '\n';
+  file.Commit();
+}
+
+}  // namespace highwall::apps

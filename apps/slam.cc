@@ -1,0 +1,147 @@
+// highwall slam: a dataset in, trajectory, keyframes, cloud, octree, grid and a report out.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/tum_dataset.h>
+
+#include "commands.h"
+#include "config.h"
+#include "progress.h"
+#include "run_report.h"
+#include "slam_run.h"
+
+namespace highwall::apps {
+namespace {
+
+enum class Features { kPoints, kLines, kBoth };
+
+struct SlamArguments {
+  std::string dataset, config, out;
+  Features features = Features::kBoth;
+  LineDetector detector = LineExtractorOptions().detector;
+  Weighting weighting = MeasurementOptions().weighting;
+  double resolution = OctomapBuilderOptions().resolution;
+  bool deterministic = false;
+  bool no_map = false;
+  bool json = false;
+};
+
+SlamRunOptions MakeOptions(const SlamArguments& arguments) {
+  SlamRunOptions options;
+  options.slam.frame.use_points = arguments.features != Features::kLines;
+  options.slam.frame.use_lines = arguments.features != Features::kPoints;
+  options.slam.frame.lines.detector = arguments.detector;
+  options.slam.measurement.weighting = arguments.weighting;
+  options.map.octree.resolution = arguments.resolution;
+  options.dense = !arguments.no_map;
+  if (arguments.deterministic) {
+    // A sum that several threads form may round differently from run to run.
+    options.slam.frame.parallel = false;
+    options.slam.mapper.bundle.threads = 1;
+    options.prefetch = 0;
+  }
+  return options;
+}
+
+void PrintSummary(const SlamRun& run, const Dataset& dataset, const std::string& out) {
+  fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
+             run.lost.size(), run.skipped, run.relocalizations);
+  fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
+             run.lines);
+  fmt::print("tracking    {:.1f} ms a frame (median), 95 % within {:.1f} ms\n",
+             run.times.tracking.median, run.times.tracking.p95);
+  fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
+  if (run.dense) {
+    fmt::print("dense map   {} points, {} octree nodes at {} m\n", run.dense->cloud.size(),
+               run.dense->octree.NodeCount(), run.dense->octree.options().resolution);
+  }
+  fmt::print("memory      {:.0f} MiB at its peak\n", PeakMemoryMib());
+  if (dataset.groundtruth() != nullptr) {
+    fmt::print("error       highwall eval ape {} {}\n",
+               (std::filesystem::path("DATASET") / "groundtruth.txt").string(),
+               (std::filesystem::path(out) / "trajectory.txt").string());
+  }
+  fmt::print("results in  {}\n", out);
+}
+
+int RunSlamCommand(const SlamArguments& arguments) {
+  const ResolvedConfig resolved = ResolveConfig(arguments.config, arguments.dataset);
+  const RgbdSensor& sensor = resolved.config.sensor;
+  const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor,
+                                               .width = sensor.camera.width,
+                                               .height = sensor.camera.height});
+  for (const std::string& warning : dataset.warnings()) {
+    fmt::print(stderr, "highwall slam: warning: {}\n", warning);
+  }
+  const SlamRunOptions options = MakeOptions(arguments);
+  SlamRun run;
+  {
+    Progress progress("tracking");
+    run = RunSlam(dataset, sensor, options,
+                  [&](const FrameResult&, const RgbdImage&, std::size_t done, std::size_t total) {
+                    progress.Update(done, total);
+                  });
+  }
+  for (const Dataset::Problem& problem : dataset.problems()) {
+    fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame, problem.what);
+  }
+  const nlohmann::json report = RunJson(run, options, arguments.dataset, resolved.origin);
+  if (run.trajectory.empty()) {
+    throw IoError(arguments.dataset,
+                  "no frame could be tracked: too little texture or depth to start a map (see "
+                  "highwall info)");
+  }
+  WriteRun(arguments.out, run, report);
+  if (arguments.json) {
+    fmt::print("{}\n", report.dump());
+  } else {
+    PrintSummary(run, dataset, arguments.out);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddSlamCommand(CLI::App& app, CommandAction& action) {
+  const auto arguments = std::make_shared<SlamArguments>();
+  CLI::App* command = app.add_subcommand(
+      "slam", "Estimate the trajectory and the map of an RGB-D sequence");
+  command->add_option("--dataset", arguments->dataset, "Folder in the TUM RGB-D layout")
+      ->required();
+  command->add_option("--config", arguments->config,
+                      "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
+                      "else what its name tells)");
+  command->add_option("--out", arguments->out, "Folder for the results")->required();
+  command
+      ->add_option("--features", arguments->features, "points, lines or both")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Features>{
+          {"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}}));
+  command->add_option("--line-detector", arguments->detector, "lsd or edlines")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, LineDetector>{
+          {"lsd", LineDetector::kLsd}, {"edlines", LineDetector::kEdLines}}));
+  command->add_option("--weighting", arguments->weighting, "covariance or paper")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Weighting>{
+          {"covariance", Weighting::kCovariance}, {"paper", Weighting::kPaper}}));
+  command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
+      ->capture_default_str();
+  command->add_flag("--deterministic", arguments->deterministic,
+                    "One thread; the same output, bit for bit, on every run");
+  command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
+  command->add_flag("--json", arguments->json, "Print the report as one JSON object");
+  command->footer(
+      "Example:\n  highwall slam --dataset rgbd_dataset_freiburg1_xyz --config tum1 --out run");
+  command->callback([arguments, &action] {
+    action = [arguments] { return RunSlamCommand(*arguments); };
+  });
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,135 @@
+#include "slam_run.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+
+#include <highwall/frontend/frame_reader.h>
+#include <highwall/mapping/depth_unprojector.h>
+
+namespace highwall::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// The samples of StageTimes, frame by frame.
+struct StageSamples {
+  std::vector<double> points, lines, features, pose, tracking, mapping, dense;
+
+  void Add(const FrameTimes& times, bool keyframe) {
+    points.push_back(times.points);
+    lines.push_back(times.lines);
+    features.push_back(times.features);
+    pose.push_back(times.tracking);
+    tracking.push_back(times.features + times.tracking);
+    if (keyframe) mapping.push_back(times.mapping);
+  }
+
+  StageTimes Summary() const {
+    return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
+            Summarize(tracking), Summarize(mapping), Summarize(dense)};
+  }
+};
+
+DenseMap BuildDenseMap(DenseCloud& keyframe_clouds, const Map& map,
+                       const DenseMapOptions& options) {
+  DenseMap dense{{}, OctomapBuilder(options.octree), {}, {}, 0.0, 0.0};
+  const auto merge_start = Clock::now();
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    if (keyframe_clouds.Contains(id)) keyframe_clouds.SetPose(id, map.keyframe(id)->T_WC);
+  }
+  dense.cloud = keyframe_clouds.Merged();
+  dense.merge_ms = MillisecondsSince(merge_start);
+
+  const auto octree_start = Clock::now();
+  std::vector<Eigen::Vector3f> points_C;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    if (!keyframe_clouds.Contains(id)) continue;
+    points_C.clear();
+    for (const ColoredPoint& point : keyframe_clouds.Cloud(id)) points_C.push_back(point.p);
+    dense.octree.Insert(points_C, map.keyframe(id)->T_WC);
+  }
+  dense.octree_ms = MillisecondsSince(octree_start);
+
+  OccupancyGridOptions grid = options.grid;
+  dense.ground_height = FloorHeight(dense.octree, grid.R_GW);
+  if (dense.ground_height) grid.ground_height = *dense.ground_height;
+  dense.grid = ProjectToGrid(dense.octree, grid);
+  return dense;
+}
+
+}  // namespace
+
+Milliseconds Summarize(std::vector<double> samples) {
+  if (samples.empty()) return {};
+  std::sort(samples.begin(), samples.end());
+  const auto at = [&](double quantile) {
+    return samples[static_cast<std::size_t>(quantile * static_cast<double>(samples.size() - 1))];
+  };
+  return {std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
+          at(0.5), at(0.95), samples.size()};
+}
+
+SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
+                const FrameCallback& on_frame) {
+  const auto start = Clock::now();
+  SlamSystem slam(sensor, options.slam);
+  const DepthUnprojector unprojector(sensor.camera);
+  DenseCloud clouds(options.map.cloud.voxel_size);
+  FrameReader reader(dataset, {.begin = options.begin, .end = options.end, .prefetch = options.prefetch});
+
+  SlamRun run;
+  StageSamples samples;
+  while (const std::optional<RgbdImage> image = reader.Next()) {
+    const FrameResult result = slam.Track(*image);
+    ++run.frames;
+    samples.Add(result.times, result.mapping.has_value());
+    if (result.state == TrackingState::kTracking) {
+      run.matched_points += result.matched_points;
+      run.matched_lines += result.matched_lines;
+    } else {
+      run.lost.push_back(result.stamp);
+    }
+    if (result.relocalized) ++run.relocalizations;
+    if (result.mapping) {
+      ++run.keyframes_made;
+      if (options.dense) {
+        const auto dense_start = Clock::now();
+        clouds.SetKeyframe(result.mapping->keyframe,
+                           MakeKeyframeCloud(image->depth, image->bgr, unprojector,
+                                             options.map.cloud));
+        for (const KeyFrameId id : result.mapping->culled_keyframes) clouds.RemoveKeyframe(id);
+        samples.dense.push_back(MillisecondsSince(dense_start));
+      }
+    }
+    if (on_frame) on_frame(result, *image, reader.position(), reader.count());
+  }
+  const std::size_t tracked = run.frames - run.lost.size();
+  if (tracked > 0) {
+    run.matched_points /= static_cast<double>(tracked);
+    run.matched_lines /= static_cast<double>(tracked);
+  }
+  run.skipped = reader.count() - run.frames;
+  run.trajectory = slam.trajectory();
+  run.keyframes = slam.keyframe_trajectory();
+  run.points = slam.map().num_points();
+  run.lines = slam.map().num_lines();
+  if (options.dense) run.dense = BuildDenseMap(clouds, slam.map(), options.map);
+  run.times = samples.Summary();
+  run.seconds = MillisecondsSince(start) * 1e-3;
+  return run;
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,229 @@
+// Octree building over a TUM RGB-D sequence with its ground-truth poses: OctomapBuilder against
+// octomap::OcTree::insertPointCloud, in seconds of processor time and voxel by voxel.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <ctime>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <octomap/OcTree.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
+#include <highwall/mapping/octomap_builder.h>
+
+namespace highwall {
+namespace {
+
+constexpr Stamp kMaxStampDifference = 20'000'000;  // [ns]
+
+struct Config {
+  PinholeCamera camera;
+  double depth_factor = 5000.0;
+};
+
+// Calibrations published with the TUM RGB-D benchmark.
+const std::map<std::string, Config> kConfigs = {
+    {"tum1", {{640, 480, 517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633}}},
+    {"tum2",
+     {{640, 480, 520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172}, 5208.0}},
+    {"tum3", {{640, 480, 535.4, 539.2, 320.1, 247.6}}}};
+
+// "stamp rest" of the lines of a TUM list.
+std::map<Stamp, std::string> ReadList(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  if (!stream) throw IoError(path, "cannot be read");
+  std::map<Stamp, std::string> entries;
+  std::string line;
+  for (std::int64_t number = 1; std::getline(stream, line); ++number) {
+    if (line.empty() || line.front() == '#') continue;
+    const std::size_t space = line.find(' ');
+    const auto stamp = ParseStamp(std::string_view(line).substr(0, space));
+    if (!stamp || space == std::string::npos) throw IoError(path, number, "expected a stamp");
+    entries[*stamp] = line.substr(space + 1);
+  }
+  return entries;
+}
+
+// The nearest ground-truth pose in time; empty if there is none within 20 ms.
+std::optional<Pose> PoseAt(const std::map<Stamp, std::string>& poses, Stamp stamp) {
+  auto nearest = poses.lower_bound(stamp);
+  if (nearest == poses.end() ||
+      (nearest != poses.begin() && stamp - std::prev(nearest)->first < nearest->first - stamp)) {
+    if (nearest == poses.begin()) return std::nullopt;
+    --nearest;
+  }
+  if (std::abs(nearest->first - stamp) > kMaxStampDifference) return std::nullopt;
+  std::istringstream values(nearest->second);
+  double block[Pose::kSize];
+  for (double& value : block) values >> value;
+  if (!values) return std::nullopt;
+  return Pose::FromBlock(block);
+}
+
+octomap::OcTree MakeStock(const OctomapBuilderOptions& options) {
+  octomap::OcTree tree(options.resolution);
+  tree.setProbHit(options.hit);
+  tree.setProbMiss(options.miss);
+  tree.setClampingThresMin(options.clamp_min);
+  tree.setClampingThresMax(options.clamp_max);
+  tree.setOccupancyThres(options.occupancy_threshold);
+  return tree;
+}
+
+// Share of the leaves of `map` that `stock` classifies alike.
+double Agreement(const OctomapBuilder& map, const octomap::OcTree& stock) {
+  std::size_t same = 0, all = 0;
+  map.ForEachLeaf([&](const OctreeLeaf& leaf) {
+    const Eigen::Vector3d& p = leaf.center_W;
+    const octomap::OcTreeNode* const node = stock.search(p.x(), p.y(), p.z());
+    ++all;
+    same += node != nullptr && stock.isNodeOccupied(node) == leaf.occupied;
+  });
+  return all > 0 ? static_cast<double>(same) / static_cast<double>(all) : 1.0;
+}
+
+class Benchmark {
+ public:
+  Benchmark(const Config& config, const OctomapBuilderOptions& options)
+      : unprojector_(config.camera),
+        options_(options),
+        map_(options),
+        stock_(MakeStock(options)),
+        discretized_(MakeStock(options)) {}
+
+  void Insert(const cv::Mat& depth, const Pose& T_WC) {
+    ours_seconds_ += Seconds([&] { map_.Insert(depth, unprojector_, T_WC); });
+    // The cloud is made outside of the clock: stock octomap is charged for the insertion alone.
+    const octomap::Pointcloud cloud = WorldCloud(depth, T_WC);
+    const Eigen::Vector3f p = T_WC.p().cast<float>();
+    const octomap::point3d origin(p.x(), p.y(), p.z());
+    stock_seconds_ += Seconds([&] { stock_.insertPointCloud(cloud, origin, options_.max_range); });
+    discretized_seconds_ += Seconds(
+        [&] { discretized_.insertPointCloud(cloud, origin, options_.max_range, false, true); });
+    ++scans_;
+  }
+
+  nlohmann::json Report() const {
+    const double milliseconds = 1e3 / std::max(1, scans_);
+    return {{"scans", scans_},
+            {"resolution", options_.resolution},
+            {"speedup", stock_seconds_ / ours_seconds_},
+            {"speedup_discretized", discretized_seconds_ / ours_seconds_},
+            {"agreement", Agreement(map_, stock_)},
+            {"agreement_discretized", Agreement(map_, discretized_)},
+            {"scan_ms", ours_seconds_ * milliseconds},
+            {"stock_scan_ms", stock_seconds_ * milliseconds},
+            {"stock_discretized_scan_ms", discretized_seconds_ * milliseconds},
+            {"nodes", map_.NodeCount()},
+            {"memory_bytes", map_.MemoryBytes()}};
+  }
+  int scans() const { return scans_; }
+
+ private:
+  template <typename Work>
+  static double Seconds(const Work& work) {
+    const std::clock_t start = std::clock();
+    work();
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  }
+
+  octomap::Pointcloud WorldCloud(const cv::Mat& depth, const Pose& T_WC) const {
+    const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
+    const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
+    octomap::Pointcloud cloud;
+    for (int v = 0; v < depth.rows; ++v) {
+      for (int u = 0; u < depth.cols; ++u) {
+        const float z = depth.at<float>(v, u);
+        if (!(z >= static_cast<float>(options_.min_depth))) continue;
+        const Eigen::Vector3f p_W = R_WC * unprojector_.Unproject(u, v, z) + p_WC;
+        cloud.push_back(p_W.x(), p_W.y(), p_W.z());
+      }
+    }
+    return cloud;
+  }
+
+  DepthUnprojector unprojector_;
+  OctomapBuilderOptions options_;
+  OctomapBuilder map_;
+  octomap::OcTree stock_;
+  octomap::OcTree discretized_;
+  double ours_seconds_ = 0.0, stock_seconds_ = 0.0, discretized_seconds_ = 0.0;
+  int scans_ = 0;
+};
+
+nlohmann::json Run(const std::filesystem::path& dataset, const Config& config,
+                   const OctomapBuilderOptions& options, int stride) {
+  const auto images = ReadList(dataset / "depth.txt");
+  const auto poses = ReadList(dataset / "groundtruth.txt");
+  Benchmark benchmark(config, options);
+  int index = 0;
+  for (const auto& [stamp, name] : images) {
+    if (index++ % stride != 0) continue;
+    const std::optional<Pose> T_WC = PoseAt(poses, stamp);
+    if (!T_WC) continue;
+    const cv::Mat raw = cv::imread((dataset / name).string(), cv::IMREAD_UNCHANGED);
+    if (raw.type() != CV_16UC1) throw IoError(dataset / name, "is not a 16-bit depth image");
+    cv::Mat depth;
+    raw.convertTo(depth, CV_32F, 1.0 / config.depth_factor);
+    benchmark.Insert(depth, *T_WC);
+  }
+  if (benchmark.scans() == 0) throw IoError(dataset, "no depth image has a ground-truth pose");
+  return benchmark.Report();
+}
+
+}  // namespace
+}  // namespace highwall
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Octree building against stock octomap over a TUM RGB-D sequence.\nExample: "
+      "highwall_bench_octomap --dataset fr1_xyz --config tum1 --resolution 0.05 --json"};
+  std::string dataset, config = "tum1";
+  highwall::OctomapBuilderOptions options;
+  int stride = 8;
+  bool json = false;
+  app.add_option("--dataset", dataset, "Folder with depth.txt and groundtruth.txt")->required();
+  app.add_option("--config", config, "Calibration: tum1, tum2 or tum3")
+      ->check(CLI::IsMember({"tum1", "tum2", "tum3"}));
+  app.add_option("--resolution", options.resolution, "Voxel size [m]")->check(CLI::PositiveNumber);
+  app.add_option("--max-range", options.max_range, "[m]")->check(CLI::PositiveNumber);
+  app.add_option("--stride", stride, "Every how many-th depth image")->check(CLI::PositiveNumber);
+  app.add_flag("--json", json, "One JSON object on standard output");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 1;
+  }
+  try {
+    const nlohmann::json report =
+        highwall::Run(dataset, highwall::kConfigs.at(config), options, stride);
+    if (json) {
+      std::printf("%s\n", report.dump().c_str());
+    } else {
+      for (const auto& [key, value] : report.items()) {
+        std::printf("%-26s %s\n", key.c_str(), value.dump().c_str());
+      }
+    }
+  } catch (const highwall::IoError& error) {
+    std::fprintf(stderr, "highwall_bench_octomap: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "highwall_bench_octomap: %s\n", error.what());
+    return 3;
+  }
+  return 0;
+}

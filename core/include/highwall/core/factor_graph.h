@@ -1,0 +1,165 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <ceres/cost_function.h>
+#include <Eigen/Core>
+
+#include <highwall/core/solver.h>
+#include <highwall/core/variable.h>
+
+namespace ceres {
+class LossFunction;
+class Problem;
+}  // namespace ceres
+
+namespace highwall {
+
+// Names a factor of one FactorGraph.
+struct FactorId {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;  // 0: no factor
+
+  bool operator==(const FactorId&) const = default;
+};
+
+// A pointer that gives a factor away or shares it: std::unique_ptr or std::shared_ptr to a class
+// derived from ceres::CostFunction.
+template <class P>
+concept FactorPointer = std::convertible_to<P, std::shared_ptr<ceres::CostFunction>> && requires {
+  typename P::element_type;
+};
+
+// Variables and factors over one ceres::Problem: minimizes the sum of rho(|r|^2) / 2 over factors.
+//
+//   FactorGraph graph;
+//   const Variable<Pose> pose = graph.AddVariable(Pose());
+//   const Variable<Point> point = graph.AddLandmark(Point(0, 0, 2));
+//   graph.AddFactor(std::make_unique<PointReprojection>(...), loss, pose, point);
+//   const SolveSummary summary = graph.Solve();
+//   const Pose T_WB = graph.Value(pose);
+//
+// A factor is any ceres::CostFunction with true ambient Jacobians, analytic or AutoDiff. The graph
+// owns the blocks, whose addresses never change, and keeps the factors and losses alive.
+// Every function that takes a handle throws InvalidArgument if its variable or factor is no longer
+// in the graph. Not thread-safe: one thread at a time.
+class FactorGraph {
+ public:
+  FactorGraph();
+  ~FactorGraph();
+  FactorGraph(FactorGraph&&) noexcept;
+  FactorGraph& operator=(FactorGraph&&) noexcept;
+
+  // Throws InvalidArgument if the value is not finite.
+  template <class T>
+  Variable<T> AddVariable(const T& value) {
+    return AddTyped(value, /*landmark=*/false);
+  }
+  // A variable that is eliminated first (Schur complement), such as a point or a line. No factor
+  // may join two landmarks: Solve() then fails and says so.
+  template <class T>
+  Variable<T> AddLandmark(const T& value) {
+    return AddTyped(value, /*landmark=*/true);
+  }
+
+  template <class T>
+  T Value(const Variable<T>& variable) const {
+    return VariableTraits<T>::Read(Block(variable));
+  }
+  // Throws InvalidArgument if the value is not finite.
+  template <class T>
+  void SetValue(const Variable<T>& variable, const T& value) {
+    std::array<double, VariableTraits<T>::kSize> block;
+    VariableTraits<T>::Write(value, block.data());
+    SetBlock(variable, block);
+  }
+
+  // Takes the variable out, and with it every factor that touches it.
+  void Remove(const VariableId& variable);
+
+  // A fixed variable keeps its value in Solve() and counts as known in Covariance().
+  void Fix(const VariableId& variable);
+  void Unfix(const VariableId& variable);
+  bool IsFixed(const VariableId& variable) const;
+
+  // loss: applied to |r|^2 (Huber and the like); may be null; share one among many factors.
+  // Throws InvalidArgument if the factor is null, or if the number, the sizes or the identity
+  // (twice the same) of the blocks do not fit it. Does not compile if the factor declares other
+  // Variables.
+  template <FactorPointer P, class... Ts>
+  requires AcceptsVariables<typename P::element_type, Ts...> FactorId
+  AddFactor(P factor, std::shared_ptr<ceres::LossFunction> loss, const Variable<Ts>&... variables) {
+    const std::array<VariableId, sizeof...(Ts)> ids = {variables...};
+    return AddFactorToBlocks(std::move(factor), std::move(loss), ids);
+  }
+  template <FactorPointer P, class... Ts>
+  requires AcceptsVariables<typename P::element_type, Ts...> FactorId
+  AddFactor(P factor, const Variable<Ts>&... variables) {
+    return AddFactor(std::move(factor), std::shared_ptr<ceres::LossFunction>(), variables...);
+  }
+  // For factors whose blocks are known at run time only, such as a marginal prior.
+  FactorId AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> factor,
+                             std::shared_ptr<ceres::LossFunction> loss,
+                             std::span<const VariableId> variables);
+  void RemoveFactor(const FactorId& factor);
+
+  bool Contains(const VariableId& variable) const;
+  bool Contains(const FactorId& factor) const;
+  std::size_t NumVariables() const;
+  std::size_t NumFactors() const;
+  // In the order in which they were added.
+  const std::vector<FactorId>& FactorsOf(const VariableId& variable) const;
+  std::vector<VariableId> VariablesOf(const FactorId& factor) const;
+  const ceres::CostFunction& Factor(const FactorId& factor) const;
+
+  // |r|^2 of one factor at the present values, without its loss: chi-squared where r is whitened.
+  // Throws InvalidArgument if the factor cannot be evaluated there.
+  double SquaredError(const FactorId& factor) const;
+  // Sum over factors of rho(|r|^2) / 2. Throws as above.
+  double Cost() const;
+
+  // Improves the values of the variables that are not fixed. Throws only on bad options; see
+  // SolveSummary::status for everything else.
+  SolveSummary Solve(const SolveOptions& options = {});
+
+  // Joint covariance of the variables in their tangent spaces, in the order given, from the
+  // linearized graph: (J^T J)^-1 with losses applied. A fixed variable is known: zero rows and
+  // columns. Throws InvalidArgument if the factors do not determine the variables of the graph
+  // (rank-deficient J: fix a variable or add a prior).
+  Eigen::MatrixXd Covariance(std::span<const VariableId> variables) const;
+  Eigen::MatrixXd Covariance(const VariableId& variable) const {
+    return Covariance(std::span<const VariableId>(&variable, 1));
+  }
+
+  // The block behind a handle, and the handle of a block (throws InvalidArgument if it is none).
+  const double* Block(const VariableId& variable) const;
+  double* MutableBlock(const VariableId& variable);
+  VariableId FindVariable(const double* block) const;
+
+  // The problem itself, to evaluate, linearize or solve it by other means. Add and remove through
+  // the graph only.
+  ceres::Problem& problem();
+  const ceres::Problem& problem() const;
+
+ private:
+  using MakeManifold = std::unique_ptr<ceres::Manifold> (*)();
+  struct Impl;
+
+  template <class T>
+  Variable<T> AddTyped(const T& value, bool landmark) {
+    std::array<double, VariableTraits<T>::kSize> block;
+    VariableTraits<T>::Write(value, block.data());
+    return {AddBlock(block, &VariableTraits<T>::MakeManifold, landmark)};
+  }
+  VariableId AddBlock(std::span<const double> values, MakeManifold make_manifold, bool landmark);
+  void SetBlock(const VariableId& variable, std::span<const double> values);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace highwall

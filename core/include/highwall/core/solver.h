@@ -1,0 +1,52 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+
+namespace highwall {
+
+enum class LinearSolver {
+  kAuto,           // Schur where there are landmarks, else a Cholesky by the size of the problem
+  kDenseCholesky,  // up to a few hundred tangent dimensions
+  kSparseCholesky,
+  kDenseSchur,  // landmarks first, dense reduced system: up to some 100 poses
+  kSparseSchur,
+};
+
+// Levenberg-Marquardt; the stopping rules are those of Ceres.
+struct SolveOptions {
+  int max_iterations = 50;                   // >= 0
+  int threads = 1;                           // >= 1; 1 gives bit-equal results on every run
+  double max_seconds = 1e6;                  // [s] > 0
+  double function_tolerance = 1e-6;          // >= 0; relative decrease of the cost
+  double gradient_tolerance = 1e-10;         // >= 0; largest entry of the projected gradient
+  double parameter_tolerance = 1e-8;         // >= 0; relative step
+  double initial_trust_region_radius = 1e4;  // > 0; smaller: more careful first steps
+  LinearSolver linear_solver = LinearSolver::kAuto;
+  // Solving ends after the running iteration once *stop is true. May be null; not owned.
+  const std::atomic<bool>* stop = nullptr;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+enum class SolveStatus {
+  kConverged,  // a tolerance was met
+  kLimit,      // iterations or seconds ran out; the estimate is the best so far
+  kStopped,    // SolveOptions::stop
+  kFailed,     // no usable estimate; the variables are as they were
+};
+const char* ToString(SolveStatus status);
+
+struct SolveSummary {
+  SolveStatus status = SolveStatus::kFailed;
+  std::string message;        // the solver's own words
+  double initial_cost = 0.0;  // sum over factors of rho(|r|^2) / 2, fixed parts included
+  double final_cost = 0.0;
+  int iterations = 0;    // steps tried, accepted or not
+  double seconds = 0.0;  // wall time, preprocessing included
+
+  bool IsUsable() const { return status != SolveStatus::kFailed; }
+};
+
+}  // namespace highwall

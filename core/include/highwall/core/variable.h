@@ -1,0 +1,91 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstdint>
+#include <memory>
+#include <type_traits>
+
+#include <ceres/manifold.h>
+#include <Eigen/Core>
+
+#include <highwall/core/line3.h>
+#include <highwall/core/manifolds.h>
+#include <highwall/core/pose.h>
+
+namespace highwall {
+
+using Point = Eigen::Vector3d;
+
+// How a value becomes a parameter block. Specialize it to use a type of your own in a FactorGraph:
+//   kSize                            doubles in the block
+//   Write(value, double*), Read(const double*)
+//   MakeManifold()                   null where the block is Euclidean
+template <class T>
+struct VariableTraits;
+
+// Types that are their own block: kSize contiguous doubles behind data().
+template <class T>
+requires requires(T value) {
+  { T::kSize } -> std::convertible_to<int>;
+  { value.data() } -> std::same_as<double*>;
+}
+struct VariableTraits<T> {
+  static constexpr int kSize = T::kSize;
+  static void Write(const T& value, double* block) { std::copy_n(value.data(), kSize, block); }
+  static T Read(const double* block) {
+    T value;
+    std::copy_n(block, kSize, value.data());
+    return value;
+  }
+  static std::unique_ptr<ceres::Manifold> MakeManifold() {
+    if constexpr (std::is_same_v<T, Pose>) return std::make_unique<PoseManifold>();
+    if constexpr (std::is_same_v<T, OrthonormalLine>) return std::make_unique<LineManifold>();
+    return nullptr;
+  }
+};
+
+template <int N>
+requires(N > 0) struct VariableTraits<Eigen::Matrix<double, N, 1>> {
+  using Vector = Eigen::Matrix<double, N, 1>;
+  static constexpr int kSize = N;
+  static void Write(const Vector& value, double* block) { std::copy_n(value.data(), N, block); }
+  static Vector Read(const double* block) { return Eigen::Map<const Vector>(block); }
+  static std::unique_ptr<ceres::Manifold> MakeManifold() { return nullptr; }
+};
+
+template <>
+struct VariableTraits<double> {
+  static constexpr int kSize = 1;
+  static void Write(double value, double* block) { *block = value; }
+  static double Read(const double* block) { return *block; }
+  static std::unique_ptr<ceres::Manifold> MakeManifold() { return nullptr; }
+};
+
+// Names a variable of one FactorGraph. A handle whose variable was removed is recognised as such.
+struct VariableId {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;  // 0: no variable
+
+  bool operator==(const VariableId&) const = default;
+};
+
+// A VariableId that knows what its block holds: Variable<Pose>, Variable<Point>, Variable<double>.
+template <class T>
+struct Variable : VariableId {};
+
+// The block types that a factor takes, in order. A factor that declares
+//   using Variables = highwall::VariableList<Pose, Point>;
+// can be added to a FactorGraph with just these handles; anything else does not compile.
+template <class... Ts>
+struct VariableList {};
+
+// F may be given variables of types Ts: it declares exactly these, or declares nothing (then only
+// the number and the sizes of the blocks are checked, when it is added).
+template <class F, class... Ts>
+concept AcceptsVariables = !requires {
+  typename F::Variables;
+}
+|| std::is_same_v<typename F::Variables, VariableList<Ts...>>;
+
+}  // namespace highwall

@@ -1,0 +1,369 @@
+#include <highwall/core/factor_graph.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <unordered_map>
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <highwall/core/error.h>
+#include "graph_covariance.h"
+
+namespace highwall {
+namespace {
+
+// Reduced systems up to this many tangent dimensions are solved densely.
+constexpr int kMaxDenseDimensions = 400;
+
+ceres::Problem::Options ProblemOptions() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.enable_fast_removal = true;
+  return options;
+}
+
+class StopCallback final : public ceres::IterationCallback {
+ public:
+  explicit StopCallback(const std::atomic<bool>& stop) : stop_(stop) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return stop_.load(std::memory_order_relaxed) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                 : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const std::atomic<bool>& stop_;
+};
+
+struct VariableSlot {
+  std::unique_ptr<double[]> block;  // null: free
+  int size = 0;
+  std::uint32_t generation = 0;
+  bool landmark = false;
+  std::vector<FactorId> factors;
+};
+
+struct FactorSlot {
+  ceres::ResidualBlockId residual = nullptr;  // null: free
+  std::uint32_t generation = 0;
+  std::shared_ptr<ceres::CostFunction> factor;
+  std::shared_ptr<ceres::LossFunction> loss;
+};
+
+// The slot to fill next: a freed one, or a new one at the end.
+template <class Slot>
+std::uint32_t TakeSlot(std::vector<Slot>* slots, std::vector<std::uint32_t>* free) {
+  if (free->empty()) {
+    slots->emplace_back();
+    return static_cast<std::uint32_t>(slots->size() - 1);
+  }
+  const std::uint32_t index = free->back();
+  free->pop_back();
+  return index;
+}
+
+ceres::LinearSolverType ToCeres(LinearSolver solver, bool has_landmarks, int other_dimensions) {
+  switch (solver) {
+    case LinearSolver::kDenseCholesky:
+      return ceres::DENSE_NORMAL_CHOLESKY;
+    case LinearSolver::kSparseCholesky:
+      return ceres::SPARSE_NORMAL_CHOLESKY;
+    case LinearSolver::kDenseSchur:
+      return ceres::DENSE_SCHUR;
+    case LinearSolver::kSparseSchur:
+      return ceres::SPARSE_SCHUR;
+    case LinearSolver::kAuto:
+      break;
+  }
+  const bool dense = other_dimensions <= kMaxDenseDimensions;
+  if (has_landmarks) return dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  return dense ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
+}
+
+SolveStatus ToStatus(ceres::TerminationType type) {
+  switch (type) {
+    case ceres::CONVERGENCE:
+      return SolveStatus::kConverged;
+    case ceres::NO_CONVERGENCE:
+      return SolveStatus::kLimit;
+    case ceres::USER_SUCCESS:
+      return SolveStatus::kStopped;
+    default:
+      return SolveStatus::kFailed;
+  }
+}
+
+}  // namespace
+
+struct FactorGraph::Impl {
+  // Declared before the problem, which refers to them until it is destroyed.
+  std::vector<std::pair<MakeManifold, std::unique_ptr<ceres::Manifold>>> manifolds;
+  std::vector<VariableSlot> variables;
+  std::vector<FactorSlot> factors;
+  std::vector<std::uint32_t> free_variables, free_factors;
+  std::unordered_map<const double*, VariableId> by_block;
+  ceres::Problem problem{ProblemOptions()};
+
+  bool Contains(const VariableId& id) const {
+    return id.index < variables.size() && variables[id.index].block != nullptr &&
+           variables[id.index].generation == id.generation;
+  }
+  bool Contains(const FactorId& id) const {
+    return id.index < factors.size() && factors[id.index].residual != nullptr &&
+           factors[id.index].generation == id.generation;
+  }
+  const VariableSlot& At(const VariableId& id) const {
+    HIGHWALL_REQUIRE(Contains(id), "FactorGraph: the variable is not in the graph");
+    return variables[id.index];
+  }
+  const FactorSlot& At(const FactorId& id) const {
+    HIGHWALL_REQUIRE(Contains(id), "FactorGraph: the factor is not in the graph");
+    return factors[id.index];
+  }
+
+  // One manifold object per type of variable; null where Euclidean.
+  ceres::Manifold* ManifoldOf(MakeManifold make) {
+    for (const auto& [key, manifold] : manifolds) {
+      if (key == make) return manifold.get();
+    }
+    manifolds.emplace_back(make, make());
+    return manifolds.back().second.get();
+  }
+
+  void RequireFit(const ceres::CostFunction* factor, std::span<const VariableId> ids) const {
+    HIGHWALL_REQUIRE(factor != nullptr, "FactorGraph::AddFactor: null factor");
+    HIGHWALL_REQUIRE(factor->num_residuals() > 0, "FactorGraph::AddFactor: no residuals");
+    const std::vector<int>& sizes = factor->parameter_block_sizes();
+    HIGHWALL_REQUIRE(sizes.size() == ids.size(),
+                     "FactorGraph::AddFactor: the factor takes " + std::to_string(sizes.size()) +
+                         " variables, given " + std::to_string(ids.size()));
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const int size = At(ids[i]).size;
+      HIGHWALL_REQUIRE(size == sizes[i], "FactorGraph::AddFactor: block " + std::to_string(i) +
+                                             " of the factor has size " + std::to_string(sizes[i]) +
+                                             ", the variable has size " + std::to_string(size));
+      HIGHWALL_REQUIRE(std::find(ids.begin(), ids.begin() + static_cast<std::ptrdiff_t>(i),
+                                 ids[i]) == ids.begin() + static_cast<std::ptrdiff_t>(i),
+                       "FactorGraph::AddFactor: variable " + std::to_string(i) + " is given twice");
+    }
+  }
+};
+
+FactorGraph::FactorGraph() : impl_(std::make_unique<Impl>()) {}
+FactorGraph::~FactorGraph() = default;
+FactorGraph::FactorGraph(FactorGraph&&) noexcept = default;
+FactorGraph& FactorGraph::operator=(FactorGraph&&) noexcept = default;
+
+VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold make_manifold,
+                                 bool landmark) {
+  HIGHWALL_REQUIRE(
+      std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }),
+      "FactorGraph::AddVariable: non-finite value");
+  const std::uint32_t index = TakeSlot(&impl_->variables, &impl_->free_variables);
+  VariableSlot& slot = impl_->variables[index];
+  slot.block = std::make_unique<double[]>(values.size());
+  std::copy(values.begin(), values.end(), slot.block.get());
+  slot.size = static_cast<int>(values.size());
+  slot.landmark = landmark;
+  ++slot.generation;
+  impl_->problem.AddParameterBlock(slot.block.get(), slot.size, impl_->ManifoldOf(make_manifold));
+  const VariableId id{index, slot.generation};
+  impl_->by_block.emplace(slot.block.get(), id);
+  return id;
+}
+
+void FactorGraph::SetBlock(const VariableId& variable, std::span<const double> values) {
+  HIGHWALL_REQUIRE(
+      std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }),
+      "FactorGraph::SetValue: non-finite value");
+  std::copy(values.begin(), values.end(), MutableBlock(variable));
+}
+
+void FactorGraph::Remove(const VariableId& variable) {
+  const std::vector<FactorId> factors = impl_->At(variable).factors;
+  for (const FactorId& factor : factors) RemoveFactor(factor);
+  VariableSlot& slot = impl_->variables[variable.index];
+  impl_->problem.RemoveParameterBlock(slot.block.get());
+  impl_->by_block.erase(slot.block.get());
+  slot.block.reset();
+  slot.factors = {};
+  impl_->free_variables.push_back(variable.index);
+}
+
+void FactorGraph::Fix(const VariableId& variable) {
+  impl_->problem.SetParameterBlockConstant(impl_->At(variable).block.get());
+}
+
+void FactorGraph::Unfix(const VariableId& variable) {
+  impl_->problem.SetParameterBlockVariable(impl_->At(variable).block.get());
+}
+
+bool FactorGraph::IsFixed(const VariableId& variable) const {
+  return impl_->problem.IsParameterBlockConstant(impl_->At(variable).block.get());
+}
+
+FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> factor,
+                                        std::shared_ptr<ceres::LossFunction> loss,
+                                        std::span<const VariableId> variables) {
+  impl_->RequireFit(factor.get(), variables);
+  std::vector<double*> blocks;
+  blocks.reserve(variables.size());
+  for (const VariableId& id : variables) blocks.push_back(MutableBlock(id));
+
+  const std::uint32_t index = TakeSlot(&impl_->factors, &impl_->free_factors);
+  FactorSlot& slot = impl_->factors[index];
+  ++slot.generation;
+  slot.residual = impl_->problem.AddResidualBlock(factor.get(), loss.get(), blocks);
+  slot.factor = std::move(factor);
+  slot.loss = std::move(loss);
+  const FactorId id{index, slot.generation};
+  for (const VariableId& v : variables) impl_->variables[v.index].factors.push_back(id);
+  return id;
+}
+
+void FactorGraph::RemoveFactor(const FactorId& factor) {
+  for (const VariableId& v : VariablesOf(factor)) {
+    std::vector<FactorId>& list = impl_->variables[v.index].factors;
+    list.erase(std::find(list.begin(), list.end(), factor));
+  }
+  FactorSlot& slot = impl_->factors[factor.index];
+  impl_->problem.RemoveResidualBlock(slot.residual);
+  slot.residual = nullptr;
+  slot.factor.reset();
+  slot.loss.reset();
+  impl_->free_factors.push_back(factor.index);
+}
+
+bool FactorGraph::Contains(const VariableId& variable) const {
+  return impl_->Contains(variable);
+}
+
+bool FactorGraph::Contains(const FactorId& factor) const {
+  return impl_->Contains(factor);
+}
+
+std::size_t FactorGraph::NumVariables() const {
+  return impl_->variables.size() - impl_->free_variables.size();
+}
+
+std::size_t FactorGraph::NumFactors() const {
+  return impl_->factors.size() - impl_->free_factors.size();
+}
+
+const std::vector<FactorId>& FactorGraph::FactorsOf(const VariableId& variable) const {
+  return impl_->At(variable).factors;
+}
+
+std::vector<VariableId> FactorGraph::VariablesOf(const FactorId& factor) const {
+  std::vector<double*> blocks;
+  impl_->problem.GetParameterBlocksForResidualBlock(impl_->At(factor).residual, &blocks);
+  std::vector<VariableId> ids;
+  ids.reserve(blocks.size());
+  for (const double* block : blocks) ids.push_back(FindVariable(block));
+  return ids;
+}
+
+const ceres::CostFunction& FactorGraph::Factor(const FactorId& factor) const {
+  return *impl_->At(factor).factor;
+}
+
+double FactorGraph::SquaredError(const FactorId& factor) const {
+  double cost = 0.0;
+  const bool ok = impl_->problem.EvaluateResidualBlock(
+      impl_->At(factor).residual, /*apply_loss_function=*/false, &cost, nullptr, nullptr);
+  HIGHWALL_REQUIRE(ok, "FactorGraph::SquaredError: the factor cannot be evaluated");
+  return 2.0 * cost;
+}
+
+double FactorGraph::Cost() const {
+  double cost = 0.0;
+  const bool ok = impl_->problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
+  HIGHWALL_REQUIRE(ok, "FactorGraph::Cost: a factor cannot be evaluated");
+  return cost;
+}
+
+SolveSummary FactorGraph::Solve(const SolveOptions& options) {
+  options.Validate();
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = options.max_iterations;
+  solver.max_solver_time_in_seconds = options.max_seconds;
+  solver.num_threads = options.threads;
+  solver.function_tolerance = options.function_tolerance;
+  solver.gradient_tolerance = options.gradient_tolerance;
+  solver.parameter_tolerance = options.parameter_tolerance;
+  solver.initial_trust_region_radius = options.initial_trust_region_radius;
+  solver.logging_type = ceres::SILENT;
+
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  bool has_landmarks = false;
+  int other_dimensions = 0;
+  for (const VariableSlot& slot : impl_->variables) {
+    double* block = slot.block.get();
+    if (block == nullptr) continue;
+    ordering->AddElementToGroup(block, slot.landmark ? 0 : 1);
+    if (impl_->problem.IsParameterBlockConstant(block)) continue;
+    has_landmarks |= slot.landmark;
+    if (!slot.landmark) other_dimensions += impl_->problem.ParameterBlockTangentSize(block);
+  }
+  solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks, other_dimensions);
+  if (ceres::IsSchurType(solver.linear_solver_type)) solver.linear_solver_ordering = ordering;
+
+  std::unique_ptr<StopCallback> stop;
+  if (options.stop != nullptr) {
+    stop = std::make_unique<StopCallback>(*options.stop);
+    solver.callbacks.push_back(stop.get());
+  }
+
+  ceres::Solver::Summary ceres_summary;
+  ceres::Solve(solver, &impl_->problem, &ceres_summary);
+  SolveSummary summary;
+  summary.status = ToStatus(ceres_summary.termination_type);
+  summary.message = ceres_summary.message;
+  summary.initial_cost = ceres_summary.initial_cost;
+  summary.final_cost = ceres_summary.final_cost;
+  summary.iterations =
+      ceres_summary.num_successful_steps + std::max(0, ceres_summary.num_unsuccessful_steps);
+  summary.seconds = ceres_summary.total_time_in_seconds;
+  return summary;
+}
+
+Eigen::MatrixXd FactorGraph::Covariance(std::span<const VariableId> variables) const {
+  std::vector<double*> unknown;
+  for (const VariableSlot& slot : impl_->variables) {
+    double* block = slot.block.get();
+    if (block != nullptr && !impl_->problem.IsParameterBlockConstant(block)) {
+      unknown.push_back(block);
+    }
+  }
+  std::vector<const double*> wanted;
+  for (const VariableId& id : variables) wanted.push_back(Block(id));
+  return internal::TangentCovariance(impl_->problem, unknown, wanted);
+}
+
+const double* FactorGraph::Block(const VariableId& variable) const {
+  return impl_->At(variable).block.get();
+}
+
+double* FactorGraph::MutableBlock(const VariableId& variable) {
+  return impl_->At(variable).block.get();
+}
+
+VariableId FactorGraph::FindVariable(const double* block) const {
+  const auto found = impl_->by_block.find(block);
+  HIGHWALL_REQUIRE(found != impl_->by_block.end(), "FactorGraph: not a block of the graph");
+  return found->second;
+}
+
+ceres::Problem& FactorGraph::problem() {
+  return impl_->problem;
+}
+
+const ceres::Problem& FactorGraph::problem() const {
+  return impl_->problem;
+}
+
+}  // namespace highwall

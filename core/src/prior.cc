@@ -1,0 +1,33 @@
+#include <highwall/core/prior.h>
+
+#include <highwall/core/manifolds.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+
+PosePrior::PosePrior(const Pose& T_0, const Eigen::Matrix<double, 6, 6>& sqrt_information)
+    : T_0_(T_0), W_(sqrt_information) {
+  HIGHWALL_REQUIRE(T_0.IsFinite(), "PosePrior: non-finite pose");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PosePrior: non-finite sqrt_information");
+}
+
+bool PosePrior::Evaluate(double const* const* parameters, double* residuals,
+                         double** jacobians) const {
+  const Eigen::Map<const Eigen::Vector3d> p(parameters[0]);
+  const Eigen::Map<const Eigen::Quaterniond> q(parameters[0] + 3);
+  const Eigen::Vector3d theta = so3::Log(T_0_.q().conjugate() * q);
+
+  Eigen::Matrix<double, 6, 1> e;
+  e << p - T_0_.p(), theta;
+  Eigen::Map<Eigen::Matrix<double, 6, 1>> r(residuals);
+  r = W_ * e;  // Eq. 1
+
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Eigen::Matrix<double, 6, 6> dr_dpose = W_;
+    dr_dpose.rightCols<3>() = W_.rightCols<3>() * so3::RightJacobianInverse(theta);  // Eq. 2
+    PoseManifold::Lift<6>(parameters[0], dr_dpose, jacobians[0]);
+  }
+  return true;
+}
+
+}  // namespace highwall

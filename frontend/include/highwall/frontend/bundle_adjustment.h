@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <highwall/frontend/map.h>
+#include <highwall/frontend/measurement_model.h>
+
+namespace highwall {
+
+struct BundleAdjustmentOptions {
+  double point_huber = 2.8;  // [sigma] > 0: Huber threshold on the norm of a point's rows
+  double line_huber = 2.8;   // [sigma] > 0: the same for a line's rows
+  double chi2_2 = 5.991;     // > 0: inlier bounds, 95 % of chi-square with 2, 3 and 4 rows
+  double chi2_3 = 7.815;     // > 0
+  double chi2_4 = 9.488;     // > 0
+  int first_iterations = 5;   // >= 1: with all observations
+  int second_iterations = 8;  // >= 1: without outliers
+  int threads = 2;            // >= 1
+
+  void Validate() const;
+};
+
+struct BundleAdjustmentReport {
+  int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;
+  int observations = 0, outliers = 0;
+  double initial_cost = 0.0, final_cost = 0.0;
+  bool usable = false;  // false: the solver failed and the map was not touched
+};
+
+// Moves the keyframes of `free` and every point and line that they see, so that the reprojection
+// errors of `free` and `fixed` are least; observations that remain outliers are forgotten. Lines
+// move in the orthonormal form and keep their ends where they were seen.
+// free, fixed: live, no keyframe in both; where `fixed` is empty the oldest of `free` is held.
+BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
+                                    std::span<const KeyFrameId> free,
+                                    std::span<const KeyFrameId> fixed,
+                                    const BundleAdjustmentOptions& options = {});
+
+}  // namespace highwall

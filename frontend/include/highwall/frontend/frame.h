@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/camera.h>
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
+#include <highwall/frontend/dataset.h>
+#include <highwall/frontend/line_extractor.h>
+#include <highwall/frontend/orb_extractor.h>
+#include <highwall/frontend/orb_matcher.h>
+#include <highwall/frontend/segment_depth.h>
+#include <highwall/frontend/sensor.h>
+
+namespace highwall {
+
+// One point observation: an ORB corner with its depth where the sensor gave one.
+struct PointFeature {
+  Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
+  double depth = 0.0;                            // [m] along z; 0 = none
+  int octave = 0;                                // pyramid level
+  float angle = 0.0f;                            // [deg] intensity-centroid orientation
+};
+
+// One line observation: an undistorted segment with its end points in C where depth allowed a fit.
+struct LineFeature {
+  LineSegment segment;                  // [px] undistorted
+  std::optional<SegmentDepth> segment_C;  // [m]
+};
+
+// The features of one image, immutable once built; shared by the tracker and by keyframes.
+struct FrameFeatures {
+  std::vector<PointFeature> points;
+  cv::Mat point_descriptors;  // N x 32 CV_8U, a row a point
+  FeatureGrid point_grid;
+  std::vector<LineFeature> lines;
+  cv::Mat line_descriptors;  // M x 32 CV_8U, or empty
+};
+
+// What is known of one image.
+struct Frame {
+  std::int64_t index = 0;  // counted from 0 over the frames fed
+  Stamp stamp = 0;
+  std::shared_ptr<const FrameFeatures> features;
+};
+
+struct FrameBuilderOptions {
+  OrbExtractorOptions orb;
+  LineExtractorOptions lines;
+  SegmentDepthOptions segment_depth;
+  bool use_points = true;
+  bool use_lines = true;
+  double min_depth = 0.3;  // [m] > 0; nearer readings are dropped
+  double max_depth = 8.0;  // [m] > min_depth; farther readings are dropped
+  bool parallel = true;    // points and lines on two threads; the result is the same
+
+  void Validate() const;
+};
+
+// Milliseconds spent in one FrameBuilder::Build.
+struct FrameBuilderTimes {
+  double points = 0.0;
+  double lines = 0.0;
+};
+
+// Turns an image and its depth into features: extraction, undistortion, depth association.
+class FrameBuilder {
+ public:
+  FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options);
+
+  // Throws InvalidArgument where the images do not fit the sensor.
+  std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
+                                             FrameBuilderTimes* times = nullptr) const;
+
+ private:
+  void BuildPoints(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
+  void BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
+
+  RgbdSensor sensor_;
+  FrameBuilderOptions options_;
+  OrbExtractor orb_;
+  LineExtractor line_extractor_;
+};
+
+}  // namespace highwall

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include <highwall/frontend/bundle_adjustment.h>
+#include <highwall/frontend/map.h>
+#include <highwall/frontend/map_matcher.h>
+#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/tracker.h>
+
+namespace highwall {
+
+struct LocalMapperOptions {
+  BundleAdjustmentOptions bundle;
+  MapMatcherOptions matcher;    // for the fusion of landmarks
+  int adjusted_keyframes = 12;  // >= 2: most keyframes moved by a local adjustment
+  int fixed_keyframes = 20;     // >= 1: most keyframes that hold it in place
+  int fused_keyframes = 8;      // >= 0: neighbours whose landmarks are looked for in a new keyframe
+  // A landmark is dropped when found in fewer of the frames that had it in view, or when, this
+  // many keyframes after its creation, fewer keyframes see it.
+  double min_found_ratio = 0.25;  // [0, 1]
+  int probation_keyframes = 3;    // >= 1
+  int min_observations = 2;       // >= 1
+  // A keyframe is dropped when this share of its points is seen by at least three others at the
+  // same or a finer pyramid level.
+  double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
+  double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
+
+  void Validate() const;
+};
+
+struct LocalMappingReport {
+  KeyFrameId keyframe = kNoId;
+  BundleAdjustmentReport bundle;
+  int new_points = 0, new_lines = 0, fused_points = 0;
+  int culled_points = 0, culled_lines = 0;
+  std::vector<KeyFrameId> culled_keyframes;
+};
+
+// Grows and cleans the map, a keyframe at a time: landmarks from depth, fusion with those of
+// neighbouring keyframes, culling, local bundle adjustment. (Xiao et al. 2025, figure 2, local
+// mapping.)
+class LocalMapper {
+ public:
+  // levels: of the ORB pyramid. model: must outlive the mapper.
+  LocalMapper(const MeasurementModel& model, int levels, const LocalMapperOptions& options);
+
+  LocalMappingReport InsertKeyFrame(const TrackedFrame& tracked, Map& map);
+
+ private:
+  void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
+  void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
+  void CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport& report) const;
+  BundleAdjustmentReport AdjustAround(KeyFrameId id, Map& map) const;
+  void RefreshPoints(KeyFrameId id, Map& map) const;
+  // The feature, its depth included, may be a sight of p_W.
+  bool FitsDepth(const PointFeature& feature, const Pose& T_WC, const Eigen::Vector3d& p_W) const;
+
+  template <class Landmark>
+  bool Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const;
+
+  const MeasurementModel& model_;
+  int levels_;
+  LocalMapperOptions options_;
+  MapMatcher matcher_;
+  // On probation: landmark and the keyframe that created it, oldest first.
+  std::deque<std::pair<PointId, KeyFrameId>> recent_points_;
+  std::deque<std::pair<LineId, KeyFrameId>> recent_lines_;
+};
+
+}  // namespace highwall

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/line3.h>
+#include <highwall/core/pose.h>
+#include <highwall/frontend/frame.h>
+
+namespace highwall {
+
+using KeyFrameId = std::int32_t;
+using PointId = std::int32_t;
+using LineId = std::int32_t;
+inline constexpr std::int32_t kNoId = -1;
+
+// 256-bit binary descriptor (ORB of a point, LBD of a line).
+using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
+
+// Feature `index` of keyframe `keyframe` sees the landmark.
+struct Observation {
+  KeyFrameId keyframe = kNoId;
+  int index = 0;
+};
+
+struct MapPoint {
+  PointId id = kNoId;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // [m]
+  BinaryDescriptor256 descriptor{};               // of the observation nearest to all others
+  Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // mean unit direction, camera -> point
+  double min_distance = 0.0;  // [m] scale-invariance range of the pyramid
+  double max_distance = 0.0;  // [m]
+  std::vector<Observation> observations;  // ascending keyframes
+  std::int64_t first_frame = 0;           // frame index of its creation
+  int visible = 1;                        // frames in whose view it was predicted
+  int found = 1;                          // frames in which it was an inlier
+};
+
+struct MapLine {
+  LineId id = kNoId;
+  Segment3 segment_W;  // [m]
+  BinaryDescriptor256 descriptor{};
+  bool has_descriptor = false;
+  std::vector<Observation> observations;
+  std::int64_t first_frame = 0;
+  int visible = 1;
+  int found = 1;
+};
+
+struct KeyFrame {
+  KeyFrameId id = kNoId;
+  Frame frame;
+  Pose T_WC;
+  std::vector<PointId> points;  // per point feature, kNoId where unmatched
+  std::vector<LineId> lines;    // per line feature
+};
+
+// Keyframes, points and lines, owned by id. Ids ascend and are never used again; what was removed
+// answers nullptr. Not thread-safe: its owner guards it.
+class Map {
+ public:
+  KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC);
+  MapPoint& AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index);
+  MapLine& AddLine(const Segment3& segment_W, std::int64_t frame_index);
+
+  // nullptr where there is none (any more).
+  KeyFrame* keyframe(KeyFrameId id);
+  const KeyFrame* keyframe(KeyFrameId id) const;
+  MapPoint* point(PointId id);
+  const MapPoint* point(PointId id) const;
+  MapLine* line(LineId id);
+  const MapLine* line(LineId id) const;
+
+  // Live ids, ascending.
+  std::vector<KeyFrameId> keyframe_ids() const;
+  std::vector<PointId> point_ids() const;
+  std::vector<LineId> line_ids() const;
+  std::size_t num_keyframes() const { return num_keyframes_; }
+  std::size_t num_points() const { return num_points_; }
+  std::size_t num_lines() const { return num_lines_; }
+
+  // Feature `index` of the keyframe sees the landmark. A keyframe sees a landmark once: where it
+  // does already, or where the feature is taken, nothing happens and false is returned.
+  bool ObservePoint(KeyFrameId keyframe, int index, PointId point);
+  bool ObserveLine(KeyFrameId keyframe, int index, LineId line);
+  // A landmark left with no observation is removed.
+  void ForgetPointObservation(KeyFrameId keyframe, PointId point);
+  void ForgetLineObservation(KeyFrameId keyframe, LineId line);
+
+  void RemovePoint(PointId id);
+  void RemoveLine(LineId id);
+  // Every observation of `from` goes to `into`, where its keyframe does not see `into` already.
+  void MergePoints(PointId from, PointId into);
+
+  // Removes the keyframe and its observations. Frames that hang on it follow `T_parent` instead:
+  // see ResolvePose. parent: a live keyframe.
+  void RemoveKeyFrame(KeyFrameId id, KeyFrameId parent);
+  // The present pose of a keyframe, also of a removed one (through its parent at that time).
+  Pose ResolvePose(KeyFrameId id) const;
+
+  // Descriptor, viewing direction and scale range of a point from its observations.
+  // scale_factor: of the ORB pyramid, levels: its number of levels.
+  void RefreshPoint(PointId id, double scale_factor, int levels);
+
+  // Keyframes that see the given landmarks, with how many each sees; most first, then by id.
+  std::vector<std::pair<KeyFrameId, int>> Observers(std::span<const PointId> points,
+                                                    std::span<const LineId> lines = {}) const;
+  // Keyframes that share at least min_shared landmarks with `id`, most first.
+  std::vector<std::pair<KeyFrameId, int>> Covisible(KeyFrameId id, int min_shared) const;
+
+ private:
+  struct Removed {
+    KeyFrameId parent = kNoId;
+    Pose T_parent;
+  };
+  std::vector<std::unique_ptr<KeyFrame>> keyframes_;
+  std::vector<Removed> removed_;  // by keyframe id; parent kNoId while the keyframe lives
+  std::vector<std::unique_ptr<MapPoint>> points_;
+  std::vector<std::unique_ptr<MapLine>> lines_;
+  std::size_t num_keyframes_ = 0, num_points_ = 0, num_lines_ = 0;
+};
+
+// Row `index` of a descriptor matrix (N x 32 CV_8U).
+BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index);
+
+}  // namespace highwall

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include <ceres/cost_function.h>
+
+#include <highwall/core/camera.h>
+#include <highwall/factors/depth_noise.h>
+#include <highwall/factors/line_reprojection.h>
+#include <highwall/factors/point_reprojection.h>
+#include <highwall/factors/rgbd_projection.h>
+#include <highwall/frontend/frame.h>
+#include <highwall/frontend/sensor.h>
+
+namespace highwall {
+
+struct MeasurementOptions {
+  Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
+  double baseline = 0.08;      // [m] > 0: of the virtual right camera
+  double point_sigma = 1.0;    // [px] > 0: of a corner at pyramid level 0; grows with the level
+  double line_sigma = 1.5;     // [px] > 0: of a segment's end, across it
+  double scale_factor = 1.2;   // > 1: of the pyramid
+
+  void Validate() const;
+};
+
+// How features of one RGB-D camera weigh in an estimate: the one place where observations become
+// residual rows, for tracking, relocalization and bundle adjustment alike. B = C: poses are T_WC.
+class MeasurementModel {
+ public:
+  MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options);
+
+  // Without distortion.
+  const PinholeCamera& camera() const { return camera_; }
+  const RgbdProjection& projection() const { return projection_; }
+  const MeasurementOptions& options() const { return options_; }
+
+  // [px] of u and v at the pyramid level.
+  double PointSigma(int octave) const;
+  // [px] of the virtual disparity at depth z [m].
+  double DisparitySigma(double z) const { return noise_.DisparitySigma(z, right_); }
+
+  // Rows of a point; the third is zero where it has no depth (PointDimension 2 instead of 3).
+  ProjectionRows<3> Rows(const PointFeature& feature) const;
+  static int Dimension(const PointFeature& feature) { return feature.depth > 0.0 ? 3 : 2; }
+  // Rows of a line's two ends in the end-point form; the second row of each is zero without depth.
+  std::array<ProjectionRows<2>, 2> Rows(const LineFeature& feature) const;
+  static int Dimension(const LineFeature& feature) { return feature.segment_C ? 4 : 2; }
+
+  // Blocks: T_WC, p_W.
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature) const;
+  // Blocks: T_WC, OrthonormalLine.
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
+
+ private:
+  Eigen::Vector3d Measurement(const PointFeature& feature) const;
+  RgbdSegment Measurement(const LineFeature& feature) const;
+  SegmentNoise Noise(const LineFeature& feature) const;
+
+  MeasurementOptions options_;
+  PinholeCamera camera_;
+  VirtualRightCamera right_;
+  DepthNoise noise_;
+  RgbdProjection projection_;
+};
+
+}  // namespace highwall

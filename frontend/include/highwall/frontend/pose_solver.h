@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/line3.h>
+#include <highwall/core/pose.h>
+#include <highwall/factors/rgbd_projection.h>
+
+namespace highwall {
+
+// A known world point and the rows of its observation; rows beyond `dimension` are zero.
+struct PosePoint {
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // [m]
+  ProjectionRows<3> rows;
+  int dimension = 3;  // 2 or 3
+};
+
+// A known world line and the rows of its observation in the end-point form. The ends lie on the
+// line where the observed ends see it (TrimToObservation), so that what is measured is the distance
+// at the observed ends and not at those of a longer map line.
+struct PoseLine {
+  Segment3 segment_W;  // [m]
+  std::array<ProjectionRows<2>, 2> rows;
+  int dimension = 4;  // 2 or 4
+};
+
+struct PoseSolverOptions {
+  double point_huber = 2.4;  // [sigma] > 0: Huber threshold on the norm of a point's rows
+  double line_huber = 2.4;   // [sigma] > 0: the same for a line's rows
+  double chi2_2 = 5.991;     // > 0: inlier bounds, 95 % of chi-square with 2, 3 and 4 rows
+  double chi2_3 = 7.815;     // > 0
+  double chi2_4 = 9.488;     // > 0
+  int rounds = 3;            // >= 1: solve, classify inliers, solve again
+  int max_iterations = 6;    // >= 1, per round
+  int min_inliers = 6;       // >= 3, points and lines: fewer at the end is no solution
+
+  void Validate() const;
+};
+
+struct PoseSolution {
+  Pose T_WC;
+  std::vector<bool> point_inliers;
+  std::vector<bool> line_inliers;
+  int num_points = 0;  // inliers
+  int num_lines = 0;   // inliers
+};
+
+// Camera pose from known points and lines: robust Levenberg-Marquardt (ceres::TinySolver) in the
+// tangent space at T_WC, with outliers set aside between rounds. B = C in `projection`.
+// Empty where fewer than min_inliers remain or the steps stop being finite.
+std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
+                                      std::span<const PosePoint> points,
+                                      std::span<const PoseLine> lines,
+                                      const PoseSolverOptions& options = {});
+
+// The piece of line_C [m] that the undistorted pixels s and e see: each end is the point of the
+// line nearest to the ray. Empty where that is behind the camera or the ray runs along the line.
+std::optional<Segment3> TrimToObservation(const PluckerLine& line_C, const Eigen::Vector2d& s,
+                                          const Eigen::Vector2d& e, const RgbdProjection& camera);
+
+}  // namespace highwall

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/frame.h>
+#include <highwall/frontend/map.h>
+#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/pose_solver.h>
+
+namespace highwall {
+
+struct RelocalizerOptions {
+  int candidates = 5;          // >= 1: keyframes verified, best votes first
+  int query_features = 200;    // >= 10: features of the frame that vote
+  int max_hamming = 60;        // [bit] of a match
+  double ratio = 0.8;          // (0, 1]: best against second best
+  int min_matches = 15;        // >= 3: with a keyframe, to verify it
+  int min_inliers = 20;        // >= 6: after RANSAC and refinement
+  int ransac_iterations = 200;  // >= 1
+  std::uint32_t seed = 1;
+
+  void Validate() const;
+};
+
+struct Relocalization {
+  Pose T_WC;
+  KeyFrameId keyframe = kNoId;
+  std::vector<std::pair<int, PointId>> matches;  // feature -> point, inliers
+};
+
+// Pose of a frame from the keyframes alone, without a prediction: descriptor votes choose
+// keyframes, 3-D to 3-D RANSAC on the matched points verifies them, SolvePose refines.
+class Relocalizer {
+ public:
+  Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options);
+
+  // Empty where no keyframe is verified.
+  std::optional<Relocalization> Relocalize(const FrameFeatures& features, const Map& map) const;
+  // Against one keyframe, without the vote.
+  std::optional<Relocalization> MatchKeyFrame(const FrameFeatures& features, const Map& map,
+                                              KeyFrameId keyframe) const;
+
+ private:
+  std::vector<KeyFrameId> RankKeyFrames(const FrameFeatures& features, const Map& map) const;
+
+  const MeasurementModel& model_;
+  RelocalizerOptions options_;
+};
+
+}  // namespace highwall

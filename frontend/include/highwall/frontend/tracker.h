@@ -1,0 +1,83 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/frame.h>
+#include <highwall/frontend/map.h>
+#include <highwall/frontend/map_matcher.h>
+#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/pose_solver.h>
+#include <highwall/frontend/relocalizer.h>
+
+namespace highwall {
+
+enum class TrackingState {
+  kInitializing,  // no map yet: the first frames had too little depth or texture
+  kTracking,
+  kLost,  // no pose for this frame; the map is kept and every new frame tries to relocalize
+};
+
+// "initializing", "tracking" or "lost".
+const char* ToString(TrackingState state);
+
+struct TrackerOptions {
+  PoseSolverOptions pose;
+  MapMatcherOptions matcher;
+  RelocalizerOptions relocalizer;
+  // Inlier points plus lines for a pose to be believed, >= 6: after the first match against the
+  // last frame or keyframe, and after the local map.
+  int min_motion_inliers = 15;
+  int min_inliers = 25;
+  int local_keyframes = 24;  // >= 1: most keyframes whose landmarks are searched
+
+  void Validate() const;
+};
+
+// A frame with its pose and the landmarks its features were found to be.
+struct TrackedFrame {
+  Frame frame;
+  TrackingState state = TrackingState::kLost;
+  bool relocalized = false;          // found again in this frame
+  Pose T_WC;                         // meaningful in kTracking
+  KeyFrameId reference = kNoId;      // the keyframe that shares most landmarks
+  std::vector<PointId> points;       // per point feature, kNoId where unmatched; inliers only
+  std::vector<LineId> lines;         // per line feature
+  int num_points = 0, num_lines = 0;  // matched
+};
+
+// Camera pose frame by frame: constant-velocity prediction, matching of the last frame's landmarks
+// by projection, pose by SolvePose, then the same with the landmarks of the local map. Falls back
+// on descriptor matching with the reference keyframe, then on relocalization. (Xiao et al. 2025,
+// figure 2, tracking.)
+class Tracker {
+ public:
+  // levels: of the ORB pyramid. model: must outlive the tracker.
+  Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options);
+
+  // Also counts in the map how often landmarks were in view and found.
+  TrackedFrame Track(const Frame& frame, Map& map);
+
+  // Tells the tracker that `tracked` became the keyframe: its landmarks, new ones included, are
+  // the ones the next frame is matched to, from its pose after the adjustment.
+  void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
+
+ private:
+  std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map) const;
+  std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
+  std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
+  // Adds what the local map holds to a frame with a rough pose; false where too little fits.
+  bool TrackLocalMap(TrackedFrame& tracked, Map& map) const;
+  // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
+  bool Solve(TrackedFrame& tracked, const Map& map, int min_inliers) const;
+
+  const MeasurementModel& model_;
+  TrackerOptions options_;
+  MapMatcher matcher_;
+  Relocalizer relocalizer_;
+  std::optional<TrackedFrame> last_;  // the last frame tracked
+  Pose velocity_;                     // T_(last - 1, last), the motion of one frame
+};
+
+}  // namespace highwall

@@ -1,0 +1,185 @@
+#include <highwall/frontend/bundle_adjustment.h>
+
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include <ceres/loss_function.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/line3.h>
+
+namespace highwall {
+namespace {
+
+// The graph of one adjustment and how its variables and factors map to the map.
+class Bundle {
+ public:
+  Bundle(Map& map, const MeasurementModel& model, const BundleAdjustmentOptions& options)
+      : map_(map),
+        model_(model),
+        options_(options),
+        point_loss_(std::make_shared<ceres::HuberLoss>(options.point_huber)),
+        line_loss_(std::make_shared<ceres::HuberLoss>(options.line_huber)) {}
+
+  void AddKeyFrames(std::span<const KeyFrameId> ids, bool fixed) {
+    for (const KeyFrameId id : ids) {
+      const Variable<Pose> pose = graph_.AddVariable(map_.keyframe(id)->T_WC);
+      if (fixed) graph_.Fix(pose);
+      poses_.emplace(id, pose);
+    }
+  }
+
+  // Every landmark that a keyframe of `ids` sees.
+  void AddLandmarks(std::span<const KeyFrameId> ids) {
+    for (const KeyFrameId id : ids) {
+      const KeyFrame& keyframe = *map_.keyframe(id);
+      for (const PointId p : keyframe.points) {
+        if (p != kNoId && !points_.contains(p)) AddPoint(*map_.point(p));
+      }
+      for (const LineId l : keyframe.lines) {
+        if (l != kNoId && !lines_.contains(l)) AddLine(*map_.line(l));
+      }
+    }
+  }
+
+  SolveSummary Solve(int iterations) {
+    SolveOptions solve;
+    solve.max_iterations = iterations;
+    solve.threads = options_.threads;
+    return graph_.Solve(solve);
+  }
+
+  // Takes the factors out that do not fit; they are forgotten by the map in Write.
+  void RemoveOutliers() {
+    std::erase_if(factors_, [&](const Seen& seen) {
+      const double bound = seen.dimension == 2   ? options_.chi2_2
+                           : seen.dimension == 3 ? options_.chi2_3
+                                                 : options_.chi2_4;
+      if (graph_.SquaredError(seen.factor) <= bound) return false;
+      graph_.RemoveFactor(seen.factor);
+      outliers_.push_back(seen);
+      return true;
+    });
+  }
+
+  void Write() {
+    for (const auto& [id, pose] : poses_) {
+      if (!graph_.IsFixed(pose)) map_.keyframe(id)->T_WC = graph_.Value(pose);
+    }
+    for (const auto& [id, point] : points_) map_.point(id)->p_W = graph_.Value(point);
+    for (const auto& [id, line] : lines_) {
+      MapLine& map_line = *map_.line(id);
+      map_line.segment_W = TrimTo(graph_.Value(line).Plucker(), map_line.segment_W);
+    }
+    for (const Seen& seen : outliers_) {
+      if (seen.is_line) {
+        map_.ForgetLineObservation(seen.keyframe, seen.landmark);
+      } else {
+        map_.ForgetPointObservation(seen.keyframe, seen.landmark);
+      }
+    }
+  }
+
+  void Describe(BundleAdjustmentReport& report) const {
+    report.points = static_cast<int>(points_.size());
+    report.lines = static_cast<int>(lines_.size());
+    report.outliers = static_cast<int>(outliers_.size());
+    report.observations = static_cast<int>(factors_.size() + outliers_.size());
+  }
+
+ private:
+  struct Seen {
+    FactorId factor;
+    KeyFrameId keyframe = kNoId;
+    std::int32_t landmark = kNoId;
+    int dimension = 0;
+    bool is_line = false;
+  };
+
+  void AddPoint(const MapPoint& point) {
+    const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
+    points_.emplace(point.id, variable);
+    for (const Observation& o : point.observations) {
+      const auto pose = poses_.find(o.keyframe);
+      if (pose == poses_.end()) continue;
+      const auto& feature =
+          map_.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
+      factors_.push_back(
+          {graph_.AddFactor(model_.MakeFactor(feature), point_loss_, pose->second, variable),
+           o.keyframe, point.id, MeasurementModel::Dimension(feature), false});
+    }
+  }
+
+  void AddLine(const MapLine& line) {
+    const Variable<OrthonormalLine> variable = graph_.AddLandmark(
+        OrthonormalLine(PluckerLine::FromPoints(line.segment_W.p(), line.segment_W.q())));
+    lines_.emplace(line.id, variable);
+    for (const Observation& o : line.observations) {
+      const auto pose = poses_.find(o.keyframe);
+      if (pose == poses_.end()) continue;
+      const auto& feature =
+          map_.keyframe(o.keyframe)->frame.features->lines[static_cast<std::size_t>(o.index)];
+      factors_.push_back(
+          {graph_.AddFactor(model_.MakeFactor(feature), line_loss_, pose->second, variable),
+           o.keyframe, line.id, MeasurementModel::Dimension(feature), true});
+    }
+  }
+
+  Map& map_;
+  const MeasurementModel& model_;
+  const BundleAdjustmentOptions& options_;
+  std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;
+  FactorGraph graph_;
+  std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
+  std::unordered_map<PointId, Variable<Point>> points_;
+  std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
+  std::vector<Seen> factors_, outliers_;
+};
+
+}  // namespace
+
+void BundleAdjustmentOptions::Validate() const {
+  HIGHWALL_REQUIRE(point_huber > 0.0, "BundleAdjustmentOptions::point_huber must be positive");
+  HIGHWALL_REQUIRE(line_huber > 0.0, "BundleAdjustmentOptions::line_huber must be positive");
+  HIGHWALL_REQUIRE(chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
+                   "BundleAdjustmentOptions::chi2_2, chi2_3 and chi2_4 must be positive");
+  HIGHWALL_REQUIRE(first_iterations >= 1 && second_iterations >= 1,
+                   "BundleAdjustmentOptions: iterations must be at least 1");
+  HIGHWALL_REQUIRE(threads >= 1, "BundleAdjustmentOptions::threads must be at least 1");
+}
+
+BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
+                                    std::span<const KeyFrameId> free,
+                                    std::span<const KeyFrameId> fixed,
+                                    const BundleAdjustmentOptions& options) {
+  BundleAdjustmentReport report;
+  if (free.empty()) return report;
+  std::vector<KeyFrameId> moving(free.begin(), free.end());
+  std::vector<KeyFrameId> held(fixed.begin(), fixed.end());
+  if (held.empty()) {
+    const auto oldest = std::min_element(moving.begin(), moving.end());
+    held.push_back(*oldest);
+    moving.erase(oldest);
+  }
+  Bundle bundle(map, model, options);
+  bundle.AddKeyFrames(held, true);
+  bundle.AddKeyFrames(moving, false);
+  bundle.AddLandmarks(free);
+  const SolveSummary first = bundle.Solve(options.first_iterations);
+  if (!first.IsUsable()) return report;
+  bundle.RemoveOutliers();
+  const SolveSummary second = bundle.Solve(options.second_iterations);
+  if (!second.IsUsable()) return report;
+  bundle.Write();
+  bundle.Describe(report);
+  report.keyframes = static_cast<int>(moving.size());
+  report.fixed_keyframes = static_cast<int>(held.size());
+  report.initial_cost = first.initial_cost;
+  report.final_cost = second.final_cost;
+  report.usable = true;
+  return report;
+}
+
+}  // namespace highwall

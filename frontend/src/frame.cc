@@ -1,0 +1,128 @@
+#include <highwall/frontend/frame.h>
+
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <string>
+#include <thread>
+
+#include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+double MillisecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
+  return {camera.UndistortPixel(raw.s.cast<double>()).cast<float>(),
+          camera.UndistortPixel(raw.e.cast<double>()).cast<float>()};
+}
+
+// The reading nearest to uv, 0 where it is missing or out of range.
+double DepthAt(const cv::Mat& depth, const cv::Point2f& uv, double min_depth, double max_depth) {
+  const int x = static_cast<int>(std::lround(uv.x)), y = static_cast<int>(std::lround(uv.y));
+  if (x < 0 || y < 0 || x >= depth.cols || y >= depth.rows) return 0.0;
+  const double d = static_cast<double>(depth.at<float>(y, x));
+  return d >= min_depth && d <= max_depth ? d : 0.0;
+}
+
+}  // namespace
+
+void FrameBuilderOptions::Validate() const {
+  orb.Validate();
+  lines.Validate();
+  segment_depth.Validate();
+  HIGHWALL_REQUIRE(use_points || use_lines, "FrameBuilderOptions: use_points and use_lines are both off");
+  HIGHWALL_REQUIRE(min_depth > 0.0, "FrameBuilderOptions::min_depth must be positive");
+  HIGHWALL_REQUIRE(max_depth > min_depth, "FrameBuilderOptions::max_depth must exceed min_depth");
+}
+
+FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options)
+    : sensor_(sensor), options_(options), orb_(options.orb), line_extractor_(options.lines) {
+  sensor_.Validate();
+  options_.Validate();
+}
+
+std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
+                                                         FrameBuilderTimes* times) const {
+  const PinholeCamera& camera = sensor_.camera;
+  HIGHWALL_REQUIRE(image.bgr.type() == CV_8UC3 && image.depth.type() == CV_32FC1,
+                   "FrameBuilder: colour must be CV_8UC3 and depth CV_32FC1");
+  HIGHWALL_REQUIRE(image.bgr.size() == image.depth.size(),
+                   "FrameBuilder: colour and depth differ in size");
+  HIGHWALL_REQUIRE(image.bgr.cols == camera.width && image.bgr.rows == camera.height,
+                   "FrameBuilder: the image is " + std::to_string(image.bgr.cols) + " x " +
+                       std::to_string(image.bgr.rows) + ", the camera " +
+                       std::to_string(camera.width) + " x " + std::to_string(camera.height));
+  cv::Mat gray;
+  cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
+
+  auto features = std::make_shared<FrameFeatures>();
+  FrameBuilderTimes elapsed;
+  const auto build_lines = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    if (options_.use_lines) BuildLines(gray, image.depth, *features);
+    elapsed.lines = MillisecondsSince(start);
+  };
+  const auto build_points = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    if (options_.use_points) BuildPoints(gray, image.depth, *features);
+    elapsed.points = MillisecondsSince(start);
+  };
+  if (options_.parallel && options_.use_lines && options_.use_points) {
+    std::exception_ptr error;
+    {
+      const std::jthread thread([&] {
+        try {
+          build_lines();
+        } catch (...) {
+          error = std::current_exception();
+        }
+      });
+      build_points();
+    }
+    if (error) std::rethrow_exception(error);
+  } else {
+    build_lines();
+    build_points();
+  }
+  if (times != nullptr) *times = elapsed;
+  return features;
+}
+
+void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
+                               FrameFeatures& features) const {
+  OrbFeatures orb = orb_.Extract(gray);
+  features.points.reserve(orb.keypoints.size());
+  for (cv::KeyPoint& keypoint : orb.keypoints) {
+    PointFeature feature;
+    feature.depth = DepthAt(depth, keypoint.pt, options_.min_depth, options_.max_depth);
+    feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
+    feature.octave = keypoint.octave;
+    feature.angle = keypoint.angle;
+    features.points.push_back(feature);
+    // The grid holds undistorted positions: that is where projections fall.
+    keypoint.pt = cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
+  }
+  features.point_grid = FeatureGrid(orb.keypoints, gray.size());
+  features.point_descriptors = orb.descriptors;
+}
+
+void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth,
+                              FrameFeatures& features) const {
+  LineFeatures lines = line_extractor_.Extract(gray);
+  features.lines.reserve(lines.segments.size());
+  for (const LineSegment& raw : lines.segments) {
+    LineFeature feature;
+    feature.segment = Undistorted(raw, sensor_.camera);
+    feature.segment_C = FitSegmentDepth(feature.segment, depth, sensor_.camera, options_.segment_depth);
+    features.lines.push_back(feature);
+  }
+  features.line_descriptors = lines.descriptors;
+}
+
+}  // namespace highwall

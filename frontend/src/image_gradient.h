@@ -1,0 +1,35 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+namespace highwall::internal {
+
+// Sobel gradient of a slightly blurred image, with lookups that are valid everywhere: outside, the
+// gradient of the nearest pixel.
+class ImageGradient {
+ public:
+  // gray: CV_8UC1.
+  explicit ImageGradient(const cv::Mat& gray);
+
+  // At the nearest pixel, [8 x grey levels per px].
+  Eigen::Vector2f Nearest(float x, float y) const {
+    return At(static_cast<int>(x + 0.5F), static_cast<int>(y + 0.5F));
+  }
+  // Bilinear.
+  Eigen::Vector2f At(const Eigen::Vector2f& p) const;
+
+ private:
+  Eigen::Vector2f At(int x, int y) const {
+    const std::int16_t* g = gradient_.ptr<std::int16_t>(std::clamp(y, 0, gradient_.rows - 1)) +
+                            2 * std::clamp(x, 0, gradient_.cols - 1);
+    return {static_cast<float>(g[0]), static_cast<float>(g[1])};
+  }
+
+  cv::Mat gradient_;  // CV_16SC2: d/dx, d/dy
+};
+
+}  // namespace highwall::internal

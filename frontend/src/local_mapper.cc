@@ -1,0 +1,234 @@
+#include <highwall/frontend/local_mapper.h>
+
+#include <algorithm>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+
+void LocalMapperOptions::Validate() const {
+  bundle.Validate();
+  matcher.Validate();
+  HIGHWALL_REQUIRE(adjusted_keyframes >= 2,
+                   "LocalMapperOptions::adjusted_keyframes must be at least 2");
+  HIGHWALL_REQUIRE(fixed_keyframes >= 1, "LocalMapperOptions::fixed_keyframes must be at least 1");
+  HIGHWALL_REQUIRE(fused_keyframes >= 0, "LocalMapperOptions::fused_keyframes must not be negative");
+  HIGHWALL_REQUIRE(min_found_ratio >= 0.0 && min_found_ratio <= 1.0,
+                   "LocalMapperOptions::min_found_ratio must be in [0, 1]");
+  HIGHWALL_REQUIRE(probation_keyframes >= 1,
+                   "LocalMapperOptions::probation_keyframes must be at least 1");
+  HIGHWALL_REQUIRE(min_observations >= 1, "LocalMapperOptions::min_observations must be at least 1");
+  HIGHWALL_REQUIRE(redundant_share > 0.0 && redundant_share <= 1.0,
+                   "LocalMapperOptions::redundant_share must be in (0, 1]");
+  HIGHWALL_REQUIRE(min_line_length > 0.0, "LocalMapperOptions::min_line_length must be positive");
+}
+
+LocalMapper::LocalMapper(const MeasurementModel& model, int levels,
+                         const LocalMapperOptions& options)
+    : model_(model), levels_(levels), options_(options), matcher_(model, levels, options.matcher) {
+  options_.Validate();
+}
+
+LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map& map) {
+  LocalMappingReport report;
+  KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC);
+  report.keyframe = keyframe.id;
+  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
+    map.ObservePoint(keyframe.id, static_cast<int>(i), tracked.points[i]);
+  }
+  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
+    map.ObserveLine(keyframe.id, static_cast<int>(i), tracked.lines[i]);
+  }
+  CullLandmarks(keyframe.id, map, report);
+  FuseNeighbours(keyframe.id, map, report);
+  CreatePoints(keyframe, map, report);
+  CreateLines(keyframe, map, report);
+  RefreshPoints(keyframe.id, map);
+  if (map.num_keyframes() > 1) {
+    report.bundle = AdjustAround(keyframe.id, map);
+    RefreshPoints(keyframe.id, map);
+    CullKeyFrames(keyframe.id, map, report);
+  }
+  return report;
+}
+
+void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
+  const auto& features = keyframe.frame.features->points;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (keyframe.points[i] != kNoId || features[i].depth <= 0.0) continue;
+    const Eigen::Vector3d p_C = model_.camera().Unproject(features[i].uv, features[i].depth);
+    const MapPoint& point = map.AddPoint(keyframe.T_WC * p_C, keyframe.frame.index);
+    map.ObservePoint(keyframe.id, static_cast<int>(i), point.id);
+    recent_points_.emplace_back(point.id, keyframe.id);
+    ++report.new_points;
+  }
+}
+
+void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
+  const FrameFeatures& features = *keyframe.frame.features;
+  for (std::size_t i = 0; i < features.lines.size(); ++i) {
+    if (keyframe.lines[i] != kNoId || !features.lines[i].segment_C) continue;
+    const SegmentDepth& fit = *features.lines[i].segment_C;
+    const Segment3 segment_C(fit.p_C, fit.q_C);
+    if (segment_C.Length() < options_.min_line_length) continue;
+    MapLine& line = map.AddLine(keyframe.T_WC * segment_C, keyframe.frame.index);
+    if (!features.line_descriptors.empty()) {
+      line.descriptor = DescriptorRow(features.line_descriptors, static_cast<int>(i));
+      line.has_descriptor = true;
+    }
+    map.ObserveLine(keyframe.id, static_cast<int>(i), line.id);
+    recent_lines_.emplace_back(line.id, keyframe.id);
+    ++report.new_lines;
+  }
+}
+
+void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
+  const auto neighbours = map.Covisible(id, 10);
+  // Landmarks of the neighbours that this keyframe sees without having been tracked to them.
+  std::vector<PointId> points;
+  std::vector<LineId> lines;
+  for (std::size_t n = 0;
+       n < std::min(neighbours.size(), static_cast<std::size_t>(options_.fused_keyframes)); ++n) {
+    const KeyFrame& neighbour = *map.keyframe(neighbours[n].first);
+    for (const PointId p : neighbour.points) {
+      if (p != kNoId) points.push_back(p);
+    }
+    for (const LineId l : neighbour.lines) {
+      if (l != kNoId) lines.push_back(l);
+    }
+  }
+  const auto unseen = [](std::vector<std::int32_t>& ids, const std::vector<std::int32_t>& seen) {
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    std::vector<std::int32_t> own(seen), rest;
+    std::sort(own.begin(), own.end());
+    std::set_difference(ids.begin(), ids.end(), own.begin(), own.end(), std::back_inserter(rest));
+    ids = std::move(rest);
+  };
+  unseen(points, keyframe.points);
+  unseen(lines, keyframe.lines);
+
+  const FrameFeatures& features = *keyframe.frame.features;
+  // Matched features take part: two landmarks on one feature are one landmark.
+  const std::vector<bool> all_points(features.points.size(), false);
+  for (const auto& [feature, p] :
+       matcher_.MatchPoints(features, keyframe.T_WC, map, points, all_points)) {
+    if (!FitsDepth(features.points[static_cast<std::size_t>(feature)], keyframe.T_WC,
+                   map.point(p)->p_W)) {
+      continue;
+    }
+    const PointId own = keyframe.points[static_cast<std::size_t>(feature)];
+    if (own == kNoId) {
+      map.ObservePoint(id, feature, p);
+    } else if (map.point(own)->observations.size() >= map.point(p)->observations.size()) {
+      map.MergePoints(p, own);
+      ++report.fused_points;
+    } else {
+      map.MergePoints(own, p);
+      map.ObservePoint(id, feature, p);
+      ++report.fused_points;
+    }
+  }
+  std::vector<bool> taken_lines(features.lines.size());
+  for (std::size_t i = 0; i < taken_lines.size(); ++i) taken_lines[i] = keyframe.lines[i] != kNoId;
+  for (const auto& [feature, l] :
+       matcher_.MatchLines(features, keyframe.T_WC, map, lines, taken_lines)) {
+    map.ObserveLine(id, feature, l);
+  }
+}
+
+bool LocalMapper::FitsDepth(const PointFeature& feature, const Pose& T_WC,
+                            const Eigen::Vector3d& p_W) const {
+  const ProjectionRows<3> rows = model_.Rows(feature);
+  Eigen::Vector3d r;
+  return model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), rows, p_W, &r, nullptr,
+                                         nullptr) &&
+         r.squaredNorm() <= (feature.depth > 0.0 ? options_.bundle.chi2_3 : options_.bundle.chi2_2);
+}
+
+template <class Landmark>
+bool LocalMapper::Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const {
+  const double ratio = static_cast<double>(landmark.found) / landmark.visible;
+  if (ratio < options_.min_found_ratio) return true;
+  return newest - created >= options_.probation_keyframes &&
+         static_cast<int>(landmark.observations.size()) < options_.min_observations;
+}
+
+void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report) {
+  std::erase_if(recent_points_, [&](const auto& recent) {
+    const MapPoint* point = map.point(recent.first);
+    if (point == nullptr) return true;
+    if (Fails(*point, recent.second, newest)) {
+      map.RemovePoint(recent.first);
+      ++report.culled_points;
+      return true;
+    }
+    return newest - recent.second >= options_.probation_keyframes;
+  });
+  std::erase_if(recent_lines_, [&](const auto& recent) {
+    const MapLine* line = map.line(recent.first);
+    if (line == nullptr) return true;
+    if (Fails(*line, recent.second, newest)) {
+      map.RemoveLine(recent.first);
+      ++report.culled_lines;
+      return true;
+    }
+    return newest - recent.second >= options_.probation_keyframes;
+  });
+}
+
+BundleAdjustmentReport LocalMapper::AdjustAround(KeyFrameId id, Map& map) const {
+  std::vector<KeyFrameId> free{id};
+  for (const auto& [neighbour, shared] : map.Covisible(id, 15)) {
+    if (static_cast<int>(free.size()) == options_.adjusted_keyframes) break;
+    free.push_back(neighbour);
+  }
+  std::vector<PointId> points;
+  std::vector<LineId> lines;
+  for (const KeyFrameId k : free) {
+    const KeyFrame& keyframe = *map.keyframe(k);
+    points.insert(points.end(), keyframe.points.begin(), keyframe.points.end());
+    lines.insert(lines.end(), keyframe.lines.begin(), keyframe.lines.end());
+  }
+  std::vector<KeyFrameId> fixed;
+  for (const auto& [observer, shared] : map.Observers(points, lines)) {
+    if (static_cast<int>(fixed.size()) == options_.fixed_keyframes) break;
+    if (std::find(free.begin(), free.end(), observer) == free.end()) fixed.push_back(observer);
+  }
+  return AdjustBundle(map, model_, free, fixed, options_.bundle);
+}
+
+void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
+  for (const PointId p : map.keyframe(id)->points) {
+    if (p != kNoId) map.RefreshPoint(p, model_.options().scale_factor, levels_);
+  }
+}
+
+void LocalMapper::CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport& report) const {
+  constexpr int kOthers = 3;
+  for (const auto& [id, shared] : map.Covisible(newest, 15)) {
+    if (id == 0 || id == newest) continue;
+    const KeyFrame& keyframe = *map.keyframe(id);
+    int total = 0, redundant = 0;
+    for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
+      const MapPoint* point = map.point(keyframe.points[i]);
+      if (point == nullptr) continue;
+      ++total;
+      const int octave = keyframe.frame.features->points[i].octave;
+      const auto others = std::count_if(
+          point->observations.begin(), point->observations.end(), [&](const Observation& o) {
+            return o.keyframe != id && map.keyframe(o.keyframe)
+                                               ->frame.features
+                                               ->points[static_cast<std::size_t>(o.index)]
+                                               .octave <= octave + 1;
+          });
+      if (others >= kOthers) ++redundant;
+    }
+    if (total == 0 || redundant < options_.redundant_share * total) continue;
+    map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
+    report.culled_keyframes.push_back(id);
+  }
+}
+
+}  // namespace highwall

@@ -1,0 +1,258 @@
+#include <highwall/frontend/map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+template <class T>
+T* Get(const std::vector<std::unique_ptr<T>>& slots, std::int32_t id) {
+  return id >= 0 && static_cast<std::size_t>(id) < slots.size()
+             ? slots[static_cast<std::size_t>(id)].get()
+             : nullptr;
+}
+
+template <class T>
+T& Add(std::vector<std::unique_ptr<T>>& slots, std::size_t& count) {
+  slots.push_back(std::make_unique<T>());
+  slots.back()->id = static_cast<std::int32_t>(slots.size() - 1);
+  ++count;
+  return *slots.back();
+}
+
+template <class T>
+std::vector<std::int32_t> LiveIds(const std::vector<std::unique_ptr<T>>& slots) {
+  std::vector<std::int32_t> ids;
+  for (const auto& slot : slots) {
+    if (slot) ids.push_back(slot->id);
+  }
+  return ids;
+}
+
+bool Sees(const std::vector<Observation>& observations, KeyFrameId keyframe) {
+  return std::any_of(observations.begin(), observations.end(),
+                     [&](const Observation& o) { return o.keyframe == keyframe; });
+}
+
+// Points and lines differ in their slots alone.
+template <class Landmark>
+bool Observe(KeyFrame* keyframe, std::vector<std::int32_t>& slots, int index, Landmark* landmark) {
+  if (landmark == nullptr || slots[static_cast<std::size_t>(index)] != kNoId ||
+      Sees(landmark->observations, keyframe->id)) {
+    return false;
+  }
+  slots[static_cast<std::size_t>(index)] = landmark->id;
+  landmark->observations.push_back({keyframe->id, index});
+  return true;
+}
+
+template <class Landmark>
+void Forget(std::vector<std::int32_t>& slots, KeyFrameId keyframe, Landmark& landmark) {
+  std::erase_if(landmark.observations, [&](const Observation& o) {
+    if (o.keyframe != keyframe) return false;
+    slots[static_cast<std::size_t>(o.index)] = kNoId;
+    return true;
+  });
+}
+
+int Hamming(const BinaryDescriptor256& a, const BinaryDescriptor256& b) {
+  return HammingDistance(a.data(), b.data());
+}
+
+// The descriptor with the least median distance to the others.
+BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descriptors) {
+  std::size_t best = 0;
+  int best_median = std::numeric_limits<int>::max();
+  std::vector<int> distances;
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    distances.clear();
+    for (const auto& other : descriptors) distances.push_back(Hamming(descriptors[i], other));
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    if (*middle < best_median) {
+      best_median = *middle;
+      best = i;
+    }
+  }
+  return descriptors[best];
+}
+
+}  // namespace
+
+BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index) {
+  BinaryDescriptor256 d;
+  std::memcpy(d.data(), descriptors.ptr(index), d.size());
+  return d;
+}
+
+KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC) {
+  KeyFrame& keyframe = Add(keyframes_, num_keyframes_);
+  removed_.emplace_back();
+  keyframe.frame = frame;
+  keyframe.T_WC = T_WC;
+  keyframe.points.assign(frame.features->points.size(), kNoId);
+  keyframe.lines.assign(frame.features->lines.size(), kNoId);
+  return keyframe;
+}
+
+MapPoint& Map::AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index) {
+  MapPoint& point = Add(points_, num_points_);
+  point.p_W = p_W;
+  point.first_frame = frame_index;
+  return point;
+}
+
+MapLine& Map::AddLine(const Segment3& segment_W, std::int64_t frame_index) {
+  MapLine& line = Add(lines_, num_lines_);
+  line.segment_W = segment_W;
+  line.first_frame = frame_index;
+  return line;
+}
+
+KeyFrame* Map::keyframe(KeyFrameId id) { return Get(keyframes_, id); }
+const KeyFrame* Map::keyframe(KeyFrameId id) const { return Get(keyframes_, id); }
+MapPoint* Map::point(PointId id) { return Get(points_, id); }
+const MapPoint* Map::point(PointId id) const { return Get(points_, id); }
+MapLine* Map::line(LineId id) { return Get(lines_, id); }
+const MapLine* Map::line(LineId id) const { return Get(lines_, id); }
+
+std::vector<KeyFrameId> Map::keyframe_ids() const { return LiveIds(keyframes_); }
+std::vector<PointId> Map::point_ids() const { return LiveIds(points_); }
+std::vector<LineId> Map::line_ids() const { return LiveIds(lines_); }
+
+bool Map::ObservePoint(KeyFrameId keyframe_id, int index, PointId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  return kf != nullptr && Observe(kf, kf->points, index, point(id));
+}
+
+bool Map::ObserveLine(KeyFrameId keyframe_id, int index, LineId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  return kf != nullptr && Observe(kf, kf->lines, index, line(id));
+}
+
+void Map::ForgetPointObservation(KeyFrameId keyframe_id, PointId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  MapPoint* p = point(id);
+  if (kf == nullptr || p == nullptr) return;
+  Forget(kf->points, keyframe_id, *p);
+  if (p->observations.empty()) RemovePoint(id);
+}
+
+void Map::ForgetLineObservation(KeyFrameId keyframe_id, LineId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  MapLine* l = line(id);
+  if (kf == nullptr || l == nullptr) return;
+  Forget(kf->lines, keyframe_id, *l);
+  if (l->observations.empty()) RemoveLine(id);
+}
+
+void Map::RemovePoint(PointId id) {
+  MapPoint* p = point(id);
+  if (p == nullptr) return;
+  for (const Observation& o : p->observations) {
+    keyframe(o.keyframe)->points[static_cast<std::size_t>(o.index)] = kNoId;
+  }
+  points_[static_cast<std::size_t>(id)].reset();
+  --num_points_;
+}
+
+void Map::RemoveLine(LineId id) {
+  MapLine* l = line(id);
+  if (l == nullptr) return;
+  for (const Observation& o : l->observations) {
+    keyframe(o.keyframe)->lines[static_cast<std::size_t>(o.index)] = kNoId;
+  }
+  lines_[static_cast<std::size_t>(id)].reset();
+  --num_lines_;
+}
+
+void Map::MergePoints(PointId from, PointId into) {
+  if (from == into || point(from) == nullptr || point(into) == nullptr) return;
+  const std::vector<Observation> moved = point(from)->observations;
+  point(into)->visible += point(from)->visible;
+  point(into)->found += point(from)->found;
+  RemovePoint(from);
+  for (const Observation& o : moved) ObservePoint(o.keyframe, o.index, into);
+}
+
+void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
+  KeyFrame* kf = keyframe(id);
+  if (kf == nullptr) return;
+  HIGHWALL_REQUIRE(parent != id && keyframe(parent) != nullptr,
+                   "Map::RemoveKeyFrame: the parent must be another live keyframe");
+  // By value: forgetting an observation writes into these lists.
+  const std::vector<PointId> points = kf->points;
+  const std::vector<LineId> lines = kf->lines;
+  for (const PointId p : points) ForgetPointObservation(id, p);
+  for (const LineId l : lines) ForgetLineObservation(id, l);
+  removed_[static_cast<std::size_t>(id)] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
+  keyframes_[static_cast<std::size_t>(id)].reset();
+  --num_keyframes_;
+}
+
+Pose Map::ResolvePose(KeyFrameId id) const {
+  Pose T;
+  while (keyframe(id) == nullptr) {
+    HIGHWALL_REQUIRE(id >= 0 && static_cast<std::size_t>(id) < removed_.size(),
+                     "Map::ResolvePose: no such keyframe");
+    const Removed& removed = removed_[static_cast<std::size_t>(id)];
+    T = removed.T_parent * T;
+    id = removed.parent;
+  }
+  return keyframe(id)->T_WC * T;
+}
+
+void Map::RefreshPoint(PointId id, double scale_factor, int levels) {
+  MapPoint* p = point(id);
+  if (p == nullptr || p->observations.empty()) return;
+  std::vector<BinaryDescriptor256> descriptors;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (const Observation& o : p->observations) {
+    const KeyFrame& kf = *keyframe(o.keyframe);
+    descriptors.push_back(DescriptorRow(kf.frame.features->point_descriptors, o.index));
+    normal += (p->p_W - kf.T_WC.p()).normalized();
+  }
+  p->descriptor = MostCentral(descriptors);
+  p->normal_W = normal.normalized();
+
+  // The latest observation says at which distance the corner fills which pyramid level.
+  const Observation& last = p->observations.back();
+  const KeyFrame& kf = *keyframe(last.keyframe);
+  const double distance = (p->p_W - kf.T_WC.p()).norm();
+  const int octave = kf.frame.features->points[static_cast<std::size_t>(last.index)].octave;
+  p->max_distance = distance * std::pow(scale_factor, octave);
+  p->min_distance = p->max_distance / std::pow(scale_factor, levels - 1);
+}
+
+std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> points,
+                                                       std::span<const LineId> lines) const {
+  std::vector<int> count(keyframes_.size(), 0);
+  const auto add = [&](const auto* landmark) {
+    if (landmark == nullptr) return;
+    for (const Observation& o : landmark->observations) ++count[static_cast<std::size_t>(o.keyframe)];
+  };
+  for (const PointId id : points) add(point(id));
+  for (const LineId id : lines) add(line(id));
+  std::vector<std::pair<KeyFrameId, int>> observers;
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    if (count[i] > 0) observers.emplace_back(static_cast<KeyFrameId>(i), count[i]);
+  }
+  std::stable_sort(observers.begin(), observers.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  return observers;
+}
+
+std::vector<std::pair<KeyFrameId, int>> Map::Covisible(KeyFrameId id, int min_shared) const {
+  const KeyFrame* kf = keyframe(id);
+  if (kf == nullptr) return {};
+  auto observers = Observers(kf->points, kf->lines);
+  std::erase_if(observers, [&](const auto& o) { return o.first == id || o.second < min_shared; });
+  return observers;
+}
+
+}  // namespace highwall

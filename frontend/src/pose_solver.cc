@@ -1,0 +1,215 @@
+#include <highwall/frontend/pose_solver.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <ceres/tiny_solver.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+// Factors (on r, on J) that turn least squares into the Huber cost: |factor_r r|^2 = rho(|r|^2)
+// exactly, and the gradient J^T r is that of rho.
+std::pair<double, double> HuberFactors(double squared_norm, double threshold) {
+  if (squared_norm <= threshold * threshold) return {1.0, 1.0};
+  const double norm = std::sqrt(squared_norm);
+  const double on_r = std::sqrt((2.0 * norm - threshold) * threshold / squared_norm);
+  return {on_r, threshold / norm / on_r};
+}
+
+// The functor of ceres::TinySolver: rows of all inliers as a function of the tangent step x away
+// from `T_start`.
+class PoseProblem {
+ public:
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
+
+  PoseProblem(const Pose& T_start, const RgbdProjection& projection,
+              std::span<const PosePoint> points, std::span<const PoseLine> lines,
+              const PoseSolverOptions& options)
+      : T_start_(T_start),
+        projection_(projection),
+        points_(points),
+        lines_(lines),
+        options_(options),
+        point_active_(points.size(), true),
+        line_active_(lines.size(), true) {}
+
+  int NumResiduals() const { return 3 * active_points_ + 4 * active_lines_; }
+
+  bool operator()(const double* x, double* residuals, double* jacobian) const {
+    const Vector6 step = Eigen::Map<const Vector6>(x);
+    if (!step.allFinite()) return false;
+    const Pose T = T_start_.Plus(step);
+    const RgbdProjection::View view = RgbdProjection::At(T.data());
+    // Rows differentiate in the tangent at T; x lives in the tangent at T_start.
+    const Eigen::Matrix3d step_jacobian = so3::RightJacobian(step.tail<3>());
+
+    Eigen::Map<Eigen::VectorXd> r(residuals, NumResiduals());
+    const bool differentiate = jacobian != nullptr;
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> J(jacobian,
+                                                           differentiate ? NumResiduals() : 0, 6);
+    Eigen::Index row = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (!point_active_[i]) continue;
+      Eigen::Vector3d r_i;
+      Eigen::Matrix<double, 3, 6> J_i;
+      PointRows(view, points_[i], r_i, differentiate ? &J_i : nullptr);
+      const auto [on_r, on_J] = HuberFactors(r_i.squaredNorm(), options_.point_huber);
+      r.segment<3>(row) = on_r * r_i;
+      if (differentiate) {
+        J_i.rightCols<3>() = (J_i.rightCols<3>() * step_jacobian).eval();
+        J.middleRows<3>(row) = on_J * J_i;
+      }
+      row += 3;
+    }
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (!line_active_[i]) continue;
+      Eigen::Vector4d r_i;
+      Eigen::Matrix<double, 4, 6> J_i;
+      LineRows(view, lines_[i], r_i, differentiate ? &J_i : nullptr);
+      const auto [on_r, on_J] = HuberFactors(r_i.squaredNorm(), options_.line_huber);
+      r.segment<4>(row) = on_r * r_i;
+      if (differentiate) {
+        J_i.rightCols<3>() = (J_i.rightCols<3>() * step_jacobian).eval();
+        J.middleRows<4>(row) = on_J * J_i;
+      }
+      row += 4;
+    }
+    return r.allFinite();
+  }
+
+  // Sets aside what does not fit at T; whatever fits (again) takes part in the next round.
+  void Classify(const Pose& T) {
+    const RgbdProjection::View view = RgbdProjection::At(T.data());
+    active_points_ = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      Eigen::Vector3d r;
+      const double bound = points_[i].dimension == 3 ? options_.chi2_3 : options_.chi2_2;
+      point_active_[i] = PointRows(view, points_[i], r, nullptr) && r.squaredNorm() <= bound;
+      active_points_ += point_active_[i] ? 1 : 0;
+    }
+    active_lines_ = 0;
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      Eigen::Vector4d r;
+      const double bound = lines_[i].dimension == 4 ? options_.chi2_4 : options_.chi2_2;
+      line_active_[i] = LineRows(view, lines_[i], r, nullptr) && r.squaredNorm() <= bound;
+      active_lines_ += line_active_[i] ? 1 : 0;
+    }
+  }
+
+  void Restart(const Pose& T_start) { T_start_ = T_start; }
+  void ActivateAll() {
+    std::fill(point_active_.begin(), point_active_.end(), true);
+    std::fill(line_active_.begin(), line_active_.end(), true);
+    active_points_ = static_cast<int>(points_.size());
+    active_lines_ = static_cast<int>(lines_.size());
+  }
+
+  int active_points() const { return active_points_; }
+  int active_lines() const { return active_lines_; }
+  const std::vector<bool>& point_active() const { return point_active_; }
+  const std::vector<bool>& line_active() const { return line_active_; }
+
+ private:
+  // Zero rows and false outside of the domain.
+  bool PointRows(const RgbdProjection::View& view, const PosePoint& point, Eigen::Vector3d& r,
+                 Eigen::Matrix<double, 3, 6>* J) const {
+    if (projection_.Evaluate<3>(view, point.rows, point.p_W, &r, J, nullptr)) return true;
+    r.setZero();
+    if (J != nullptr) J->setZero();
+    return false;
+  }
+
+  bool LineRows(const RgbdProjection::View& view, const PoseLine& line, Eigen::Vector4d& r,
+                Eigen::Matrix<double, 4, 6>* J) const {
+    bool inside = true;
+    for (int end = 0; end < 2; ++end) {
+      const Eigen::Vector3d p_W = end == 0 ? line.segment_W.p() : line.segment_W.q();
+      Eigen::Vector2d r_end;
+      Eigen::Matrix<double, 2, 6> J_end;
+      if (!projection_.Evaluate<2>(view, line.rows[static_cast<std::size_t>(end)], p_W, &r_end,
+                                   J != nullptr ? &J_end : nullptr, nullptr)) {
+        r_end.setZero();
+        J_end.setZero();
+        inside = false;
+      }
+      r.segment<2>(2 * end) = r_end;
+      if (J != nullptr) J->middleRows<2>(2 * end) = J_end;
+    }
+    return inside;
+  }
+
+  Pose T_start_;
+  const RgbdProjection& projection_;
+  std::span<const PosePoint> points_;
+  std::span<const PoseLine> lines_;
+  const PoseSolverOptions& options_;
+  std::vector<bool> point_active_, line_active_;
+  int active_points_ = 0, active_lines_ = 0;
+};
+
+}  // namespace
+
+void PoseSolverOptions::Validate() const {
+  HIGHWALL_REQUIRE(point_huber > 0.0, "PoseSolverOptions::point_huber must be positive");
+  HIGHWALL_REQUIRE(line_huber > 0.0, "PoseSolverOptions::line_huber must be positive");
+  HIGHWALL_REQUIRE(chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
+                   "PoseSolverOptions::chi2_2, chi2_3 and chi2_4 must be positive");
+  HIGHWALL_REQUIRE(rounds >= 1, "PoseSolverOptions::rounds must be at least 1");
+  HIGHWALL_REQUIRE(max_iterations >= 1, "PoseSolverOptions::max_iterations must be at least 1");
+  HIGHWALL_REQUIRE(min_inliers >= 3, "PoseSolverOptions::min_inliers must be at least 3");
+}
+
+std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
+                                      std::span<const PosePoint> points,
+                                      std::span<const PoseLine> lines,
+                                      const PoseSolverOptions& options) {
+  PoseProblem problem(T_WC, projection, points, lines, options);
+  problem.ActivateAll();
+  ceres::TinySolver<PoseProblem> solver;
+  solver.options.max_num_iterations = options.max_iterations;
+  solver.options.parameter_tolerance = 1e-7;
+  solver.options.gradient_tolerance = 1e-6;
+
+  Pose T = T_WC;
+  for (int round = 0; round < options.rounds; ++round) {
+    if (problem.active_points() + problem.active_lines() < options.min_inliers) return std::nullopt;
+    problem.Restart(T);
+    Vector6 x = Vector6::Zero();
+    solver.Solve(problem, &x);
+    if (!x.allFinite()) return std::nullopt;
+    T = T.Plus(x);
+    problem.Classify(T);
+  }
+  if (problem.active_points() + problem.active_lines() < options.min_inliers) return std::nullopt;
+  return PoseSolution{T, problem.point_active(), problem.line_active(), problem.active_points(),
+                      problem.active_lines()};
+}
+
+std::optional<Segment3> TrimToObservation(const PluckerLine& line_C, const Eigen::Vector2d& s,
+                                          const Eigen::Vector2d& e, const RgbdProjection& camera) {
+  const Eigen::Vector3d a = line_C.ClosestToOrigin(), d = line_C.d.normalized();
+  // Point a + t d nearest to the ray through the origin along m.
+  const auto nearest = [&](const Eigen::Vector2d& uv) -> std::optional<Eigen::Vector3d> {
+    const Eigen::Vector3d m = Eigen::Vector3d((uv.x() - camera.cx()) / camera.fx(),
+                                              (uv.y() - camera.cy()) / camera.fy(), 1.0)
+                                  .normalized();
+    const double cosine = m.dot(d);
+    const double denominator = 1.0 - cosine * cosine;
+    if (denominator < 1e-6) return std::nullopt;
+    const Eigen::Vector3d p = a + d * (cosine * m.dot(a) / denominator);
+    if (p.z() < camera.min_depth()) return std::nullopt;
+    return p;
+  };
+  const auto p = nearest(s), q = nearest(e);
+  if (!p || !q) return std::nullopt;
+  return Segment3(*p, *q);
+}
+
+}  // namespace highwall

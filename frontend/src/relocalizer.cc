@@ -1,0 +1,170 @@
+#include <highwall/frontend/relocalizer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+#include <Eigen/Geometry>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr int kSampleSize = 3;
+
+// A point of the map and the feature that it may be.
+struct Pair {
+  int feature = 0;
+  PointId point = kNoId;
+  Eigen::Vector3d p_W;
+  std::optional<Eigen::Vector3d> p_C;  // from the feature's depth
+};
+
+// The rigid transform that brings three p_C to their p_W; empty for a thin triangle, or where the
+// triangles are not alike.
+std::optional<Pose> PoseFromTriangle(const std::array<const Pair*, kSampleSize>& sample) {
+  Eigen::Matrix3d C, W;
+  for (int i = 0; i < kSampleSize; ++i) {
+    C.col(i) = *sample[static_cast<std::size_t>(i)]->p_C;
+    W.col(i) = sample[static_cast<std::size_t>(i)]->p_W;
+  }
+  for (int i = 0; i < kSampleSize; ++i) {
+    const int j = (i + 1) % kSampleSize;
+    const double in_C = (C.col(i) - C.col(j)).norm(), in_W = (W.col(i) - W.col(j)).norm();
+    if (in_C < 0.05 || std::abs(in_C - in_W) > 0.1 * in_C) return std::nullopt;
+  }
+  const double twice_area = (C.col(1) - C.col(0)).cross(C.col(2) - C.col(0)).norm();
+  if (twice_area < 0.005) return std::nullopt;
+  return Pose::FromMatrix(Eigen::umeyama(C, W, false));
+}
+
+}  // namespace
+
+void RelocalizerOptions::Validate() const {
+  HIGHWALL_REQUIRE(candidates >= 1, "RelocalizerOptions::candidates must be at least 1");
+  HIGHWALL_REQUIRE(query_features >= 10, "RelocalizerOptions::query_features must be at least 10");
+  HIGHWALL_REQUIRE(max_hamming >= 0 && max_hamming <= 256,
+                   "RelocalizerOptions::max_hamming must be in [0, 256]");
+  HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "RelocalizerOptions::ratio must be in (0, 1]");
+  HIGHWALL_REQUIRE(min_matches >= 3, "RelocalizerOptions::min_matches must be at least 3");
+  HIGHWALL_REQUIRE(min_inliers >= 6, "RelocalizerOptions::min_inliers must be at least 6");
+  HIGHWALL_REQUIRE(ransac_iterations >= 1,
+                   "RelocalizerOptions::ransac_iterations must be at least 1");
+}
+
+Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options)
+    : model_(model), options_(options) {
+  options_.Validate();
+}
+
+std::optional<Relocalization> Relocalizer::Relocalize(const FrameFeatures& features,
+                                                      const Map& map) const {
+  for (const KeyFrameId id : RankKeyFrames(features, map)) {
+    if (auto found = MatchKeyFrame(features, map, id)) return found;
+  }
+  return std::nullopt;
+}
+
+std::vector<KeyFrameId> Relocalizer::RankKeyFrames(const FrameFeatures& features,
+                                                   const Map& map) const {
+  const int rows = features.point_descriptors.rows;
+  if (rows == 0) return {};
+  // Features are ordered by level and strength: an even stride takes of every kind.
+  const int stride = std::max(1, rows / options_.query_features);
+  std::vector<std::pair<int, KeyFrameId>> votes;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const cv::Mat& descriptors = map.keyframe(id)->frame.features->point_descriptors;
+    int count = 0;
+    for (int i = 0; i < rows; i += stride) {
+      const std::uint8_t* query = features.point_descriptors.ptr(i);
+      for (int j = 0; j < descriptors.rows; ++j) {
+        if (HammingDistance(query, descriptors.ptr(j)) <= options_.max_hamming) {
+          ++count;
+          break;
+        }
+      }
+    }
+    votes.emplace_back(count, id);
+  }
+  // Of equal votes the newest first: where the camera was last is where it is likely to be.
+  std::sort(votes.rbegin(), votes.rend());
+  std::vector<KeyFrameId> best;
+  for (const auto& [count, id] : votes) {
+    if (static_cast<int>(best.size()) == options_.candidates) break;
+    best.push_back(id);
+  }
+  return best;
+}
+
+std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& features,
+                                                         const Map& map,
+                                                         KeyFrameId keyframe_id) const {
+  const KeyFrame& keyframe = *map.keyframe(keyframe_id);
+  std::vector<Pair> pairs;
+  std::vector<std::size_t> with_depth;
+  for (const FeatureMatch& match :
+       MatchDescriptors(features.point_descriptors, keyframe.frame.features->point_descriptors,
+                        {.max_distance = options_.max_hamming, .ratio = options_.ratio})) {
+    const MapPoint* point = map.point(keyframe.points[static_cast<std::size_t>(match.train)]);
+    if (point == nullptr) continue;
+    const PointFeature& feature = features.points[static_cast<std::size_t>(match.query)];
+    Pair pair{match.query, point->id, point->p_W, std::nullopt};
+    if (feature.depth > 0.0) {
+      pair.p_C = model_.camera().Unproject(feature.uv, feature.depth);
+      with_depth.push_back(pairs.size());
+    }
+    pairs.push_back(pair);
+  }
+  if (static_cast<int>(pairs.size()) < options_.min_matches ||
+      static_cast<int>(with_depth.size()) < kSampleSize) {
+    return std::nullopt;
+  }
+
+  std::vector<PosePoint> points;
+  for (const Pair& pair : pairs) {
+    const PointFeature& feature = features.points[static_cast<std::size_t>(pair.feature)];
+    points.push_back(
+        {pair.p_W, model_.Rows(feature), MeasurementModel::Dimension(feature)});
+  }
+  const auto count_inliers = [&](const Pose& T_WC) {
+    const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+    int count = 0;
+    for (const PosePoint& point : points) {
+      Eigen::Vector3d r;
+      // Three readings make a rough pose: its inliers are counted with three times the sigma.
+      if (model_.projection().Evaluate<3>(view, point.rows, point.p_W, &r, nullptr, nullptr) &&
+          r.squaredNorm() <= 9.0 * 7.815) {
+        ++count;
+      }
+    }
+    return count;
+  };
+  std::mt19937 rng(options_.seed);
+  Pose best;
+  int best_inliers = 0;
+  for (int iteration = 0; iteration < options_.ransac_iterations; ++iteration) {
+    std::array<const Pair*, kSampleSize> sample;
+    for (const Pair*& s : sample) s = &pairs[with_depth[rng() % with_depth.size()]];
+    const auto T_WC = PoseFromTriangle(sample);
+    if (!T_WC) continue;
+    const int inliers = count_inliers(*T_WC);
+    if (inliers > best_inliers) {
+      best_inliers = inliers;
+      best = *T_WC;
+    }
+  }
+  if (best_inliers < options_.min_inliers) return std::nullopt;
+  PoseSolverOptions solver;
+  solver.min_inliers = options_.min_inliers;
+  const auto solution = SolvePose(best, model_.projection(), points, {}, solver);
+  if (!solution) return std::nullopt;
+  Relocalization result{solution->T_WC, keyframe_id, {}};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (solution->point_inliers[i]) result.matches.emplace_back(pairs[i].feature, pairs[i].point);
+  }
+  return result;
+}
+
+}  // namespace highwall

@@ -1,0 +1,245 @@
+#include <highwall/frontend/tracker.h>
+
+#include <algorithm>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
+  TrackedFrame tracked;
+  tracked.frame = frame;
+  tracked.T_WC = T_WC;
+  tracked.points.assign(frame.features->points.size(), kNoId);
+  tracked.lines.assign(frame.features->lines.size(), kNoId);
+  return tracked;
+}
+
+void Apply(const std::vector<std::pair<int, std::int32_t>>& matches,
+           std::vector<std::int32_t>& landmarks) {
+  for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
+}
+
+std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
+  std::vector<bool> taken(landmarks.size());
+  std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
+                 [](std::int32_t id) { return id != kNoId; });
+  return taken;
+}
+
+// The landmarks that `seen` lists and the frame has not matched already, each once.
+template <class LandmarksOf>
+std::vector<std::int32_t> Unseen(const std::vector<KeyFrameId>& keyframes,
+                                 const std::vector<std::int32_t>& matched,
+                                 const LandmarksOf& landmarks_of) {
+  std::vector<std::int32_t> ids;
+  for (const KeyFrameId k : keyframes) {
+    for (const std::int32_t id : landmarks_of(k)) {
+      if (id != kNoId) ids.push_back(id);
+    }
+  }
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<std::int32_t> own(matched);
+  std::sort(own.begin(), own.end());
+  std::vector<std::int32_t> unseen;
+  std::set_difference(ids.begin(), ids.end(), own.begin(), own.end(), std::back_inserter(unseen));
+  return unseen;
+}
+
+}  // namespace
+
+const char* ToString(TrackingState state) {
+  switch (state) {
+    case TrackingState::kInitializing:
+      return "initializing";
+    case TrackingState::kTracking:
+      return "tracking";
+    case TrackingState::kLost:
+      return "lost";
+  }
+  return "unknown";
+}
+
+void TrackerOptions::Validate() const {
+  pose.Validate();
+  matcher.Validate();
+  relocalizer.Validate();
+  HIGHWALL_REQUIRE(min_motion_inliers >= 6, "TrackerOptions::min_motion_inliers must be at least 6");
+  HIGHWALL_REQUIRE(min_inliers >= 6, "TrackerOptions::min_inliers must be at least 6");
+  HIGHWALL_REQUIRE(local_keyframes >= 1, "TrackerOptions::local_keyframes must be at least 1");
+}
+
+Tracker::Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options)
+    : model_(model),
+      options_(options),
+      matcher_(model, levels, options.matcher),
+      relocalizer_(model, options.relocalizer) {
+  options_.Validate();
+}
+
+TrackedFrame Tracker::Track(const Frame& frame, Map& map) {
+  if (map.num_keyframes() == 0) {
+    TrackedFrame none = Unmatched(frame, Pose());
+    none.state = TrackingState::kInitializing;
+    return none;
+  }
+  std::optional<TrackedFrame> tracked;
+  const bool was_tracking = last_.has_value();
+  if (was_tracking) {
+    tracked = TrackMotion(frame, map);
+    if (!tracked || !TrackLocalMap(*tracked, map)) {
+      tracked = TrackReference(frame, map);
+      if (tracked && !TrackLocalMap(*tracked, map)) tracked.reset();
+    }
+  }
+  if (!tracked) {
+    tracked = Relocalize(frame, map);
+    if (tracked && !TrackLocalMap(*tracked, map)) tracked.reset();
+  }
+  if (!tracked) {
+    last_.reset();
+    return Unmatched(frame, Pose());
+  }
+  // Across a gap there is no motion to extrapolate.
+  velocity_ = was_tracking && !tracked->relocalized ? last_->T_WC.Inverse() * tracked->T_WC : Pose();
+  tracked->state = TrackingState::kTracking;
+  last_ = tracked;
+  return *tracked;
+}
+
+void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
+  last_ = tracked;
+  last_->T_WC = keyframe.T_WC;
+  last_->points = keyframe.points;
+  last_->lines = keyframe.lines;
+  last_->reference = keyframe.id;
+}
+
+std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map) const {
+  // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
+  for (const double radius_scale : {1.0, 2.0}) {
+    TrackedFrame tracked = Unmatched(frame, last_->T_WC * velocity_);
+    Apply(matcher_.MatchLast(*frame.features, tracked.T_WC, map, *last_->frame.features,
+                             last_->points, radius_scale),
+          tracked.points);
+    Apply(matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines,
+                              Taken(tracked.lines)),
+          tracked.lines);
+    if (Solve(tracked, map, options_.min_motion_inliers)) return tracked;
+  }
+  return std::nullopt;
+}
+
+std::optional<TrackedFrame> Tracker::TrackReference(const Frame& frame, const Map& map) const {
+  if (map.keyframe(last_->reference) == nullptr) return std::nullopt;
+  const auto found = relocalizer_.MatchKeyFrame(*frame.features, map, last_->reference);
+  if (!found) return std::nullopt;
+  TrackedFrame tracked = Unmatched(frame, found->T_WC);
+  Apply(found->matches, tracked.points);
+  return tracked;
+}
+
+std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& map) const {
+  const auto found = relocalizer_.Relocalize(*frame.features, map);
+  if (!found) return std::nullopt;
+  TrackedFrame tracked = Unmatched(frame, found->T_WC);
+  Apply(found->matches, tracked.points);
+  tracked.relocalized = true;
+  return tracked;
+}
+
+bool Tracker::TrackLocalMap(TrackedFrame& tracked, Map& map) const {
+  const auto observers = map.Observers(tracked.points, tracked.lines);
+  std::vector<KeyFrameId> local;
+  for (const auto& [id, shared] : observers) {
+    if (static_cast<int>(local.size()) == options_.local_keyframes) break;
+    local.push_back(id);
+  }
+  std::vector<PointId> visible_points;
+  std::vector<LineId> visible_lines;
+  const FrameFeatures& features = *tracked.frame.features;
+  const auto points = Unseen(local, tracked.points,
+                             [&](KeyFrameId k) -> const auto& { return map.keyframe(k)->points; });
+  const auto lines = Unseen(local, tracked.lines,
+                            [&](KeyFrameId k) -> const auto& { return map.keyframe(k)->lines; });
+  const std::vector<PointId> from_last_points = tracked.points;
+  const std::vector<LineId> from_last_lines = tracked.lines;
+  Apply(matcher_.MatchPoints(features, tracked.T_WC, map, points, Taken(tracked.points),
+                             &visible_points),
+        tracked.points);
+  Apply(matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines),
+                            &visible_lines),
+        tracked.lines);
+  visible_points.insert(visible_points.end(), from_last_points.begin(), from_last_points.end());
+  visible_lines.insert(visible_lines.end(), from_last_lines.begin(), from_last_lines.end());
+  if (!Solve(tracked, map, options_.min_inliers)) return false;
+
+  for (const PointId id : visible_points) {
+    if (MapPoint* point = map.point(id)) ++point->visible;
+  }
+  for (const LineId id : visible_lines) {
+    if (MapLine* line = map.line(id)) ++line->visible;
+  }
+  for (const PointId id : tracked.points) {
+    if (MapPoint* point = map.point(id)) ++point->found;
+  }
+  for (const LineId id : tracked.lines) {
+    if (MapLine* line = map.line(id)) ++line->found;
+  }
+  tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
+  return true;
+}
+
+bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_inliers) const {
+  const FrameFeatures& features = *tracked.frame.features;
+  std::vector<PosePoint> points;
+  std::vector<std::size_t> point_features;
+  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
+    const MapPoint* point = map.point(tracked.points[i]);
+    if (point == nullptr) {
+      tracked.points[i] = kNoId;
+      continue;
+    }
+    points.push_back({point->p_W, model_.Rows(features.points[i]),
+                      MeasurementModel::Dimension(features.points[i])});
+    point_features.push_back(i);
+  }
+  std::vector<PoseLine> lines;
+  std::vector<std::size_t> line_features;
+  const Pose T_CW = tracked.T_WC.Inverse();
+  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
+    const MapLine* line = map.line(tracked.lines[i]);
+    const LineFeature& feature = features.lines[i];
+    std::optional<Segment3> seen_C;
+    if (line != nullptr) {
+      seen_C = TrimToObservation(
+          T_CW * PluckerLine::FromPoints(line->segment_W.p(), line->segment_W.q()),
+          feature.segment.s.cast<double>(), feature.segment.e.cast<double>(), model_.projection());
+    }
+    if (!seen_C) {
+      tracked.lines[i] = kNoId;
+      continue;
+    }
+    lines.push_back({tracked.T_WC * *seen_C, model_.Rows(feature),
+                     MeasurementModel::Dimension(feature)});
+    line_features.push_back(i);
+  }
+  PoseSolverOptions options = options_.pose;
+  options.min_inliers = min_inliers;
+  const auto solution = SolvePose(tracked.T_WC, model_.projection(), points, lines, options);
+  if (!solution) return false;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!solution->point_inliers[i]) tracked.points[point_features[i]] = kNoId;
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (!solution->line_inliers[i]) tracked.lines[line_features[i]] = kNoId;
+  }
+  tracked.T_WC = solution->T_WC;
+  tracked.num_points = solution->num_points;
+  tracked.num_lines = solution->num_lines;
+  return true;
+}
+
+}  // namespace highwall

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/camera.h>
+#include <highwall/core/pose.h>
+#include <highwall/mapping/depth_unprojector.h>
+
+namespace highwall {
+
+struct OctomapBuilderOptions {
+  double resolution = 0.05;          // [m] > 0, edge of the smallest voxel
+  double min_depth = 0.3;            // [m] >= 0; nearer pixels of a depth image are ignored
+  double max_range = 4.0;            // [m] > 0, may be infinite; longer rays clear up to it and
+                                     // mark nothing
+  double hit = 0.7;                  // probability in (0.5, 1) of an end voxel given the scan
+  double miss = 0.4;                 // probability in (0, 0.5) of a traversed voxel
+  double clamp_min = 0.12;           // probability in (0, 0.5), floor of a voxel
+  double clamp_max = 0.97;           // probability in (0.5, 1), ceiling of a voxel
+  double occupancy_threshold = 0.5;  // probability in (0, 1); occupied at or above it
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// A leaf of the octree: a cube of known space, 2^n voxels wide where a whole region agrees.
+struct OctreeLeaf {
+  Eigen::Vector3d center_W;  // [m]
+  double size = 0.0;         // [m] edge
+  float log_odds = 0.0f;     // log(p / (1 - p))
+  bool occupied = false;
+};
+
+struct OctreeLeafCount {
+  std::size_t occupied = 0;
+  std::size_t free = 0;
+};
+
+// A probabilistic occupancy octree (Hornung, Wurm, Bennewitz, Stachniss and Burgard, "OctoMap",
+// Autonomous Robots 2013; METHOD.md, section 7) from depth images or points with poses.
+//
+// One scan changes a voxel once: by logit(hit) if a measurement ends in it, else by logit(miss) if
+// a ray to the centre of an end voxel passes through it; the sum is clamped (their Eq. 4). That is
+// the map of octomap::OcTree::insertPointCloud with discretize = true, leaf for leaf. The scan is
+// gathered as bit masks over bricks of 8^3 voxels and merged into the octree brick by brick, so
+// that inner nodes are updated and equal children merged once per scan; the octree is consistent
+// between calls.
+//
+// The map spans 2^15 voxels to each side of the origin of W; measurements beyond are dropped.
+class OctomapBuilder {
+ public:
+  // Throws InvalidArgument naming the field.
+  explicit OctomapBuilder(const OctomapBuilderOptions& options = {});
+  ~OctomapBuilder();
+  OctomapBuilder(OctomapBuilder&&) noexcept;
+  OctomapBuilder& operator=(OctomapBuilder&&) noexcept;
+
+  // The options; the resolution is that of the file after Read().
+  const OctomapBuilderOptions& options() const;
+
+  // depth: CV_32FC1 [m], of the size of the camera, 0 or NaN where nothing was measured; may be
+  // empty. Throws InvalidArgument for another image or a pose that is not finite.
+  void Insert(const cv::Mat& depth, const DepthUnprojector& unprojector, const Pose& T_WC);
+  // The same for a single image; builds the ray table of the camera first.
+  void Insert(const cv::Mat& depth, const PinholeCamera& camera, const Pose& T_WC);
+  // points_C: [m] in the sensor frame; points that are not finite are skipped.
+  void Insert(std::span<const Eigen::Vector3f> points_C, const Pose& T_WC);
+  // points_W: [m] in W, seen from origin_W. Throws InvalidArgument if the origin is not finite.
+  void InsertWorld(std::span<const Eigen::Vector3f> points_W, const Eigen::Vector3f& origin_W);
+
+  // Forgets the map, keeps the options.
+  void Clear();
+
+  // Probability of the voxel around p_W [m]; empty where nothing is known.
+  std::optional<double> Occupancy(const Eigen::Vector3d& p_W) const;
+  // As Occupancy(), against the threshold.
+  std::optional<bool> IsOccupied(const Eigen::Vector3d& p_W) const;
+  // Visits all leaves, in the order of the octree.
+  void ForEachLeaf(const std::function<void(const OctreeLeaf&)>& visit) const;
+
+  OctreeLeafCount LeafCount() const;
+  std::size_t NodeCount() const;
+  // Bytes of the octree in memory.
+  std::size_t MemoryBytes() const;
+  // The known space [m]; empty() while there is none.
+  Eigen::AlignedBox3d Bounds() const;
+
+  // OctoMap's .bt: two bits a node, occupied or free (each voxel by the threshold).
+  // Throws IoError; the old file then stays.
+  void WriteBinary(const std::filesystem::path& path) const;
+  // OctoMap's .ot: full log-odds. Throws IoError; the old file then stays.
+  void Write(const std::filesystem::path& path) const;
+  // Reads either format (told apart by the first line). options: all but the resolution. The whole
+  // file is checked first: IoError if it is missing, truncated, too long or of another tree type.
+  static OctomapBuilder Read(const std::filesystem::path& path,
+                             const OctomapBuilderOptions& options = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace highwall

@@ -1,0 +1,188 @@
+#include <highwall/mapping/octomap_builder.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <highwall/core/error.h>
+
+#include "octree_io.h"
+#include "scan_octree.h"
+#include "scan_voxels.h"
+
+namespace highwall {
+namespace {
+
+void RequireBetween(double value, double low, double high, const char* field) {
+  HIGHWALL_REQUIRE(value > low && value < high, "OctomapBuilderOptions::" + std::string(field) +
+                                                    " must lie between " + std::to_string(low) +
+                                                    " and " + std::to_string(high) + ", is " +
+                                                    std::to_string(value));
+}
+
+}  // namespace
+
+void OctomapBuilderOptions::Validate() const {
+  HIGHWALL_REQUIRE(
+      resolution > 0.0 && std::isfinite(resolution),
+      "OctomapBuilderOptions::resolution must be positive, is " + std::to_string(resolution));
+  HIGHWALL_REQUIRE(min_depth >= 0.0, "OctomapBuilderOptions::min_depth must not be negative, is " +
+                                         std::to_string(min_depth));
+  HIGHWALL_REQUIRE(max_range > 0.0, "OctomapBuilderOptions::max_range must be positive, is " +
+                                        std::to_string(max_range));
+  RequireBetween(hit, 0.5, 1.0, "hit");
+  RequireBetween(miss, 0.0, 0.5, "miss");
+  RequireBetween(clamp_min, 0.0, 0.5, "clamp_min");
+  RequireBetween(clamp_max, 0.5, 1.0, "clamp_max");
+  RequireBetween(occupancy_threshold, 0.0, 1.0, "occupancy_threshold");
+}
+
+struct OctomapBuilder::Impl {
+  explicit Impl(const OctomapBuilderOptions& o)
+      : options(o), tree(o.resolution), scan(o.resolution, o.max_range) {
+    tree.setProbHit(o.hit);
+    tree.setProbMiss(o.miss);
+    tree.setClampingThresMin(o.clamp_min);
+    tree.setClampingThresMax(o.clamp_max);
+    tree.setOccupancyThres(o.occupancy_threshold);
+  }
+
+  // Null where nothing is known, or outside of the map.
+  const octomap::OcTreeNode* Find(const Eigen::Vector3d& p_W) const {
+    octomap::OcTreeKey key;
+    if (!p_W.allFinite() || !tree.coordToKeyChecked(p_W.x(), p_W.y(), p_W.z(), key)) return nullptr;
+    return tree.search(key);
+  }
+
+  OctomapBuilderOptions options;
+  internal::ScanOctree tree;
+  internal::ScanVoxels scan;
+};
+
+OctomapBuilder::OctomapBuilder(const OctomapBuilderOptions& options) {
+  options.Validate();
+  impl_ = std::make_unique<Impl>(options);
+}
+OctomapBuilder::~OctomapBuilder() = default;
+OctomapBuilder::OctomapBuilder(OctomapBuilder&&) noexcept = default;
+OctomapBuilder& OctomapBuilder::operator=(OctomapBuilder&&) noexcept = default;
+
+const OctomapBuilderOptions& OctomapBuilder::options() const {
+  return impl_->options;
+}
+
+void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unprojector,
+                            const Pose& T_WC) {
+  unprojector.RequireDepth(depth);
+  HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
+  const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
+  const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
+  const auto min_depth =
+      std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
+  internal::ScanVoxels& scan = impl_->scan;
+  if (!scan.Start({p_WC.x(), p_WC.y(), p_WC.z()})) return;
+  for (int v = 0; v < depth.rows; ++v) {
+    scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
+                     min_depth, R_WC, p_WC);
+  }
+  impl_->tree.Apply(scan.Finish());
+}
+
+void OctomapBuilder::Insert(const cv::Mat& depth, const PinholeCamera& camera, const Pose& T_WC) {
+  Insert(depth, DepthUnprojector(camera), T_WC);
+}
+
+void OctomapBuilder::Insert(std::span<const Eigen::Vector3f> points_C, const Pose& T_WC) {
+  HIGHWALL_REQUIRE(T_WC.IsFinite(), "the pose is not finite");
+  const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
+  const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
+  std::vector<Eigen::Vector3f> points_W;
+  points_W.reserve(points_C.size());
+  for (const Eigen::Vector3f& p_C : points_C) points_W.push_back(R_WC * p_C + p_WC);
+  InsertWorld(points_W, p_WC);
+}
+
+void OctomapBuilder::InsertWorld(std::span<const Eigen::Vector3f> points_W,
+                                 const Eigen::Vector3f& origin_W) {
+  HIGHWALL_REQUIRE(origin_W.allFinite(), "the origin of the scan is not finite");
+  internal::ScanVoxels& scan = impl_->scan;
+  if (!scan.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
+  scan.AddPoints(points_W);
+  impl_->tree.Apply(scan.Finish());
+}
+
+void OctomapBuilder::Clear() {
+  impl_->tree.clear();
+}
+
+std::optional<double> OctomapBuilder::Occupancy(const Eigen::Vector3d& p_W) const {
+  const octomap::OcTreeNode* const node = impl_->Find(p_W);
+  if (node == nullptr) return std::nullopt;
+  return node->getOccupancy();
+}
+
+std::optional<bool> OctomapBuilder::IsOccupied(const Eigen::Vector3d& p_W) const {
+  const octomap::OcTreeNode* const node = impl_->Find(p_W);
+  if (node == nullptr) return std::nullopt;
+  return impl_->tree.isNodeOccupied(node);
+}
+
+void OctomapBuilder::ForEachLeaf(const std::function<void(const OctreeLeaf&)>& visit) const {
+  const internal::ScanOctree& tree = impl_->tree;
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+    visit({.center_W = {leaf.getX(), leaf.getY(), leaf.getZ()},
+           .size = leaf.getSize(),
+           .log_odds = leaf->getLogOdds(),
+           .occupied = tree.isNodeOccupied(*leaf)});
+  }
+}
+
+OctreeLeafCount OctomapBuilder::LeafCount() const {
+  OctreeLeafCount count;
+  ForEachLeaf([&](const OctreeLeaf& leaf) { ++(leaf.occupied ? count.occupied : count.free); });
+  return count;
+}
+
+std::size_t OctomapBuilder::NodeCount() const {
+  return impl_->tree.size();
+}
+
+std::size_t OctomapBuilder::MemoryBytes() const {
+  return impl_->tree.memoryUsage();
+}
+
+Eigen::AlignedBox3d OctomapBuilder::Bounds() const {
+  Eigen::AlignedBox3d box;
+  ForEachLeaf([&](const OctreeLeaf& leaf) {
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * leaf.size);
+    box.extend(leaf.center_W - half);
+    box.extend(leaf.center_W + half);
+  });
+  return box;
+}
+
+void OctomapBuilder::WriteBinary(const std::filesystem::path& path) const {
+  // With two bits a voxel more children are equal: merged in a copy, the map keeps its log-odds.
+  internal::ScanOctree merged(impl_->tree);
+  merged.toMaxLikelihood();
+  merged.prune();
+  internal::WriteBinaryTree(path, merged);
+}
+
+void OctomapBuilder::Write(const std::filesystem::path& path) const {
+  internal::WriteTree(path, impl_->tree);
+}
+
+OctomapBuilder OctomapBuilder::Read(const std::filesystem::path& path,
+                                    const OctomapBuilderOptions& options) {
+  const internal::OctreeFile file = internal::LoadOctreeFile(path);
+  OctomapBuilderOptions with_resolution = options;
+  with_resolution.resolution = file.resolution;
+  OctomapBuilder builder(with_resolution);
+  internal::ReadPayload(file, builder.impl_->tree);
+  return builder;
+}
+
+}  // namespace highwall

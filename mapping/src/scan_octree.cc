@@ -1,0 +1,100 @@
+#include "scan_octree.h"
+
+#include <algorithm>
+
+namespace highwall::internal {
+namespace {
+constexpr unsigned kBrickDepth = 13;  // of 16: a brick is three levels high
+}
+
+void ScanOctree::Apply(std::span<const VoxelBrick> bricks) {
+  if (bricks.empty()) return;
+  const bool created = root == nullptr;
+  if (created) {
+    root = new octomap::OcTreeNode();  // owned, and deleted, by the base class
+    ++tree_size;
+  }
+  size_changed = true;
+  ApplyBricks(root, created, 0, bricks);
+}
+
+void ScanOctree::ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
+                             std::span<const VoxelBrick> bricks) {
+  if (depth == kBrickDepth) return ApplyBrick(node, created, bricks.front());
+  if (!created && !nodeHasChildren(node)) {
+    const bool any_free = std::ranges::any_of(bricks, &VoxelBrick::any_free);
+    const bool any_occupied = std::ranges::any_of(bricks, &VoxelBrick::any_occupied);
+    if (IsSaturated(node, any_free, any_occupied)) return;
+    expandNode(node);
+  }
+  const unsigned shift = 3 * (kBrickDepth - 1 - depth);
+  while (!bricks.empty()) {
+    const std::uint64_t prefix = bricks.front().morton >> shift;
+    const auto end = std::ranges::find_if(
+        bricks, [&](const VoxelBrick& brick) { return brick.morton >> shift != prefix; });
+    const auto count = static_cast<std::size_t>(end - bricks.begin());
+    bool child_created = false;
+    octomap::OcTreeNode* const child =
+        Child(node, static_cast<unsigned>(prefix & 7u), child_created);
+    ApplyBricks(child, child_created, depth + 1, bricks.first(count));
+    bricks = bricks.subspan(count);
+  }
+  Close(node);
+}
+
+void ScanOctree::ApplyBrick(octomap::OcTreeNode* node, bool created, const VoxelBrick& brick) {
+  if (!created && !nodeHasChildren(node)) {
+    if (IsSaturated(node, brick.any_free, brick.any_occupied)) return;
+    expandNode(node);
+  }
+  for (unsigned i = 0; i < 8; ++i) {
+    if ((brick.free[i] | brick.occupied[i]) == 0) continue;
+    bool child_created = false;
+    octomap::OcTreeNode* const child = Child(node, i, child_created);
+    ApplyBits(child, child_created, 64, brick.free[i], brick.occupied[i]);
+  }
+  Close(node);
+}
+
+void ScanOctree::ApplyBits(octomap::OcTreeNode* node, bool created, unsigned width,
+                           std::uint64_t free, std::uint64_t occupied) {
+  if (!nodeHasChildren(node)) {
+    const std::uint64_t all = ~std::uint64_t{0} >> (64 - width);
+    if (free == all || occupied == all) {
+      octomap::OcTree::updateNodeLogOdds(node, free == all ? prob_miss_log : prob_hit_log);
+      return;
+    }
+    if (!created) {
+      if (IsSaturated(node, free != 0, occupied != 0)) return;
+      expandNode(node);
+    }
+  }
+  const unsigned child_width = width / 8;
+  const std::uint64_t child_mask = ~std::uint64_t{0} >> (64 - child_width);
+  for (unsigned i = 0; i < 8; ++i) {
+    const std::uint64_t child_free = free >> (i * child_width) & child_mask;
+    const std::uint64_t child_occupied = occupied >> (i * child_width) & child_mask;
+    if ((child_free | child_occupied) == 0) continue;
+    bool child_created = false;
+    octomap::OcTreeNode* const child = Child(node, i, child_created);
+    ApplyBits(child, child_created, child_width, child_free, child_occupied);
+  }
+  Close(node);
+}
+
+bool ScanOctree::IsSaturated(const octomap::OcTreeNode* leaf, bool any_free,
+                             bool any_occupied) const {
+  return (!any_free || leaf->getLogOdds() <= clamping_thres_min) &&
+         (!any_occupied || leaf->getLogOdds() >= clamping_thres_max);
+}
+
+octomap::OcTreeNode* ScanOctree::Child(octomap::OcTreeNode* node, unsigned i, bool& created) {
+  created = !nodeChildExists(node, i);
+  return created ? createNodeChild(node, i) : getNodeChild(node, i);
+}
+
+void ScanOctree::Close(octomap::OcTreeNode* inner) {
+  if (!pruneNode(inner)) inner->updateOccupancyChildren();
+}
+
+}  // namespace highwall::internal

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <octomap/OcTree.h>
+
+#include "scan_voxels.h"
+
+namespace highwall::internal {
+
+// OctoMap's octree with an update by whole scans: one walk down the tree per scan, every inner node
+// above a change is updated, and its equal children merged, exactly once on the way back. A region
+// that the scan covers evenly is updated as one node, without splitting it.
+class ScanOctree final : public octomap::OcTree {
+ public:
+  using octomap::OcTree::OcTree;
+
+  // bricks: in Morton order, each with some bit set.
+  void Apply(std::span<const VoxelBrick> bricks);
+
+ private:
+  // `created`: the node was made by this scan and holds no value yet; a node without children that
+  // is not, is a leaf that stands for all voxels below.
+  void ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
+                   std::span<const VoxelBrick> bricks);
+  void ApplyBrick(octomap::OcTreeNode* node, bool created, const VoxelBrick& brick);
+  // The 8, 64 or 1 voxels (`width` bits) below a node.
+  void ApplyBits(octomap::OcTreeNode* node, bool created, unsigned width, std::uint64_t free,
+                 std::uint64_t occupied);
+  // True if the leaf sits at the clamping limits that the update pushes against.
+  bool IsSaturated(const octomap::OcTreeNode* leaf, bool any_free, bool any_occupied) const;
+  octomap::OcTreeNode* Child(octomap::OcTreeNode* node, unsigned i, bool& created);
+  void Close(octomap::OcTreeNode* inner);
+};
+
+}  // namespace highwall::internal

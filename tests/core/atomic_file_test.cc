@@ -1,0 +1,162 @@
+#include <highwall/core/atomic_file.h>
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Read(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// While it lives, files of this process cannot grow beyond `bytes`: writes fail as on a full disk.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : old_handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &old_limit_);
+    const rlimit limit{bytes, old_limit_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    ::setrlimit(RLIMIT_FSIZE, &old_limit_);
+    std::signal(SIGXFSZ, old_handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit old_limit_{};
+  void (*old_handler_)(int);
+};
+
+class AtomicFileTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const ::testing::TestInfo& info = *::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) /
+              ("highwall_" + std::to_string(::getpid()) + "_" + info.name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::size_t FilesInFolder() const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(AtomicFileTest, AppearsWholeOnCommit) {
+  AtomicFile file(folder_ / "a.txt");
+  file.stream() << "one\n";
+  EXPECT_FALSE(fs::exists(folder_ / "a.txt"));
+  file.Commit();
+  EXPECT_EQ(Read(folder_ / "a.txt"), "one\n");
+  EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+TEST_F(AtomicFileTest, WithoutCommitTheOldFileStaysAndNothingIsLeftBehind) {
+  std::ofstream(folder_ / "a.txt") << "old";
+  {
+    AtomicFile file(folder_ / "a.txt");
+    file.stream() << "new";
+  }
+  EXPECT_EQ(Read(folder_ / "a.txt"), "old");
+  EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+TEST_F(AtomicFileTest, CommitReplacesTheOldFile) {
+  std::ofstream(folder_ / "a.txt") << "old and longer";
+  AtomicFile file(folder_ / "a.txt");
+  file.stream() << "new";
+  file.Commit();
+  EXPECT_EQ(Read(folder_ / "a.txt"), "new");
+}
+
+TEST_F(AtomicFileTest, TemporaryKeepsFolderAndExtension) {
+  const AtomicFile file(folder_ / "cloud.ply");
+  EXPECT_EQ(file.temporary().parent_path(), folder_);
+  EXPECT_EQ(file.temporary().extension(), ".ply");
+}
+
+TEST_F(AtomicFileTest, AWriterMayUseTheTemporaryByName) {
+  AtomicFile file(folder_ / "a.txt");
+  std::ofstream(file.temporary()) << "by name";
+  file.Commit();
+  EXPECT_EQ(Read(folder_ / "a.txt"), "by name");
+}
+
+TEST_F(AtomicFileTest, TwoWritersOfOnePathDoNotMixTheirBytes) {
+  AtomicFile first(folder_ / "a.txt"), second(folder_ / "a.txt");
+  first.stream() << "first";
+  second.stream() << "the second";
+  first.Commit();
+  EXPECT_EQ(Read(folder_ / "a.txt"), "first");
+  second.Commit();
+  EXPECT_EQ(Read(folder_ / "a.txt"), "the second");
+  EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+TEST_F(AtomicFileTest, AMissingFolderThrowsWithThePath) {
+  const fs::path path = folder_ / "missing" / "a.txt";
+  try {
+    AtomicFile file(path);
+    FAIL() << "no exception";
+  } catch (const IoError& e) {
+    EXPECT_NE(std::string(e.what()).find(path.string()), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("No such file"), std::string::npos) << e.what();
+  }
+}
+
+TEST_F(AtomicFileTest, AFailedWriteThrowsAtCommitAndKeepsTheOldFile) {
+  std::ofstream(folder_ / "a.txt") << "old";
+  {
+    AtomicFile file(folder_ / "a.txt");
+    file.stream() << "partial";
+    file.stream().setstate(std::ios::badbit);  // as a full disk leaves it
+    EXPECT_THROW(file.Commit(), IoError);
+  }
+  EXPECT_EQ(Read(folder_ / "a.txt"), "old");
+  EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+TEST_F(AtomicFileTest, AWriteThatTheSystemRefusesIsFoundAtCommit) {
+  std::ofstream(folder_ / "a.txt") << "old";
+  {
+    const FileSizeLimit limit(4096);
+    AtomicFile file(folder_ / "a.txt");
+    file.stream() << std::string(1 << 20, 'x');
+    EXPECT_THROW(file.Commit(), IoError);
+  }
+  EXPECT_EQ(Read(folder_ / "a.txt"), "old");
+  EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+TEST_F(AtomicFileTest, APathThatIsAFolderThrowsAtCommit) {
+  fs::create_directories(folder_ / "taken" / "inside");
+  {
+    AtomicFile file(folder_ / "taken");
+    file.stream() << "x";
+    EXPECT_THROW(file.Commit(), IoError);
+  }
+  EXPECT_TRUE(fs::is_directory(folder_ / "taken" / "inside"));
+  EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+}  // namespace
+}  // namespace highwall

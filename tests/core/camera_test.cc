@@ -1,0 +1,142 @@
+#include <highwall/core/camera.h>
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "random_states.h"
+
+namespace highwall {
+namespace {
+
+// The distortion that the TUM RGB-D benchmark publishes for freiburg1.
+PinholeCamera Freiburg1() {
+  PinholeCamera c;
+  c.fx = 517.3;
+  c.fy = 516.5;
+  c.cx = 318.6;
+  c.cy = 255.3;
+  c.k1 = 0.2624;
+  c.k2 = -0.9531;
+  c.p1 = -0.0054;
+  c.p2 = 0.0026;
+  c.k3 = 1.1633;
+  return c;
+}
+
+TEST(PinholeCamera, ProjectsByHandWithoutDistortion) {
+  PinholeCamera c;
+  c.fx = 500;
+  c.fy = 400;
+  c.cx = 320;
+  c.cy = 240;
+  EXPECT_FALSE(c.HasDistortion());
+  EXPECT_EQ(c.Project({1, -0.5, 2}), Eigen::Vector2d(570, 140));
+  EXPECT_EQ(c.Unproject({570, 140}, 2.0), Eigen::Vector3d(1, -0.5, 2));
+}
+
+TEST(PinholeCamera, DistortsByHand) {
+  PinholeCamera c;
+  c.k1 = 0.1;
+  c.k2 = 0.01;
+  c.k3 = 0.001;
+  c.p1 = 0.02;
+  c.p2 = 0.03;
+  // m = (1, 2): r2 = 5, radial = 1 + 0.5 + 0.25 + 0.125 = 1.875.
+  // x: 1.875 + 2 * 0.02 * 2 + 0.03 * (5 + 2) = 2.165; y: 3.75 + 0.02 * (5 + 8) + 2 * 0.03 * 2.
+  EXPECT_TRUE(c.Distort({1, 2}).isApprox(Eigen::Vector2d(2.165, 4.13), 1e-14));
+}
+
+TEST(PinholeCamera, UndistortInvertsDistortOverTheWholeImage) {
+  const PinholeCamera c = Freiburg1();
+  EXPECT_TRUE(c.HasDistortion());
+  for (int v = 0; v < c.height; v += 13) {
+    for (int u = 0; u < c.width; u += 13) {
+      const Eigen::Vector2d md((u - c.cx) / c.fx, (v - c.cy) / c.fy);
+      EXPECT_LT((c.Distort(c.Undistort(md)) - md).norm(), 1e-12) << u << " " << v;
+    }
+  }
+}
+
+TEST(PinholeCamera, UnprojectInvertsProject) {
+  RandomStates random(1);
+  const PinholeCamera c = Freiburg1();
+  for (int i = 0; i < 100; ++i) {
+    const double z = random.Uniform(0.3, 8.0);
+    const Eigen::Vector3d p(random.Uniform(-0.5, 0.5) * z, random.Uniform(-0.4, 0.4) * z, z);
+    EXPECT_TRUE(c.Unproject(c.Project(p), z).isApprox(p, 1e-11));
+  }
+}
+
+TEST(PinholeCamera, UndistortedPixelsAreThoseOfTheCameraWithoutDistortion) {
+  RandomStates random(2);
+  const PinholeCamera c = Freiburg1();
+  EXPECT_FALSE(c.WithoutDistortion().HasDistortion());
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d p(random.Uniform(-0.5, 0.5), random.Uniform(-0.4, 0.4), 1.0);
+    EXPECT_LT((c.UndistortPixel(c.Project(p)) - c.WithoutDistortion().Project(p)).norm(), 1e-9);
+  }
+}
+
+TEST(PinholeCamera, ProjectionJacobianMatchesCentralDifferences) {
+  RandomStates random(3);
+  const PinholeCamera c = Freiburg1();
+  for (int i = 0; i < 50; ++i) {
+    const double z = random.Uniform(0.5, 5.0);
+    const Eigen::Vector3d p(random.Uniform(-0.5, 0.5) * z, random.Uniform(-0.4, 0.4) * z, z);
+    Eigen::Matrix<double, 2, 3> J, numeric;
+    c.Project(p, &J);
+    const double h = 1e-6;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d d = Eigen::Vector3d::Unit(k) * h;
+      numeric.col(k) = (c.Project(p + d) - c.Project(p - d)) / (2.0 * h);
+    }
+    // Pixels of 640 to rounding over 1e-6: 1e-7.
+    EXPECT_LT((J - numeric).cwiseAbs().maxCoeff(), 1e-6);
+  }
+}
+
+TEST(PinholeCamera, ContainsPixelCentresUpToTheLast) {
+  const PinholeCamera c;
+  EXPECT_TRUE(c.Contains({0, 0}));
+  EXPECT_TRUE(c.Contains({639, 479}));
+  EXPECT_FALSE(c.Contains({639.5, 479}));
+  EXPECT_FALSE(c.Contains({-0.1, 10}));
+  EXPECT_FALSE(c.Contains({4, 10}, 5.0));
+  EXPECT_TRUE(c.Contains({634, 10}, 5.0));
+  EXPECT_FALSE(c.Contains({std::numeric_limits<double>::quiet_NaN(), 10}));
+}
+
+TEST(PinholeCamera, ValidateNamesTheField) {
+  EXPECT_NO_THROW(Freiburg1().Validate());
+  const auto message = [](auto change) -> std::string {
+    PinholeCamera c;
+    change(c);
+    try {
+      c.Validate();
+    } catch (const InvalidArgument& e) {
+      return e.what();
+    }
+    return "no exception";
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto npos = std::string::npos;
+  EXPECT_NE(message([](auto& c) { c.width = 0; }).find("::width"), npos);
+  EXPECT_NE(message([](auto& c) { c.height = -1; }).find("::height"), npos);
+  EXPECT_NE(message([](auto& c) { c.fx = 0; }).find("::fx"), npos);
+  EXPECT_NE(message([=](auto& c) { c.fy = nan; }).find("::fy"), npos);
+  EXPECT_NE(message([=](auto& c) { c.cx = nan; }).find("::cx"), npos);
+  EXPECT_NE(message([=](auto& c) { c.k3 = nan; }).find("distortion"), npos);
+}
+
+TEST(VirtualRightCamera, DisparityAndDepthAreInverse) {
+  const VirtualRightCamera right{.fx = 500, .baseline = 0.08};
+  EXPECT_DOUBLE_EQ(right.Disparity(2.0), 20.0);
+  EXPECT_DOUBLE_EQ(right.Depth(20.0), 2.0);
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,52 @@
+#include <highwall/core/error.h>
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace highwall {
+namespace {
+
+TEST(Error, RequireThrowsWithMessagePlaceAndCondition) {
+  const int width = -3;
+  try {
+    HIGHWALL_REQUIRE(width > 0, "width must be positive, is " + std::to_string(width));
+    FAIL() << "no exception";
+  } catch (const InvalidArgument& e) {
+    const std::string what = e.what();
+    EXPECT_EQ(what.find("width must be positive, is -3 (error_test.cc:"), 0u) << what;
+    EXPECT_NE(what.find("width > 0"), std::string::npos) << what;
+  }
+}
+
+TEST(Error, RequireEvaluatesItsMessageOnlyOnFailure) {
+  int calls = 0;
+  const auto message = [&calls] {
+    ++calls;
+    return std::string("never");
+  };
+  HIGHWALL_REQUIRE(calls == 0, message());
+  EXPECT_EQ(calls, 0);
+}
+
+TEST(Error, RequireIsOneStatement) {
+  bool reached = false;
+  if (true)
+    HIGHWALL_REQUIRE(true, "");
+  else
+    reached = true;
+  EXPECT_FALSE(reached);
+}
+
+TEST(Error, IoErrorsNameTheFileAndTheLine) {
+  EXPECT_STREQ(IoError("data/rgb.txt", "missing").what(), "data/rgb.txt: missing");
+  EXPECT_STREQ(IoError("data/rgb.txt", 12, "not a stamp").what(), "data/rgb.txt:12: not a stamp");
+}
+
+TEST(Error, CanBeCaughtAsTheStandardKinds) {
+  EXPECT_THROW(HIGHWALL_REQUIRE(false, ""), std::invalid_argument);
+  EXPECT_THROW(throw IoError("x", "y"), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,176 @@
+#include <cmath>
+#include <memory>
+#include <random>
+#include <sstream>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <highwall/core/error.h>
+#include <highwall/mapping/octomap_builder.h>
+
+#include "temporary_folder.h"
+
+namespace highwall {
+namespace {
+
+OctomapBuilder RandomMap(double resolution = 0.1) {
+  OctomapBuilder map({.resolution = resolution});
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<float> u(-1.5f, 1.5f);
+  for (int scan = 0; scan < 4; ++scan) {
+    std::vector<Eigen::Vector3f> points_W;
+    for (int i = 0; i < 300; ++i) points_W.emplace_back(u(rng), u(rng), 2.0f);
+    map.InsertWorld(points_W, {0.1f * u(rng), 0, 0});
+  }
+  return map;
+}
+
+std::vector<OctreeLeaf> Leaves(const OctomapBuilder& map) {
+  std::vector<OctreeLeaf> leaves;
+  map.ForEachLeaf([&](const OctreeLeaf& leaf) { leaves.push_back(leaf); });
+  return leaves;
+}
+
+TEST(OctomapFile, FullFormatKeepsEveryLeaf) {
+  const TemporaryFolder folder;
+  const OctomapBuilder map = RandomMap(1.0 / 12.0);
+  map.Write(folder / "map.ot");
+  const OctomapBuilder read = OctomapBuilder::Read(folder / "map.ot");
+  EXPECT_EQ(read.options().resolution, 1.0 / 12.0);
+  EXPECT_EQ(read.NodeCount(), map.NodeCount());
+  const auto expected = Leaves(map), actual = Leaves(read);
+  ASSERT_EQ(actual.size(), expected.size());
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_EQ(actual[i].center_W, expected[i].center_W);
+    EXPECT_EQ(actual[i].log_odds, expected[i].log_odds);
+  }
+}
+
+TEST(OctomapFile, BinaryFormatKeepsOccupiedAndFree) {
+  const TemporaryFolder folder;
+  const OctomapBuilder map = RandomMap();
+  const auto before = Leaves(map);
+  map.WriteBinary(folder / "map.bt");
+  map.Write(folder / "map.ot");
+  const OctomapBuilder read = OctomapBuilder::Read(folder / "map.bt");
+  for (const OctreeLeaf& leaf : before) {
+    ASSERT_EQ(read.IsOccupied(leaf.center_W), leaf.occupied);
+    ASSERT_NEAR(read.Occupancy(leaf.center_W).value(), leaf.occupied ? 0.97 : 0.12, 1e-6);
+  }
+  EXPECT_EQ(read.Bounds().min(), map.Bounds().min());
+  EXPECT_EQ(read.Bounds().max(), map.Bounds().max());
+  EXPECT_LT(std::filesystem::file_size(folder / "map.bt"),
+            std::filesystem::file_size(folder / "map.ot") / 4);
+  // Writing leaves the map itself as it was.
+  EXPECT_EQ(Leaves(map).size(), before.size());
+}
+
+TEST(OctomapFile, MapsGrowOnAfterReading) {
+  const TemporaryFolder folder;
+  RandomMap().Write(folder / "map.ot");
+  OctomapBuilder map = RandomMap(), read = OctomapBuilder::Read(folder / "map.ot");
+  const std::vector<Eigen::Vector3f> points_W = {{1.2f, 0.3f, 1.1f}, {-0.7f, 0.2f, 1.9f}};
+  map.InsertWorld(points_W, {0, 0, 0});
+  read.InsertWorld(points_W, {0, 0, 0});
+  const auto expected = Leaves(map), actual = Leaves(read);
+  ASSERT_EQ(actual.size(), expected.size());
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_EQ(actual[i].log_odds, expected[i].log_odds);
+  }
+}
+
+TEST(OctomapFile, OctomapItselfReadsBothFormatsAndIsRead) {
+  const TemporaryFolder folder;
+  const OctomapBuilder map = RandomMap();
+  map.Write(folder / "map.ot");
+  map.WriteBinary(folder / "map.bt");
+  const std::unique_ptr<octomap::AbstractOcTree> full(
+      octomap::AbstractOcTree::read(folder / "map.ot"));
+  ASSERT_NE(full, nullptr);
+  EXPECT_EQ(full->getTreeType(), "OcTree");
+  EXPECT_EQ(full->getResolution(), 0.1);
+  EXPECT_EQ(full->size(), map.NodeCount());
+  octomap::OcTree binary(1.0);
+  ASSERT_TRUE(binary.readBinary(folder / "map.bt"));
+  map.ForEachLeaf([&](const OctreeLeaf& leaf) {
+    const octomap::OcTreeNode* const node =
+        binary.search(leaf.center_W.x(), leaf.center_W.y(), leaf.center_W.z());
+    ASSERT_NE(node, nullptr);
+    ASSERT_EQ(binary.isNodeOccupied(node), leaf.occupied);
+  });
+  std::stringstream bytes;
+  binary.writeBinaryConst(bytes);
+  WriteBytes(folder / "stock.bt", bytes.str());
+  EXPECT_EQ(OctomapBuilder::Read(folder / "stock.bt").NodeCount(), binary.size());
+}
+
+TEST(OctomapFile, EmptyMapSurvivesBothFormats) {
+  const TemporaryFolder folder;
+  const OctomapBuilder map;
+  map.Write(folder / "map.ot");
+  map.WriteBinary(folder / "map.bt");
+  EXPECT_EQ(OctomapBuilder::Read(folder / "map.ot").NodeCount(), 0u);
+  EXPECT_EQ(OctomapBuilder::Read(folder / "map.bt").NodeCount(), 0u);
+}
+
+TEST(OctomapFile, EveryTruncationIsAnIoError) {
+  const TemporaryFolder folder;
+  const OctomapBuilder map = RandomMap(0.4);
+  map.Write(folder / "map.ot");
+  map.WriteBinary(folder / "map.bt");
+  for (const char* name : {"map.ot", "map.bt"}) {
+    const std::string bytes = ReadBytes(folder / name);
+    ASSERT_GT(bytes.size(), 150u);
+    for (std::size_t size = 0; size < bytes.size(); size += 3) {
+      WriteBytes(folder / "cut", bytes.substr(0, size));
+      EXPECT_THROW(OctomapBuilder::Read(folder / "cut"), IoError) << name << " at " << size;
+    }
+    WriteBytes(folder / "long", bytes + "x");
+    EXPECT_THROW(OctomapBuilder::Read(folder / "long"), IoError);
+  }
+}
+
+TEST(OctomapFile, MalformedFilesAreIoErrors) {
+  const TemporaryFolder folder;
+  const auto refuses = [&](const std::string& bytes) {
+    WriteBytes(folder / "bad", bytes);
+    EXPECT_THROW(OctomapBuilder::Read(folder / "bad"), IoError) << bytes;
+  };
+  const std::string bt = "# Octomap OcTree binary file\n";
+  const std::string ot = "# Octomap OcTree file\n";
+  refuses("");
+  refuses("ply\n");
+  refuses(ot + "id ColorOcTree\nsize 0\nres 0.1\ndata\n");
+  refuses(ot + "id OcTree\nsize many\nres 0.1\ndata\n");
+  refuses(ot + "id OcTree\nsize 0\nres 0\ndata\n");
+  refuses(ot + "id OcTree\nsize 0\nres nan\ndata\n");
+  refuses(ot + "id OcTree\nsize 0\ndata\n");
+  refuses(ot + "id OcTree\nsize 0\nres 0.1\nwhat 1\ndata\n");
+  refuses(ot + "id OcTree\nsize 2\nres 0.1\ndata\n" + std::string(5, '\0'));
+  refuses(ot + "id OcTree\nsize 1\nres 0.1\ndata\n" + std::string("\0\0\xc0\x7f\0", 5));
+  // A chain of inner nodes without end would exhaust the stack.
+  refuses(bt + "id OcTree\nsize 100000\nres 0.1\ndata\n" + std::string(200000, '\x03'));
+  EXPECT_THROW(OctomapBuilder::Read(folder / "missing.bt"), IoError);
+}
+
+TEST(OctomapFile, FailedWriteLeavesTheOldFile) {
+  const TemporaryFolder folder;
+  const OctomapBuilder map = RandomMap(0.02);
+  EXPECT_THROW(map.Write(folder / "nowhere/map.ot"), IoError);
+  EXPECT_THROW(map.WriteBinary(folder / "nowhere/map.bt"), IoError);
+  WriteBytes(folder / "map.ot", "old");
+  WriteBytes(folder / "map.bt", "old");
+  {
+    const FileSizeLimit full(1000);
+    EXPECT_THROW(map.Write(folder / "map.ot"), IoError);
+    EXPECT_THROW(map.WriteBinary(folder / "map.bt"), IoError);
+  }
+  EXPECT_EQ(ReadBytes(folder / "map.ot"), "old");
+  EXPECT_EQ(ReadBytes(folder / "map.bt"), "old");
+  EXPECT_EQ(folder.FileCount(), 2u) << "a temporary stayed behind";
+}
+
+}  // namespace
+}  // namespace highwall
