@@ -1,0 +1,11 @@
+#pragma once
+
+#include <functional>
+
+namespace highwall::simulate {
+
+// body(i) for every i in [0, count), on `threads` threads (0: one per processor). Returns when all
+// are done; the first exception of a body stops the others early and is thrown again here.
+void ParallelFor(int count, int threads, const std::function<void(int)>& body);
+
+}  // namespace highwall::simulate

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/camera.h>
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
+
+#include "simulate/renderer.h"
+#include "simulate/scene.h"
+#include "simulate/sensor.h"
+#include "simulate/spline_trajectory.h"
+
+namespace highwall::simulate {
+
+struct SimulationOptions {
+  std::uint64_t seed = 1;  // of the scene, the path and the noise
+  double duration = 10.0;  // [s] > 0
+  double fps = 30.0;       // [Hz] > 0
+  PinholeCamera camera{};
+  SensorOptions sensor{};
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct SimulatedFrame {
+  Stamp stamp = 0;  // [ns]
+  cv::Mat bgr;      // CV_8UC3
+  cv::Mat depth;    // CV_32FC1 [m], 0 = no measurement
+  Pose T_WC;        // exact
+};
+
+// A camera that moves through a scene: frames on demand, each of them a pure function of the
+// options and its index.
+class Simulation {
+ public:
+  // Throws InvalidArgument.
+  Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options);
+
+  const SimulationOptions& options() const { return options_; }
+  const Scene& scene() const { return renderer_.scene(); }
+
+  // Number of frames: duration times fps, rounded, at least one.
+  int size() const;
+  // Frame i of [0, size()); whole microseconds from 1 s onwards.
+  Stamp StampOf(int i) const;
+  // The true pose at any time.
+  Pose T_WC(Stamp stamp) const;
+  // threads: 0 = one per processor; the frame does not depend on it. Thread-safe. Throws
+  // InvalidArgument if there is no frame i.
+  SimulatedFrame Render(int i, int threads = 0) const;
+
+ private:
+  SimulationOptions options_;
+  Renderer renderer_;
+  SplineTrajectory trajectory_;
+  Sensor sensor_;
+};
+
+}  // namespace highwall::simulate

@@ -1,0 +1,197 @@
+#include <sys/wait.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/tum_dataset.h>
+
+#include "../frontend/generated_tum.h"
+#include "config.h"
+#include "simulate/room.h"
+#include "simulate/tum_writer.h"
+
+namespace highwall::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+using highwall::testing::TemporaryDirectory;
+using highwall::testing::WriteText;
+
+std::string ReadText(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+SimulationOptions SmallOptions() {
+  SimulationOptions options;
+  options.camera = {.width = 160, .height = 120, .fx = 131.25, .fy = 131.5, .cx = 79.5, .cy = 59.5};
+  options.duration = 0.2;
+  return options;
+}
+
+std::ptrdiff_t CountEntries(const fs::path& folder) {
+  return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+Outcome Highwall(const std::string& arguments) {
+  const TemporaryDirectory scratch("output");
+  const std::string out = scratch.path() / "out", err = scratch.path() / "err";
+  const int status = std::system(
+      (std::string(HIGHWALL_BINARY) + " " + arguments + " > " + out + " 2> " + err).c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
+}
+
+TEST(WriteTum, TheProjectsOwnReaderFindsTheFramesAsTheyWereRendered) {
+  const TemporaryDirectory folder;
+  const Simulation simulation = SimulateRoom(SmallOptions());
+  int reports = 0;
+  WriteTum(simulation, folder.path() / "room", [&reports](int done, int total) {
+    EXPECT_EQ(done, ++reports);
+    EXPECT_EQ(total, 6);
+  });
+  EXPECT_EQ(reports, 6);
+  const TumDataset dataset(folder.path() / "room");
+  ASSERT_EQ(dataset.size(), 6u);
+  for (int i = 0; i < simulation.size(); ++i) {
+    const SimulatedFrame rendered = simulation.Render(i);
+    const auto read = dataset.Load(static_cast<std::size_t>(i));
+    ASSERT_TRUE(read.has_value());
+    EXPECT_EQ(read->stamp, rendered.stamp);
+    EXPECT_EQ(cv::norm(read->bgr, rendered.bgr, cv::NORM_INF), 0.0);
+    // Half a step, and the rounding of 3 m to a float.
+    EXPECT_LE(cv::norm(read->depth, rendered.depth, cv::NORM_INF), 0.5 / kTumDepthFactor + 5e-7);
+  }
+}
+
+TEST(WriteTum, TheTruthHoldsEveryFramesPoseAndAHundredASecond) {
+  const TemporaryDirectory folder;
+  const Simulation simulation = SimulateRoom(SmallOptions());
+  WriteTum(simulation, folder.path() / "room");
+  std::ifstream truth(folder.path() / "room" / "groundtruth.txt");
+  std::string line;
+  int frame = 0;
+  Stamp last = 0;
+  while (std::getline(truth, line)) {
+    if (line[0] == '#') continue;
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    const std::optional<Stamp> stamp = ParseStamp(word);
+    ASSERT_TRUE(stamp.has_value()) << line;
+    if (last != 0) {
+      EXPECT_GT(*stamp, last);
+      EXPECT_LE(*stamp - last, 10'000'000);
+    }
+    last = *stamp;
+    std::array<double, Pose::kSize> block;
+    for (double& value : block) ASSERT_TRUE(words >> value) << line;
+    const Pose expected = simulation.T_WC(*stamp);
+    for (std::size_t k = 0; k < block.size(); ++k) {
+      EXPECT_NEAR(block[k], expected.data()[k], 1e-9);  // nine decimals
+    }
+    if (frame < simulation.size() && *stamp == simulation.StampOf(frame)) ++frame;
+  }
+  EXPECT_EQ(frame, simulation.size());
+}
+
+TEST(WriteTum, CalibrationReadsBackExactly) {
+  const TemporaryDirectory folder;
+  SimulationOptions options = SmallOptions();
+  options.duration = 1.0 / options.fps;
+  options.camera.k1 = 0.1 / 3.0;
+  options.camera.p2 = -0.002;
+  WriteTum(SimulateRoom(options), folder.path() / "room");
+  const RgbdSensor sensor = apps::LoadConfig(apps::CalibrationFile(folder.path() / "room")).sensor;
+  EXPECT_EQ(sensor.camera.width, 160);
+  EXPECT_EQ(sensor.camera.height, 120);
+  EXPECT_EQ(sensor.camera.fx, 131.25);
+  EXPECT_EQ(sensor.camera.fy, 131.5);
+  EXPECT_EQ(sensor.camera.cx, 79.5);
+  EXPECT_EQ(sensor.camera.cy, 59.5);
+  EXPECT_EQ(sensor.camera.k1, 0.1 / 3.0);
+  EXPECT_EQ(sensor.camera.p2, -0.002);
+  EXPECT_EQ(sensor.depth_factor, 5000.0);
+}
+
+TEST(WriteTum, SurfaceIsTheMeshInBinaryPly) {
+  const TemporaryDirectory folder;
+  SimulationOptions options = SmallOptions();
+  options.duration = 1.0 / options.fps;
+  const Simulation simulation = SimulateRoom(options);
+  WriteTum(simulation, folder.path() / "room");
+  const Mesh& mesh = simulation.scene().mesh;
+  const std::string ply = ReadText(folder.path() / "room" / "surface.ply");
+  EXPECT_NE(ply.find("element vertex " + std::to_string(mesh.vertices.size()) + "\n"),
+            std::string::npos);
+  EXPECT_NE(ply.find("element face " + std::to_string(mesh.triangles.size()) + "\n"),
+            std::string::npos);
+  const std::string end = "end_header\n";
+  const std::size_t body = ply.find(end) + end.size();
+  EXPECT_EQ(ply.size() - body, 12 * mesh.vertices.size() + 13 * mesh.triangles.size());
+}
+
+TEST(WriteTum, LeavesAFolderThatHoldsSomethingAlone) {
+  const TemporaryDirectory folder;
+  WriteText(folder.path() / "mine.txt", "precious");
+  EXPECT_THROW(WriteTum(SimulateRoom(SmallOptions()), folder.path()), IoError);
+  EXPECT_EQ(ReadText(folder.path() / "mine.txt"), "precious");
+  EXPECT_EQ(CountEntries(folder.path()), 1);
+}
+
+TEST(WriteTum, LeavesNothingBehindWhenItIsInterrupted) {
+  const TemporaryDirectory folder;
+  EXPECT_THROW(WriteTum(SimulateRoom(SmallOptions()), folder.path() / "room",
+                        [](int, int) { throw std::runtime_error("stop"); }),
+               std::runtime_error);
+  EXPECT_EQ(CountEntries(folder.path()), 0);
+}
+
+TEST(SimulateCommand, WritesTheRoomIntoAnEmptyFolderToo) {
+  const TemporaryDirectory folder;
+  const Outcome run =
+      Highwall("simulate room --duration 0.06 --noise off --out " + folder.path().string());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  EXPECT_EQ(CountEntries(folder.path() / "rgb"), 2);
+  EXPECT_EQ(CountEntries(folder.path() / "depth"), 2);
+}
+
+TEST(SimulateCommand, RefusesToOverwriteWithOneLine) {
+  const TemporaryDirectory folder;
+  WriteText(folder.path() / "mine.txt", "precious");
+  const Outcome run = Highwall("simulate room --out " + folder.path().string());
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("not empty"), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find('\n') + 1, run.err.size()) << run.err;
+}
+
+TEST(SimulateCommand, UnknownScenesNoisesAndNumbersAreUsageErrors) {
+  const TemporaryDirectory folder;
+  const std::string out = " --out " + (folder.path() / "x").string();
+  EXPECT_EQ(Highwall("simulate cave" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --noise loud" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --duration 0" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --seed -1" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room").exit_code, 1);
+  EXPECT_EQ(CountEntries(folder.path()), 0);
+}
+
+}  // namespace
+}  // namespace highwall::simulate
