@@ -48,7 +48,7 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
 }
 
 std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
-                                                         FrameBuilderTimes* times) const {
+                                                         FrameBuilderTimes* times) {
   const PinholeCamera& camera = sensor_.camera;
   HIGHWALL_REQUIRE(image.bgr.type() == CV_8UC3 && image.depth.type() == CV_32FC1,
                    "FrameBuilder: colour must be CV_8UC3 and depth CV_32FC1");
@@ -113,7 +113,7 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
 }
 
 void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth,
-                              FrameFeatures& features) const {
+                              FrameFeatures& features) {
   LineFeatures lines = line_extractor_.Extract(gray);
   features.lines.reserve(lines.segments.size());
   for (const LineSegment& raw : lines.segments) {

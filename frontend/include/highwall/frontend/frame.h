@@ -75,11 +75,11 @@ class FrameBuilder {
 
   // Throws InvalidArgument where the images do not fit the sensor.
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
-                                             FrameBuilderTimes* times = nullptr) const;
+                                             FrameBuilderTimes* times = nullptr);
 
  private:
   void BuildPoints(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
-  void BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
+  void BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features);
 
   RgbdSensor sensor_;
   FrameBuilderOptions options_;
