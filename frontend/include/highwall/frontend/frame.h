@@ -50,9 +50,9 @@ struct Frame {
 };
 
 struct FrameBuilderOptions {
-  OrbExtractorOptions orb;
-  LineExtractorOptions lines;
-  SegmentDepthOptions segment_depth;
+  OrbExtractorOptions orb{};
+  LineExtractorOptions lines{};
+  SegmentDepthOptions segment_depth{};
   bool use_points = true;
   bool use_lines = true;
   double min_depth = 0.3;  // [m] > 0; nearer readings are dropped

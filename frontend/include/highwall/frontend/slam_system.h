@@ -16,11 +16,11 @@
 namespace highwall {
 
 struct SlamOptions {
-  FrameBuilderOptions frame;
-  MeasurementOptions measurement;
-  TrackerOptions tracker;
-  KeyFramePolicyOptions keyframes;
-  LocalMapperOptions mapper;
+  FrameBuilderOptions frame{};
+  MeasurementOptions measurement{};
+  TrackerOptions tracker{};
+  KeyFramePolicyOptions keyframes{};
+  LocalMapperOptions mapper{};
 
   // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
   void Validate() const;
