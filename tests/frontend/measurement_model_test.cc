@@ -89,7 +89,7 @@ TEST(MeasurementModel, PointFactorEqualsItsRows) {
 TEST(MeasurementModel, LineRowsAndFactorVanishOnTheTrueLine) {
   const auto scene = MakeScene(5, 0, 40);
   const SyntheticView view = Look(scene, IdealSensor(), kPose);
-  ASSERT_GT(view.lines.size(), 20u);
+  ASSERT_GT(view.lines.size(), 10u);
   for (const Weighting weighting : {Weighting::kCovariance, Weighting::kPaper}) {
     const MeasurementModel model(IdealSensor(), {.weighting = weighting});
     for (const bool depth : {true, false}) {

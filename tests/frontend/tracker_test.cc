@@ -107,13 +107,18 @@ TEST_F(TrackerTest, FollowsAPathOfExactFeatures) {
 TEST_F(TrackerTest, FollowsAPathWithNoise) {
   Tracker tracker(model, kLevels, {});
   Start(tracker, PoseOfFrame(0));
+  double sum = 0.0;
   for (int i = 1; i < 60; ++i) {
     const SyntheticView view =
         Look(scene, IdealSensor(), PoseOfFrame(i),
              {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
-    // 0.5 to 1 px at 525 px and 3 m over a hundred points and more: under a millimetre; five.
-    ExpectAt(Track(tracker, view, i), PoseOfFrame(i), 5e-3);
+    const TrackedFrame tracked = Track(tracker, view, i);
+    ASSERT_EQ(tracked.state, TrackingState::kTracking) << i;
+    sum += (tracked.T_WC.p() - PoseOfFrame(i).p()).squaredNorm();
   }
+  // Corners of 0.5 to 1.8 px by their level, 525 px, 3 m, some two hundred of them: 0.4 mm were the
+  // rotation known; several times that as it is not.
+  EXPECT_LT(std::sqrt(sum / 59.0), 3e-3);
 }
 
 TEST_F(TrackerTest, CountsWhatWasInViewAndFound) {
