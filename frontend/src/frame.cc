@@ -45,6 +45,9 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
     : sensor_(sensor), options_(options), orb_(options.orb), line_extractor_(options.lines) {
   sensor_.Validate();
   options_.Validate();
+  options_.segment_depth.noise = sensor.depth_noise;
+  options_.segment_depth.min_depth = options.min_depth;
+  options_.segment_depth.max_depth = options.max_depth;
 }
 
 std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,

@@ -219,8 +219,8 @@ OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
   cv::parallel_for_(all, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       const auto level = static_cast<std::size_t>(i);
-      corners[level] = internal::SelectEvenly(std::move(corners[level]), budgets[level],
-                                              SearchArea(pyramid[level]));
+      corners[level] =
+          internal::SelectEvenly(corners[level], budgets[level], SearchArea(pyramid[level]));
       features[level] =
           impl_->Describe(pyramid[level], gray.size(), level, std::move(corners[level]));
     }

@@ -123,6 +123,7 @@ class PoseProblem {
     active_lines_ = static_cast<int>(lines_.size());
   }
 
+  int Support() const { return active_points_ + 2 * active_lines_; }
   int active_points() const { return active_points_; }
   int active_lines() const { return active_lines_; }
   const std::vector<bool>& point_active() const { return point_active_; }
@@ -175,7 +176,7 @@ void PoseSolverOptions::Validate() const {
                    "PoseSolverOptions::chi2_2, chi2_3 and chi2_4 must be positive");
   HIGHWALL_REQUIRE(rounds >= 1, "PoseSolverOptions::rounds must be at least 1");
   HIGHWALL_REQUIRE(max_iterations >= 1, "PoseSolverOptions::max_iterations must be at least 1");
-  HIGHWALL_REQUIRE(min_inliers >= 3, "PoseSolverOptions::min_inliers must be at least 3");
+  HIGHWALL_REQUIRE(min_support >= 3, "PoseSolverOptions::min_support must be at least 3");
 }
 
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
@@ -192,7 +193,7 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
 
   Pose T = T_WC;
   for (int round = 0; round < options.rounds; ++round) {
-    if (problem.active_points() + problem.active_lines() < options.min_inliers) return std::nullopt;
+    if (problem.Support() < options.min_support) return std::nullopt;
     problem.Restart(T);
     Vector6 x = Vector6::Zero();
     solver.Solve(problem, &x);
@@ -200,7 +201,7 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
     T = T.Plus(x);
     problem.Classify(T);
   }
-  if (problem.active_points() + problem.active_lines() < options.min_inliers) return std::nullopt;
+  if (problem.Support() < options.min_support) return std::nullopt;
   return PoseSolution{T, problem.point_active(), problem.line_active(), problem.active_points(),
                       problem.active_lines()};
 }

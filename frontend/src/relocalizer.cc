@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/pose_observations.h>
 
 namespace highwall {
 namespace {
@@ -50,6 +51,9 @@ void RelocalizerOptions::Validate() const {
   HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "RelocalizerOptions::ratio must be in (0, 1]");
   HIGHWALL_REQUIRE(min_matches >= 3, "RelocalizerOptions::min_matches must be at least 3");
   HIGHWALL_REQUIRE(min_inliers >= 6, "RelocalizerOptions::min_inliers must be at least 6");
+  HIGHWALL_REQUIRE(min_line_inliers >= 4,
+                   "RelocalizerOptions::min_line_inliers must be at least 4");
+  lines.Validate();
   HIGHWALL_REQUIRE(ransac_iterations >= 1,
                    "RelocalizerOptions::ransac_iterations must be at least 1");
 }
@@ -62,31 +66,34 @@ Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions
 std::optional<Relocalization> Relocalizer::Relocalize(const FrameFeatures& features,
                                                       const Map& map) const {
   for (const KeyFrameId id : RankKeyFrames(features, map)) {
-    if (auto found = MatchKeyFrame(features, map, id)) return found;
+    if (auto found = MatchKeyFrame(features, map, id, map.keyframe(id)->T_WC)) return found;
   }
   return std::nullopt;
 }
 
 std::vector<KeyFrameId> Relocalizer::RankKeyFrames(const FrameFeatures& features,
                                                    const Map& map) const {
-  const int rows = features.point_descriptors.rows;
-  if (rows == 0) return {};
-  // Features are ordered by level and strength: an even stride takes of every kind.
-  const int stride = std::max(1, rows / options_.query_features);
-  std::vector<std::pair<int, KeyFrameId>> votes;
-  for (const KeyFrameId id : map.keyframe_ids()) {
-    const cv::Mat& descriptors = map.keyframe(id)->frame.features->point_descriptors;
+  // How many of the query's features have a like one in the keyframe.
+  const auto count_votes = [&](const cv::Mat& query, const cv::Mat& train) {
+    // Features are ordered by level and strength: an even stride takes of every kind.
+    const int stride = std::max(1, query.rows / options_.query_features);
     int count = 0;
-    for (int i = 0; i < rows; i += stride) {
-      const std::uint8_t* query = features.point_descriptors.ptr(i);
-      for (int j = 0; j < descriptors.rows; ++j) {
-        if (HammingDistance(query, descriptors.ptr(j)) <= options_.max_hamming) {
+    for (int i = 0; i < query.rows; i += stride) {
+      for (int j = 0; j < train.rows; ++j) {
+        if (HammingDistance(query.ptr(i), train.ptr(j)) <= options_.max_hamming) {
           ++count;
           break;
         }
       }
     }
-    votes.emplace_back(count, id);
+    return count;
+  };
+  std::vector<std::pair<int, KeyFrameId>> votes;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const FrameFeatures& seen = *map.keyframe(id)->frame.features;
+    votes.emplace_back(count_votes(features.point_descriptors, seen.point_descriptors) +
+                           count_votes(features.line_descriptors, seen.line_descriptors),
+                       id);
   }
   // Of equal votes the newest first: where the camera was last is where it is likely to be.
   std::sort(votes.rbegin(), votes.rend());
@@ -99,9 +106,50 @@ std::vector<KeyFrameId> Relocalizer::RankKeyFrames(const FrameFeatures& features
 }
 
 std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& features,
-                                                         const Map& map,
-                                                         KeyFrameId keyframe_id) const {
-  const KeyFrame& keyframe = *map.keyframe(keyframe_id);
+                                                         const Map& map, KeyFrameId id,
+                                                         const Pose& guess) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
+  if (auto found = MatchPoints(features, map, keyframe)) return found;
+  return MatchLines(features, map, keyframe, guess);
+}
+
+std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& features,
+                                                      const Map& map, const KeyFrame& keyframe,
+                                                      const Pose& guess) const {
+  const FrameFeatures& seen = *keyframe.frame.features;
+  if (features.line_descriptors.empty() || seen.line_descriptors.empty()) return std::nullopt;
+  const auto as_features = [](const FrameFeatures& frame) {
+    LineFeatures lines{{}, frame.line_descriptors};
+    for (const LineFeature& line : frame.lines) lines.segments.push_back(line.segment);
+    return lines;
+  };
+  std::vector<PoseLine> lines;
+  std::vector<std::pair<int, LineId>> matches;
+  for (const FeatureMatch& match :
+       MatchLargeMotion(as_features(features), as_features(seen), options_.lines)) {
+    const MapLine* line = map.line(keyframe.lines[static_cast<std::size_t>(match.train)]);
+    if (line == nullptr) continue;
+    const auto& feature = features.lines[static_cast<std::size_t>(match.query)];
+    if (const auto pose_line = MakePoseLine(model_, *line, feature, guess)) {
+      lines.push_back(*pose_line);
+      matches.emplace_back(match.query, line->id);
+    }
+  }
+  PoseSolverOptions solver;
+  solver.min_support = 2 * options_.min_line_inliers;
+  solver.max_iterations = 15;
+  const auto solution = SolvePose(guess, model_.projection(), {}, lines, solver);
+  if (!solution) return std::nullopt;
+  Relocalization result{solution->T_WC, keyframe.id, {}, {}};
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (solution->line_inliers[i]) result.lines.push_back(matches[i]);
+  }
+  return result;
+}
+
+std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& features,
+                                                       const Map& map,
+                                                       const KeyFrame& keyframe) const {
   std::vector<Pair> pairs;
   std::vector<std::size_t> with_depth;
   for (const FeatureMatch& match :
@@ -125,8 +173,7 @@ std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& fe
   std::vector<PosePoint> points;
   for (const Pair& pair : pairs) {
     const PointFeature& feature = features.points[static_cast<std::size_t>(pair.feature)];
-    points.push_back(
-        {pair.p_W, model_.Rows(feature), MeasurementModel::Dimension(feature)});
+    points.push_back(MakePosePoint(model_, *map.point(pair.point), feature));
   }
   const auto count_inliers = [&](const Pose& T_WC) {
     const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
@@ -157,12 +204,12 @@ std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& fe
   }
   if (best_inliers < options_.min_inliers) return std::nullopt;
   PoseSolverOptions solver;
-  solver.min_inliers = options_.min_inliers;
+  solver.min_support = options_.min_inliers;
   const auto solution = SolvePose(best, model_.projection(), points, {}, solver);
   if (!solution) return std::nullopt;
-  Relocalization result{solution->T_WC, keyframe_id, {}};
+  Relocalization result{solution->T_WC, keyframe.id, {}, {}};
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (solution->point_inliers[i]) result.matches.emplace_back(pairs[i].feature, pairs[i].point);
+    if (solution->point_inliers[i]) result.points.emplace_back(pairs[i].feature, pairs[i].point);
   }
   return result;
 }

@@ -83,7 +83,7 @@ Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
       const double z =
           depth.at<float>(static_cast<int>(uv.y() + 0.5), static_cast<int>(uv.x() + 0.5));
       if (!(z >= options.min_depth && z <= options.max_depth)) continue;  // also NaN
-      samples.Add({t, static_cast<double>(side * k), 1.0 / z, z * z / options.sigma(z)});
+      samples.Add({t, static_cast<double>(side * k), 1.0 / z, z * z / options.noise.Sigma(z)});
     }
   }
   return samples;
@@ -209,8 +209,7 @@ void SegmentDepthOptions::Validate() const {
   HIGHWALL_REQUIRE(max_rms > 0.0, "SegmentDepthOptions::max_rms must be positive");
   HIGHWALL_REQUIRE(ransac_iterations > 0,
                    "SegmentDepthOptions::ransac_iterations must be positive");
-  HIGHWALL_REQUIRE(sigma.base > 0.0 && sigma.quadratic >= 0.0,
-                   "SegmentDepthOptions::sigma must be positive at every depth");
+  noise.Validate();
 }
 
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,

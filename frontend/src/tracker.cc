@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/pose_observations.h>
 
 namespace highwall {
 namespace {
@@ -66,8 +67,8 @@ void TrackerOptions::Validate() const {
   pose.Validate();
   matcher.Validate();
   relocalizer.Validate();
-  HIGHWALL_REQUIRE(min_motion_inliers >= 6, "TrackerOptions::min_motion_inliers must be at least 6");
-  HIGHWALL_REQUIRE(min_inliers >= 6, "TrackerOptions::min_inliers must be at least 6");
+  HIGHWALL_REQUIRE(min_motion_support >= 6, "TrackerOptions::min_motion_support must be at least 6");
+  HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
   HIGHWALL_REQUIRE(local_keyframes >= 1, "TrackerOptions::local_keyframes must be at least 1");
 }
 
@@ -127,17 +128,19 @@ std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& 
     Apply(matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines,
                               Taken(tracked.lines)),
           tracked.lines);
-    if (Solve(tracked, map, options_.min_motion_inliers)) return tracked;
+    if (Solve(tracked, map, options_.min_motion_support)) return tracked;
   }
   return std::nullopt;
 }
 
 std::optional<TrackedFrame> Tracker::TrackReference(const Frame& frame, const Map& map) const {
   if (map.keyframe(last_->reference) == nullptr) return std::nullopt;
-  const auto found = relocalizer_.MatchKeyFrame(*frame.features, map, last_->reference);
+  const auto found =
+      relocalizer_.MatchKeyFrame(*frame.features, map, last_->reference, last_->T_WC);
   if (!found) return std::nullopt;
   TrackedFrame tracked = Unmatched(frame, found->T_WC);
-  Apply(found->matches, tracked.points);
+  Apply(found->points, tracked.points);
+  Apply(found->lines, tracked.lines);
   return tracked;
 }
 
@@ -145,7 +148,8 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   const auto found = relocalizer_.Relocalize(*frame.features, map);
   if (!found) return std::nullopt;
   TrackedFrame tracked = Unmatched(frame, found->T_WC);
-  Apply(found->matches, tracked.points);
+  Apply(found->points, tracked.points);
+  Apply(found->lines, tracked.lines);
   tracked.relocalized = true;
   return tracked;
 }
@@ -174,7 +178,7 @@ bool Tracker::TrackLocalMap(TrackedFrame& tracked, Map& map) const {
         tracked.lines);
   visible_points.insert(visible_points.end(), from_last_points.begin(), from_last_points.end());
   visible_lines.insert(visible_lines.end(), from_last_lines.begin(), from_last_lines.end());
-  if (!Solve(tracked, map, options_.min_inliers)) return false;
+  if (!Solve(tracked, map, options_.min_support)) return false;
 
   for (const PointId id : visible_points) {
     if (MapPoint* point = map.point(id)) ++point->visible;
@@ -192,7 +196,7 @@ bool Tracker::TrackLocalMap(TrackedFrame& tracked, Map& map) const {
   return true;
 }
 
-bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_inliers) const {
+bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support) const {
   const FrameFeatures& features = *tracked.frame.features;
   std::vector<PosePoint> points;
   std::vector<std::size_t> point_features;
@@ -202,32 +206,24 @@ bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_inliers) cons
       tracked.points[i] = kNoId;
       continue;
     }
-    points.push_back({point->p_W, model_.Rows(features.points[i]),
-                      MeasurementModel::Dimension(features.points[i])});
+    points.push_back(MakePosePoint(model_, *point, features.points[i]));
     point_features.push_back(i);
   }
   std::vector<PoseLine> lines;
   std::vector<std::size_t> line_features;
-  const Pose T_CW = tracked.T_WC.Inverse();
   for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
     const MapLine* line = map.line(tracked.lines[i]);
-    const LineFeature& feature = features.lines[i];
-    std::optional<Segment3> seen_C;
-    if (line != nullptr) {
-      seen_C = TrimToObservation(
-          T_CW * PluckerLine::FromPoints(line->segment_W.p(), line->segment_W.q()),
-          feature.segment.s.cast<double>(), feature.segment.e.cast<double>(), model_.projection());
-    }
-    if (!seen_C) {
+    std::optional<PoseLine> pose_line;
+    if (line != nullptr) pose_line = MakePoseLine(model_, *line, features.lines[i], tracked.T_WC);
+    if (!pose_line) {
       tracked.lines[i] = kNoId;
       continue;
     }
-    lines.push_back({tracked.T_WC * *seen_C, model_.Rows(feature),
-                     MeasurementModel::Dimension(feature)});
+    lines.push_back(*pose_line);
     line_features.push_back(i);
   }
   PoseSolverOptions options = options_.pose;
-  options.min_inliers = min_inliers;
+  options.min_support = min_support;
   const auto solution = SolvePose(tracked.T_WC, model_.projection(), points, lines, options);
   if (!solution) return false;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -49,11 +49,11 @@ cv::Mat Render(const PinholeCamera& camera, const Plane& plane) {
 void AddKinectNoise(cv::Mat* depth, unsigned seed) {
   std::mt19937 rng(seed);
   std::normal_distribution<double> noise;
-  const DepthSigma sigma;
+  const DepthNoise noise_model;
   for (int v = 0; v < depth->rows; ++v) {
     for (int u = 0; u < depth->cols; ++u) {
       float& z = depth->at<float>(v, u);
-      z += static_cast<float>(sigma(z) * noise(rng));
+      z += static_cast<float>(noise_model.Sigma(z) * noise(rng));
     }
   }
 }
@@ -250,7 +250,7 @@ TEST(FitSegmentDepth, RejectsBadArguments) {
   EXPECT_NE(message({.inlier_sigmas = 0.0}).find("inlier_sigmas"), std::string::npos);
   EXPECT_NE(message({.max_rms = 0.0}).find("max_rms"), std::string::npos);
   EXPECT_NE(message({.ransac_iterations = 0}).find("ransac_iterations"), std::string::npos);
-  EXPECT_NE(message({.sigma = {.base = 0.0}}).find("sigma"), std::string::npos);
+  EXPECT_NE(message({.noise = {.offset = 0.0, .quadratic = 0.0}}).find("DepthNoise"), std::string::npos);
 }
 
 }  // namespace

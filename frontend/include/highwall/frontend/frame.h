@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -52,7 +53,7 @@ struct Frame {
 struct FrameBuilderOptions {
   OrbExtractorOptions orb{};
   LineExtractorOptions lines{};
-  SegmentDepthOptions segment_depth{};
+  SegmentDepthOptions segment_depth{};  // its noise and range are taken from the sensor and below
   bool use_points = true;
   bool use_lines = true;
   double min_depth = 0.3;  // [m] > 0; nearer readings are dropped

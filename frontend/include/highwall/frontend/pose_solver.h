@@ -37,7 +37,9 @@ struct PoseSolverOptions {
   double chi2_4 = 9.488;     // > 0
   int rounds = 3;            // >= 1: solve, classify inliers, solve again
   int max_iterations = 6;    // >= 1, per round
-  int min_inliers = 6;       // >= 3, points and lines: fewer at the end is no solution
+  // Inlier points plus twice the inlier lines, >= 3: with less there is no solution. A line counts
+  // for two points, since both of its ends are measured.
+  int min_support = 6;
 
   void Validate() const;
 };
@@ -52,7 +54,7 @@ struct PoseSolution {
 
 // Camera pose from known points and lines: robust Levenberg-Marquardt (ceres::TinySolver) in the
 // tangent space at T_WC, with outliers set aside between rounds. B = C in `projection`.
-// Empty where fewer than min_inliers remain or the steps stop being finite.
+// Empty where less than min_support remains or the steps stop being finite.
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,

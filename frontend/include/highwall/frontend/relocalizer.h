@@ -6,6 +6,7 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/frame.h>
+#include <highwall/frontend/line_matcher.h>
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/measurement_model.h>
 #include <highwall/frontend/pose_solver.h>
@@ -18,7 +19,9 @@ struct RelocalizerOptions {
   int max_hamming = 60;        // [bit] of a match
   double ratio = 0.8;          // (0, 1]: best against second best
   int min_matches = 15;        // >= 3: with a keyframe, to verify it
-  int min_inliers = 20;        // >= 6: after RANSAC and refinement
+  int min_inliers = 20;        // >= 6: points after RANSAC and refinement
+  int min_line_inliers = 8;    // >= 4: lines after refinement, where there are too few points
+  LineMatcherOptions lines{};    // large motion
   int ransac_iterations = 200;  // >= 1
   std::uint32_t seed = 1;
 
@@ -28,23 +31,30 @@ struct RelocalizerOptions {
 struct Relocalization {
   Pose T_WC;
   KeyFrameId keyframe = kNoId;
-  std::vector<std::pair<int, PointId>> matches;  // feature -> point, inliers
+  // Feature -> landmark, inliers: points, or lines where points were too few.
+  std::vector<std::pair<int, PointId>> points;
+  std::vector<std::pair<int, LineId>> lines;
 };
 
 // Pose of a frame from the keyframes alone, without a prediction: descriptor votes choose
-// keyframes, 3-D to 3-D RANSAC on the matched points verifies them, SolvePose refines.
+// keyframes, 3-D to 3-D RANSAC on the matched points verifies them, SolvePose refines. Where points
+// do not do it, lines matched by LBD are solved from a guess near the keyframe.
 class Relocalizer {
  public:
   Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options);
 
   // Empty where no keyframe is verified.
   std::optional<Relocalization> Relocalize(const FrameFeatures& features, const Map& map) const;
-  // Against one keyframe, without the vote.
+  // Against one keyframe (live), without the vote. guess: T_WC where lines start from.
   std::optional<Relocalization> MatchKeyFrame(const FrameFeatures& features, const Map& map,
-                                              KeyFrameId keyframe) const;
+                                              KeyFrameId keyframe, const Pose& guess) const;
 
  private:
   std::vector<KeyFrameId> RankKeyFrames(const FrameFeatures& features, const Map& map) const;
+  std::optional<Relocalization> MatchPoints(const FrameFeatures& features, const Map& map,
+                                            const KeyFrame& keyframe) const;
+  std::optional<Relocalization> MatchLines(const FrameFeatures& features, const Map& map,
+                                           const KeyFrame& keyframe, const Pose& guess) const;
 
   const MeasurementModel& model_;
   RelocalizerOptions options_;

@@ -4,21 +4,12 @@
 #include <optional>
 
 #include <highwall/core/camera.h>
+#include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/line_extractor.h>
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 namespace highwall {
-
-// Depth noise sigma_d(d) = base + quadratic (d - offset)^2 [m]. The defaults are those of the
-// Kinect (Nguyen, Izadi, Lovell 2012).
-struct DepthSigma {
-  double base = 0.0012;       // [m] > 0
-  double quadratic = 0.0019;  // [1/m] >= 0
-  double offset = 0.4;        // [m]
-
-  double operator()(double d) const { return base + quadratic * (d - offset) * (d - offset); }
-};
 
 struct SegmentDepthOptions {
   int samples = 24;            // places along the segment, [4, 64]; four depth pixels at each
@@ -31,7 +22,7 @@ struct SegmentDepthOptions {
   double max_rms = 1.5;        // of the inliers' residuals, in sigmas, > 0
   int ransac_iterations = 16;  // for each side, > 0
   std::uint32_t seed = 1;      // of the drawn pairs: equal input gives equal output
-  DepthSigma sigma = {};
+  DepthNoise noise = {};      // of the sensor
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

@@ -26,10 +26,10 @@ struct TrackerOptions {
   PoseSolverOptions pose{};
   MapMatcherOptions matcher{};
   RelocalizerOptions relocalizer{};
-  // Inlier points plus lines for a pose to be believed, >= 6: after the first match against the
+  // Support (PoseSolverOptions) for a pose to be believed, >= 6: after the first match against the
   // last frame or keyframe, and after the local map.
-  int min_motion_inliers = 15;
-  int min_inliers = 25;
+  int min_motion_support = 15;
+  int min_support = 25;
   int local_keyframes = 24;  // >= 1: most keyframes whose landmarks are searched
 
   void Validate() const;
@@ -70,7 +70,7 @@ class Tracker {
   // Adds what the local map holds to a frame with a rough pose; false where too little fits.
   bool TrackLocalMap(TrackedFrame& tracked, Map& map) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
-  bool Solve(TrackedFrame& tracked, const Map& map, int min_inliers) const;
+  bool Solve(TrackedFrame& tracked, const Map& map, int min_support) const;
 
   const MeasurementModel& model_;
   TrackerOptions options_;
