@@ -172,16 +172,6 @@ TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
   ExpectPoses(1e-6);
 }
 
-TEST_F(BundleAdjustment, PointAtInfinityIsAnOutlierEverywhere) {
-  Perturb();
-  const PointId id = map.keyframe(1)->points[0];
-  map.point(id)->p_W = map.keyframe(1)->T_WC * Eigen::Vector3d(1e200, 0, 1e150);
-  const auto report = AdjustBundle(map, model, rest, first, thorough);
-  ASSERT_TRUE(report.usable);
-  EXPECT_EQ(map.keyframe(1)->points[0], kNoId);
-  ExpectPoses(1e-6);
-}
-
 TEST_F(BundleAdjustment, FailureLeavesTheMapAlone) {
   Perturb();
   // u = fx x / z overflows: the residual is infinite and the solver gives up at the start.

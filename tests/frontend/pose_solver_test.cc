@@ -69,9 +69,10 @@ class PoseSolver : public ::testing::Test {
 TEST_F(PoseSolver, FindsTheExactPoseFromPoints) {
   const auto solution = Solve(Exact(60, 0));
   ASSERT_TRUE(solution);
-  // Gauss-Newton without noise converges quadratically: what is left is rounding.
-  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-9);
-  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-9);
+  // It stops once a step gains less than 1e-6 of cost, and the next step, which squares the error,
+  // is not taken.
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-7);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-7);
   EXPECT_EQ(solution->num_points, static_cast<int>(solution->point_inliers.size()));
   EXPECT_GT(solution->num_points, 20);
   EXPECT_EQ(solution->num_lines, 0);
@@ -84,8 +85,8 @@ TEST_F(PoseSolver, FindsThePoseFromPointsWithoutDepth) {
   for (PointFeature& point : flat->points) point.depth = 0.0;
   const auto solution = Solve(MakeProblem(scene, {flat, view.points, {}}, model, kStart));
   ASSERT_TRUE(solution);
-  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-9);
-  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-9);
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-7);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-7);
 }
 
 TEST_F(PoseSolver, FindsTheExactPoseFromLines) {
@@ -141,11 +142,19 @@ TEST_F(PoseSolver, TooFewInliersAreNoSolution) {
   const Problem all = Exact(60, 0);
   Problem problem{{all.points.begin(), all.points.begin() + 12}, {}};
   ASSERT_TRUE(Solve(problem));
-  EXPECT_FALSE(Solve(problem, kStart, {.min_inliers = 13})) << "fewer than asked for";
+  EXPECT_FALSE(Solve(problem, kStart, {.min_support = 13})) << "fewer than asked for";
   for (std::size_t i = 0; i < 3; ++i) problem.points[i].p_W += Eigen::Vector3d(1, 1, 1);
-  EXPECT_TRUE(Solve(problem, kStart, {.min_inliers = 9}));
-  EXPECT_FALSE(Solve(problem, kStart, {.min_inliers = 10})) << "fewer in the end";
+  EXPECT_TRUE(Solve(problem, kStart, {.min_support = 9}));
+  EXPECT_FALSE(Solve(problem, kStart, {.min_support = 10})) << "fewer in the end";
   EXPECT_FALSE(Solve({}));
+}
+
+TEST_F(PoseSolver, ALineSupportsAsMuchAsTwoPoints) {
+  const Problem all = Exact(60, 40);
+  const Problem problem{{all.points.begin(), all.points.begin() + 4},
+                        {all.lines.begin(), all.lines.begin() + 5}};
+  EXPECT_TRUE(Solve(problem, kStart, {.min_support = 14}));
+  EXPECT_FALSE(Solve(problem, kStart, {.min_support = 15}));
 }
 
 TEST_F(PoseSolver, PointsAndLinesBehindTheCameraAreOutliers) {
@@ -208,9 +217,10 @@ TEST_F(PoseSolver, MinimisesTheHuberCostExactly) {
   options.parameter_tolerance = 1e-12;
   options.function_tolerance = 1e-14;
   ASSERT_TRUE(graph.Solve(options).IsUsable());
-  // Both stop where the step is below 1e-7; it shrinks linearly at worst (factor 0.1) here.
-  EXPECT_LT(PositionError(solution->T_WC, graph.Value(pose)), 1e-6);
-  EXPECT_LT(AngleError(solution->T_WC, graph.Value(pose)), 1e-6);
+  // It stops once a step gains less than 1e-6 of cost: a thousandth of a standard deviation, which
+  // is some millimetres for this noise.
+  EXPECT_LT(PositionError(solution->T_WC, graph.Value(pose)), 5e-6);
+  EXPECT_LT(AngleError(solution->T_WC, graph.Value(pose)), 5e-6);
   EXPECT_GT(PositionError(solution->T_WC, kTruth), 1e-4) << "the noise must matter";
 }
 
@@ -309,7 +319,7 @@ TEST(PoseSolverOptions, ErrorsNameTheField) {
   expect_error({.chi2_3 = 0.0}, "chi2_3");
   expect_error({.rounds = 0}, "rounds");
   expect_error({.max_iterations = 0}, "max_iterations");
-  expect_error({.min_inliers = 2}, "min_inliers");
+  expect_error({.min_support = 2}, "min_support");
 }
 
 }  // namespace

@@ -46,8 +46,8 @@ TEST_F(RelocalizerTest, FindsThePoseFromScratch) {
   EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-9);  // exact features: rounding
   EXPECT_LT(AngleError(found->T_WC, kQuery), 1e-9);
   EXPECT_EQ(found->keyframe, 2) << "it shares most";
-  EXPECT_GT(found->matches.size(), 40u);
-  for (const auto& [feature, id] : found->matches) {
+  EXPECT_GT(found->points.size(), 40u);
+  for (const auto& [feature, id] : found->points) {
     const int place = view.points[static_cast<std::size_t>(feature)];
     EXPECT_EQ(id, scene_map.point_ids[static_cast<std::size_t>(place)]);
   }
@@ -68,7 +68,7 @@ TEST_F(RelocalizerTest, SetsWrongLandmarksAside) {
   // 1 px at 500 px and 3 m over some 60 points: a millimetre; ten times that.
   EXPECT_LT(PositionError(found->T_WC, kQuery), 0.01);
   EXPECT_LT(AngleError(found->T_WC, kQuery), 0.005);
-  for (const auto& [feature, id] : found->matches) {
+  for (const auto& [feature, id] : found->points) {
     EXPECT_FALSE(moved[static_cast<std::size_t>(view.points[static_cast<std::size_t>(feature)])]);
   }
 }
@@ -94,12 +94,12 @@ TEST_F(RelocalizerTest, SameSeedGivesTheSameResult) {
   const auto second = Relocalizer(model, {}).Relocalize(*view.features, scene_map.map);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->T_WC.Matrix(), second->T_WC.Matrix());
-  EXPECT_EQ(first->matches, second->matches);
+  EXPECT_EQ(first->points, second->points);
 }
 
 TEST_F(RelocalizerTest, MatchesOneKeyFrameWithoutAVote) {
   const SyntheticView view = Look(scene, IdealSensor(), kQuery);
-  const auto found = relocalizer.MatchKeyFrame(*view.features, scene_map.map, 1);
+  const auto found = relocalizer.MatchKeyFrame(*view.features, scene_map.map, 1, Pose());
   ASSERT_TRUE(found);
   EXPECT_EQ(found->keyframe, 1);
   EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-9);
@@ -116,9 +116,34 @@ TEST_F(RelocalizerTest, NeedsDepthAndEnoughMatches) {
   EXPECT_FALSE(sure.Relocalize(*view.features, scene_map.map));
 }
 
+TEST(RelocalizerOnLines, FindsThePoseFromAGuessNearby) {
+  const Scene scene = MakeScene(6, 0, 120);
+  const MeasurementModel model(IdealSensor(), {});
+  const Relocalizer relocalizer(model, {});
+  SceneMap scene_map(scene);
+  scene_map.Add(Look(scene, IdealSensor(), kKeyFrames[1]), kKeyFrames[1]);
+  scene_map.Add(Look(scene, IdealSensor(), kKeyFrames[3]), kKeyFrames[3]);
+  const Pose truth = Pose::FromTangent({0.15, 0.05, 0}, {0.02, -0.15, 0.03});
+  const SyntheticView view = Look(scene, IdealSensor(), truth);
+  const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->keyframe, 0);
+  EXPECT_TRUE(found->points.empty());
+  EXPECT_GE(found->lines.size(), 8u);
+  for (const auto& [feature, id] : found->lines) {
+    const int place = view.lines[static_cast<std::size_t>(feature)];
+    EXPECT_EQ(id, scene_map.line_ids[static_cast<std::size_t>(place)]);
+  }
+  // Float pixels, 3e-5 px at 525 px and 3 m.
+  EXPECT_LT(PositionError(found->T_WC, truth), 1e-6);
+  EXPECT_LT(AngleError(found->T_WC, truth), 1e-6);
+  EXPECT_FALSE(Relocalizer(model, {.min_line_inliers = 1000})
+                   .Relocalize(*view.features, scene_map.map));
+}
+
 TEST_F(RelocalizerTest, NothingFromNothing) {
   EXPECT_FALSE(relocalizer.Relocalize(FrameFeatures(), scene_map.map));
-  EXPECT_FALSE(relocalizer.MatchKeyFrame(FrameFeatures(), scene_map.map, 0));
+  EXPECT_FALSE(relocalizer.MatchKeyFrame(FrameFeatures(), scene_map.map, 0, Pose()));
   const SyntheticView view = Look(scene, IdealSensor(), kQuery);
   EXPECT_FALSE(relocalizer.Relocalize(*view.features, Map()));
 }
@@ -139,6 +164,8 @@ TEST(RelocalizerOptions, ErrorsNameTheField) {
   expect_error({.ratio = 0.0}, "ratio");
   expect_error({.min_matches = 2}, "min_matches");
   expect_error({.min_inliers = 5}, "min_inliers");
+  expect_error({.min_line_inliers = 3}, "min_line_inliers");
+  expect_error({.lines = {.ratio = 0.0}}, "ratio");
   expect_error({.ransac_iterations = 0}, "ransac_iterations");
 }
 

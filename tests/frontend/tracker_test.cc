@@ -263,6 +263,16 @@ TEST_F(TrackerOnLines, NeedsNoPoints) {
   }
 }
 
+TEST_F(TrackerOnLines, AreFoundAgainNearAKeyFrame) {
+  Tracker tracker(model, kLevels, {});
+  Start(tracker, PoseOfFrame(0));
+  const SyntheticView nothing{std::make_shared<const FrameFeatures>(), {}, {}};
+  EXPECT_EQ(Track(tracker, nothing, 1).state, TrackingState::kLost);
+  const TrackedFrame again = Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(2)), 2);
+  ExpectAt(again, PoseOfFrame(2), 1e-6);
+  EXPECT_TRUE(again.relocalized);
+}
+
 TEST(TrackingState, HasANameForEach) {
   EXPECT_STREQ(ToString(TrackingState::kInitializing), "initializing");
   EXPECT_STREQ(ToString(TrackingState::kTracking), "tracking");
@@ -280,8 +290,8 @@ TEST(TrackerOptions, ErrorsNameTheField) {
     }
   };
   EXPECT_NO_THROW(TrackerOptions().Validate());
-  expect_error({.min_motion_inliers = 5}, "min_motion_inliers");
-  expect_error({.min_inliers = 5}, "min_inliers");
+  expect_error({.min_motion_support = 5}, "min_motion_support");
+  expect_error({.min_support = 5}, "min_support");
   expect_error({.local_keyframes = 0}, "local_keyframes");
   expect_error({.pose = {.rounds = 0}}, "rounds");
   expect_error({.matcher = {.map_radius = 0.0}}, "map_radius");
