@@ -52,9 +52,9 @@ struct Frame {
 };
 
 struct FrameBuilderOptions {
-  OrbExtractorOptions orb;
-  LineExtractorOptions lines;
-  SegmentDepthOptions segment_depth;  // its noise and range are taken from the sensor and below
+  OrbExtractorOptions orb{};
+  LineExtractorOptions lines{};
+  SegmentDepthOptions segment_depth{};  // its noise and range are taken from the sensor and below
   bool use_points = true;
   bool use_lines = true;
   double min_depth = 0.3;  // [m] > 0; nearer readings are dropped
