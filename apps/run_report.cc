@@ -79,8 +79,8 @@ nlohmann::json VersionsJson() {
   return {{"highwall", HIGHWALL_VERSION},
           {"ceres", CERES_VERSION_STRING},
           {"opencv", CV_VERSION},
-          {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
-                                EIGEN_MINOR_VERSION)}};
+          {"eigen",
+           fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)}};
 }
 
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,

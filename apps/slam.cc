@@ -113,16 +113,15 @@ int RunSlamCommand(const SlamArguments& arguments) {
 
 void AddSlamCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<SlamArguments>();
-  CLI::App* command = app.add_subcommand(
-      "slam", "Estimate the trajectory and the map of an RGB-D sequence");
+  CLI::App* command =
+      app.add_subcommand("slam", "Estimate the trajectory and the map of an RGB-D sequence");
   command->add_option("--dataset", arguments->dataset, "Folder in the TUM RGB-D layout")
       ->required();
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
                       "else what its name tells)");
   command->add_option("--out", arguments->out, "Folder for the results")->required();
-  command
-      ->add_option("--features", arguments->features, "points, lines or both")
+  command->add_option("--features", arguments->features, "points, lines or both")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Features>{
           {"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}}));
   command->add_option("--line-detector", arguments->detector, "lsd or edlines")
@@ -139,9 +138,8 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
   command->footer(
       "Example:\n  highwall slam --dataset rgbd_dataset_freiburg1_xyz --config tum1 --out run");
-  command->callback([arguments, &action] {
-    action = [arguments] { return RunSlamCommand(*arguments); };
-  });
+  command->callback(
+      [arguments, &action] { action = [arguments] { return RunSlamCommand(*arguments); }; });
 }
 
 }  // namespace highwall::apps

@@ -72,8 +72,9 @@ Milliseconds Summarize(std::vector<double> samples) {
   const auto at = [&](double quantile) {
     return samples[static_cast<std::size_t>(quantile * static_cast<double>(samples.size() - 1))];
   };
-  return {std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
-          at(0.5), at(0.95), samples.size()};
+  return {
+      std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
+      at(0.5), at(0.95), samples.size()};
 }
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
@@ -82,7 +83,8 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   SlamSystem slam(sensor, options.slam);
   const DepthUnprojector unprojector(sensor.camera);
   DenseCloud clouds(options.map.cloud.voxel_size);
-  FrameReader reader(dataset, {.begin = options.begin, .end = options.end, .prefetch = options.prefetch});
+  FrameReader reader(dataset,
+                     {.begin = options.begin, .end = options.end, .prefetch = options.prefetch});
 
   SlamRun run;
   StageSamples samples;
@@ -101,9 +103,9 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
       ++run.keyframes_made;
       if (options.dense) {
         const auto dense_start = Clock::now();
-        clouds.SetKeyframe(result.mapping->keyframe,
-                           MakeKeyframeCloud(image->depth, image->bgr, unprojector,
-                                             options.map.cloud));
+        clouds.SetKeyframe(
+            result.mapping->keyframe,
+            MakeKeyframeCloud(image->depth, image->bgr, unprojector, options.map.cloud));
         for (const KeyFrameId id : result.mapping->culled_keyframes) clouds.RemoveKeyframe(id);
         samples.dense.push_back(MillisecondsSince(dense_start));
       }

@@ -105,19 +105,18 @@ RunFigures RunOnce(const TumDataset& dataset, const RgbdSensor& sensor,
                    const SlamRunOptions& options, const std::string& label) {
   OrbReference orb;
   Progress progress(label);
-  const SlamRun run = RunSlam(dataset, sensor, options,
-                              [&](const FrameResult&, const RgbdImage& image, std::size_t done,
-                                  std::size_t total) {
-                                orb.Measure(image.bgr);
-                                progress.Update(done, total);
-                              });
+  const SlamRun run =
+      RunSlam(dataset, sensor, options,
+              [&](const FrameResult&, const RgbdImage& image, std::size_t done, std::size_t total) {
+                orb.Measure(image.bgr);
+                progress.Update(done, total);
+              });
   RunFigures figures;
   if (const Trajectory* truth = dataset.groundtruth()) {
     figures.ape = RmseOr(-1.0, [&] { return AbsolutePoseError(*truth, run.trajectory); });
     figures.rpe_1 = RmseOr(-1.0, [&] { return RelativePoseError(*truth, run.trajectory); });
-    figures.rpe_30 = RmseOr(-1.0, [&] {
-      return RelativePoseError(*truth, run.trajectory, {.delta = 30.0});
-    });
+    figures.rpe_30 =
+        RmseOr(-1.0, [&] { return RelativePoseError(*truth, run.trajectory, {.delta = 30.0}); });
   }
   figures.coverage =
       run.frames > 0 ? static_cast<double>(run.trajectory.size()) / static_cast<double>(run.frames)
@@ -234,4 +233,6 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace highwall::apps
 
-int main(int argc, char** argv) { return highwall::apps::Main(argc, argv); }
+int main(int argc, char** argv) {
+  return highwall::apps::Main(argc, argv);
+}

@@ -15,7 +15,8 @@ namespace highwall {
 namespace {
 
 double MillisecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
 }
 
 LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
@@ -55,7 +56,8 @@ void FrameBuilderOptions::Validate() const {
   orb.Validate();
   lines.Validate();
   segment_depth.Validate();
-  HIGHWALL_REQUIRE(use_points || use_lines, "FrameBuilderOptions: use_points and use_lines are both off");
+  HIGHWALL_REQUIRE(use_points || use_lines,
+                   "FrameBuilderOptions: use_points and use_lines are both off");
   HIGHWALL_REQUIRE(min_depth > 0.0, "FrameBuilderOptions::min_depth must be positive");
   HIGHWALL_REQUIRE(max_depth > min_depth, "FrameBuilderOptions::max_depth must exceed min_depth");
   HIGHWALL_REQUIRE(depth_spread_share >= 0.0,
@@ -136,20 +138,21 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
     feature.angle = keypoint.angle;
     features.points.push_back(feature);
     // The grid holds undistorted positions: that is where projections fall.
-    keypoint.pt = cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
+    keypoint.pt =
+        cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
   }
   features.point_grid = FeatureGrid(orb.keypoints, gray.size());
   features.point_descriptors = orb.descriptors;
 }
 
-void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth,
-                              FrameFeatures& features) {
+void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) {
   LineFeatures lines = line_extractor_.Extract(gray);
   features.lines.reserve(lines.segments.size());
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;
     feature.segment = Undistorted(raw, sensor_.camera);
-    feature.segment_C = FitSegmentDepth(feature.segment, depth, sensor_.camera, options_.segment_depth);
+    feature.segment_C =
+        FitSegmentDepth(feature.segment, depth, sensor_.camera, options_.segment_depth);
     features.lines.push_back(feature);
   }
   features.line_descriptors = lines.descriptors;

@@ -12,12 +12,14 @@ void LocalMapperOptions::Validate() const {
   HIGHWALL_REQUIRE(adjusted_keyframes >= 2,
                    "LocalMapperOptions::adjusted_keyframes must be at least 2");
   HIGHWALL_REQUIRE(fixed_keyframes >= 1, "LocalMapperOptions::fixed_keyframes must be at least 1");
-  HIGHWALL_REQUIRE(fused_keyframes >= 0, "LocalMapperOptions::fused_keyframes must not be negative");
+  HIGHWALL_REQUIRE(fused_keyframes >= 0,
+                   "LocalMapperOptions::fused_keyframes must not be negative");
   HIGHWALL_REQUIRE(min_found_ratio >= 0.0 && min_found_ratio <= 1.0,
                    "LocalMapperOptions::min_found_ratio must be in [0, 1]");
   HIGHWALL_REQUIRE(probation_keyframes >= 1,
                    "LocalMapperOptions::probation_keyframes must be at least 1");
-  HIGHWALL_REQUIRE(min_observations >= 1, "LocalMapperOptions::min_observations must be at least 1");
+  HIGHWALL_REQUIRE(min_observations >= 1,
+                   "LocalMapperOptions::min_observations must be at least 1");
   HIGHWALL_REQUIRE(redundant_share > 0.0 && redundant_share <= 1.0,
                    "LocalMapperOptions::redundant_share must be in (0, 1]");
   HIGHWALL_REQUIRE(max_depth_sigma > 0.0, "LocalMapperOptions::max_depth_sigma must be positive");
@@ -85,37 +87,24 @@ void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& 
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
-  const KeyFrame& keyframe = *map.keyframe(id);
-  const auto neighbours = map.Covisible(id, 10);
-  // Landmarks of the neighbours that this keyframe sees without having been tracked to them.
-  std::vector<PointId> points;
-  std::vector<LineId> lines;
-  for (std::size_t n = 0;
-       n < std::min(neighbours.size(), static_cast<std::size_t>(options_.fused_keyframes)); ++n) {
-    const KeyFrame& neighbour = *map.keyframe(neighbours[n].first);
-    for (const PointId p : neighbour.points) {
-      if (p != kNoId) points.push_back(p);
-    }
-    for (const LineId l : neighbour.lines) {
-      if (l != kNoId) lines.push_back(l);
-    }
+  std::vector<KeyFrameId> neighbours;
+  for (const auto& [neighbour, shared] : map.Covisible(id, 10)) {
+    if (static_cast<int>(neighbours.size()) == options_.fused_keyframes) break;
+    neighbours.push_back(neighbour);
   }
-  const auto unseen = [](std::vector<std::int32_t>& ids, const std::vector<std::int32_t>& seen) {
-    std::sort(ids.begin(), ids.end());
-    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-    std::vector<std::int32_t> own(seen), rest;
-    std::sort(own.begin(), own.end());
-    std::set_difference(ids.begin(), ids.end(), own.begin(), own.end(), std::back_inserter(rest));
-    ids = std::move(rest);
-  };
-  unseen(points, keyframe.points);
-  unseen(lines, keyframe.lines);
+  FusePoints(id, neighbours, map, report);
+  FuseLines(id, neighbours, map);
+}
 
+void LocalMapper::FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
+                             LocalMappingReport& report) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
   const FrameFeatures& features = *keyframe.frame.features;
+  const auto points = PointsSeenBy(map, neighbours, keyframe.points);
   // Matched features take part: two landmarks on one feature are one landmark.
-  const std::vector<bool> all_points(features.points.size(), false);
+  const std::vector<bool> none_taken(features.points.size(), false);
   for (const auto& [feature, p] :
-       matcher_.MatchPoints(features, keyframe.T_WC, map, points, all_points)) {
+       matcher_.MatchPoints(features, keyframe.T_WC, map, points, none_taken)) {
     if (!FitsDepth(features.points[static_cast<std::size_t>(feature)], keyframe.T_WC,
                    map.point(p)->p_W)) {
       continue;
@@ -123,19 +112,25 @@ void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& re
     const PointId own = keyframe.points[static_cast<std::size_t>(feature)];
     if (own == kNoId) {
       map.ObservePoint(id, feature, p);
-    } else if (map.point(own)->observations.size() >= map.point(p)->observations.size()) {
+      continue;
+    }
+    ++report.fused_points;
+    if (map.point(own)->observations.size() >= map.point(p)->observations.size()) {
       map.MergePoints(p, own);
-      ++report.fused_points;
     } else {
       map.MergePoints(own, p);
       map.ObservePoint(id, feature, p);
-      ++report.fused_points;
     }
   }
-  std::vector<bool> taken_lines(features.lines.size());
-  for (std::size_t i = 0; i < taken_lines.size(); ++i) taken_lines[i] = keyframe.lines[i] != kNoId;
+}
+
+void LocalMapper::FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
+  const auto lines = LinesSeenBy(map, neighbours, keyframe.lines);
+  std::vector<bool> taken(keyframe.lines.size());
+  for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = keyframe.lines[i] != kNoId;
   for (const auto& [feature, l] :
-       matcher_.MatchLines(features, keyframe.T_WC, map, lines, taken_lines)) {
+       matcher_.MatchLines(*keyframe.frame.features, keyframe.T_WC, map, lines, taken)) {
     map.ObserveLine(id, feature, l);
   }
 }
@@ -220,10 +215,10 @@ void LocalMapper::CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport&
       const int octave = keyframe.frame.features->points[i].octave;
       const auto others = std::count_if(
           point->observations.begin(), point->observations.end(), [&](const Observation& o) {
-            return o.keyframe != id && map.keyframe(o.keyframe)
-                                               ->frame.features
-                                               ->points[static_cast<std::size_t>(o.index)]
-                                               .octave <= octave + 1;
+            return o.keyframe != id &&
+                   map.keyframe(o.keyframe)
+                           ->frame.features->points[static_cast<std::size_t>(o.index)]
+                           .octave <= octave + 1;
           });
       if (others >= kOthers) ++redundant;
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 
 #include <highwall/core/error.h>
@@ -85,7 +86,35 @@ BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descript
   return descriptors[best];
 }
 
+// landmarks_of: the points or the lines of a keyframe.
+std::vector<std::int32_t> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                 std::span<const std::int32_t> except,
+                                 std::vector<std::int32_t> KeyFrame::*landmarks_of) {
+  std::vector<std::int32_t> seen;
+  for (const KeyFrameId id : keyframes) {
+    for (const std::int32_t landmark : map.keyframe(id)->*landmarks_of) {
+      if (landmark != kNoId) seen.push_back(landmark);
+    }
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  std::vector<std::int32_t> own(except.begin(), except.end()), rest;
+  std::sort(own.begin(), own.end());
+  std::set_difference(seen.begin(), seen.end(), own.begin(), own.end(), std::back_inserter(rest));
+  return rest;
+}
+
 }  // namespace
+
+std::vector<PointId> PointsSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                  std::span<const PointId> except) {
+  return SeenBy(map, keyframes, except, &KeyFrame::points);
+}
+
+std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                std::span<const LineId> except) {
+  return SeenBy(map, keyframes, except, &KeyFrame::lines);
+}
 
 BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index) {
   BinaryDescriptor256 d;
@@ -117,16 +146,34 @@ MapLine& Map::AddLine(const Segment3& segment_W, std::int64_t frame_index) {
   return line;
 }
 
-KeyFrame* Map::keyframe(KeyFrameId id) { return Get(keyframes_, id); }
-const KeyFrame* Map::keyframe(KeyFrameId id) const { return Get(keyframes_, id); }
-MapPoint* Map::point(PointId id) { return Get(points_, id); }
-const MapPoint* Map::point(PointId id) const { return Get(points_, id); }
-MapLine* Map::line(LineId id) { return Get(lines_, id); }
-const MapLine* Map::line(LineId id) const { return Get(lines_, id); }
+KeyFrame* Map::keyframe(KeyFrameId id) {
+  return Get(keyframes_, id);
+}
+const KeyFrame* Map::keyframe(KeyFrameId id) const {
+  return Get(keyframes_, id);
+}
+MapPoint* Map::point(PointId id) {
+  return Get(points_, id);
+}
+const MapPoint* Map::point(PointId id) const {
+  return Get(points_, id);
+}
+MapLine* Map::line(LineId id) {
+  return Get(lines_, id);
+}
+const MapLine* Map::line(LineId id) const {
+  return Get(lines_, id);
+}
 
-std::vector<KeyFrameId> Map::keyframe_ids() const { return LiveIds(keyframes_); }
-std::vector<PointId> Map::point_ids() const { return LiveIds(points_); }
-std::vector<LineId> Map::line_ids() const { return LiveIds(lines_); }
+std::vector<KeyFrameId> Map::keyframe_ids() const {
+  return LiveIds(keyframes_);
+}
+std::vector<PointId> Map::point_ids() const {
+  return LiveIds(points_);
+}
+std::vector<LineId> Map::line_ids() const {
+  return LiveIds(lines_);
+}
 
 bool Map::ObservePoint(KeyFrameId keyframe_id, int index, PointId id) {
   KeyFrame* kf = keyframe(keyframe_id);
@@ -237,7 +284,8 @@ std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> 
   std::vector<int> count(keyframes_.size(), 0);
   const auto add = [&](const auto* landmark) {
     if (landmark == nullptr) return;
-    for (const Observation& o : landmark->observations) ++count[static_cast<std::size_t>(o.keyframe)];
+    for (const Observation& o : landmark->observations)
+      ++count[static_cast<std::size_t>(o.keyframe)];
   };
   for (const PointId id : points) add(point(id));
   for (const LineId id : lines) add(line(id));

@@ -7,7 +7,9 @@
 namespace highwall {
 namespace {
 
-Eigen::Vector2d End(const Eigen::Vector2f& end) { return end.cast<double>(); }
+Eigen::Vector2d End(const Eigen::Vector2f& end) {
+  return end.cast<double>();
+}
 
 }  // namespace
 
@@ -58,7 +60,8 @@ ProjectionRows<3> MeasurementModel::Rows(const PointFeature& feature) const {
   const double sigma = PointSigma(feature.octave);
   if (feature.depth > 0.0) {
     return PointRows(Measurement(feature),
-                     PointSqrtInformation(options_.weighting, sigma, DisparitySigma(feature.depth, feature.depth_sigma)));
+                     PointSqrtInformation(options_.weighting, sigma,
+                                          DisparitySigma(feature.depth, feature.depth_sigma)));
   }
   const ProjectionRows<2> left =
       PointRows(feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma));
@@ -88,7 +91,8 @@ std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
   if (feature.depth > 0.0) {
     return std::make_unique<PointReprojectionRgbd>(
         Measurement(feature),
-        PointSqrtInformation(options_.weighting, sigma, DisparitySigma(feature.depth, feature.depth_sigma)),
+        PointSqrtInformation(options_.weighting, sigma,
+                             DisparitySigma(feature.depth, feature.depth_sigma)),
         projection_);
   }
   return std::make_unique<PointReprojection>(
@@ -98,8 +102,8 @@ std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
 std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const LineFeature& feature) const {
   if (feature.segment_C) {
-    return std::make_unique<OrthonormalLineReprojectionRgbd>(
-        Measurement(feature), Noise(feature), options_.weighting, projection_);
+    return std::make_unique<OrthonormalLineReprojectionRgbd>(Measurement(feature), Noise(feature),
+                                                             options_.weighting, projection_);
   }
   return std::make_unique<OrthonormalLineReprojection>(
       End(feature.segment.s), End(feature.segment.e), options_.line_sigma, projection_);

@@ -28,6 +28,47 @@ HuberWeight WeighHuber(double squared_norm, double threshold) {
   return {std::sqrt(threshold / norm), threshold * (norm - threshold)};
 }
 
+// Residuals and Jacobian of a pose-only problem as they fill up, row by row, robust weights
+// applied.
+class Output {
+ public:
+  // jacobian: column-major, rows x 6, or null. step_jacobian: rows differentiate in the tangent at
+  // the stepped pose, the unknowns live in the tangent where the step begins.
+  Output(double* residuals, double* jacobian, int rows, const Eigen::Matrix3d& step_jacobian)
+      : r_(residuals, rows),
+        J_(jacobian, jacobian != nullptr ? rows : 0, 6),
+        step_jacobian_(step_jacobian) {}
+
+  template <int kRows>
+  void Append(const Eigen::Matrix<double, kRows, 1>& r, const Eigen::Matrix<double, kRows, 6>& J,
+              double huber) {
+    const HuberWeight weight = WeighHuber(r.squaredNorm(), huber);
+    missing_squared_ += weight.missing_squared;
+    r_.segment<kRows>(row_) = weight.factor * r;
+    if (J_.rows() > 0) {
+      auto rows = J_.middleRows<kRows>(row_);
+      rows.template leftCols<3>() = weight.factor * J.template leftCols<3>();
+      rows.template rightCols<3>().noalias() =
+          (weight.factor * J.template rightCols<3>()) * step_jacobian_;
+    }
+    row_ += kRows;
+  }
+
+  // The last row; false where a residual is not finite.
+  bool Finish() {
+    r_[row_] = std::sqrt(missing_squared_);
+    if (J_.rows() > 0) J_.row(row_).setZero();
+    return r_.allFinite();
+  }
+
+ private:
+  Eigen::Map<Eigen::VectorXd> r_;
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> J_;
+  const Eigen::Matrix3d& step_jacobian_;
+  Eigen::Index row_ = 0;
+  double missing_squared_ = 0.0;
+};
+
 // The functor of ceres::TinySolver: rows of all inliers as a function of the tangent step x away
 // from `T_start`.
 class PoseProblem {
@@ -54,46 +95,24 @@ class PoseProblem {
     if (!step.allFinite()) return false;
     const Pose T = T_start_.Plus(step);
     const RgbdProjection::View view = RgbdProjection::At(T.data());
-    // Rows differentiate in the tangent at T; x lives in the tangent at T_start.
     const Eigen::Matrix3d step_jacobian = so3::RightJacobian(step.tail<3>());
 
-    Eigen::Map<Eigen::VectorXd> r(residuals, NumResiduals());
-    const bool differentiate = jacobian != nullptr;
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> J(jacobian,
-                                                           differentiate ? NumResiduals() : 0, 6);
-    Eigen::Index row = 0;
-    double missing_squared = 0.0;
+    Output out(residuals, jacobian, NumResiduals(), step_jacobian);
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (!point_active_[i]) continue;
-      Eigen::Vector3d r_i;
-      Eigen::Matrix<double, 3, 6> J_i;
-      PointRows(view, points_[i], r_i, differentiate ? &J_i : nullptr);
-      const HuberWeight weight = WeighHuber(r_i.squaredNorm(), options_.point_huber);
-      missing_squared += weight.missing_squared;
-      r.segment<3>(row) = weight.factor * r_i;
-      if (differentiate) {
-        J_i.rightCols<3>() = (J_i.rightCols<3>() * step_jacobian).eval();
-        J.middleRows<3>(row) = weight.factor * J_i;
-      }
-      row += 3;
+      Eigen::Vector3d r;
+      Eigen::Matrix<double, 3, 6> J;
+      PointRows(view, points_[i], r, jacobian != nullptr ? &J : nullptr);
+      out.Append<3>(r, J, options_.point_huber);
     }
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       if (!line_active_[i]) continue;
-      Eigen::Vector4d r_i;
-      Eigen::Matrix<double, 4, 6> J_i;
-      LineRows(view, lines_[i], r_i, differentiate ? &J_i : nullptr);
-      const HuberWeight weight = WeighHuber(r_i.squaredNorm(), options_.line_huber);
-      missing_squared += weight.missing_squared;
-      r.segment<4>(row) = weight.factor * r_i;
-      if (differentiate) {
-        J_i.rightCols<3>() = (J_i.rightCols<3>() * step_jacobian).eval();
-        J.middleRows<4>(row) = weight.factor * J_i;
-      }
-      row += 4;
+      Eigen::Vector4d r;
+      Eigen::Matrix<double, 4, 6> J;
+      LineRows(view, lines_[i], r, jacobian != nullptr ? &J : nullptr);
+      out.Append<4>(r, J, options_.line_huber);
     }
-    r[row] = std::sqrt(missing_squared);
-    if (differentiate) J.row(row).setZero();
-    return r.allFinite();
+    return out.Finish();
   }
 
   // Sets aside what does not fit at T; whatever fits (again) takes part in the next round.

@@ -16,7 +16,9 @@ struct Candidate {
   int hamming = kNoHamming;
 };
 
-double AngleDifference(double a, double b) { return std::abs(std::remainder(a - b, 360.0)); }
+double AngleDifference(double a, double b) {
+  return std::abs(std::remainder(a - b, 360.0));
+}
 
 // The best feature in the window, -1 where none passes. window, candidates: memory to work in.
 Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projection,

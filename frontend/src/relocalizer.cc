@@ -41,6 +41,46 @@ std::optional<Pose> PoseFromTriangle(const std::array<const Pair*, kSampleSize>&
   return Pose::FromMatrix(Eigen::umeyama(C, W, false));
 }
 
+// Points that fit a pose made from three readings: it is rough, so they are counted with three
+// times the sigma.
+int CountInliers(const Pose& T_WC, const std::vector<PosePoint>& points,
+                 const RgbdProjection& projection) {
+  constexpr double kBound = 9.0 * 7.815;
+  const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+  return static_cast<int>(std::count_if(points.begin(), points.end(), [&](const PosePoint& point) {
+    Eigen::Vector3d r;
+    return projection.Evaluate<3>(view, point.rows, point.p_W, &r, nullptr, nullptr) &&
+           r.squaredNorm() <= kBound;
+  }));
+}
+
+// The pose from three pairs that most points fit; empty where fewer than min_inliers do.
+// points[i] belongs to pairs[i].
+std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector<PosePoint>& points,
+                               const RgbdProjection& projection,
+                               const RelocalizerOptions& options) {
+  std::vector<const Pair*> with_depth;
+  for (const Pair& pair : pairs) {
+    if (pair.p_C) with_depth.push_back(&pair);
+  }
+  if (static_cast<int>(with_depth.size()) < kSampleSize) return std::nullopt;
+  std::mt19937 rng(options.seed);
+  std::optional<Pose> best;
+  int best_inliers = options.min_inliers - 1;
+  for (int iteration = 0; iteration < options.ransac_iterations; ++iteration) {
+    std::array<const Pair*, kSampleSize> sample;
+    for (const Pair*& s : sample) s = with_depth[rng() % with_depth.size()];
+    const auto T_WC = PoseFromTriangle(sample);
+    if (!T_WC) continue;
+    const int inliers = CountInliers(*T_WC, points, projection);
+    if (inliers > best_inliers) {
+      best_inliers = inliers;
+      best = T_WC;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 void RelocalizerOptions::Validate() const {
@@ -113,8 +153,8 @@ std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& fe
   return MatchLines(features, map, keyframe, guess);
 }
 
-std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& features,
-                                                      const Map& map, const KeyFrame& keyframe,
+std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& features, const Map& map,
+                                                      const KeyFrame& keyframe,
                                                       const Pose& guess) const {
   const FrameFeatures& seen = *keyframe.frame.features;
   if (features.line_descriptors.empty() || seen.line_descriptors.empty()) return std::nullopt;
@@ -151,7 +191,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
                                                        const Map& map,
                                                        const KeyFrame& keyframe) const {
   std::vector<Pair> pairs;
-  std::vector<std::size_t> with_depth;
+  std::vector<PosePoint> points;
   for (const FeatureMatch& match :
        MatchDescriptors(features.point_descriptors, keyframe.frame.features->point_descriptors,
                         {.max_distance = options_.max_hamming, .ratio = options_.ratio})) {
@@ -159,53 +199,16 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
     if (point == nullptr) continue;
     const PointFeature& feature = features.points[static_cast<std::size_t>(match.query)];
     Pair pair{match.query, point->id, point->p_W, std::nullopt};
-    if (feature.depth > 0.0) {
-      pair.p_C = model_.camera().Unproject(feature.uv, feature.depth);
-      with_depth.push_back(pairs.size());
-    }
+    if (feature.depth > 0.0) pair.p_C = model_.camera().Unproject(feature.uv, feature.depth);
     pairs.push_back(pair);
+    points.push_back(MakePosePoint(model_, *point, feature));
   }
-  if (static_cast<int>(pairs.size()) < options_.min_matches ||
-      static_cast<int>(with_depth.size()) < kSampleSize) {
-    return std::nullopt;
-  }
-
-  std::vector<PosePoint> points;
-  for (const Pair& pair : pairs) {
-    const PointFeature& feature = features.points[static_cast<std::size_t>(pair.feature)];
-    points.push_back(MakePosePoint(model_, *map.point(pair.point), feature));
-  }
-  const auto count_inliers = [&](const Pose& T_WC) {
-    const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
-    int count = 0;
-    for (const PosePoint& point : points) {
-      Eigen::Vector3d r;
-      // Three readings make a rough pose: its inliers are counted with three times the sigma.
-      if (model_.projection().Evaluate<3>(view, point.rows, point.p_W, &r, nullptr, nullptr) &&
-          r.squaredNorm() <= 9.0 * 7.815) {
-        ++count;
-      }
-    }
-    return count;
-  };
-  std::mt19937 rng(options_.seed);
-  Pose best;
-  int best_inliers = 0;
-  for (int iteration = 0; iteration < options_.ransac_iterations; ++iteration) {
-    std::array<const Pair*, kSampleSize> sample;
-    for (const Pair*& s : sample) s = &pairs[with_depth[rng() % with_depth.size()]];
-    const auto T_WC = PoseFromTriangle(sample);
-    if (!T_WC) continue;
-    const int inliers = count_inliers(*T_WC);
-    if (inliers > best_inliers) {
-      best_inliers = inliers;
-      best = *T_WC;
-    }
-  }
-  if (best_inliers < options_.min_inliers) return std::nullopt;
+  if (static_cast<int>(pairs.size()) < options_.min_matches) return std::nullopt;
+  const auto rough = RansacPose(pairs, points, model_.projection(), options_);
+  if (!rough) return std::nullopt;
   PoseSolverOptions solver;
   solver.min_support = options_.min_inliers;
-  const auto solution = SolvePose(best, model_.projection(), points, {}, solver);
+  const auto solution = SolvePose(*rough, model_.projection(), points, {}, solver);
   if (!solution) return std::nullopt;
   Relocalization result{solution->T_WC, keyframe.id, {}, {}};
   for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -29,26 +29,6 @@ std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
   return taken;
 }
 
-// The landmarks that `seen` lists and the frame has not matched already, each once.
-template <class LandmarksOf>
-std::vector<std::int32_t> Unseen(const std::vector<KeyFrameId>& keyframes,
-                                 const std::vector<std::int32_t>& matched,
-                                 const LandmarksOf& landmarks_of) {
-  std::vector<std::int32_t> ids;
-  for (const KeyFrameId k : keyframes) {
-    for (const std::int32_t id : landmarks_of(k)) {
-      if (id != kNoId) ids.push_back(id);
-    }
-  }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  std::vector<std::int32_t> own(matched);
-  std::sort(own.begin(), own.end());
-  std::vector<std::int32_t> unseen;
-  std::set_difference(ids.begin(), ids.end(), own.begin(), own.end(), std::back_inserter(unseen));
-  return unseen;
-}
-
 }  // namespace
 
 const char* ToString(TrackingState state) {
@@ -67,7 +47,8 @@ void TrackerOptions::Validate() const {
   pose.Validate();
   matcher.Validate();
   relocalizer.Validate();
-  HIGHWALL_REQUIRE(min_motion_support >= 6, "TrackerOptions::min_motion_support must be at least 6");
+  HIGHWALL_REQUIRE(min_motion_support >= 6,
+                   "TrackerOptions::min_motion_support must be at least 6");
   HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
   HIGHWALL_REQUIRE(local_keyframes >= 1, "TrackerOptions::local_keyframes must be at least 1");
 }
@@ -104,7 +85,8 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map) {
     return Unmatched(frame, Pose());
   }
   // Across a gap there is no motion to extrapolate.
-  velocity_ = was_tracking && !tracked->relocalized ? last_->T_WC.Inverse() * tracked->T_WC : Pose();
+  velocity_ =
+      was_tracking && !tracked->relocalized ? last_->T_WC.Inverse() * tracked->T_WC : Pose();
   tracked->state = TrackingState::kTracking;
   last_ = tracked;
   return *tracked;
@@ -125,9 +107,9 @@ std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& 
     Apply(matcher_.MatchLast(*frame.features, tracked.T_WC, map, *last_->frame.features,
                              last_->points, radius_scale),
           tracked.points);
-    Apply(matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines,
-                              Taken(tracked.lines)),
-          tracked.lines);
+    Apply(
+        matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
+        tracked.lines);
     if (Solve(tracked, map, options_.min_motion_support)) return tracked;
   }
   return std::nullopt;
@@ -164,18 +146,16 @@ bool Tracker::TrackLocalMap(TrackedFrame& tracked, Map& map) const {
   std::vector<PointId> visible_points;
   std::vector<LineId> visible_lines;
   const FrameFeatures& features = *tracked.frame.features;
-  const auto points = Unseen(local, tracked.points,
-                             [&](KeyFrameId k) -> const auto& { return map.keyframe(k)->points; });
-  const auto lines = Unseen(local, tracked.lines,
-                            [&](KeyFrameId k) -> const auto& { return map.keyframe(k)->lines; });
+  const auto points = PointsSeenBy(map, local, tracked.points);
+  const auto lines = LinesSeenBy(map, local, tracked.lines);
   const std::vector<PointId> from_last_points = tracked.points;
   const std::vector<LineId> from_last_lines = tracked.lines;
   Apply(matcher_.MatchPoints(features, tracked.T_WC, map, points, Taken(tracked.points),
                              &visible_points),
         tracked.points);
-  Apply(matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines),
-                            &visible_lines),
-        tracked.lines);
+  Apply(
+      matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines), &visible_lines),
+      tracked.lines);
   visible_points.insert(visible_points.end(), from_last_points.begin(), from_last_points.end());
   visible_lines.insert(visible_lines.end(), from_last_lines.begin(), from_last_lines.end());
   if (!Solve(tracked, map, options_.min_support)) return false;

@@ -9,11 +9,11 @@
 namespace highwall {
 
 struct BundleAdjustmentOptions {
-  double point_huber = 2.8;  // [sigma] > 0: Huber threshold on the norm of a point's rows
-  double line_huber = 2.8;   // [sigma] > 0: the same for a line's rows
-  double chi2_2 = 5.991;     // > 0: inlier bounds, 95 % of chi-square with 2, 3 and 4 rows
-  double chi2_3 = 7.815;     // > 0
-  double chi2_4 = 9.488;     // > 0
+  double point_huber = 2.8;   // [sigma] > 0: Huber threshold on the norm of a point's rows
+  double line_huber = 2.8;    // [sigma] > 0: the same for a line's rows
+  double chi2_2 = 5.991;      // > 0: inlier bounds, 95 % of chi-square with 2, 3 and 4 rows
+  double chi2_3 = 7.815;      // > 0
+  double chi2_4 = 9.488;      // > 0
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
   int threads = 2;            // >= 1; with more than one the last bits vary from run to run

@@ -31,7 +31,7 @@ struct PointFeature {
 
 // One line observation: an undistorted segment with its end points in C where depth allowed a fit.
 struct LineFeature {
-  LineSegment segment;                  // [px] undistorted
+  LineSegment segment;                    // [px] undistorted
   std::optional<SegmentDepth> segment_C;  // [m]
 };
 
@@ -63,7 +63,7 @@ struct FrameBuilderOptions {
   // >= 0: colour and depth are registered to no better than a pixel or two, so that beside a depth
   // edge the reading may be that of the other side.
   double depth_spread_share = 1.0;
-  bool parallel = true;    // points and lines on two threads; the result is the same
+  bool parallel = true;  // points and lines on two threads; the result is the same
 
   void Validate() const;
 };

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <highwall/frontend/bundle_adjustment.h>
@@ -14,7 +16,7 @@ namespace highwall {
 
 struct LocalMapperOptions {
   BundleAdjustmentOptions bundle{};
-  MapMatcherOptions matcher{};    // for the fusion of landmarks
+  MapMatcherOptions matcher{};  // for the fusion of landmarks
   int adjusted_keyframes = 12;  // >= 2: most keyframes moved by a local adjustment
   int fixed_keyframes = 20;     // >= 1: most keyframes that hold it in place
   int fused_keyframes = 8;      // >= 0: neighbours whose landmarks are looked for in a new keyframe
@@ -25,7 +27,7 @@ struct LocalMapperOptions {
   int min_observations = 2;       // >= 1
   // A keyframe is dropped when this share of its points is seen by at least three others at the
   // same or a finer pyramid level.
-  double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
+  double redundant_share = 0.9;   // (0, 1]; 1 keeps all but exact repeats
   double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
 
@@ -53,7 +55,12 @@ class LocalMapper {
  private:
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  // Finds the landmarks of neighbouring keyframes that this one sees without having been tracked
+  // to them.
   void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
+  void FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
+                  LocalMappingReport& report) const;
+  void FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const;
   void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
   void CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport& report) const;
   BundleAdjustmentReport AdjustAround(KeyFrameId id, Map& map) const;

@@ -31,15 +31,15 @@ struct Observation {
 
 struct MapPoint {
   PointId id = kNoId;
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // [m]
-  BinaryDescriptor256 descriptor{};               // of the observation nearest to all others
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // [m]
+  BinaryDescriptor256 descriptor{};                    // of the observation nearest to all others
   Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // mean unit direction, camera -> point
-  double min_distance = 0.0;  // [m] scale-invariance range of the pyramid
-  double max_distance = 0.0;  // [m]
-  std::vector<Observation> observations;  // ascending keyframes
-  std::int64_t first_frame = 0;           // frame index of its creation
-  int visible = 1;                        // frames in whose view it was predicted
-  int found = 1;                          // frames in which it was an inlier
+  double min_distance = 0.0;                           // [m] scale-invariance range of the pyramid
+  double max_distance = 0.0;                           // [m]
+  std::vector<Observation> observations;               // ascending keyframes
+  std::int64_t first_frame = 0;                        // frame index of its creation
+  int visible = 1;                                     // frames in whose view it was predicted
+  int found = 1;                                       // frames in which it was an inlier
 };
 
 struct MapLine {
@@ -125,6 +125,13 @@ class Map {
   std::vector<std::unique_ptr<MapLine>> lines_;
   std::size_t num_keyframes_ = 0, num_points_ = 0, num_lines_ = 0;
 };
+
+// The landmarks that live keyframes see, each once, ascending, without those in `except` (in any
+// order; kNoId is passed over).
+std::vector<PointId> PointsSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                  std::span<const PointId> except);
+std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                std::span<const LineId> except);
 
 // Row `index` of a descriptor matrix (N x 32 CV_8U).
 BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index);

@@ -17,10 +17,10 @@ namespace highwall {
 
 struct MeasurementOptions {
   Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
-  double baseline = 0.08;      // [m] > 0: of the virtual right camera
-  double point_sigma = 0.7;    // [px] > 0: of a corner at pyramid level 0; grows with the level
-  double line_sigma = 1.0;     // [px] > 0: of a segment's end, across it
-  double scale_factor = 1.2;   // > 1: of the pyramid
+  double baseline = 0.08;                        // [m] > 0: of the virtual right camera
+  double point_sigma = 0.7;   // [px] > 0: of a corner at pyramid level 0; grows with the level
+  double line_sigma = 1.0;    // [px] > 0: of a segment's end, across it
+  double scale_factor = 1.2;  // > 1: of the pyramid
 
   void Validate() const;
 };

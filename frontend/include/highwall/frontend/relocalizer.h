@@ -14,14 +14,14 @@
 namespace highwall {
 
 struct RelocalizerOptions {
-  int candidates = 5;          // >= 1: keyframes verified, best votes first
-  int query_features = 200;    // >= 10: features of the frame that vote
-  int max_hamming = 60;        // [bit] of a match
-  double ratio = 0.8;          // (0, 1]: best against second best
-  int min_matches = 15;        // >= 3: with a keyframe, to verify it
-  int min_inliers = 20;        // >= 6: points after RANSAC and refinement
-  int min_line_inliers = 8;    // >= 4: lines after refinement, where there are too few points
-  LineMatcherOptions lines{};    // large motion
+  int candidates = 5;           // >= 1: keyframes verified, best votes first
+  int query_features = 200;     // >= 10: features of the frame that vote
+  int max_hamming = 60;         // [bit] of a match
+  double ratio = 0.8;           // (0, 1]: best against second best
+  int min_matches = 15;         // >= 3: with a keyframe, to verify it
+  int min_inliers = 20;         // >= 6: points after RANSAC and refinement
+  int min_line_inliers = 8;     // >= 4: lines after refinement, where there are too few points
+  LineMatcherOptions lines{};   // large motion
   int ransac_iterations = 200;  // >= 1
   std::uint32_t seed = 1;
 

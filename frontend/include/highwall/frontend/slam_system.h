@@ -37,7 +37,7 @@ struct FrameResult {
   Stamp stamp = 0;
   TrackingState state = TrackingState::kLost;
   bool relocalized = false;
-  Pose T_WC;  // causal estimate; meaningful in kTracking
+  Pose T_WC;                  // causal estimate; meaningful in kTracking
   int points = 0, lines = 0;  // features extracted
   int matched_points = 0, matched_lines = 0;
   std::optional<LocalMappingReport> mapping;  // where the frame became a keyframe

@@ -39,11 +39,11 @@ struct TrackerOptions {
 struct TrackedFrame {
   Frame frame;
   TrackingState state = TrackingState::kLost;
-  bool relocalized = false;          // found again in this frame
-  Pose T_WC;                         // meaningful in kTracking
-  KeyFrameId reference = kNoId;      // the keyframe that shares most landmarks
-  std::vector<PointId> points;       // per point feature, kNoId where unmatched; inliers only
-  std::vector<LineId> lines;         // per line feature
+  bool relocalized = false;           // found again in this frame
+  Pose T_WC;                          // meaningful in kTracking
+  KeyFrameId reference = kNoId;       // the keyframe that shares most landmarks
+  std::vector<PointId> points;        // per point feature, kNoId where unmatched; inliers only
+  std::vector<LineId> lines;          // per line feature
   int num_points = 0, num_lines = 0;  // matched
 };
 
