@@ -35,7 +35,8 @@ RgbdImage Boxes() {
   }
   image.depth.create(240, 320, CV_32FC1);
   for (int v = 0; v < 240; ++v) {
-    for (int u = 0; u < 320; ++u) image.depth.at<float>(v, u) = 3.0F - 0.005F * static_cast<float>(u);
+    for (int u = 0; u < 320; ++u)
+      image.depth.at<float>(v, u) = 3.0F - 0.005F * static_cast<float>(u);
   }
   return image;
 }
@@ -80,7 +81,8 @@ TEST(FrameBuilder, PointsAreTheCornersUndistortedWithTheDepthOfTheRawPixel) {
     EXPECT_EQ(point.uv, sensor.camera.UndistortPixel({raw.pt.x, raw.pt.y}));
     EXPECT_EQ(point.octave, raw.octave);
     EXPECT_EQ(point.angle, raw.angle);
-    const auto u = static_cast<int>(std::lround(raw.pt.x)), v = static_cast<int>(std::lround(raw.pt.y));
+    const auto u = static_cast<int>(std::lround(raw.pt.x)),
+               v = static_cast<int>(std::lround(raw.pt.y));
     EXPECT_EQ(point.depth, static_cast<double>(image.depth.at<float>(v, u)));
     // Found where it is: at its undistorted place.
     const auto near = features->point_grid.Query(point.uv, 1e-3, point.octave, point.octave);

@@ -27,8 +27,7 @@ Pose At(double x) {
 
 class LocalMapperTest : public ::testing::Test {
  protected:
-  LocalMapperTest()
-      : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
+  LocalMapperTest() : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
 
   // What a perfect tracker would say of a view: every feature whose landmark the map knows.
   TrackedFrame Tracked(const SyntheticView& view, const Pose& T_WC) const {
@@ -192,9 +191,8 @@ TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
   }
   for (const PointId id : map.point_ids()) {
     const auto& o = map.point(id)->observations;
-    EXPECT_TRUE(std::is_sorted(o.begin(), o.end(), [](const auto& a, const auto& b) {
-      return a.keyframe < b.keyframe;
-    }));
+    EXPECT_TRUE(std::is_sorted(
+        o.begin(), o.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; }));
   }
 }
 

@@ -102,7 +102,8 @@ inline int OctaveAt(const ScenePoint& point, double distance) {
 inline void IndexPoints(FrameFeatures& features, const PinholeCamera& camera) {
   std::vector<cv::KeyPoint> keypoints;
   for (const PointFeature& point : features.points) {
-    cv::KeyPoint keypoint(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 31.0F);
+    cv::KeyPoint keypoint(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()),
+                          31.0F);
     keypoint.octave = point.octave;
     keypoints.push_back(keypoint);
   }
@@ -235,7 +236,11 @@ class SceneMap {
 };
 
 // [m] and [rad] between two poses.
-inline double PositionError(const Pose& a, const Pose& b) { return (a.p() - b.p()).norm(); }
-inline double AngleError(const Pose& a, const Pose& b) { return (a.Inverse() * b).Angle(); }
+inline double PositionError(const Pose& a, const Pose& b) {
+  return (a.p() - b.p()).norm();
+}
+inline double AngleError(const Pose& a, const Pose& b) {
+  return (a.Inverse() * b).Angle();
+}
 
 }  // namespace highwall::testing

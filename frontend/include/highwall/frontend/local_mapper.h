@@ -14,7 +14,7 @@ namespace highwall {
 
 struct LocalMapperOptions {
   BundleAdjustmentOptions bundle{};
-  MapMatcherOptions matcher{};    // for the fusion of landmarks
+  MapMatcherOptions matcher{};  // for the fusion of landmarks
   int adjusted_keyframes = 12;  // >= 2: most keyframes moved by a local adjustment
   int fixed_keyframes = 20;     // >= 1: most keyframes that hold it in place
   int fused_keyframes = 8;      // >= 0: neighbours whose landmarks are looked for in a new keyframe

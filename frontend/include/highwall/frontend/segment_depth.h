@@ -22,7 +22,7 @@ struct SegmentDepthOptions {
   double max_rms = 1.5;        // of the inliers' residuals, in sigmas, > 0
   int ransac_iterations = 16;  // for each side, > 0
   std::uint32_t seed = 1;      // of the drawn pairs: equal input gives equal output
-  DepthNoise noise = {};      // of the sensor
+  DepthNoise noise = {};       // of the sensor
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
