@@ -26,6 +26,7 @@ struct LocalMapperOptions {
   // A keyframe is dropped when this share of its points is seen by at least three others at the
   // same or a finer pyramid level.
   double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
+  double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
 
   void Validate() const;
