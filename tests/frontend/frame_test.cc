@@ -135,6 +135,21 @@ TEST(FrameBuilder, DepthOutOfRangeMissingOrNanIsNone) {
   EXPECT_GT(with, 20);
 }
 
+TEST(FrameBuilder, DepthNoiseGrowsWithTheSpreadAroundACorner) {
+  const RgbdSensor sensor = SmallSensor();
+  for (const double share : {0.0, 0.5}) {
+    FrameBuilderOptions options;
+    options.depth_spread_share = share;
+    const auto features = FrameBuilder(sensor, options).Build(Boxes());
+    for (const PointFeature& point : features->points) {
+      ASSERT_GT(point.depth, 0.0);
+      // The ramp falls by 5 mm a pixel, in float depths.
+      EXPECT_NEAR(point.depth_sigma,
+                  std::hypot(sensor.depth_noise.Sigma(point.depth), share * 0.005), 1e-6);
+    }
+  }
+}
+
 TEST(FrameBuilder, TwoThreadsAndOneGiveTheSame) {
   FrameBuilderOptions options;
   const RgbdImage image = Boxes();
@@ -201,6 +216,9 @@ TEST(FrameBuilderOptions, ErrorsNameTheField) {
   expect_error({.use_points = false, .use_lines = false}, "use_points");
   expect_error({.min_depth = 0.0}, "min_depth");
   expect_error({.min_depth = 2.0, .max_depth = 2.0}, "max_depth");
+  FrameBuilderOptions spread;
+  spread.depth_spread_share = -1.0;
+  expect_error(spread, "depth_spread_share");
   FrameBuilderOptions nested;
   nested.orb.levels = 0;
   expect_error(nested, "levels");

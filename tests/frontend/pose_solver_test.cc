@@ -63,7 +63,7 @@ class PoseSolver : public ::testing::Test {
     return MakeProblem(scene, Look(scene, IdealSensor(), kTruth), model, start);
   }
 
-  const MeasurementModel model{IdealSensor(), {}};
+  const MeasurementModel model{IdealSensor(), {.point_sigma = 1.0}};  // that of the noise
 };
 
 TEST_F(PoseSolver, FindsTheExactPoseFromPoints) {

@@ -125,6 +125,7 @@ inline PointFeature SeePoint(const ScenePoint& point, const Pose& T_CW, const Rg
   feature.octave = OctaveAt(point, p_C.norm());
   feature.uv = sensor.camera.WithoutDistortion().Project(p_C);
   feature.depth = p_C.z();
+  feature.depth_sigma = sensor.depth_noise.Sigma(p_C.z());
   const double sigma = noise.px * std::pow(kScaleFactor, feature.octave);
   feature.uv += sigma * Eigen::Vector2d(normal(rng), normal(rng));
   if (noise.depth) feature.depth += sensor.depth_noise.Sigma(p_C.z()) * normal(rng);
