@@ -234,9 +234,8 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
   slot.factor = std::move(factor);
   slot.loss = std::move(loss);
   slot.joins_landmarks =
-      std::count_if(variables.begin(), variables.end(), [&](const VariableId& v) {
-        return impl_->variables[v.index].landmark;
-      }) > 1;
+      std::count_if(variables.begin(), variables.end(),
+                    [&](const VariableId& v) { return impl_->variables[v.index].landmark; }) > 1;
   const FactorId id{index, slot.generation};
   for (const VariableId& v : variables) impl_->variables[v.index].factors.push_back(id);
   return id;

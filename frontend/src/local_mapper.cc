@@ -176,10 +176,12 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
 }
 
 BundleAdjustmentReport LocalMapper::AdjustAround(KeyFrameId id, Map& map) const {
+  // The first keyframe is the origin of the world: it holds others in place and never moves.
+  constexpr KeyFrameId kOrigin = 0;
   std::vector<KeyFrameId> free{id};
   for (const auto& [neighbour, shared] : map.Covisible(id, 15)) {
     if (static_cast<int>(free.size()) == options_.adjusted_keyframes) break;
-    free.push_back(neighbour);
+    if (neighbour != kOrigin) free.push_back(neighbour);
   }
   std::vector<PointId> points;
   std::vector<LineId> lines;

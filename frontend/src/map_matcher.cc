@@ -28,7 +28,7 @@ MapMatcher::MapMatcher(const MeasurementModel& model, int levels, const MapMatch
 int MapMatcher::PredictOctave(const MapPoint& point, double distance) const {
   const double octave =
       std::log(point.max_distance / distance) / std::log(model_.options().scale_factor);
-  return std::clamp(static_cast<int>(std::ceil(octave)), 0, levels_ - 1);
+  return std::clamp(static_cast<int>(std::lround(octave)), 0, levels_ - 1);
 }
 
 PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_WC, const Map& map,

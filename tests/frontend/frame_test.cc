@@ -35,7 +35,8 @@ RgbdImage Boxes() {
   }
   image.depth.create(240, 320, CV_32FC1);
   for (int v = 0; v < 240; ++v) {
-    for (int u = 0; u < 320; ++u) image.depth.at<float>(v, u) = 3.0F - 0.005F * static_cast<float>(u);
+    for (int u = 0; u < 320; ++u)
+      image.depth.at<float>(v, u) = 3.0F - 0.005F * static_cast<float>(u);
   }
   return image;
 }
@@ -80,7 +81,8 @@ TEST(FrameBuilder, PointsAreTheCornersUndistortedWithTheDepthOfTheRawPixel) {
     EXPECT_EQ(point.uv, sensor.camera.UndistortPixel({raw.pt.x, raw.pt.y}));
     EXPECT_EQ(point.octave, raw.octave);
     EXPECT_EQ(point.angle, raw.angle);
-    const auto u = static_cast<int>(std::lround(raw.pt.x)), v = static_cast<int>(std::lround(raw.pt.y));
+    const auto u = static_cast<int>(std::lround(raw.pt.x)),
+               v = static_cast<int>(std::lround(raw.pt.y));
     EXPECT_EQ(point.depth, static_cast<double>(image.depth.at<float>(v, u)));
     // Found where it is: at its undistorted place.
     const auto near = features->point_grid.Query(point.uv, 1e-3, point.octave, point.octave);
@@ -131,6 +133,21 @@ TEST(FrameBuilder, DepthOutOfRangeMissingOrNanIsNone) {
     }
   }
   EXPECT_GT(with, 20);
+}
+
+TEST(FrameBuilder, DepthNoiseGrowsWithTheSpreadAroundACorner) {
+  const RgbdSensor sensor = SmallSensor();
+  for (const double share : {0.0, 0.5}) {
+    FrameBuilderOptions options;
+    options.depth_spread_share = share;
+    const auto features = FrameBuilder(sensor, options).Build(Boxes());
+    for (const PointFeature& point : features->points) {
+      ASSERT_GT(point.depth, 0.0);
+      // The ramp falls by 5 mm a pixel, in float depths.
+      EXPECT_NEAR(point.depth_sigma,
+                  std::hypot(sensor.depth_noise.Sigma(point.depth), share * 0.005), 1e-6);
+    }
+  }
 }
 
 TEST(FrameBuilder, TwoThreadsAndOneGiveTheSame) {
@@ -199,6 +216,9 @@ TEST(FrameBuilderOptions, ErrorsNameTheField) {
   expect_error({.use_points = false, .use_lines = false}, "use_points");
   expect_error({.min_depth = 0.0}, "min_depth");
   expect_error({.min_depth = 2.0, .max_depth = 2.0}, "max_depth");
+  FrameBuilderOptions spread;
+  spread.depth_spread_share = -1.0;
+  expect_error(spread, "depth_spread_share");
   FrameBuilderOptions nested;
   nested.orb.levels = 0;
   expect_error(nested, "levels");

@@ -12,7 +12,8 @@ std::shared_ptr<FrameFeatures> Features(int points_with_depth, int points_withou
                                         int lines_with_depth = 0, int lines_without = 0) {
   auto features = std::make_shared<FrameFeatures>();
   features->points.resize(static_cast<std::size_t>(points_with_depth + points_without));
-  for (int i = 0; i < points_with_depth; ++i) features->points[static_cast<std::size_t>(i)].depth = 1.0;
+  for (int i = 0; i < points_with_depth; ++i)
+    features->points[static_cast<std::size_t>(i)].depth = 1.0;
   features->lines.resize(static_cast<std::size_t>(lines_with_depth + lines_without));
   for (int i = 0; i < lines_with_depth; ++i) {
     features->lines[static_cast<std::size_t>(i)].segment_C.emplace();

@@ -27,8 +27,7 @@ Pose At(double x) {
 
 class LocalMapperTest : public ::testing::Test {
  protected:
-  LocalMapperTest()
-      : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
+  LocalMapperTest() : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
 
   // What a perfect tracker would say of a view: every feature whose landmark the map knows.
   TrackedFrame Tracked(const SyntheticView& view, const Pose& T_WC) const {
@@ -114,6 +113,18 @@ TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
   }
 }
 
+TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
+  LocalMapper mapper(model, kLevels, {.max_depth_sigma = 0.03});
+  SyntheticView view = Look(scene, IdealSensor(), At(0));
+  auto features = std::make_shared<FrameFeatures>(*view.features);
+  features->points[4].depth_sigma = 0.029 * features->points[4].depth;
+  features->points[5].depth_sigma = 0.031 * features->points[5].depth;
+  view.features = features;
+  Insert(mapper, view, At(0));
+  EXPECT_NE(map.keyframe(0)->points[4], kNoId);
+  EXPECT_EQ(map.keyframe(0)->points[5], kNoId);
+}
+
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
   LocalMapper mapper(model, kLevels, {.min_line_length = 0.5});
   const SyntheticView view = Look(scene, IdealSensor(), At(0));
@@ -192,9 +203,8 @@ TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
   }
   for (const PointId id : map.point_ids()) {
     const auto& o = map.point(id)->observations;
-    EXPECT_TRUE(std::is_sorted(o.begin(), o.end(), [](const auto& a, const auto& b) {
-      return a.keyframe < b.keyframe;
-    }));
+    EXPECT_TRUE(std::is_sorted(
+        o.begin(), o.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; }));
   }
 }
 
@@ -300,6 +310,7 @@ TEST(LocalMapperOptions, ErrorsNameTheField) {
   expect_error({.min_observations = 0}, "min_observations");
   expect_error({.redundant_share = 0.0}, "redundant_share");
   expect_error({.min_line_length = 0.0}, "min_line_length");
+  expect_error({.max_depth_sigma = 0.0}, "max_depth_sigma");
   expect_error({.bundle = {.threads = 0}}, "threads");
 }
 

@@ -72,8 +72,8 @@ TEST_F(MapMatcherTest, FindsThePointsInViewFromTheNextPose) {
 TEST_F(MapMatcherTest, LeavesTakenFeaturesAlone) {
   std::vector<bool> taken(view.points.size(), false);
   taken[3] = taken[5] = true;
-  const PointMatches matches = matcher.MatchPoints(*view.features, kPose, scene_map.map,
-                                                   scene_map.map.point_ids(), taken);
+  const PointMatches matches =
+      matcher.MatchPoints(*view.features, kPose, scene_map.map, scene_map.map.point_ids(), taken);
   EXPECT_EQ(matches.size(), view.points.size() - 2);
   for (const auto& [feature, id] : matches) EXPECT_TRUE(feature != 3 && feature != 5);
 }
@@ -135,14 +135,15 @@ TEST_F(MapMatcherTest, MatchesTheLandmarksOfTheLastFrame) {
   MapMatcherOptions options;
   options.motion_radius = 30.0;
   const MapMatcher wide(model, kLevels, options);
-  const PointMatches matches = wide.MatchLast(*next.features, kPose, scene_map.map,
-                                              *view.features, last_points);
+  const PointMatches matches =
+      wide.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points);
   ExpectTrue(matches, next);
   EXPECT_GT(matches.size(), next.points.size() * 8 / 10);
   options.motion_radius = 15.0;
   const MapMatcher narrow(model, kLevels, options);
-  EXPECT_EQ(narrow.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points, 2.0),
-            matches)
+  EXPECT_EQ(
+      narrow.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points, 2.0),
+      matches)
       << "radius_scale";
 }
 
@@ -165,9 +166,9 @@ TEST_F(MapMatcherTest, ForgottenAndUnmatchedLandmarksAreSkipped) {
 TEST_F(MapMatcherTest, FindsTheLinesInView) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
   std::vector<LineId> visible;
-  const LineMatches matches = matcher.MatchLines(*next.features, kNext, scene_map.map,
-                                                 scene_map.map.line_ids(),
-                                                 NoneOf(next.lines.size()), &visible);
+  const LineMatches matches =
+      matcher.MatchLines(*next.features, kNext, scene_map.map, scene_map.map.line_ids(),
+                         NoneOf(next.lines.size()), &visible);
   int known = 0;
   for (const int place : next.lines) {
     known += scene_map.line_ids[static_cast<std::size_t>(place)] != kNoId ? 1 : 0;
@@ -184,9 +185,8 @@ TEST_F(MapMatcherTest, FindsTheLinesInView) {
 TEST_F(MapMatcherTest, FindsLinesWithoutDescriptorsByTheirGates) {
   auto plain = std::make_shared<FrameFeatures>(*view.features);
   plain->line_descriptors = cv::Mat();
-  const LineMatches matches = matcher.MatchLines(*plain, kPose, scene_map.map,
-                                                 scene_map.map.line_ids(),
-                                                 NoneOf(view.lines.size()));
+  const LineMatches matches = matcher.MatchLines(
+      *plain, kPose, scene_map.map, scene_map.map.line_ids(), NoneOf(view.lines.size()));
   EXPECT_EQ(matches.size(), view.lines.size());
   for (const auto& [feature, id] : matches) {
     const int place = view.lines[static_cast<std::size_t>(feature)];
@@ -220,12 +220,14 @@ TEST_F(MapMatcherTest, LinesTakenShortOrOutOfViewAreNotMatched) {
 
 TEST_F(MapMatcherTest, EmptyFeaturesMatchNothing) {
   const FrameFeatures empty;
-  EXPECT_TRUE(matcher.MatchPoints(empty, kPose, scene_map.map, scene_map.map.point_ids(), {}).empty());
-  EXPECT_TRUE(matcher.MatchLines(empty, kPose, scene_map.map, scene_map.map.line_ids(), {}).empty());
-  EXPECT_TRUE(matcher
-                  .MatchLast(empty, kPose, scene_map.map, *view.features,
-                             scene_map.map.keyframe(0)->points)
-                  .empty());
+  EXPECT_TRUE(
+      matcher.MatchPoints(empty, kPose, scene_map.map, scene_map.map.point_ids(), {}).empty());
+  EXPECT_TRUE(
+      matcher.MatchLines(empty, kPose, scene_map.map, scene_map.map.line_ids(), {}).empty());
+  EXPECT_TRUE(
+      matcher
+          .MatchLast(empty, kPose, scene_map.map, *view.features, scene_map.map.keyframe(0)->points)
+          .empty());
 }
 
 TEST(MapMatcherOptions, ErrorsNameTheField) {

@@ -31,12 +31,10 @@ TEST(MeasurementModel, PointSigmaGrowsWithTheLevel) {
   EXPECT_DOUBLE_EQ(model.PointSigma(2), 0.7 * 2.25);
 }
 
-TEST(MeasurementModel, DisparitySigmaIsThatOfTheSensor) {
-  const RgbdSensor sensor = IdealSensor();
-  const MeasurementModel model(sensor, {.baseline = 0.1});
+TEST(MeasurementModel, DisparitySigmaIsThatOfDepthToFirstOrder) {
+  const MeasurementModel model(IdealSensor(), {.baseline = 0.1});
   // sigma_delta = fx b / z^2 sigma_z, by hand.
-  const double sigma_z = 0.0012 + 0.0019 * 1.6 * 1.6;
-  EXPECT_NEAR(model.DisparitySigma(2.0), 525.0 * 0.1 / 4.0 * sigma_z, 1e-12);
+  EXPECT_NEAR(model.DisparitySigma(2.0, 0.006), 525.0 * 0.1 / 4.0 * 0.006, 1e-15);
 }
 
 TEST(MeasurementModel, CameraHasNoDistortion) {
@@ -48,15 +46,15 @@ TEST(MeasurementModel, CameraHasNoDistortion) {
 }
 
 TEST(MeasurementModel, RowsOfAPointAreWhitenedErrors) {
-  const MeasurementModel model(IdealSensor(), {});
-  PointFeature feature{.uv = {300.0, 200.0}, .depth = 2.0, .octave = 2, .angle = 0.0F};
+  const MeasurementModel model(IdealSensor(), {.point_sigma = 1.0});
+  PointFeature feature{.uv = {300.0, 200.0}, .depth = 2.0, .depth_sigma = 0.01, .octave = 2};
   const Eigen::Vector3d p_C = model.camera().Unproject({303.0, 196.0}, 2.1);
   const double sigma = 1.44, delta = 525.0 * 0.08;
   const Eigen::Vector3d with_depth = Residual(model, feature, kPose * p_C);
   // Coordinates of hundreds of pixels: 1e-12.
   EXPECT_NEAR(with_depth[0], 3.0 / sigma, 1e-11);
   EXPECT_NEAR(with_depth[1], -4.0 / sigma, 1e-11);
-  EXPECT_NEAR(with_depth[2], (delta / 2.1 - delta / 2.0) / model.DisparitySigma(2.0), 1e-10);
+  EXPECT_NEAR(with_depth[2], (delta / 2.1 - delta / 2.0) / model.DisparitySigma(2.0, 0.01), 1e-10);
   EXPECT_EQ(MeasurementModel::Dimension(feature), 3);
   feature.depth = 0.0;
   const Eigen::Vector3d without = Residual(model, feature, kPose * p_C);
@@ -71,7 +69,8 @@ TEST(MeasurementModel, PointFactorEqualsItsRows) {
   for (const Weighting weighting : {Weighting::kCovariance, Weighting::kPaper}) {
     const MeasurementModel model(IdealSensor(), {.weighting = weighting});
     for (const double depth : {0.0, 1.9}) {
-      const PointFeature feature{.uv = {300.0, 200.0}, .depth = depth, .octave = 1, .angle = 0.0F};
+      const PointFeature feature{
+          .uv = {300.0, 200.0}, .depth = depth, .depth_sigma = 0.01, .octave = 1};
       const Eigen::Vector3d p_W = kPose * model.camera().Unproject({305.0, 190.0}, 2.0);
       const Eigen::Vector3d rows = Residual(model, feature, p_W);
       const auto factor = model.MakeFactor(feature);

@@ -63,7 +63,7 @@ class PoseSolver : public ::testing::Test {
     return MakeProblem(scene, Look(scene, IdealSensor(), kTruth), model, start);
   }
 
-  const MeasurementModel model{IdealSensor(), {}};
+  const MeasurementModel model{IdealSensor(), {.point_sigma = 1.0}};  // that of the noise
 };
 
 TEST_F(PoseSolver, FindsTheExactPoseFromPoints) {
@@ -113,9 +113,7 @@ TEST_F(PoseSolver, FlagsThirtyPercentGrossOutliers) {
   Problem problem = Exact(100, 30, kTruth);
   std::mt19937 rng(4);
   std::vector<bool> point_good(problem.points.size(), true), line_good(problem.lines.size(), true);
-  const auto shift = [&] {
-    return testing::UniformInBox(rng, {0.3, 0.3, 0.3}, {1.0, 1.0, 1.0});
-  };
+  const auto shift = [&] { return testing::UniformInBox(rng, {0.3, 0.3, 0.3}, {1.0, 1.0, 1.0}); };
   for (std::size_t i = 0; i < problem.points.size(); ++i) {
     if (i % 10 >= 3) continue;
     point_good[i] = false;
@@ -272,8 +270,7 @@ TEST_F(PoseSolver, ErrorIsConsistentWithTheNoise) {
       information += J.transpose() * J;
     }
     Eigen::Matrix<double, 6, 1> error;
-    error << kTruth.p() - solution->T_WC.p(),
-        so3::Log(solution->T_WC.q().conjugate() * kTruth.q());
+    error << kTruth.p() - solution->T_WC.p(), so3::Log(solution->T_WC.q().conjugate() * kTruth.q());
     sum += error.dot(information * error);
   }
   const double sigma = std::sqrt(12.0 / kTrials);

@@ -53,8 +53,8 @@ std::vector<ProjectionMatch> Match(const std::vector<Corner>& corners,
 }
 
 TEST(MatchProjections, TakesTheClosestDescriptorInsideTheWindow) {
-  const auto matches = Match({{{100, 100}, 0, 40}, {{104, 103}, 0, 5}, {{111, 100}, 0, 0}},
-                             {Expect({100, 100}, 0)});
+  const auto matches =
+      Match({{{100, 100}, 0, 40}, {{104, 103}, 0, 5}, {{111, 100}, 0, 0}}, {Expect({100, 100}, 0)});
   ASSERT_EQ(matches.size(), 1u);
   EXPECT_EQ(matches[0].feature, 1) << "the third is a twin but 11 px away";
   EXPECT_EQ(matches[0].projection, 0);
@@ -65,9 +65,9 @@ TEST(MatchProjections, LooksAtTheExpectedLevelsAlone) {
   ProjectedPoint projection = Expect({100, 100}, 0);
   projection.min_octave = 2;
   projection.max_octave = 3;
-  const auto matches = Match(
-      {{{100, 100}, 1, 0}, {{101, 100}, 2, 30}, {{102, 100}, 3, 20}, {{103, 100}, 4, 0}},
-      {projection});
+  const auto matches =
+      Match({{{100, 100}, 1, 0}, {{101, 100}, 2, 30}, {{102, 100}, 3, 20}, {{103, 100}, 4, 0}},
+            {projection});
   ASSERT_EQ(matches.size(), 1u);
   EXPECT_EQ(matches[0].feature, 2);
 }
@@ -89,14 +89,15 @@ TEST(MatchProjections, RefusesDistantDescriptors) {
 
 TEST(MatchProjections, RivalOnTheSameLevelMakesItAmbiguous) {
   const ProjectionMatchOptions options{.max_hamming = 100, .ratio = 0.8};
-  EXPECT_TRUE(Match({{{100, 100}, 1, 41}, {{102, 100}, 1, 50}}, {Expect({101, 100}, 0)}, {}, options)
-                  .empty());
-  EXPECT_EQ(
-      Match({{{100, 100}, 1, 39}, {{102, 100}, 1, 50}}, {Expect({101, 100}, 0)}, {}, options).size(),
-      1u);
-  EXPECT_EQ(
-      Match({{{100, 100}, 1, 41}, {{102, 100}, 2, 50}}, {Expect({101, 100}, 0)}, {}, options).size(),
-      1u)
+  EXPECT_TRUE(
+      Match({{{100, 100}, 1, 41}, {{102, 100}, 1, 50}}, {Expect({101, 100}, 0)}, {}, options)
+          .empty());
+  EXPECT_EQ(Match({{{100, 100}, 1, 39}, {{102, 100}, 1, 50}}, {Expect({101, 100}, 0)}, {}, options)
+                .size(),
+            1u);
+  EXPECT_EQ(Match({{{100, 100}, 1, 41}, {{102, 100}, 2, 50}}, {Expect({101, 100}, 0)}, {}, options)
+                .size(),
+            1u)
       << "on the next level it is the same corner";
 }
 

@@ -18,10 +18,9 @@ using testing::SceneMap;
 using testing::SyntheticView;
 
 // Four keyframes of one scene that look to the left, ahead and to the right.
-const Pose kKeyFrames[] = {Pose::FromTangent({0, 0, 0}, {0, -0.6, 0}),
-                           Pose::FromTangent({0.2, 0, 0}, {0, -0.2, 0}),
-                           Pose::FromTangent({0, 0.1, 0}, {0, 0.2, 0}),
-                           Pose::FromTangent({-0.1, 0, 0.1}, {0, 0.6, 0})};
+const Pose kKeyFrames[] = {
+    Pose::FromTangent({0, 0, 0}, {0, -0.6, 0}), Pose::FromTangent({0.2, 0, 0}, {0, -0.2, 0}),
+    Pose::FromTangent({0, 0.1, 0}, {0, 0.2, 0}), Pose::FromTangent({-0.1, 0, 0.1}, {0, 0.6, 0})};
 // Near the third of them.
 const Pose kQuery = Pose::FromTangent({0.1, 0.05, 0.2}, {0.05, 0.3, 0.1});
 
@@ -137,8 +136,8 @@ TEST(RelocalizerOnLines, FindsThePoseFromAGuessNearby) {
   // Float pixels, 3e-5 px at 525 px and 3 m.
   EXPECT_LT(PositionError(found->T_WC, truth), 1e-6);
   EXPECT_LT(AngleError(found->T_WC, truth), 1e-6);
-  EXPECT_FALSE(Relocalizer(model, {.min_line_inliers = 1000})
-                   .Relocalize(*view.features, scene_map.map));
+  EXPECT_FALSE(
+      Relocalizer(model, {.min_line_inliers = 1000}).Relocalize(*view.features, scene_map.map));
 }
 
 TEST_F(RelocalizerTest, NothingFromNothing) {

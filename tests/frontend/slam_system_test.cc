@@ -47,7 +47,8 @@ class SlamSystemTest : public ::testing::Test {
     return AbsolutePoseError(*truth_, estimate).statistics.rmse;
   }
   static RgbdImage Blank(Stamp stamp) {
-    return {stamp, cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(128)), cv::Mat(240, 320, CV_32FC1, 2.0F)};
+    return {stamp, cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(128)),
+            cv::Mat(240, 320, CV_32FC1, 2.0F)};
   }
 
   static std::unique_ptr<const std::vector<RgbdImage>> images_;
@@ -90,8 +91,10 @@ TEST_F(SlamSystemTest, WorldBeginsAtTheFirstCameraWithZUp) {
   ASSERT_EQ(first.state, TrackingState::kTracking);
   ASSERT_TRUE(first.mapping);
   EXPECT_TRUE(first.T_WC.p().isZero());
-  EXPECT_TRUE((first.T_WC.R() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d::UnitX(), 1e-15));
-  EXPECT_TRUE((first.T_WC.R() * Eigen::Vector3d::UnitY()).isApprox(-Eigen::Vector3d::UnitZ(), 1e-15));
+  EXPECT_TRUE(
+      (first.T_WC.R() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d::UnitX(), 1e-15));
+  EXPECT_TRUE(
+      (first.T_WC.R() * Eigen::Vector3d::UnitY()).isApprox(-Eigen::Vector3d::UnitZ(), 1e-15));
 }
 
 TEST_F(SlamSystemTest, TracksWithPointsAlone) {

@@ -102,7 +102,8 @@ inline int OctaveAt(const ScenePoint& point, double distance) {
 inline void IndexPoints(FrameFeatures& features, const PinholeCamera& camera) {
   std::vector<cv::KeyPoint> keypoints;
   for (const PointFeature& point : features.points) {
-    cv::KeyPoint keypoint(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 31.0F);
+    cv::KeyPoint keypoint(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()),
+                          31.0F);
     keypoint.octave = point.octave;
     keypoints.push_back(keypoint);
   }
@@ -124,6 +125,7 @@ inline PointFeature SeePoint(const ScenePoint& point, const Pose& T_CW, const Rg
   feature.octave = OctaveAt(point, p_C.norm());
   feature.uv = sensor.camera.WithoutDistortion().Project(p_C);
   feature.depth = p_C.z();
+  feature.depth_sigma = sensor.depth_noise.Sigma(p_C.z());
   const double sigma = noise.px * std::pow(kScaleFactor, feature.octave);
   feature.uv += sigma * Eigen::Vector2d(normal(rng), normal(rng));
   if (noise.depth) feature.depth += sensor.depth_noise.Sigma(p_C.z()) * normal(rng);
@@ -235,7 +237,11 @@ class SceneMap {
 };
 
 // [m] and [rad] between two poses.
-inline double PositionError(const Pose& a, const Pose& b) { return (a.p() - b.p()).norm(); }
-inline double AngleError(const Pose& a, const Pose& b) { return (a.Inverse() * b).Angle(); }
+inline double PositionError(const Pose& a, const Pose& b) {
+  return (a.p() - b.p()).norm();
+}
+inline double AngleError(const Pose& a, const Pose& b) {
+  return (a.Inverse() * b).Angle();
+}
 
 }  // namespace highwall::testing

@@ -88,8 +88,7 @@ TEST_F(TrackerTest, FollowsAPathOfExactFeatures) {
     for (std::size_t f = 0; f < view.points.size(); ++f) {
       if (tracked.points[f] == kNoId) continue;
       ++points;
-      EXPECT_EQ(tracked.points[f],
-                scene_map.point_ids[static_cast<std::size_t>(view.points[f])]);
+      EXPECT_EQ(tracked.points[f], scene_map.point_ids[static_cast<std::size_t>(view.points[f])]);
     }
     for (std::size_t f = 0; f < view.lines.size(); ++f) {
       if (tracked.lines[f] == kNoId) continue;
@@ -109,9 +108,8 @@ TEST_F(TrackerTest, FollowsAPathWithNoise) {
   Start(tracker, PoseOfFrame(0));
   double sum = 0.0;
   for (int i = 1; i < 60; ++i) {
-    const SyntheticView view =
-        Look(scene, IdealSensor(), PoseOfFrame(i),
-             {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
+    const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i),
+                                    {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
     const TrackedFrame tracked = Track(tracker, view, i);
     ASSERT_EQ(tracked.state, TrackingState::kTracking) << i;
     sum += (tracked.T_WC.p() - PoseOfFrame(i).p()).squaredNorm();

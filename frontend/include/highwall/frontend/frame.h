@@ -24,7 +24,7 @@ namespace highwall {
 struct PointFeature {
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
   double depth = 0.0;                            // [m] along z; 0 = none
-  double depth_sigma = 0.0;                      // [m] standard deviation of depth
+  double depth_sigma = 0.0;                      // [m] standard deviation of depth, > 0 with it
   int octave = 0;                                // pyramid level
   float angle = 0.0f;                            // [deg] intensity-centroid orientation
 };
