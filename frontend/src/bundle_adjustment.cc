@@ -9,6 +9,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/line3.h>
+#include <highwall/frontend/pose_solver.h>
 
 namespace highwall {
 namespace {
@@ -57,7 +58,7 @@ class Bundle {
       const double bound = seen.dimension == 2   ? options_.chi2_2
                            : seen.dimension == 3 ? options_.chi2_3
                                                  : options_.chi2_4;
-      if (graph_.SquaredError(seen.factor) <= bound) return false;
+      if (graph_.SquaredError(seen.factor) <= bound && InDomain(seen)) return false;
       graph_.RemoveFactor(seen.factor);
       outliers_.push_back(seen);
       return true;
@@ -94,9 +95,26 @@ class Bundle {
     FactorId factor;
     KeyFrameId keyframe = kNoId;
     std::int32_t landmark = kNoId;
+    int feature = 0;  // of the keyframe
     int dimension = 0;
     bool is_line = false;
   };
+
+  // Out of its domain a factor is silent: what fell behind the camera must not pass for an inlier.
+  bool InDomain(const Seen& seen) const {
+    const Pose T_CW = graph_.Value(poses_.at(seen.keyframe)).Inverse();
+    if (!seen.is_line) {
+      const Eigen::Vector3d p_C = T_CW * graph_.Value(points_.at(seen.landmark));
+      return p_C.z() >= model_.projection().min_depth();
+    }
+    const PluckerLine line_C = T_CW * graph_.Value(lines_.at(seen.landmark)).Plucker();
+    const LineSegment& segment = map_.keyframe(seen.keyframe)
+                                     ->frame.features->lines[static_cast<std::size_t>(seen.feature)]
+                                     .segment;
+    return TrimToObservation(line_C, segment.s.cast<double>(), segment.e.cast<double>(),
+                             model_.projection())
+        .has_value();
+  }
 
   void AddPoint(const MapPoint& point) {
     const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
@@ -108,7 +126,7 @@ class Bundle {
           map_.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
       factors_.push_back(
           {graph_.AddFactor(model_.MakeFactor(feature), point_loss_, pose->second, variable),
-           o.keyframe, point.id, MeasurementModel::Dimension(feature), false});
+           o.keyframe, point.id, o.index, MeasurementModel::Dimension(feature), false});
     }
   }
 
@@ -123,7 +141,7 @@ class Bundle {
           map_.keyframe(o.keyframe)->frame.features->lines[static_cast<std::size_t>(o.index)];
       factors_.push_back(
           {graph_.AddFactor(model_.MakeFactor(feature), line_loss_, pose->second, variable),
-           o.keyframe, line.id, MeasurementModel::Dimension(feature), true});
+           o.keyframe, line.id, o.index, MeasurementModel::Dimension(feature), true});
     }
   }
 

@@ -172,6 +172,21 @@ TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
   ExpectPoses(1e-6);
 }
 
+TEST_F(BundleAdjustment, WhatFellBehindTheCameraIsNoInlier) {
+  // Out of the domain the factors of the point are silent: nothing pulls it back, nothing complains.
+  const PointId behind = map.keyframe(1)->points.front();
+  ASSERT_NE(behind, kNoId);
+  map.point(behind)->p_W = Eigen::Vector3d(0, 0, -3);
+  ASSERT_TRUE(AdjustBundle(map, model, rest, first, thorough).usable);
+  const MapPoint* point = map.point(behind);
+  for (const KeyFrameId id : rest) {
+    EXPECT_TRUE(point == nullptr ||
+                std::none_of(point->observations.begin(), point->observations.end(),
+                             [&](const Observation& o) { return o.keyframe == id; }))
+        << id;
+  }
+}
+
 TEST_F(BundleAdjustment, FailureLeavesTheMapAlone) {
   Perturb();
   // u = fx x / z overflows: the residual is infinite and the solver gives up at the start.
