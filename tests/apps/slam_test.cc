@@ -1,11 +1,6 @@
 // Runs `highwall slam` as a user does: what it writes, how good it is, how it meets bad input.
-#include <sys/wait.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
 #include <sstream>
@@ -21,23 +16,20 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "../frontend/generated_tum.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "run_program.h"
+#include "small_room.h"
 
 namespace highwall {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using testing::Outcome;
+using testing::ReadText;
 using testing::TemporaryDirectory;
 using testing::Truncate;
 using testing::WriteText;
 using testing::WriteTum;
-
-std::string ReadText(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 std::size_t CountLines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
@@ -56,35 +48,19 @@ std::map<std::string, std::string> Contents(const fs::path& folder) {
   return contents;
 }
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out, err;
-};
-
 class SlamCommand : public ::testing::Test {
  protected:
   fs::path dataset() const { return folder_.path() / "dataset"; }
   fs::path run() const { return folder_.path() / "run"; }
 
-  Outcome Slam(const std::string& options) const {
-    const fs::path out = folder_.path() / "stdout", err = folder_.path() / "stderr";
-    const std::string command = HIGHWALL_BINARY " slam " + options + " > " + out.string() + " 2> " +
-                                err.string() + " < /dev/null";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
+  static Outcome Slam(const std::string& options) {
+    return testing::RunProgram(HIGHWALL_BINARY, "slam " + options);
   }
   Outcome SlamOnDataset(const std::string& options = "") const {
     return Slam("--dataset " + dataset().string() + " --out " + run().string() + " " + options);
   }
 
-  // The first frames of a walk through the room, as a Kinect of a quarter of the pixels sees it.
-  void Film(int frames) const {
-    simulate::SimulationOptions options;
-    options.camera = {
-        .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
-    options.duration = frames / options.fps;
-    simulate::WriteTum(simulate::SimulateRoom(options), dataset());
-  }
+  void Film(int frames) const { testing::FilmSmallRoom(dataset(), frames); }
 
   // A dataset of 64 x 48 pixels whose files are whole; its images are blank.
   void WriteBlank(const testing::GeneratedTum& tum = {}) const {

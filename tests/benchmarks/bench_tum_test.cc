@@ -1,59 +1,33 @@
 // Runs highwall_bench_tum as a user does, on a few generated frames.
-#include <sys/wait.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../frontend/generated_tum.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "../apps/run_program.h"
+#include "../apps/small_room.h"
 
 namespace highwall {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
-using testing::TemporaryDirectory;
-
-struct Outcome {
-  int exit_code = -1;
-  std::string out, err;
-};
-
-std::string ReadText(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+using testing::Outcome;
 
 class BenchTum : public ::testing::Test {
  protected:
-  fs::path data() const { return folder_.path(); }
-
   void Film(const std::string& sequence, int frames) const {
-    simulate::SimulationOptions options;
-    options.camera = {
-        .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
-    options.duration = frames / options.fps;
-    simulate::WriteTum(simulate::SimulateRoom(options), data() / sequence);
+    testing::FilmSmallRoom(folder_.path() / sequence, frames);
   }
 
   Outcome Bench(const std::string& options) const {
-    const std::string out = data() / "stdout", err = data() / "stderr";
-    const std::string command = HIGHWALL_BENCH_TUM " --data " + data().string() + " " + options +
-                                " > " + out + " 2> " + err;
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
+    return testing::RunProgram(HIGHWALL_BENCH_TUM,
+                               "--data " + folder_.path().string() + " " + options);
   }
 
  private:
-  TemporaryDirectory folder_;
+  testing::TemporaryDirectory folder_;
 };
 
 TEST_F(BenchTum, JsonHoldsEveryRunAndTheirMedians) {
