@@ -50,6 +50,7 @@ struct VariableSlot {
 struct FactorSlot {
   ceres::ResidualBlockId residual = nullptr;  // null: free
   std::uint32_t generation = 0;
+  bool joins_landmarks = false;  // more than one
   std::shared_ptr<ceres::CostFunction> factor;
   std::shared_ptr<ceres::LossFunction> loss;
 };
@@ -123,6 +124,18 @@ struct FactorGraph::Impl {
   const FactorSlot& At(const FactorId& id) const {
     HIGHWALL_REQUIRE(Contains(id), "FactorGraph: the factor is not in the graph");
     return factors[id.index];
+  }
+
+  // A factor joins two landmarks that are not fixed.
+  bool LandmarksDependOnEachOther() const {
+    return std::any_of(factors.begin(), factors.end(), [&](const FactorSlot& slot) {
+      if (slot.residual == nullptr || !slot.joins_landmarks) return false;
+      std::vector<double*> blocks;
+      problem.GetParameterBlocksForResidualBlock(slot.residual, &blocks);
+      return std::count_if(blocks.begin(), blocks.end(), [&](const double* block) {
+               return At(by_block.at(block)).landmark && !problem.IsParameterBlockConstant(block);
+             }) > 1;
+    });
   }
 
   // One manifold object per type of variable; null where Euclidean.
@@ -220,6 +233,10 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
   slot.residual = impl_->problem.AddResidualBlock(factor.get(), loss.get(), blocks);
   slot.factor = std::move(factor);
   slot.loss = std::move(loss);
+  slot.joins_landmarks =
+      std::count_if(variables.begin(), variables.end(), [&](const VariableId& v) {
+        return impl_->variables[v.index].landmark;
+      }) > 1;
   const FactorId id{index, slot.generation};
   for (const VariableId& v : variables) impl_->variables[v.index].factors.push_back(id);
   return id;
@@ -298,19 +315,23 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   solver.initial_trust_region_radius = options.initial_trust_region_radius;
   solver.logging_type = ceres::SILENT;
 
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   bool has_landmarks = false;
   int other_dimensions = 0;
   for (const VariableSlot& slot : impl_->variables) {
     double* block = slot.block.get();
     if (block == nullptr) continue;
-    ordering->AddElementToGroup(block, slot.landmark ? 0 : 1);
     if (impl_->problem.IsParameterBlockConstant(block)) continue;
     has_landmarks |= slot.landmark;
     if (!slot.landmark) other_dimensions += impl_->problem.ParameterBlockTangentSize(block);
   }
   solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks, other_dimensions);
-  if (ceres::IsSchurType(solver.linear_solver_type)) solver.linear_solver_ordering = ordering;
+  // Which blocks to eliminate is left to Ceres, which finds the landmarks by itself: told, it would
+  // sort them by address, and no run would repeat another to the last bit.
+  if (ceres::IsSchurType(solver.linear_solver_type) && impl_->LandmarksDependOnEachOther()) {
+    SolveSummary refused;
+    refused.message = "a factor joins two landmarks: they are not an independent set";
+    return refused;
+  }
 
   std::unique_ptr<StopCallback> stop;
   if (options.stop != nullptr) {

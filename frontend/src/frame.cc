@@ -1,5 +1,6 @@
 #include <highwall/frontend/frame.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -22,12 +23,30 @@ LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
           camera.UndistortPixel(raw.e.cast<double>()).cast<float>()};
 }
 
-// The reading nearest to uv, 0 where it is missing or out of range.
-double DepthAt(const cv::Mat& depth, const cv::Point2f& uv, double min_depth, double max_depth) {
+// A reading and how far the readings around it depart from it.
+struct DepthReading {
+  double depth = 0.0;   // [m] 0 where missing or out of range
+  double spread = 0.0;  // [m] largest difference to a neighbour
+};
+
+DepthReading ReadDepth(const cv::Mat& depth, const cv::Point2f& uv, double min_depth,
+                       double max_depth) {
   const int x = static_cast<int>(std::lround(uv.x)), y = static_cast<int>(std::lround(uv.y));
-  if (x < 0 || y < 0 || x >= depth.cols || y >= depth.rows) return 0.0;
-  const double d = static_cast<double>(depth.at<float>(y, x));
-  return d >= min_depth && d <= max_depth ? d : 0.0;
+  const auto at = [&](int u, int v) {
+    if (u < 0 || v < 0 || u >= depth.cols || v >= depth.rows) return 0.0;
+    const double d = static_cast<double>(depth.at<float>(v, u));
+    return d >= min_depth && d <= max_depth ? d : 0.0;
+  };
+  DepthReading reading{at(x, y), 0.0};
+  for (int dv = -1; dv <= 1; ++dv) {
+    for (int du = -1; du <= 1; ++du) {
+      const double neighbour = at(x + du, y + dv);
+      if (neighbour > 0.0) {
+        reading.spread = std::max(reading.spread, std::abs(neighbour - reading.depth));
+      }
+    }
+  }
+  return reading;
 }
 
 }  // namespace
@@ -39,6 +58,8 @@ void FrameBuilderOptions::Validate() const {
   HIGHWALL_REQUIRE(use_points || use_lines, "FrameBuilderOptions: use_points and use_lines are both off");
   HIGHWALL_REQUIRE(min_depth > 0.0, "FrameBuilderOptions::min_depth must be positive");
   HIGHWALL_REQUIRE(max_depth > min_depth, "FrameBuilderOptions::max_depth must exceed min_depth");
+  HIGHWALL_REQUIRE(depth_spread_share >= 0.0,
+                   "FrameBuilderOptions::depth_spread_share must not be negative");
 }
 
 FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options)
@@ -103,7 +124,13 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
   features.points.reserve(orb.keypoints.size());
   for (cv::KeyPoint& keypoint : orb.keypoints) {
     PointFeature feature;
-    feature.depth = DepthAt(depth, keypoint.pt, options_.min_depth, options_.max_depth);
+    const DepthReading reading =
+        ReadDepth(depth, keypoint.pt, options_.min_depth, options_.max_depth);
+    if (reading.depth > 0.0) {
+      feature.depth = reading.depth;
+      feature.depth_sigma = std::hypot(sensor_.depth_noise.Sigma(reading.depth),
+                                       options_.depth_spread_share * reading.spread);
+    }
     feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
     feature.octave = keypoint.octave;
     feature.angle = keypoint.angle;

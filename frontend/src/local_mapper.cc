@@ -20,6 +20,7 @@ void LocalMapperOptions::Validate() const {
   HIGHWALL_REQUIRE(min_observations >= 1, "LocalMapperOptions::min_observations must be at least 1");
   HIGHWALL_REQUIRE(redundant_share > 0.0 && redundant_share <= 1.0,
                    "LocalMapperOptions::redundant_share must be in (0, 1]");
+  HIGHWALL_REQUIRE(max_depth_sigma > 0.0, "LocalMapperOptions::max_depth_sigma must be positive");
   HIGHWALL_REQUIRE(min_line_length > 0.0, "LocalMapperOptions::min_line_length must be positive");
 }
 
@@ -56,6 +57,7 @@ void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport&
   const auto& features = keyframe.frame.features->points;
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (keyframe.points[i] != kNoId || features[i].depth <= 0.0) continue;
+    if (features[i].depth_sigma > options_.max_depth_sigma * features[i].depth) continue;
     const Eigen::Vector3d p_C = model_.camera().Unproject(features[i].uv, features[i].depth);
     const MapPoint& point = map.AddPoint(keyframe.T_WC * p_C, keyframe.frame.index);
     map.ObservePoint(keyframe.id, static_cast<int>(i), point.id);

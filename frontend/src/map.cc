@@ -47,7 +47,10 @@ bool Observe(KeyFrame* keyframe, std::vector<std::int32_t>& slots, int index, La
     return false;
   }
   slots[static_cast<std::size_t>(index)] = landmark->id;
-  landmark->observations.push_back({keyframe->id, index});
+  auto& observations = landmark->observations;
+  const auto next = std::find_if(observations.begin(), observations.end(),
+                                 [&](const Observation& o) { return o.keyframe > keyframe->id; });
+  observations.insert(next, {keyframe->id, index});
   return true;
 }
 

@@ -48,16 +48,17 @@ RgbdSegment MeasurementModel::Measurement(const LineFeature& feature) const {
 SegmentNoise MeasurementModel::Noise(const LineFeature& feature) const {
   // The fit along the segment is trusted no more than one reading at its ends: the depth noise of
   // neighbouring pixels is correlated.
+  const auto disparity = [&](double z) { return DisparitySigma(z, noise_.Sigma(z)); };
   return {.px = options_.line_sigma,
-          .disparity_s = DisparitySigma(feature.segment_C->p_C.z()),
-          .disparity_e = DisparitySigma(feature.segment_C->q_C.z())};
+          .disparity_s = disparity(feature.segment_C->p_C.z()),
+          .disparity_e = disparity(feature.segment_C->q_C.z())};
 }
 
 ProjectionRows<3> MeasurementModel::Rows(const PointFeature& feature) const {
   const double sigma = PointSigma(feature.octave);
   if (feature.depth > 0.0) {
     return PointRows(Measurement(feature),
-                     PointSqrtInformation(options_.weighting, sigma, DisparitySigma(feature.depth)));
+                     PointSqrtInformation(options_.weighting, sigma, DisparitySigma(feature.depth, feature.depth_sigma)));
   }
   const ProjectionRows<2> left =
       PointRows(feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma));
@@ -87,7 +88,7 @@ std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
   if (feature.depth > 0.0) {
     return std::make_unique<PointReprojectionRgbd>(
         Measurement(feature),
-        PointSqrtInformation(options_.weighting, sigma, DisparitySigma(feature.depth)),
+        PointSqrtInformation(options_.weighting, sigma, DisparitySigma(feature.depth, feature.depth_sigma)),
         projection_);
   }
   return std::make_unique<PointReprojection>(

@@ -13,13 +13,19 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Factors (on r, on J) that turn least squares into the Huber cost: |factor_r r|^2 = rho(|r|^2)
-// exactly, and the gradient J^T r is that of rho.
-std::pair<double, double> HuberFactors(double squared_norm, double threshold) {
-  if (squared_norm <= threshold * threshold) return {1.0, 1.0};
+// How rows r with Jacobian J enter least squares so that it minimizes the Huber cost rho(|r|^2):
+// scaled by `factor`, with the square of `missing` added to the cost. Then cost and gradient are
+// those of rho and J^T J weighs as in iteratively reweighted least squares. (Scaling r to |r|^2 =
+// rho alone would halve J^T J far out, and steps would go twice as far as they should.)
+struct HuberWeight {
+  double factor = 1.0;
+  double missing_squared = 0.0;
+};
+
+HuberWeight WeighHuber(double squared_norm, double threshold) {
+  if (squared_norm <= threshold * threshold) return {};
   const double norm = std::sqrt(squared_norm);
-  const double on_r = std::sqrt((2.0 * norm - threshold) * threshold / squared_norm);
-  return {on_r, threshold / norm / on_r};
+  return {std::sqrt(threshold / norm), threshold * (norm - threshold)};
 }
 
 // The functor of ceres::TinySolver: rows of all inliers as a function of the tangent step x away
@@ -40,7 +46,8 @@ class PoseProblem {
         point_active_(points.size(), true),
         line_active_(lines.size(), true) {}
 
-  int NumResiduals() const { return 3 * active_points_ + 4 * active_lines_; }
+  // The last one is what robust rows lack of their cost.
+  int NumResiduals() const { return 3 * active_points_ + 4 * active_lines_ + 1; }
 
   bool operator()(const double* x, double* residuals, double* jacobian) const {
     const Vector6 step = Eigen::Map<const Vector6>(x);
@@ -55,16 +62,18 @@ class PoseProblem {
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> J(jacobian,
                                                            differentiate ? NumResiduals() : 0, 6);
     Eigen::Index row = 0;
+    double missing_squared = 0.0;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (!point_active_[i]) continue;
       Eigen::Vector3d r_i;
       Eigen::Matrix<double, 3, 6> J_i;
       PointRows(view, points_[i], r_i, differentiate ? &J_i : nullptr);
-      const auto [on_r, on_J] = HuberFactors(r_i.squaredNorm(), options_.point_huber);
-      r.segment<3>(row) = on_r * r_i;
+      const HuberWeight weight = WeighHuber(r_i.squaredNorm(), options_.point_huber);
+      missing_squared += weight.missing_squared;
+      r.segment<3>(row) = weight.factor * r_i;
       if (differentiate) {
         J_i.rightCols<3>() = (J_i.rightCols<3>() * step_jacobian).eval();
-        J.middleRows<3>(row) = on_J * J_i;
+        J.middleRows<3>(row) = weight.factor * J_i;
       }
       row += 3;
     }
@@ -73,14 +82,17 @@ class PoseProblem {
       Eigen::Vector4d r_i;
       Eigen::Matrix<double, 4, 6> J_i;
       LineRows(view, lines_[i], r_i, differentiate ? &J_i : nullptr);
-      const auto [on_r, on_J] = HuberFactors(r_i.squaredNorm(), options_.line_huber);
-      r.segment<4>(row) = on_r * r_i;
+      const HuberWeight weight = WeighHuber(r_i.squaredNorm(), options_.line_huber);
+      missing_squared += weight.missing_squared;
+      r.segment<4>(row) = weight.factor * r_i;
       if (differentiate) {
         J_i.rightCols<3>() = (J_i.rightCols<3>() * step_jacobian).eval();
-        J.middleRows<4>(row) = on_J * J_i;
+        J.middleRows<4>(row) = weight.factor * J_i;
       }
       row += 4;
     }
+    r[row] = std::sqrt(missing_squared);
+    if (differentiate) J.row(row).setZero();
     return r.allFinite();
   }
 
@@ -174,7 +186,8 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
   PoseProblem problem(T_WC, projection, points, lines, options);
   problem.ActivateAll();
   ceres::TinySolver<PoseProblem> solver;
-  solver.options.max_num_iterations = options.max_iterations;
+  // TinySolver counts the evaluation at the start as an iteration.
+  solver.options.max_num_iterations = options.max_iterations + 1;
   solver.options.parameter_tolerance = 1e-7;
   solver.options.gradient_tolerance = 1e-6;
 

@@ -18,13 +18,14 @@ struct Candidate {
 
 double AngleDifference(double a, double b) { return std::abs(std::remainder(a - b, 360.0)); }
 
-// The best feature in the window, -1 where none passes.
+// The best feature in the window, -1 where none passes. window, candidates: memory to work in.
 Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projection,
                    const std::vector<bool>& taken, const ProjectionMatchOptions& options,
-                   std::vector<int>& window) {
+                   std::vector<int>& window, std::vector<Candidate>& candidates) {
   features.point_grid.Query(projection.uv, projection.radius, projection.min_octave,
                             projection.max_octave, &window);
-  Candidate best, second;
+  candidates.clear();
+  Candidate best;
   for (const int i : window) {
     const auto index = static_cast<std::size_t>(i);
     if (taken[index]) continue;
@@ -36,19 +37,20 @@ Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projecti
     }
     const int hamming =
         HammingDistance(projection.descriptor.data(), features.point_descriptors.ptr(i));
-    if (hamming < best.hamming) {
-      second = best;
-      best = {i, hamming};
-    } else if (hamming < second.hamming) {
-      second = {i, hamming};
-    }
+    if (hamming < best.hamming) best = {i, hamming};
+    candidates.push_back({i, hamming});
   }
   if (best.feature < 0 || best.hamming > options.max_hamming) return {};
   // A corner repeats on neighbouring levels; only a rival of the same level makes it ambiguous.
-  const bool same_level = second.feature >= 0 &&
-                          features.points[static_cast<std::size_t>(best.feature)].octave ==
-                              features.points[static_cast<std::size_t>(second.feature)].octave;
-  if (same_level && best.hamming > options.ratio * second.hamming) return {};
+  const auto octave = [&](const Candidate& candidate) {
+    return features.points[static_cast<std::size_t>(candidate.feature)].octave;
+  };
+  for (const Candidate& rival : candidates) {
+    if (rival.feature != best.feature && octave(rival) == octave(best) &&
+        best.hamming > options.ratio * rival.hamming) {
+      return {};
+    }
+  }
   return best;
 }
 
@@ -68,8 +70,9 @@ std::vector<ProjectionMatch> MatchProjections(const FrameFeatures& features,
   // Per feature the projection that has it so far.
   std::vector<ProjectionMatch> owner(features.points.size(), {-1, -1, kNoHamming});
   std::vector<int> window;
+  std::vector<Candidate> candidates;
   for (std::size_t j = 0; j < projections.size(); ++j) {
-    const Candidate best = FindBest(features, projections[j], taken, options, window);
+    const Candidate best = FindBest(features, projections[j], taken, options, window, candidates);
     if (best.feature < 0) continue;
     ProjectionMatch& match = owner[static_cast<std::size_t>(best.feature)];
     if (best.hamming < match.hamming) match = {best.feature, static_cast<int>(j), best.hamming};

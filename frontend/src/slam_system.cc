@@ -50,13 +50,15 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   HIGHWALL_REQUIRE(!last_stamp_ || image.stamp > *last_stamp_,
                    "SlamSystem::Track: stamp " + FormatStamp(image.stamp) + " is not after " +
                        FormatStamp(last_stamp_.value_or(0)));
-  last_stamp_ = image.stamp;
   FrameResult result;
   result.stamp = image.stamp;
 
   const Stopwatch features_watch;
   FrameBuilderTimes builder_times;
-  const Frame frame{next_index_++, image.stamp, builder_.Build(image, &builder_times)};
+  const auto features = builder_.Build(image, &builder_times);
+  // From here on the image counts; one that was refused leaves no trace.
+  const Frame frame{next_index_++, image.stamp, features};
+  last_stamp_ = image.stamp;
   result.times.features = features_watch.Milliseconds();
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;

@@ -16,7 +16,7 @@ struct BundleAdjustmentOptions {
   double chi2_4 = 9.488;     // > 0
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
-  int threads = 2;            // >= 1
+  int threads = 2;            // >= 1; with more than one the last bits vary from run to run
 
   void Validate() const;
 };

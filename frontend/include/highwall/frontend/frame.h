@@ -24,6 +24,7 @@ namespace highwall {
 struct PointFeature {
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
   double depth = 0.0;                            // [m] along z; 0 = none
+  double depth_sigma = 0.0;                      // [m] standard deviation of depth
   int octave = 0;                                // pyramid level
   float angle = 0.0f;                            // [deg] intensity-centroid orientation
 };
@@ -51,13 +52,17 @@ struct Frame {
 };
 
 struct FrameBuilderOptions {
-  OrbExtractorOptions orb;
-  LineExtractorOptions lines;
-  SegmentDepthOptions segment_depth;  // its noise and range are taken from the sensor and below
+  OrbExtractorOptions orb{};
+  LineExtractorOptions lines{};
+  SegmentDepthOptions segment_depth{};  // its noise and range are taken from the sensor and below
   bool use_points = true;
   bool use_lines = true;
   double min_depth = 0.3;  // [m] > 0; nearer readings are dropped
   double max_depth = 8.0;  // [m] > min_depth; farther readings are dropped
+  // Share of the depth spread among a corner's neighbouring pixels that joins its depth noise,
+  // >= 0: colour and depth are registered to no better than a pixel or two, so that beside a depth
+  // edge the reading may be that of the other side.
+  double depth_spread_share = 1.0;
   bool parallel = true;    // points and lines on two threads; the result is the same
 
   void Validate() const;

@@ -8,7 +8,7 @@ namespace highwall {
 struct KeyFramePolicyOptions {
   int min_features = 200;     // >= 6: with depth, points plus four times lines, to start a map
   double min_share = 0.75;    // (0, 1]: of the reference keyframe's landmarks found again
-  int max_gap = 30;           // [frames] >= 1: since the last keyframe
+  int max_gap = 10;           // [frames] >= 1: since the last keyframe
   int wanted_tracked = 100;   // >= 0: a keyframe is due when fewer points with depth are tracked
   int wanted_new = 70;        // >= 0: than this and more than that wait to become landmarks
 

@@ -13,8 +13,8 @@
 namespace highwall {
 
 struct LocalMapperOptions {
-  BundleAdjustmentOptions bundle;
-  MapMatcherOptions matcher;    // for the fusion of landmarks
+  BundleAdjustmentOptions bundle{};
+  MapMatcherOptions matcher{};    // for the fusion of landmarks
   int adjusted_keyframes = 12;  // >= 2: most keyframes moved by a local adjustment
   int fixed_keyframes = 20;     // >= 1: most keyframes that hold it in place
   int fused_keyframes = 8;      // >= 0: neighbours whose landmarks are looked for in a new keyframe
@@ -26,6 +26,7 @@ struct LocalMapperOptions {
   // A keyframe is dropped when this share of its points is seen by at least three others at the
   // same or a finer pyramid level.
   double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
+  double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
 
   void Validate() const;

@@ -19,7 +19,7 @@ struct MapMatcherOptions {
   double min_view_cosine = 0.5;  // [-1, 1]: against the mean direction the point was seen from
   ProjectionMatchOptions motion_match{.max_hamming = 100, .ratio = 0.9};
   ProjectionMatchOptions map_match{.max_hamming = 100, .ratio = 0.8};
-  LineMatcherOptions lines;
+  LineMatcherOptions lines{};
   float min_line_pixels = 15.0F;  // [px] >= 1: shorter projections are not looked for
 
   void Validate() const;

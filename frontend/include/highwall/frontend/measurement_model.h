@@ -18,8 +18,8 @@ namespace highwall {
 struct MeasurementOptions {
   Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
   double baseline = 0.08;      // [m] > 0: of the virtual right camera
-  double point_sigma = 1.0;    // [px] > 0: of a corner at pyramid level 0; grows with the level
-  double line_sigma = 1.5;     // [px] > 0: of a segment's end, across it
+  double point_sigma = 0.7;    // [px] > 0: of a corner at pyramid level 0; grows with the level
+  double line_sigma = 1.0;     // [px] > 0: of a segment's end, across it
   double scale_factor = 1.2;   // > 1: of the pyramid
 
   void Validate() const;
@@ -38,8 +38,10 @@ class MeasurementModel {
 
   // [px] of u and v at the pyramid level.
   double PointSigma(int octave) const;
-  // [px] of the virtual disparity at depth z [m].
-  double DisparitySigma(double z) const { return noise_.DisparitySigma(z, right_); }
+  // [px] of the virtual disparity at depth z [m] with standard deviation sigma_z [m].
+  double DisparitySigma(double z, double sigma_z) const {
+    return right_.fx * right_.baseline / (z * z) * sigma_z;
+  }
 
   // Rows of a point; the third is zero where it has no depth (PointDimension 2 instead of 3).
   ProjectionRows<3> Rows(const PointFeature& feature) const;

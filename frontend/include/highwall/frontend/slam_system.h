@@ -16,11 +16,11 @@
 namespace highwall {
 
 struct SlamOptions {
-  FrameBuilderOptions frame;
-  MeasurementOptions measurement;
-  TrackerOptions tracker;
-  KeyFramePolicyOptions keyframes;
-  LocalMapperOptions mapper;
+  FrameBuilderOptions frame{};
+  MeasurementOptions measurement{};
+  TrackerOptions tracker{};
+  KeyFramePolicyOptions keyframes{};
+  LocalMapperOptions mapper{};
 
   // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
   void Validate() const;
@@ -45,7 +45,8 @@ struct FrameResult {
 };
 
 // Point-line RGB-D odometry with a map: images in, poses and keyframes out. Single-threaded but
-// for the extraction of features; the same input gives the same output, bit for bit.
+// for the extraction of features and the solver; with one thread in mapper.bundle the same input
+// gives the same output, bit for bit.
 //
 // World W: origin at the first camera, x along its optical axis, z up where the camera was held
 // level. A frame that cannot be tracked is reported as lost and has no pose; the map stays, and

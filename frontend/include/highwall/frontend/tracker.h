@@ -23,9 +23,9 @@ enum class TrackingState {
 const char* ToString(TrackingState state);
 
 struct TrackerOptions {
-  PoseSolverOptions pose;
-  MapMatcherOptions matcher;
-  RelocalizerOptions relocalizer;
+  PoseSolverOptions pose{};
+  MapMatcherOptions matcher{};
+  RelocalizerOptions relocalizer{};
   // Support (PoseSolverOptions) for a pose to be believed, >= 6: after the first match against the
   // last frame or keyframe, and after the local map.
   int min_motion_support = 15;

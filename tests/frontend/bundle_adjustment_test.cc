@@ -1,0 +1,244 @@
+#include <highwall/frontend/bundle_adjustment.h>
+
+#include <algorithm>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::AngleError;
+using testing::IdealSensor;
+using testing::Look;
+using testing::MakeScene;
+using testing::PositionError;
+using testing::Scene;
+using testing::SceneMap;
+
+const std::vector<Pose> kTruth{Pose::FromTangent({0, 0, 0}, {0, 0, 0}),
+                               Pose::FromTangent({0.3, 0, 0}, {0, -0.05, 0.02}),
+                               Pose::FromTangent({0.3, 0.3, 0.1}, {0.05, -0.05, 0}),
+                               Pose::FromTangent({-0.2, 0.2, 0.1}, {0.02, 0.05, 0})};
+
+class BundleAdjustment : public ::testing::Test {
+ protected:
+  explicit BundleAdjustment(int points = 120, int lines = 30)
+      : scene(MakeScene(9, points, lines)), scene_map(scene) {
+    for (const Pose& T_WC : kTruth) scene_map.Add(Look(scene, IdealSensor(), T_WC), T_WC);
+  }
+
+  // Keyframes but the first by 2 cm and half a degree, landmarks by 2 cm.
+  void Perturb() {
+    std::mt19937 rng(6);
+    const auto step = [&](double size) -> Eigen::Vector3d {
+      return testing::UniformInBox(rng, {-size, -size, -size}, {size, size, size});
+    };
+    for (KeyFrameId id = 1; id < 4; ++id) {
+      Eigen::Matrix<double, 6, 1> d;
+      d << step(0.02), step(0.01);
+      map.keyframe(id)->T_WC = map.keyframe(id)->T_WC.Plus(d);
+    }
+    for (const PointId id : map.point_ids()) map.point(id)->p_W += step(0.02);
+    for (const LineId id : map.line_ids()) {
+      const Segment3& s = map.line(id)->segment_W;
+      map.line(id)->segment_W = Segment3(s.p() + step(0.01), s.q() + step(0.01));
+    }
+  }
+
+  void ExpectPoses(double tolerance) const {
+    for (std::size_t i = 0; i < kTruth.size(); ++i) {
+      const Pose& T_WC = map.keyframe(static_cast<KeyFrameId>(i))->T_WC;
+      EXPECT_LT(PositionError(T_WC, kTruth[i]), tolerance) << i;
+      EXPECT_LT(AngleError(T_WC, kTruth[i]), tolerance) << i;
+    }
+  }
+
+  const MeasurementModel model{IdealSensor(), {}};
+  const Scene scene;
+  SceneMap scene_map;
+  Map& map = scene_map.map;
+  // No noise: nothing but what was broken is an outlier, and convergence is to the end.
+  const BundleAdjustmentOptions thorough{.first_iterations = 20, .second_iterations = 20};
+  const std::vector<KeyFrameId> first{0}, rest{1, 2, 3}, all{0, 1, 2, 3};
+};
+
+TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
+  Perturb();
+  const auto report = AdjustBundle(map, model, rest, first, thorough);
+  ASSERT_TRUE(report.usable);
+  EXPECT_EQ(report.keyframes, 3);
+  EXPECT_EQ(report.fixed_keyframes, 1);
+  EXPECT_EQ(report.outliers, 0);
+  EXPECT_LT(report.final_cost, 1e-6 * report.initial_cost);
+  // Segments in float pixels, 3e-5 px, limit it: 1e-7 m at 3 m.
+  ExpectPoses(1e-6);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const MapPoint* point = map.point(scene_map.point_ids[i]);
+    if (point == nullptr || point->observations.back().keyframe == 0) continue;
+    EXPECT_LT((point->p_W - scene.points[i].p_W).norm(), 1e-5);
+  }
+  for (std::size_t i = 0; i < scene.lines.size(); ++i) {
+    const MapLine* line = map.line(scene_map.line_ids[i]);
+    if (line == nullptr || line->observations.back().keyframe == 0) continue;
+    // On the true line, and of the true length but for the 2 cm that its ends were moved by.
+    const Segment3& truth = scene.lines[i].segment_W;
+    const PluckerLine true_line = PluckerLine::FromPoints(truth.p(), truth.q());
+    EXPECT_LT(true_line.Distance(line->segment_W.p()), 1e-5);
+    EXPECT_LT(true_line.Distance(line->segment_W.q()), 1e-5);
+    EXPECT_NEAR(line->segment_W.Length(), truth.Length(), 0.05);
+  }
+}
+
+TEST_F(BundleAdjustment, CountsWhatTookPart) {
+  const auto report = AdjustBundle(map, model, rest, first, thorough);
+  int points = 0, lines = 0;
+  std::size_t observations = 0;
+  for (const PointId id : map.point_ids()) {
+    if (map.point(id)->observations.back().keyframe == 0) continue;
+    ++points;
+    observations += map.point(id)->observations.size();
+  }
+  for (const LineId id : map.line_ids()) {
+    if (map.line(id)->observations.back().keyframe == 0) continue;
+    ++lines;
+    observations += map.line(id)->observations.size();
+  }
+  EXPECT_EQ(report.points, points);
+  EXPECT_EQ(report.lines, lines);
+  EXPECT_EQ(report.observations, static_cast<int>(observations));
+}
+
+TEST_F(BundleAdjustment, HoldsTheOldestWhereNoneIsFixed) {
+  Perturb();
+  const std::vector<KeyFrameId> unordered{2, 0, 3, 1};
+  const auto report = AdjustBundle(map, model, unordered, {}, thorough);
+  ASSERT_TRUE(report.usable);
+  EXPECT_EQ(report.keyframes, 3);
+  EXPECT_EQ(report.fixed_keyframes, 1);
+  EXPECT_EQ(map.keyframe(0)->T_WC.Matrix(), kTruth[0].Matrix());
+  ExpectPoses(1e-6);
+}
+
+TEST_F(BundleAdjustment, FixedKeyFramesAndWhatOnlyTheySeeStay) {
+  Perturb();
+  const Pose T1 = map.keyframe(1)->T_WC;
+  std::vector<std::pair<PointId, Eigen::Vector3d>> others;
+  for (const PointId id : map.point_ids()) {
+    const auto& observations = map.point(id)->observations;
+    const bool seen = std::any_of(observations.begin(), observations.end(),
+                                  [](const Observation& o) { return o.keyframe == 3; });
+    if (!seen) others.emplace_back(id, map.point(id)->p_W);
+  }
+  ASSERT_FALSE(others.empty());
+  const std::vector<KeyFrameId> free{3}, fixed{0, 1};
+  ASSERT_TRUE(AdjustBundle(map, model, free, fixed, thorough).usable);
+  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), T1.Matrix());
+  for (const auto& [id, p_W] : others) EXPECT_EQ(map.point(id)->p_W, p_W);
+}
+
+TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
+  // Two features of keyframe 2 see points that are not theirs, 20 px off and more.
+  auto features = std::make_shared<FrameFeatures>(*map.keyframe(2)->frame.features);
+  std::vector<PointId> broken;
+  for (const std::size_t i : {4u, 9u}) {
+    features->points[i].uv += Eigen::Vector2d(25, -30);
+    broken.push_back(map.keyframe(2)->points[i]);
+    ASSERT_GT(map.point(broken.back())->observations.size(), 1u);
+  }
+  // And a line of keyframe 3 is another edge.
+  auto edges = std::make_shared<FrameFeatures>(*map.keyframe(3)->frame.features);
+  edges->lines[2].segment.s += Eigen::Vector2f(0, 40);
+  edges->lines[2].segment.e += Eigen::Vector2f(40, 0);
+  const LineId broken_line = map.keyframe(3)->lines[2];
+  ASSERT_GT(map.line(broken_line)->observations.size(), 1u);
+  map.keyframe(2)->frame.features = features;
+  map.keyframe(3)->frame.features = edges;
+  Perturb();
+  const auto report = AdjustBundle(map, model, rest, first, thorough);
+  ASSERT_TRUE(report.usable);
+  EXPECT_EQ(report.outliers, 3);
+  EXPECT_EQ(map.keyframe(2)->points[4], kNoId);
+  EXPECT_EQ(map.keyframe(2)->points[9], kNoId);
+  EXPECT_EQ(map.keyframe(3)->lines[2], kNoId);
+  for (const PointId id : broken) {
+    ASSERT_NE(map.point(id), nullptr);
+    for (const Observation& o : map.point(id)->observations) EXPECT_NE(o.keyframe, 2);
+  }
+  ASSERT_NE(map.line(broken_line), nullptr);
+  ExpectPoses(1e-6);
+}
+
+TEST_F(BundleAdjustment, FailureLeavesTheMapAlone) {
+  Perturb();
+  // u = fx x / z overflows: the residual is infinite and the solver gives up at the start.
+  map.point(map.keyframe(1)->points[0])->p_W =
+      map.keyframe(1)->T_WC * Eigen::Vector3d(1e307, 0, 1e307);
+  std::vector<Eigen::Matrix4d> poses;
+  for (const KeyFrameId id : all) poses.push_back(map.keyframe(id)->T_WC.Matrix());
+  std::vector<Eigen::Vector3d> points;
+  for (const PointId id : map.point_ids()) points.push_back(map.point(id)->p_W);
+  const auto report = AdjustBundle(map, model, rest, first, thorough);
+  EXPECT_FALSE(report.usable);
+  std::vector<Eigen::Matrix4d> poses_after;
+  for (const KeyFrameId id : all) poses_after.push_back(map.keyframe(id)->T_WC.Matrix());
+  std::vector<Eigen::Vector3d> points_after;
+  for (const PointId id : map.point_ids()) points_after.push_back(map.point(id)->p_W);
+  EXPECT_EQ(poses, poses_after);
+  EXPECT_EQ(points, points_after);
+}
+
+TEST_F(BundleAdjustment, NothingToMoveIsNothingDone) {
+  EXPECT_FALSE(AdjustBundle(map, model, {}, first, thorough).usable);
+}
+
+TEST_F(BundleAdjustment, RepeatsBitForBit) {
+  Perturb();
+  std::vector<Eigen::Matrix4d> poses[2];
+  for (auto& result : poses) {
+    SceneMap copy(scene);
+    for (std::size_t i = 0; i < kTruth.size(); ++i) {
+      copy.Add(Look(scene, IdealSensor(), kTruth[i], {.px = 1.0, .depth = true}), kTruth[i]);
+    }
+    ASSERT_TRUE(AdjustBundle(copy.map, model, all, {}, {.threads = 1}).usable);
+    for (const KeyFrameId id : all) result.push_back(copy.map.keyframe(id)->T_WC.Matrix());
+  }
+  EXPECT_EQ(poses[0], poses[1]);
+}
+
+class BundleAdjustmentOfLines : public BundleAdjustment {
+ protected:
+  BundleAdjustmentOfLines() : BundleAdjustment(0, 60) {}
+};
+
+TEST_F(BundleAdjustmentOfLines, NeedsNoPoints) {
+  Perturb();
+  const auto report = AdjustBundle(map, model, rest, first, thorough);
+  ASSERT_TRUE(report.usable);
+  EXPECT_EQ(report.points, 0);
+  EXPECT_EQ(report.outliers, 0);
+  ExpectPoses(1e-6);
+}
+
+TEST(BundleAdjustmentOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const BundleAdjustmentOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(BundleAdjustmentOptions().Validate());
+  expect_error({.point_huber = 0.0}, "point_huber");
+  expect_error({.line_huber = -1.0}, "line_huber");
+  expect_error({.chi2_4 = 0.0}, "chi2_4");
+  expect_error({.first_iterations = 0}, "iterations");
+  expect_error({.threads = 0}, "threads");
+}
+
+}  // namespace
+}  // namespace highwall

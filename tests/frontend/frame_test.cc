@@ -1,0 +1,208 @@
+#include <highwall/frontend/frame.h>
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+#include <opencv2/imgproc.hpp>
+
+namespace highwall {
+namespace {
+
+RgbdSensor SmallSensor() {
+  RgbdSensor sensor;
+  sensor.camera = {.width = 320, .height = 240, .fx = 262.0, .fy = 262.0, .cx = 159.5, .cy = 119.5};
+  return sensor;
+}
+
+RgbdSensor DistortedSensor() {
+  RgbdSensor sensor = SmallSensor();
+  sensor.camera.k1 = 0.2;
+  sensor.camera.k2 = -0.5;
+  sensor.camera.p1 = -0.003;
+  return sensor;
+}
+
+// Grey boxes at random on a plane that comes nearer from 3 m on the left to 1.4 m on the right.
+RgbdImage Boxes() {
+  RgbdImage image{.stamp = 1, .bgr = cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(120)), .depth = {}};
+  std::mt19937 rng(3);
+  for (int i = 0; i < 60; ++i) {
+    const cv::Rect box(static_cast<int>(rng() % 300), static_cast<int>(rng() % 220),
+                       10 + static_cast<int>(rng() % 50), 10 + static_cast<int>(rng() % 50));
+    cv::rectangle(image.bgr, box, cv::Scalar::all(static_cast<double>(rng() % 256)), cv::FILLED);
+  }
+  image.depth.create(240, 320, CV_32FC1);
+  for (int v = 0; v < 240; ++v) {
+    for (int u = 0; u < 320; ++u) image.depth.at<float>(v, u) = 3.0F - 0.005F * static_cast<float>(u);
+  }
+  return image;
+}
+
+cv::Mat Gray(const RgbdImage& image) {
+  cv::Mat gray;
+  cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+void ExpectSame(const FrameFeatures& a, const FrameFeatures& b) {
+  ASSERT_EQ(a.points.size(), b.points.size());
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    EXPECT_EQ(a.points[i].uv, b.points[i].uv);
+    EXPECT_EQ(a.points[i].depth, b.points[i].depth);
+  }
+  EXPECT_EQ(cv::countNonZero(a.point_descriptors != b.point_descriptors), 0);
+  ASSERT_EQ(a.lines.size(), b.lines.size());
+  for (std::size_t i = 0; i < a.lines.size(); ++i) {
+    EXPECT_EQ(a.lines[i].segment.s, b.lines[i].segment.s);
+    EXPECT_EQ(a.lines[i].segment.e, b.lines[i].segment.e);
+    ASSERT_EQ(a.lines[i].segment_C.has_value(), b.lines[i].segment_C.has_value());
+    if (a.lines[i].segment_C) {
+      EXPECT_EQ(a.lines[i].segment_C->p_C, b.lines[i].segment_C->p_C);
+    }
+  }
+}
+
+TEST(FrameBuilder, PointsAreTheCornersUndistortedWithTheDepthOfTheRawPixel) {
+  const RgbdSensor sensor = DistortedSensor();
+  const RgbdImage image = Boxes();
+  const FrameBuilderOptions options;
+  const auto features = FrameBuilder(sensor, options).Build(image);
+  const OrbFeatures orb = OrbExtractor(options.orb).Extract(Gray(image));
+  ASSERT_GT(orb.keypoints.size(), 100u);
+  ASSERT_EQ(features->points.size(), orb.keypoints.size());
+  ASSERT_EQ(features->point_descriptors.rows, static_cast<int>(orb.keypoints.size()));
+  EXPECT_EQ(features->point_grid.size(), orb.keypoints.size());
+  for (std::size_t i = 0; i < orb.keypoints.size(); ++i) {
+    const cv::KeyPoint& raw = orb.keypoints[i];
+    const PointFeature& point = features->points[i];
+    EXPECT_EQ(point.uv, sensor.camera.UndistortPixel({raw.pt.x, raw.pt.y}));
+    EXPECT_EQ(point.octave, raw.octave);
+    EXPECT_EQ(point.angle, raw.angle);
+    const auto u = static_cast<int>(std::lround(raw.pt.x)), v = static_cast<int>(std::lround(raw.pt.y));
+    EXPECT_EQ(point.depth, static_cast<double>(image.depth.at<float>(v, u)));
+    // Found where it is: at its undistorted place.
+    const auto near = features->point_grid.Query(point.uv, 1e-3, point.octave, point.octave);
+    EXPECT_NE(std::find(near.begin(), near.end(), static_cast<int>(i)), near.end());
+  }
+}
+
+TEST(FrameBuilder, LinesAreUndistortedWithDepthOnThePlane) {
+  const RgbdSensor sensor = DistortedSensor();
+  const RgbdImage image = Boxes();
+  const FrameBuilderOptions options;
+  const auto features = FrameBuilder(sensor, options).Build(image);
+  LineExtractor extractor(options.lines);
+  const LineFeatures raw = extractor.Extract(Gray(image));
+  ASSERT_GT(raw.segments.size(), 20u);
+  ASSERT_EQ(features->lines.size(), raw.segments.size());
+  ASSERT_EQ(features->line_descriptors.rows, static_cast<int>(raw.segments.size()));
+  int with_depth = 0;
+  for (std::size_t i = 0; i < raw.segments.size(); ++i) {
+    const Eigen::Vector2d s = raw.segments[i].s.cast<double>();
+    EXPECT_EQ(features->lines[i].segment.s, sensor.camera.UndistortPixel(s).cast<float>());
+    if (!features->lines[i].segment_C) continue;
+    ++with_depth;
+    // The depth image is smooth: the fit is good to a fraction of the sensor's noise of 5 mm.
+    EXPECT_NEAR(features->lines[i].segment_C->p_C.z(), 3.0 - 0.005 * s.x(), 0.02);
+  }
+  EXPECT_GT(with_depth, static_cast<int>(raw.segments.size()) / 2);
+}
+
+TEST(FrameBuilder, DepthOutOfRangeMissingOrNanIsNone) {
+  FrameBuilderOptions options;
+  options.min_depth = 2.0;  // the right 120 columns are nearer
+  options.max_depth = 2.7;  // the left 60 farther
+  RgbdImage image = Boxes();
+  image.depth.rowRange(0, 60).setTo(0.0F);
+  image.depth.rowRange(60, 100).setTo(std::nanf(""));
+  int with = 0;
+  const auto features = FrameBuilder(SmallSensor(), options).Build(image);
+  for (const PointFeature& point : features->points) {
+    const bool in_range = point.uv.y() > 99.5 && point.uv.x() > 59.5 && point.uv.x() < 200.5;
+    if (in_range && point.uv.x() > 61.0 && point.uv.x() < 199.0) {
+      EXPECT_GE(point.depth, 2.0);
+      EXPECT_LE(point.depth, 2.7);
+      ++with;
+    }
+    if (!in_range) {
+      EXPECT_EQ(point.depth, 0.0) << point.uv.transpose();
+    }
+  }
+  EXPECT_GT(with, 20);
+}
+
+TEST(FrameBuilder, TwoThreadsAndOneGiveTheSame) {
+  FrameBuilderOptions options;
+  const RgbdImage image = Boxes();
+  FrameBuilder parallel(SmallSensor(), options);
+  options.parallel = false;
+  FrameBuilder serial(SmallSensor(), options);
+  const auto first = parallel.Build(image);
+  ExpectSame(*first, *serial.Build(image));
+  ExpectSame(*first, *parallel.Build(image));
+}
+
+TEST(FrameBuilder, LeavesOutWhatIsNotAskedFor) {
+  FrameBuilderOptions options;
+  options.use_lines = false;
+  const auto points = FrameBuilder(SmallSensor(), options).Build(Boxes());
+  EXPECT_FALSE(points->points.empty());
+  EXPECT_TRUE(points->lines.empty());
+  options.use_lines = true;
+  options.use_points = false;
+  const auto lines = FrameBuilder(SmallSensor(), options).Build(Boxes());
+  EXPECT_TRUE(lines->points.empty());
+  EXPECT_FALSE(lines->lines.empty());
+  EXPECT_TRUE(lines->point_grid.Query({160, 120}, 500, 0, 7).empty());
+}
+
+TEST(FrameBuilder, ReportsItsTimes) {
+  FrameBuilderTimes times;
+  FrameBuilder(SmallSensor(), {}).Build(Boxes(), &times);
+  EXPECT_GT(times.points, 0.0);
+  EXPECT_GT(times.lines, 0.0);
+}
+
+TEST(FrameBuilder, BlankImageHasNoFeatures) {
+  RgbdImage image = Boxes();
+  image.bgr.setTo(cv::Scalar::all(90));
+  const auto features = FrameBuilder(SmallSensor(), {}).Build(image);
+  EXPECT_TRUE(features->points.empty());
+  EXPECT_TRUE(features->lines.empty());
+}
+
+TEST(FrameBuilder, RefusesImagesThatDoNotFit) {
+  FrameBuilder builder(SmallSensor(), {});
+  const RgbdImage good = Boxes();
+  const auto refuses = [&](const cv::Mat& bgr, const cv::Mat& depth) {
+    EXPECT_THROW(builder.Build({.stamp = 1, .bgr = bgr, .depth = depth}), InvalidArgument);
+  };
+  refuses(Gray(good), good.depth);
+  refuses(good.bgr, cv::Mat(240, 320, CV_16UC1));
+  refuses(good.bgr, good.depth.colRange(0, 319));
+  refuses(good.bgr.rowRange(0, 200), good.depth.rowRange(0, 200));
+  refuses(cv::Mat(), cv::Mat());
+}
+
+TEST(FrameBuilderOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const FrameBuilderOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(FrameBuilderOptions().Validate());
+  expect_error({.use_points = false, .use_lines = false}, "use_points");
+  expect_error({.min_depth = 0.0}, "min_depth");
+  expect_error({.min_depth = 2.0, .max_depth = 2.0}, "max_depth");
+  FrameBuilderOptions nested;
+  nested.orb.levels = 0;
+  expect_error(nested, "levels");
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,121 @@
+#include <highwall/frontend/keyframe_policy.h>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+std::shared_ptr<FrameFeatures> Features(int points_with_depth, int points_without,
+                                        int lines_with_depth = 0, int lines_without = 0) {
+  auto features = std::make_shared<FrameFeatures>();
+  features->points.resize(static_cast<std::size_t>(points_with_depth + points_without));
+  for (int i = 0; i < points_with_depth; ++i) features->points[static_cast<std::size_t>(i)].depth = 1.0;
+  features->lines.resize(static_cast<std::size_t>(lines_with_depth + lines_without));
+  for (int i = 0; i < lines_with_depth; ++i) {
+    features->lines[static_cast<std::size_t>(i)].segment_C.emplace();
+  }
+  return features;
+}
+
+TEST(KeyFramePolicy, StartsAMapWithEnoughDepth) {
+  const KeyFramePolicy policy({.min_features = 50});
+  EXPECT_TRUE(policy.CanStart(*Features(50, 0)));
+  EXPECT_FALSE(policy.CanStart(*Features(49, 1000)));
+  EXPECT_TRUE(policy.CanStart(*Features(42, 0, 2, 0))) << "a line counts for four points";
+  EXPECT_FALSE(policy.CanStart(*Features(42, 0, 1, 100)));
+  EXPECT_FALSE(policy.CanStart(FrameFeatures()));
+}
+
+// A map whose keyframes 0, 1, 2 all see the same hundred points and ten lines.
+class KeyFramePolicyWants : public ::testing::Test {
+ protected:
+  KeyFramePolicyWants() {
+    for (int k = 0; k < 3; ++k) {
+      map.AddKeyFrame({.index = k, .stamp = k, .features = Features(100, 0, 10)}, Pose());
+    }
+    for (int i = 0; i < 100; ++i) {
+      const PointId id = map.AddPoint({0, 0, 1}, 0).id;
+      for (int k = 0; k < 3; ++k) map.ObservePoint(k, i, id);
+    }
+    for (int i = 0; i < 10; ++i) {
+      const LineId id = map.AddLine(Segment3(), 0).id;
+      for (int k = 0; k < 3; ++k) map.ObserveLine(k, i, id);
+    }
+  }
+
+  // A frame that found the first `points` and `lines` of them and sees `more` features with depth
+  // that are nothing yet.
+  TrackedFrame Tracked(int points, int lines, int more, std::int64_t index = 1) const {
+    TrackedFrame tracked;
+    tracked.frame = {.index = index, .stamp = 1, .features = Features(points + more, 0, lines)};
+    tracked.state = TrackingState::kTracking;
+    tracked.reference = 2;
+    tracked.points.assign(static_cast<std::size_t>(points + more), kNoId);
+    for (int i = 0; i < points; ++i) tracked.points[static_cast<std::size_t>(i)] = i;
+    tracked.lines.assign(static_cast<std::size_t>(lines), kNoId);
+    for (int i = 0; i < lines; ++i) tracked.lines[static_cast<std::size_t>(i)] = i;
+    tracked.num_points = points;
+    tracked.num_lines = lines;
+    return tracked;
+  }
+
+  Map map;
+};
+
+TEST_F(KeyFramePolicyWants, WhenTooLittleOfTheReferenceIsSeen) {
+  const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100, .wanted_tracked = 0});
+  EXPECT_FALSE(policy.Wants(Tracked(50, 5, 0), map, 0)) << "55 of 110";
+  EXPECT_TRUE(policy.Wants(Tracked(50, 4, 0), map, 0)) << "54 of 110";
+}
+
+TEST_F(KeyFramePolicyWants, WhenTheLastOneIsLongAgo) {
+  const KeyFramePolicy policy({.min_share = 0.1, .max_gap = 30, .wanted_tracked = 0});
+  EXPECT_FALSE(policy.Wants(Tracked(100, 10, 0, 39), map, 10));
+  EXPECT_TRUE(policy.Wants(Tracked(100, 10, 0, 40), map, 10));
+}
+
+TEST_F(KeyFramePolicyWants, WhenMuchIsWaitingToBeMapped) {
+  const KeyFramePolicy policy(
+      {.min_share = 0.1, .max_gap = 100, .wanted_tracked = 60, .wanted_new = 20});
+  EXPECT_TRUE(policy.Wants(Tracked(59, 10, 21), map, 0));
+  EXPECT_FALSE(policy.Wants(Tracked(60, 10, 21), map, 0)) << "enough tracked";
+  EXPECT_FALSE(policy.Wants(Tracked(59, 10, 20), map, 0)) << "not enough new";
+}
+
+TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
+  const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100, .wanted_tracked = 0});
+  // Sixty points become those of keyframe 2 alone: forty and ten lines are left.
+  for (PointId id = 0; id < 60; ++id) {
+    map.ForgetPointObservation(0, id);
+    map.ForgetPointObservation(1, id);
+  }
+  EXPECT_FALSE(policy.Wants(Tracked(25, 0, 0), map, 0));
+  EXPECT_TRUE(policy.Wants(Tracked(24, 0, 0), map, 0));
+  // In a map of two keyframes they all count.
+  map.RemoveKeyFrame(0, 1);
+  EXPECT_TRUE(policy.Wants(Tracked(54, 0, 0), map, 0));
+  EXPECT_FALSE(policy.Wants(Tracked(55, 0, 0), map, 0));
+}
+
+TEST(KeyFramePolicyOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const KeyFramePolicyOptions& options, const std::string& field) {
+    try {
+      const KeyFramePolicy policy(options);
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(KeyFramePolicyOptions().Validate());
+  expect_error({.min_features = 5}, "min_features");
+  expect_error({.min_share = 0.0}, "min_share");
+  expect_error({.max_gap = 0}, "max_gap");
+  expect_error({.wanted_tracked = -1}, "wanted_tracked");
+  expect_error({.wanted_new = -1}, "wanted_new");
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,307 @@
+#include <highwall/frontend/local_mapper.h>
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::AngleError;
+using testing::IdealSensor;
+using testing::kLevels;
+using testing::Look;
+using testing::MakeScene;
+using testing::PositionError;
+using testing::Scene;
+using testing::SceneLine;
+using testing::ScenePoint;
+using testing::SyntheticView;
+
+Pose At(double x) {
+  return Pose::FromTangent({x, 0, 0}, {0, 0.1 * x, 0});
+}
+
+class LocalMapperTest : public ::testing::Test {
+ protected:
+  LocalMapperTest()
+      : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
+
+  // What a perfect tracker would say of a view: every feature whose landmark the map knows.
+  TrackedFrame Tracked(const SyntheticView& view, const Pose& T_WC) const {
+    TrackedFrame tracked;
+    tracked.frame = testing::MakeFrame(view, static_cast<std::int64_t>(map.num_keyframes()));
+    tracked.state = TrackingState::kTracking;
+    tracked.T_WC = T_WC;
+    for (const int i : view.points) {
+      const PointId id = point_ids[static_cast<std::size_t>(i)];
+      tracked.points.push_back(map.point(id) != nullptr ? id : kNoId);
+    }
+    for (const int i : view.lines) {
+      const LineId id = line_ids[static_cast<std::size_t>(i)];
+      tracked.lines.push_back(map.line(id) != nullptr ? id : kNoId);
+    }
+    return tracked;
+  }
+  LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view,
+                            const TrackedFrame& tracked) {
+    const LocalMappingReport report = mapper.InsertKeyFrame(tracked, map);
+    const KeyFrame& keyframe = *map.keyframe(report.keyframe);
+    for (std::size_t i = 0; i < view.points.size(); ++i) {
+      if (keyframe.points[i] == kNoId) continue;
+      point_ids[static_cast<std::size_t>(view.points[i])] = keyframe.points[i];
+    }
+    for (std::size_t i = 0; i < view.lines.size(); ++i) {
+      if (keyframe.lines[i] == kNoId) continue;
+      line_ids[static_cast<std::size_t>(view.lines[i])] = keyframe.lines[i];
+    }
+    return report;
+  }
+  LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view, const Pose& T_WC) {
+    return Insert(mapper, view, Tracked(view, T_WC));
+  }
+  LocalMappingReport InsertAt(LocalMapper& mapper, double x) {
+    return Insert(mapper, Look(scene, IdealSensor(), At(x)), At(x));
+  }
+
+  const MeasurementModel model{IdealSensor(), {}};
+  const Scene scene = MakeScene(23, 300, 40);
+  Map map;
+  std::vector<PointId> point_ids;  // by place in the scene
+  std::vector<LineId> line_ids;
+};
+
+TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
+  LocalMapper mapper(model, kLevels, {});
+  const Pose T_WC = Pose::FromTangent({0.1, 0.2, 0}, {0, 0.1, 0.2});
+  SyntheticView view = Look(scene, IdealSensor(), T_WC);
+  auto features = std::make_shared<FrameFeatures>(*view.features);
+  features->points[3].depth = 0.0;
+  features->lines[2].segment_C.reset();
+  view.features = features;
+  const auto report = Insert(mapper, view, T_WC);
+  EXPECT_EQ(report.keyframe, 0);
+  EXPECT_EQ(report.new_points, static_cast<int>(view.points.size()) - 1);
+  EXPECT_EQ(report.new_lines, static_cast<int>(view.lines.size()) - 1);
+  EXPECT_EQ(map.num_points(), view.points.size() - 1);
+  EXPECT_EQ(map.num_lines(), view.lines.size() - 1);
+  EXPECT_FALSE(report.bundle.usable) << "one keyframe: nothing to adjust";
+  const KeyFrame& keyframe = *map.keyframe(0);
+  EXPECT_EQ(keyframe.points[3], kNoId);
+  EXPECT_EQ(keyframe.lines[2], kNoId);
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    if (i == 3) continue;
+    const ScenePoint& truth = scene.points[static_cast<std::size_t>(view.points[i])];
+    const MapPoint& point = *map.point(keyframe.points[i]);
+    EXPECT_LT((point.p_W - truth.p_W).norm(), 1e-13);  // to and from pixels: rounding
+    EXPECT_EQ(point.descriptor, truth.descriptor);
+    const double distance = (truth.p_W - T_WC.p()).norm();
+    EXPECT_LE(point.min_distance, distance * (1 + 1e-12));
+    EXPECT_GE(point.max_distance, distance * (1 - 1e-12));
+  }
+  for (std::size_t i = 0; i < view.lines.size(); ++i) {
+    if (i == 2) continue;
+    const SceneLine& truth = scene.lines[static_cast<std::size_t>(view.lines[i])];
+    const MapLine& line = *map.line(keyframe.lines[i]);
+    const auto along = PluckerLine::FromPoints(truth.segment_W.p(), truth.segment_W.q());
+    EXPECT_LT(along.Distance(line.segment_W.p()), 1e-6);  // float pixels at 5 m
+    EXPECT_LT(along.Distance(line.segment_W.q()), 1e-6);
+    EXPECT_TRUE(line.has_descriptor);
+    EXPECT_EQ(line.descriptor, truth.descriptor);
+  }
+}
+
+TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
+  LocalMapper mapper(model, kLevels, {.min_line_length = 0.5});
+  const SyntheticView view = Look(scene, IdealSensor(), At(0));
+  Insert(mapper, view, At(0));
+  for (std::size_t i = 0; i < view.lines.size(); ++i) {
+    const SegmentDepth& fit = *view.features->lines[i].segment_C;
+    EXPECT_EQ(map.keyframe(0)->lines[i] != kNoId, (fit.q_C - fit.p_C).norm() >= 0.5);
+  }
+}
+
+TEST_F(LocalMapperTest, TrackedLandmarksAreSeenAgainAndNotMadeTwice) {
+  LocalMapper mapper(model, kLevels, {});
+  InsertAt(mapper, 0.0);
+  const std::size_t before = map.num_points();
+  const SyntheticView view = Look(scene, IdealSensor(), At(0.3));
+  const TrackedFrame tracked = Tracked(view, At(0.3));
+  const auto known = std::count_if(tracked.points.begin(), tracked.points.end(),
+                                   [](PointId id) { return id != kNoId; });
+  const auto report = Insert(mapper, view, tracked);
+  EXPECT_GT(known, 60);
+  EXPECT_EQ(report.new_points, static_cast<int>(view.points.size() - known));
+  EXPECT_EQ(map.num_points(), before + view.points.size() - static_cast<std::size_t>(known));
+  EXPECT_TRUE(report.bundle.usable);
+  EXPECT_EQ(report.bundle.outliers, 0);
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    if (tracked.points[i] == kNoId) continue;
+    EXPECT_EQ(map.point(tracked.points[i])->observations.size(), 2u);
+  }
+}
+
+TEST_F(LocalMapperTest, LandmarksOfNeighboursThatWereNotTrackedAreFound) {
+  LocalMapper mapper(model, kLevels, {});
+  InsertAt(mapper, 0.0);
+  const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
+  const TrackedFrame full = Tracked(view, At(0.1));
+  TrackedFrame half = full;
+  for (std::size_t i = 0; i < half.points.size(); i += 2) half.points[i] = kNoId;
+  for (std::size_t i = 0; i < half.lines.size(); i += 2) half.lines[i] = kNoId;
+  Insert(mapper, view, half);
+  EXPECT_EQ(map.keyframe(1)->points.size(), full.points.size());
+  for (std::size_t i = 0; i < full.points.size(); ++i) {
+    if (full.points[i] == kNoId) continue;
+    EXPECT_EQ(map.keyframe(1)->points[i], full.points[i]) << i;
+  }
+  for (std::size_t i = 0; i < full.lines.size(); ++i) {
+    if (full.lines[i] == kNoId) continue;
+    EXPECT_EQ(map.keyframe(1)->lines[i], full.lines[i]) << i;
+  }
+}
+
+TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
+  LocalMapper mapper(model, kLevels, {});
+  const SyntheticView first = Look(scene, IdealSensor(), At(0.0));
+  Insert(mapper, first, At(0.0));
+  // The second keyframe was not tracked to some of them and looked for none.
+  LocalMapper blind(model, kLevels, {.fused_keyframes = 0});
+  const SyntheticView second = Look(scene, IdealSensor(), At(0.1));
+  TrackedFrame tracked = Tracked(second, At(0.1));
+  std::vector<std::pair<PointId, PointId>> twins;
+  for (std::size_t i = 0; i < 10; ++i) {
+    if (tracked.points[i] != kNoId) twins.emplace_back(tracked.points[i], kNoId);
+    tracked.points[i] = kNoId;
+  }
+  Insert(blind, second, tracked);
+  const std::size_t with_twins = map.num_points();
+  // The third is tracked to the younger ones and meets the older ones with its neighbours.
+  const auto report = InsertAt(mapper, 0.05);
+  EXPECT_GE(twins.size(), 5u);
+  EXPECT_EQ(report.fused_points, static_cast<int>(twins.size()));
+  EXPECT_EQ(map.num_points(),
+            with_twins - twins.size() + static_cast<std::size_t>(report.new_points));
+  for (const auto& [older, none] : twins) {
+    // Whichever is left has all three keyframes in order.
+    if (map.point(older) == nullptr) continue;
+    EXPECT_EQ(map.point(older)->observations.size(), 3u);
+  }
+  for (const PointId id : map.point_ids()) {
+    const auto& o = map.point(id)->observations;
+    EXPECT_TRUE(std::is_sorted(o.begin(), o.end(), [](const auto& a, const auto& b) {
+      return a.keyframe < b.keyframe;
+    }));
+  }
+}
+
+TEST_F(LocalMapperTest, AdjustmentCorrectsThePoseOfTheKeyFrame) {
+  LocalMapper mapper(model, kLevels, {});
+  InsertAt(mapper, 0.0);
+  InsertAt(mapper, 0.15);
+  const SyntheticView view = Look(scene, IdealSensor(), At(0.3));
+  Eigen::Matrix<double, 6, 1> error;
+  error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
+  const auto report = Insert(mapper, view, Tracked(view, At(0.3).Plus(error)));
+  ASSERT_TRUE(report.bundle.usable);
+  // New landmarks were made from the wrong pose, old ones hold: the few iterations of a local
+  // adjustment remove all but a thousandth of the 4 mm.
+  EXPECT_LT(PositionError(map.keyframe(2)->T_WC, At(0.3)), 1e-5);
+  EXPECT_LT(AngleError(map.keyframe(2)->T_WC, At(0.3)), 1e-5);
+}
+
+TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
+  LocalMapper mapper(model, kLevels, {.min_found_ratio = 0.25});
+  InsertAt(mapper, 0.0);
+  const PointId good = map.keyframe(0)->points[0], bad = map.keyframe(0)->points[1];
+  const LineId bad_line = map.keyframe(0)->lines[0];
+  map.point(good)->visible = 8;
+  map.point(good)->found = 2;
+  map.point(bad)->visible = 9;
+  map.point(bad)->found = 2;
+  map.line(bad_line)->visible = 9;
+  map.line(bad_line)->found = 2;
+  const auto report = InsertAt(mapper, 0.05);
+  EXPECT_EQ(report.culled_points, 1);
+  EXPECT_EQ(report.culled_lines, 1);
+  EXPECT_NE(map.point(good), nullptr);
+  EXPECT_EQ(map.point(bad), nullptr);
+  EXPECT_EQ(map.line(bad_line), nullptr);
+}
+
+TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
+  LocalMapper mapper(model, kLevels, {.probation_keyframes = 2, .min_observations = 2});
+  // Two places side by side with little in common: what the first alone sees is not seen again.
+  InsertAt(mapper, -0.6);
+  EXPECT_EQ(InsertAt(mapper, 0.3).culled_points, 0) << "one keyframe later";
+  std::vector<PointId> alone, shared;
+  for (const PointId id : map.keyframe(0)->points) {
+    (map.point(id)->observations.size() == 1 ? alone : shared).push_back(id);
+  }
+  ASSERT_GT(alone.size(), 10u);
+  ASSERT_GT(shared.size(), 10u);
+  const auto report = InsertAt(mapper, 0.35);
+  EXPECT_GE(report.culled_points, static_cast<int>(alone.size()) / 2);
+  for (const PointId id : shared) EXPECT_NE(map.point(id), nullptr);
+  // What the third keyframe sees has passed by being seen; all else is gone.
+  for (const PointId id : alone) {
+    const MapPoint* point = map.point(id);
+    EXPECT_TRUE(point == nullptr || point->observations.size() >= 2u);
+  }
+}
+
+TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
+  LocalMapper mapper(model, kLevels, {.redundant_share = 0.9});
+  std::vector<KeyFrameId> culled;
+  for (int i = 0; i < 8; ++i) {
+    const auto report = InsertAt(mapper, 0.002 * i);
+    for (const KeyFrameId id : report.culled_keyframes) {
+      EXPECT_NE(id, 0);
+      EXPECT_LT(id, report.keyframe);
+      EXPECT_EQ(map.keyframe(id), nullptr);
+      culled.push_back(id);
+    }
+  }
+  EXPECT_GE(culled.size(), 3u);
+  EXPECT_NE(map.keyframe(0), nullptr);
+  EXPECT_NE(map.keyframe(7), nullptr);
+  for (const KeyFrameId id : culled) {
+    EXPECT_LT(PositionError(map.ResolvePose(id), At(0.002 * id)), 1e-6);
+  }
+  EXPECT_EQ(map.num_keyframes() + culled.size(), 8u);
+}
+
+TEST_F(LocalMapperTest, KeyFramesThatSeeNewThingsStay) {
+  LocalMapper mapper(model, kLevels, {});
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(InsertAt(mapper, 0.5 * (i - 2)).culled_keyframes.empty());
+  }
+}
+
+TEST(LocalMapperOptions, ErrorsNameTheField) {
+  const MeasurementModel model(IdealSensor(), {});
+  const auto expect_error = [&](const LocalMapperOptions& options, const std::string& field) {
+    try {
+      const LocalMapper mapper(model, kLevels, options);
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(LocalMapperOptions().Validate());
+  expect_error({.adjusted_keyframes = 1}, "adjusted_keyframes");
+  expect_error({.fixed_keyframes = 0}, "fixed_keyframes");
+  expect_error({.fused_keyframes = -1}, "fused_keyframes");
+  expect_error({.min_found_ratio = 1.5}, "min_found_ratio");
+  expect_error({.probation_keyframes = 0}, "probation_keyframes");
+  expect_error({.min_observations = 0}, "min_observations");
+  expect_error({.redundant_share = 0.0}, "redundant_share");
+  expect_error({.min_line_length = 0.0}, "min_line_length");
+  expect_error({.bundle = {.threads = 0}}, "threads");
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,274 @@
+#include <highwall/frontend/map.h>
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+BinaryDescriptor256 FirstBits(int count) {
+  BinaryDescriptor256 descriptor{};
+  for (int i = 0; i < count; ++i) {
+    descriptor[static_cast<std::size_t>(i / 8)] |= static_cast<std::uint8_t>(1 << (i % 8));
+  }
+  return descriptor;
+}
+
+// A frame with the given descriptors and octaves of its points and a number of bare lines.
+Frame MakeFrame(const std::vector<BinaryDescriptor256>& descriptors, int lines = 0,
+                const std::vector<int>& octaves = {}) {
+  auto features = std::make_shared<FrameFeatures>();
+  features->points.resize(descriptors.size());
+  for (std::size_t i = 0; i < octaves.size(); ++i) features->points[i].octave = octaves[i];
+  for (const auto& d : descriptors) testing::AppendDescriptor(features->point_descriptors, d);
+  features->lines.resize(static_cast<std::size_t>(lines));
+  return {.index = 0, .stamp = 0, .features = features};
+}
+
+Frame FrameOf(int points, int lines = 0) {
+  return MakeFrame(std::vector<BinaryDescriptor256>(static_cast<std::size_t>(points)), lines);
+}
+
+Pose At(double x, double y, double z) {
+  return Pose(Eigen::Quaterniond::Identity(), {x, y, z});
+}
+
+TEST(Map, GivesAscendingIdsThatAreNeverUsedAgain) {
+  Map map;
+  const KeyFrameId k0 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
+  const KeyFrameId k1 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
+  const PointId p0 = map.AddPoint({0, 0, 1}, 7).id;
+  const LineId l0 = map.AddLine(Segment3(), 7).id;
+  map.RemovePoint(p0);
+  map.RemoveLine(l0);
+  map.RemoveKeyFrame(k0, k1);
+  EXPECT_GT(map.AddKeyFrame(FrameOf(1), Pose()).id, k1);
+  EXPECT_GT(map.AddPoint({0, 0, 1}, 8).id, p0);
+  EXPECT_GT(map.AddLine(Segment3(), 8).id, l0);
+  EXPECT_EQ(map.point(p0), nullptr);
+  EXPECT_EQ(map.line(l0), nullptr);
+  EXPECT_EQ(map.keyframe(k0), nullptr);
+  EXPECT_EQ(map.num_keyframes(), 2u);
+  EXPECT_EQ(map.num_points(), 1u);
+  EXPECT_EQ(map.num_lines(), 1u);
+  EXPECT_EQ(map.keyframe_ids(), (std::vector<KeyFrameId>{1, 2}));
+  EXPECT_EQ(map.point_ids(), std::vector<PointId>{1});
+  EXPECT_EQ(map.line_ids(), std::vector<LineId>{1});
+}
+
+TEST(Map, AnswersNothingForIdsItNeverGave) {
+  const Map map;
+  for (const std::int32_t id : {kNoId, 0, 5}) {
+    EXPECT_EQ(map.keyframe(id), nullptr);
+    EXPECT_EQ(map.point(id), nullptr);
+    EXPECT_EQ(map.line(id), nullptr);
+  }
+  EXPECT_THROW(map.ResolvePose(0), InvalidArgument);
+  EXPECT_THROW(map.ResolvePose(kNoId), InvalidArgument);
+}
+
+TEST(Map, KeepsAnObservationOnBothSides) {
+  Map map;
+  const KeyFrameId k = map.AddKeyFrame(FrameOf(3, 2), Pose()).id;
+  const PointId p = map.AddPoint({0, 0, 1}, 0).id;
+  const LineId l = map.AddLine(Segment3(), 0).id;
+  EXPECT_TRUE(map.ObservePoint(k, 2, p));
+  EXPECT_TRUE(map.ObserveLine(k, 1, l));
+  EXPECT_EQ(map.keyframe(k)->points, (std::vector<PointId>{kNoId, kNoId, p}));
+  EXPECT_EQ(map.keyframe(k)->lines, (std::vector<LineId>{kNoId, l}));
+  ASSERT_EQ(map.point(p)->observations.size(), 1u);
+  EXPECT_EQ(map.point(p)->observations[0].keyframe, k);
+  EXPECT_EQ(map.point(p)->observations[0].index, 2);
+  ASSERT_EQ(map.line(l)->observations.size(), 1u);
+  EXPECT_EQ(map.line(l)->observations[0].index, 1);
+}
+
+TEST(Map, RefusesASecondSightAndATakenFeature) {
+  Map map;
+  const KeyFrameId k = map.AddKeyFrame(FrameOf(2), Pose()).id;
+  const PointId p = map.AddPoint({0, 0, 1}, 0).id, q = map.AddPoint({0, 0, 2}, 0).id;
+  EXPECT_TRUE(map.ObservePoint(k, 0, p));
+  EXPECT_FALSE(map.ObservePoint(k, 1, p)) << "seen already";
+  EXPECT_FALSE(map.ObservePoint(k, 0, q)) << "taken";
+  EXPECT_FALSE(map.ObservePoint(k, 1, kNoId));
+  EXPECT_FALSE(map.ObservePoint(9, 1, q));
+  EXPECT_EQ(map.keyframe(k)->points, (std::vector<PointId>{p, kNoId}));
+  EXPECT_TRUE(map.point(q)->observations.empty());
+}
+
+TEST(Map, RemovesALandmarkWithItsLastObservation) {
+  Map map;
+  const KeyFrameId k0 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
+  const KeyFrameId k1 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
+  const PointId p = map.AddPoint({0, 0, 1}, 0).id;
+  const LineId l = map.AddLine(Segment3(), 0).id;
+  for (const KeyFrameId k : {k0, k1}) {
+    map.ObservePoint(k, 0, p);
+    map.ObserveLine(k, 0, l);
+  }
+  map.ForgetPointObservation(k0, p);
+  map.ForgetLineObservation(k0, l);
+  EXPECT_NE(map.point(p), nullptr);
+  EXPECT_EQ(map.keyframe(k0)->points[0], kNoId);
+  EXPECT_EQ(map.keyframe(k1)->points[0], p);
+  map.ForgetPointObservation(k0, p);  // not seen there: nothing to forget
+  EXPECT_NE(map.point(p), nullptr);
+  map.ForgetPointObservation(k1, p);
+  map.ForgetLineObservation(k1, l);
+  EXPECT_EQ(map.point(p), nullptr);
+  EXPECT_EQ(map.line(l), nullptr);
+  EXPECT_EQ(map.keyframe(k1)->points[0], kNoId);
+  EXPECT_EQ(map.keyframe(k1)->lines[0], kNoId);
+  EXPECT_EQ(map.num_points(), 0u);
+  EXPECT_EQ(map.num_lines(), 0u);
+}
+
+TEST(Map, MergesObservationsAndCountsInTheOrderOfKeyFrames) {
+  Map map;
+  for (int i = 0; i < 4; ++i) map.AddKeyFrame(FrameOf(2), Pose());
+  const PointId from = map.AddPoint({0, 0, 1}, 0).id, into = map.AddPoint({0, 0, 1.01}, 0).id;
+  map.ObservePoint(0, 0, from);
+  map.ObservePoint(1, 0, from);
+  map.ObservePoint(2, 0, from);
+  map.ObservePoint(1, 1, into);
+  map.ObservePoint(3, 1, into);
+  map.point(from)->visible = 5;
+  map.point(from)->found = 3;
+  map.MergePoints(from, into);
+  EXPECT_EQ(map.point(from), nullptr);
+  const MapPoint& point = *map.point(into);
+  EXPECT_EQ(point.visible, 6);
+  EXPECT_EQ(point.found, 4);
+  ASSERT_EQ(point.observations.size(), 4u);
+  const int features[4] = {0, 1, 0, 1};  // keyframe 1 keeps its own sight of `into`
+  for (int i = 0; i < 4; ++i) {
+    const Observation& o = point.observations[static_cast<std::size_t>(i)];
+    EXPECT_EQ(o.keyframe, i);
+    EXPECT_EQ(o.index, features[i]);
+    EXPECT_EQ(map.keyframe(i)->points[static_cast<std::size_t>(o.index)], into);
+  }
+  EXPECT_EQ(map.keyframe(1)->points[0], kNoId);
+}
+
+TEST(Map, MergingWithItselfOrNothingChangesNothing) {
+  Map map;
+  map.AddKeyFrame(FrameOf(1), Pose());
+  const PointId p = map.AddPoint({0, 0, 1}, 0).id;
+  map.ObservePoint(0, 0, p);
+  map.MergePoints(p, p);
+  map.MergePoints(p, 17);
+  map.MergePoints(17, p);
+  ASSERT_NE(map.point(p), nullptr);
+  EXPECT_EQ(map.point(p)->observations.size(), 1u);
+  EXPECT_EQ(map.point(p)->visible, 1);
+}
+
+TEST(Map, RemovedKeyFrameTakesItsObservationsAlong) {
+  Map map;
+  map.AddKeyFrame(FrameOf(2, 1), Pose());
+  map.AddKeyFrame(FrameOf(2, 1), Pose());
+  const PointId shared = map.AddPoint({0, 0, 1}, 0).id, alone = map.AddPoint({0, 0, 1}, 0).id;
+  const LineId line = map.AddLine(Segment3(), 0).id;
+  map.ObservePoint(0, 0, shared);
+  map.ObservePoint(1, 0, shared);
+  map.ObservePoint(0, 1, alone);
+  map.ObserveLine(0, 0, line);
+  map.RemoveKeyFrame(0, 1);
+  ASSERT_NE(map.point(shared), nullptr);
+  EXPECT_EQ(map.point(shared)->observations.size(), 1u);
+  EXPECT_EQ(map.point(alone), nullptr);
+  EXPECT_EQ(map.line(line), nullptr);
+}
+
+TEST(Map, KeyFrameIsRemovedOnlyForAnotherLiveOne) {
+  Map map;
+  for (int i = 0; i < 3; ++i) map.AddKeyFrame(FrameOf(0), Pose());
+  map.RemoveKeyFrame(0, 1);
+  EXPECT_THROW(map.RemoveKeyFrame(1, 1), InvalidArgument);
+  EXPECT_THROW(map.RemoveKeyFrame(1, 0), InvalidArgument);
+  EXPECT_THROW(map.RemoveKeyFrame(1, kNoId), InvalidArgument);
+  map.RemoveKeyFrame(0, 2);  // gone already
+  EXPECT_EQ(map.num_keyframes(), 2u);
+}
+
+TEST(Map, ResolvesThePoseThroughAChainOfRemovals) {
+  Map map;
+  const Pose T0 = Pose::FromTangent({0, 0, 0}, {0.1, 0.2, 0.3});
+  const Pose T1 = Pose::FromTangent({1, 0, 0}, {-0.3, 0.1, 0.2});
+  const Pose T2 = Pose::FromTangent({2, 1, 0}, {0.2, -0.5, 0.4});
+  for (const Pose& T : {T0, T1, T2}) map.AddKeyFrame(FrameOf(0), T);
+  map.RemoveKeyFrame(0, 1);
+  // Its parent moves before it goes itself, and so does the last of the chain.
+  const Pose M1 = Pose::FromTangent({0.1, 0.3, -0.2}, {0.4, 0, 0.1});
+  map.keyframe(1)->T_WC = M1;
+  map.RemoveKeyFrame(1, 2);
+  const Pose M2 = Pose::FromTangent({5, 0, 1}, {0, 0.3, 0});
+  map.keyframe(2)->T_WC = M2;
+  const Pose expected1 = M2 * (T2.Inverse() * M1);
+  const Pose expected0 = expected1 * (T1.Inverse() * T0);
+  // A handful of products of rigid transforms.
+  EXPECT_TRUE(map.ResolvePose(2).Matrix().isApprox(M2.Matrix(), 1e-15));
+  EXPECT_TRUE(map.ResolvePose(1).Matrix().isApprox(expected1.Matrix(), 1e-14));
+  EXPECT_TRUE(map.ResolvePose(0).Matrix().isApprox(expected0.Matrix(), 1e-14));
+}
+
+TEST(Map, RefreshTakesTheMostCentralDescriptor) {
+  Map map;
+  const int bits[3] = {0, 10, 100};  // median distances, own one included: 10, 10, 90
+  for (const int b : bits) map.AddKeyFrame(MakeFrame({FirstBits(b)}), Pose());
+  const PointId p = map.AddPoint({0, 0, 2}, 0).id;
+  map.ObservePoint(1, 0, p);
+  map.RefreshPoint(p, 1.2, 8);
+  EXPECT_EQ(map.point(p)->descriptor, FirstBits(10)) << "the only one";
+  map.ObservePoint(0, 0, p);
+  map.ObservePoint(2, 0, p);
+  map.AddKeyFrame(MakeFrame({FirstBits(12)}), Pose());
+  map.ObservePoint(3, 0, p);
+  map.RefreshPoint(p, 1.2, 8);
+  // {0, 10, 100, 12}: lower medians 10 (0), 2 (10), 88 (100), 2 (12); the first of equals.
+  EXPECT_EQ(map.point(p)->descriptor, FirstBits(10));
+}
+
+TEST(Map, RefreshTakesNormalAndScaleRange) {
+  Map map;
+  map.AddKeyFrame(MakeFrame({FirstBits(0)}, 0, {0}), At(-2, 0, 0));
+  map.AddKeyFrame(MakeFrame({FirstBits(0)}, 0, {3}), At(2, 0, 0));
+  const PointId p = map.AddPoint({0, 0, 2}, 0).id;
+  // The newest keyframe first: it stays the one that counts.
+  map.ObservePoint(1, 0, p);
+  map.ObservePoint(0, 0, p);
+  map.RefreshPoint(p, 1.2, 8);
+  const MapPoint& point = *map.point(p);
+  EXPECT_TRUE(point.normal_W.isApprox(Eigen::Vector3d::UnitZ(), 1e-15));
+  const double distance = 2.0 * std::numbers::sqrt2;
+  EXPECT_DOUBLE_EQ(point.max_distance, distance * 1.2 * 1.2 * 1.2);
+  EXPECT_NEAR(point.min_distance, distance / std::pow(1.2, 4), 1e-14);
+}
+
+TEST(Map, OrdersObserversByCountThenId) {
+  Map map;
+  for (int i = 0; i < 4; ++i) map.AddKeyFrame(FrameOf(3, 1), Pose());
+  std::vector<PointId> points;
+  for (int i = 0; i < 3; ++i) points.push_back(map.AddPoint({0, 0, 1}, 0).id);
+  const LineId line = map.AddLine(Segment3(), 0).id;
+  for (int i = 0; i < 3; ++i) map.ObservePoint(2, i, points[static_cast<std::size_t>(i)]);
+  map.ObservePoint(1, 0, points[0]);
+  map.ObservePoint(0, 1, points[1]);
+  map.ObserveLine(0, 0, line);
+  map.ObserveLine(1, 0, line);
+  using Counts = std::vector<std::pair<KeyFrameId, int>>;
+  EXPECT_EQ(map.Observers(points), (Counts{{2, 3}, {0, 1}, {1, 1}}));
+  const LineId lines[] = {line, kNoId};
+  EXPECT_EQ(map.Observers(points, lines), (Counts{{2, 3}, {0, 2}, {1, 2}}));
+  EXPECT_EQ(map.Covisible(0, 1), (Counts{{1, 1}, {2, 1}}));
+  EXPECT_EQ(map.Covisible(0, 2), Counts{});
+  EXPECT_EQ(map.Covisible(3, 1), Counts{});
+  EXPECT_EQ(map.Covisible(9, 1), Counts{});
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,154 @@
+#include <highwall/frontend/measurement_model.h>
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::IdealSensor;
+using testing::MakeScene;
+using testing::SyntheticView;
+
+const Pose kPose = Pose::FromTangent({0.1, -0.2, 0.3}, {0.05, -0.04, 0.1});
+
+// The rows of a feature at a world point that is off by a few centimetres.
+Eigen::Vector3d Residual(const MeasurementModel& model, const PointFeature& feature,
+                         const Eigen::Vector3d& p_W) {
+  Eigen::Vector3d r;
+  EXPECT_TRUE(model.projection().Evaluate<3>(RgbdProjection::At(kPose.data()), model.Rows(feature),
+                                             p_W, &r, nullptr, nullptr));
+  return r;
+}
+
+TEST(MeasurementModel, PointSigmaGrowsWithTheLevel) {
+  const MeasurementModel model(IdealSensor(), {.point_sigma = 0.7, .scale_factor = 1.5});
+  EXPECT_DOUBLE_EQ(model.PointSigma(0), 0.7);
+  EXPECT_DOUBLE_EQ(model.PointSigma(2), 0.7 * 2.25);
+}
+
+TEST(MeasurementModel, DisparitySigmaIsThatOfTheSensor) {
+  const RgbdSensor sensor = IdealSensor();
+  const MeasurementModel model(sensor, {.baseline = 0.1});
+  // sigma_delta = fx b / z^2 sigma_z, by hand.
+  const double sigma_z = 0.0012 + 0.0019 * 1.6 * 1.6;
+  EXPECT_NEAR(model.DisparitySigma(2.0), 525.0 * 0.1 / 4.0 * sigma_z, 1e-12);
+}
+
+TEST(MeasurementModel, CameraHasNoDistortion) {
+  RgbdSensor sensor = IdealSensor();
+  sensor.camera.k1 = 0.2;
+  const MeasurementModel model(sensor, {});
+  EXPECT_FALSE(model.camera().HasDistortion());
+  EXPECT_EQ(model.camera().fx, sensor.camera.fx);
+}
+
+TEST(MeasurementModel, RowsOfAPointAreWhitenedErrors) {
+  const MeasurementModel model(IdealSensor(), {});
+  PointFeature feature{.uv = {300.0, 200.0}, .depth = 2.0, .octave = 2, .angle = 0.0F};
+  const Eigen::Vector3d p_C = model.camera().Unproject({303.0, 196.0}, 2.1);
+  const double sigma = 1.44, delta = 525.0 * 0.08;
+  const Eigen::Vector3d with_depth = Residual(model, feature, kPose * p_C);
+  // Coordinates of hundreds of pixels: 1e-12.
+  EXPECT_NEAR(with_depth[0], 3.0 / sigma, 1e-11);
+  EXPECT_NEAR(with_depth[1], -4.0 / sigma, 1e-11);
+  EXPECT_NEAR(with_depth[2], (delta / 2.1 - delta / 2.0) / model.DisparitySigma(2.0), 1e-10);
+  EXPECT_EQ(MeasurementModel::Dimension(feature), 3);
+  feature.depth = 0.0;
+  const Eigen::Vector3d without = Residual(model, feature, kPose * p_C);
+  EXPECT_NEAR(without[0], 3.0 / sigma, 1e-11);
+  EXPECT_NEAR(without[1], -4.0 / sigma, 1e-11);
+  EXPECT_EQ(without[2], 0.0);
+  EXPECT_EQ(MeasurementModel::Dimension(feature), 2);
+}
+
+// Rows for the pose alone and factors for the bundle must be one and the same measurement.
+TEST(MeasurementModel, PointFactorEqualsItsRows) {
+  for (const Weighting weighting : {Weighting::kCovariance, Weighting::kPaper}) {
+    const MeasurementModel model(IdealSensor(), {.weighting = weighting});
+    for (const double depth : {0.0, 1.9}) {
+      const PointFeature feature{.uv = {300.0, 200.0}, .depth = depth, .octave = 1, .angle = 0.0F};
+      const Eigen::Vector3d p_W = kPose * model.camera().Unproject({305.0, 190.0}, 2.0);
+      const Eigen::Vector3d rows = Residual(model, feature, p_W);
+      const auto factor = model.MakeFactor(feature);
+      ASSERT_EQ(factor->num_residuals(), MeasurementModel::Dimension(feature));
+      Eigen::Vector3d r = Eigen::Vector3d::Zero();
+      const double* blocks[] = {kPose.data(), p_W.data()};
+      ASSERT_TRUE(factor->Evaluate(blocks, r.data(), nullptr));
+      EXPECT_TRUE(r.isApprox(rows, 1e-13)) << r.transpose() << " / " << rows.transpose();
+    }
+  }
+}
+
+// The end-point form measures at the points of the map line that the observed ends see, the
+// orthonormal form at the observed ends: on the true line both vanish.
+TEST(MeasurementModel, LineRowsAndFactorVanishOnTheTrueLine) {
+  const auto scene = MakeScene(5, 0, 40);
+  const SyntheticView view = Look(scene, IdealSensor(), kPose);
+  ASSERT_GT(view.lines.size(), 10u);
+  for (const Weighting weighting : {Weighting::kCovariance, Weighting::kPaper}) {
+    const MeasurementModel model(IdealSensor(), {.weighting = weighting});
+    for (const bool depth : {true, false}) {
+      for (std::size_t i = 0; i < view.lines.size(); ++i) {
+        const Segment3& truth = scene.lines[static_cast<std::size_t>(view.lines[i])].segment_W;
+        LineFeature feature = view.features->lines[i];
+        const std::array<Eigen::Vector3d, 2> ends_W{kPose * feature.segment_C->p_C,
+                                                    kPose * feature.segment_C->q_C};
+        if (!depth) feature.segment_C.reset();
+        ASSERT_EQ(MeasurementModel::Dimension(feature), depth ? 4 : 2);
+        const auto rows = model.Rows(feature);
+        for (std::size_t end = 0; end < 2; ++end) {
+          Eigen::Vector2d r;
+          ASSERT_TRUE(model.projection().Evaluate<2>(RgbdProjection::At(kPose.data()), rows[end],
+                                                     ends_W[end], &r, nullptr, nullptr));
+          EXPECT_LT(r.norm(), 1e-3);  // float pixels, 3e-5 px, over sigmas down to 0.03 px
+          if (!depth) {
+            EXPECT_EQ(r[1], 0.0);
+          }
+        }
+        const OrthonormalLine line(PluckerLine::FromPoints(truth.p(), truth.q()));
+        const auto factor = model.MakeFactor(feature);
+        ASSERT_EQ(factor->num_residuals(), MeasurementModel::Dimension(feature));
+        Eigen::Vector4d r = Eigen::Vector4d::Zero();
+        const double* blocks[] = {kPose.data(), line.data()};
+        ASSERT_TRUE(factor->Evaluate(blocks, r.data(), nullptr));
+        EXPECT_LT(r.norm(), 2e-3);
+      }
+    }
+  }
+}
+
+TEST(MeasurementModel, LineRowIsTheDistanceAcrossInSigmas) {
+  const MeasurementModel model(IdealSensor(), {.line_sigma = 2.0});
+  LineFeature feature;
+  feature.segment = {{100, 100}, {200, 100}};
+  const auto rows = model.Rows(feature);
+  Eigen::Vector2d r;
+  const Eigen::Vector3d p_W = kPose * model.camera().Unproject({120.0, 106.0}, 2.0);
+  ASSERT_TRUE(model.projection().Evaluate<2>(RgbdProjection::At(kPose.data()), rows[0], p_W, &r,
+                                             nullptr, nullptr));
+  EXPECT_NEAR(std::abs(r[0]), 3.0, 1e-11);
+  EXPECT_EQ(r[1], 0.0);
+}
+
+TEST(MeasurementOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const MeasurementOptions& options, const std::string& field) {
+    try {
+      MeasurementModel(IdealSensor(), options);
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  expect_error({.baseline = 0.0}, "baseline");
+  expect_error({.point_sigma = 0.0}, "point_sigma");
+  expect_error({.line_sigma = -1.0}, "line_sigma");
+  expect_error({.scale_factor = 1.0}, "scale_factor");
+}
+
+}  // namespace
+}  // namespace highwall

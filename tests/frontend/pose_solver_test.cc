@@ -1,0 +1,326 @@
+#include <highwall/frontend/pose_solver.h>
+
+#include <memory>
+
+#include <ceres/loss_function.h>
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/so3.h>
+#include <highwall/frontend/measurement_model.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::AngleError;
+using testing::IdealSensor;
+using testing::MakeScene;
+using testing::PositionError;
+using testing::Scene;
+using testing::SyntheticView;
+
+const Pose kTruth = Pose::FromTangent({0.1, -0.05, 0.2}, {0.03, -0.08, 0.05});
+// 7 cm and 3 degrees away.
+const Pose kStart = Pose::FromTangent({0.15, -0.1, 0.2}, {0.06, -0.05, 0.08});
+
+struct Problem {
+  std::vector<PosePoint> points;
+  std::vector<PoseLine> lines;
+};
+
+// Lines are cut to where their observed ends see them from T_WC, as the tracker does.
+Problem MakeProblem(const Scene& scene, const SyntheticView& view, const MeasurementModel& model,
+                    const Pose& T_WC) {
+  Problem problem;
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    const PointFeature& feature = view.features->points[i];
+    problem.points.push_back({scene.points[static_cast<std::size_t>(view.points[i])].p_W,
+                              model.Rows(feature), MeasurementModel::Dimension(feature)});
+  }
+  for (std::size_t i = 0; i < view.lines.size(); ++i) {
+    const LineFeature& feature = view.features->lines[i];
+    const Segment3& segment_W = scene.lines[static_cast<std::size_t>(view.lines[i])].segment_W;
+    const auto piece = TrimToObservation(
+        T_WC.Inverse() * PluckerLine::FromPoints(segment_W.p(), segment_W.q()),
+        feature.segment.s.cast<double>(), feature.segment.e.cast<double>(), model.projection());
+    if (!piece) continue;
+    problem.lines.push_back(
+        {T_WC * *piece, model.Rows(feature), MeasurementModel::Dimension(feature)});
+  }
+  return problem;
+}
+
+class PoseSolver : public ::testing::Test {
+ protected:
+  std::optional<PoseSolution> Solve(const Problem& problem, const Pose& start = kStart,
+                                    const PoseSolverOptions& options = {}) const {
+    return SolvePose(start, model.projection(), problem.points, problem.lines, options);
+  }
+  Problem Exact(int points, int lines, const Pose& start = kStart) const {
+    const Scene scene = MakeScene(11, points, lines);
+    return MakeProblem(scene, Look(scene, IdealSensor(), kTruth), model, start);
+  }
+
+  const MeasurementModel model{IdealSensor(), {}};
+};
+
+TEST_F(PoseSolver, FindsTheExactPoseFromPoints) {
+  const auto solution = Solve(Exact(60, 0));
+  ASSERT_TRUE(solution);
+  // It stops once a step gains less than 1e-6 of cost, and the next step, which squares the error,
+  // is not taken.
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-7);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-7);
+  EXPECT_EQ(solution->num_points, static_cast<int>(solution->point_inliers.size()));
+  EXPECT_GT(solution->num_points, 20);
+  EXPECT_EQ(solution->num_lines, 0);
+}
+
+TEST_F(PoseSolver, FindsThePoseFromPointsWithoutDepth) {
+  const Scene scene = MakeScene(11, 60, 0);
+  const SyntheticView view = Look(scene, IdealSensor(), kTruth);
+  auto flat = std::make_shared<FrameFeatures>(*view.features);
+  for (PointFeature& point : flat->points) point.depth = 0.0;
+  const auto solution = Solve(MakeProblem(scene, {flat, view.points, {}}, model, kStart));
+  ASSERT_TRUE(solution);
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-7);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-7);
+}
+
+TEST_F(PoseSolver, FindsTheExactPoseFromLines) {
+  // The ends of a map line move along it where the start is wrong, which costs nothing: only what
+  // is across the line is measured. Pixels are floats, 3e-5 px, 1e-7 m at 3 m.
+  const auto solution = Solve(Exact(0, 40));
+  ASSERT_TRUE(solution);
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-6);
+  EXPECT_EQ(solution->num_points, 0);
+  EXPECT_GT(solution->num_lines, 10);
+}
+
+TEST_F(PoseSolver, FindsTheExactPoseFromPointsAndLines) {
+  const auto solution = Solve(Exact(30, 20));
+  ASSERT_TRUE(solution);
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-6);
+  EXPECT_GT(solution->num_points, 10);
+  EXPECT_GT(solution->num_lines, 5);
+}
+
+TEST_F(PoseSolver, FlagsThirtyPercentGrossOutliers) {
+  Problem problem = Exact(100, 30, kTruth);
+  std::mt19937 rng(4);
+  std::vector<bool> point_good(problem.points.size(), true), line_good(problem.lines.size(), true);
+  const auto shift = [&] {
+    return testing::UniformInBox(rng, {0.3, 0.3, 0.3}, {1.0, 1.0, 1.0});
+  };
+  for (std::size_t i = 0; i < problem.points.size(); ++i) {
+    if (i % 10 >= 3) continue;
+    point_good[i] = false;
+    problem.points[i].p_W += shift();
+  }
+  for (std::size_t i = 0; i < problem.lines.size(); ++i) {
+    if (i % 10 >= 3) continue;
+    line_good[i] = false;
+    Segment3& segment = problem.lines[i].segment_W;
+    segment = Segment3(segment.p() + shift(), segment.q() - shift());
+  }
+  const auto solution = Solve(problem);
+  ASSERT_TRUE(solution);
+  EXPECT_EQ(solution->point_inliers, point_good);
+  EXPECT_EQ(solution->line_inliers, line_good);
+  EXPECT_EQ(solution->num_points, std::count(point_good.begin(), point_good.end(), true));
+  EXPECT_EQ(solution->num_lines, std::count(line_good.begin(), line_good.end(), true));
+  // Once they are set aside they do not pull at all.
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-6);
+}
+
+TEST_F(PoseSolver, TooFewInliersAreNoSolution) {
+  const Problem all = Exact(60, 0);
+  Problem problem{{all.points.begin(), all.points.begin() + 12}, {}};
+  ASSERT_TRUE(Solve(problem));
+  EXPECT_FALSE(Solve(problem, kStart, {.min_support = 13})) << "fewer than asked for";
+  for (std::size_t i = 0; i < 3; ++i) problem.points[i].p_W += Eigen::Vector3d(1, 1, 1);
+  EXPECT_TRUE(Solve(problem, kStart, {.min_support = 9}));
+  EXPECT_FALSE(Solve(problem, kStart, {.min_support = 10})) << "fewer in the end";
+  EXPECT_FALSE(Solve({}));
+}
+
+TEST_F(PoseSolver, ALineSupportsAsMuchAsTwoPoints) {
+  const Problem all = Exact(60, 40);
+  const Problem problem{{all.points.begin(), all.points.begin() + 4},
+                        {all.lines.begin(), all.lines.begin() + 5}};
+  EXPECT_TRUE(Solve(problem, kStart, {.min_support = 14}));
+  EXPECT_FALSE(Solve(problem, kStart, {.min_support = 15}));
+}
+
+TEST_F(PoseSolver, PointsAndLinesBehindTheCameraAreOutliers) {
+  Problem problem = Exact(60, 10);
+  const std::size_t points = problem.points.size(), lines = problem.lines.size();
+  PosePoint point = problem.points[0];
+  point.p_W = kTruth * Eigen::Vector3d(0.1, 0.1, -1.0);
+  problem.points.push_back(point);
+  PoseLine line = problem.lines[0];
+  line.segment_W = Segment3(line.segment_W.p(), kTruth * Eigen::Vector3d(0.1, 0.1, -1.0));
+  problem.lines.push_back(line);
+  const auto solution = Solve(problem);
+  ASSERT_TRUE(solution);
+  EXPECT_FALSE(solution->point_inliers.back());
+  EXPECT_FALSE(solution->line_inliers.back());
+  EXPECT_EQ(solution->num_points, static_cast<int>(points));
+  EXPECT_EQ(solution->num_lines, static_cast<int>(lines));
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
+
+  for (PosePoint& p : problem.points) p.p_W = kStart * Eigen::Vector3d(0.1, 0.1, -2.0);
+  problem.lines.clear();
+  EXPECT_FALSE(Solve(problem)) << "all behind: no residual and yet no solution";
+}
+
+// The same problem solved by Ceres with ceres::HuberLoss, with noise that reaches far beyond the
+// threshold: one minimum, found twice.
+TEST_F(PoseSolver, MinimisesTheHuberCostExactly) {
+  const Scene scene = MakeScene(21, 80, 25);
+  const SyntheticView view = Look(scene, IdealSensor(), kTruth, {.px = 4.0, .depth = true});
+  const Problem problem = MakeProblem(scene, view, model, kTruth);
+  const PoseSolverOptions once{.point_huber = 1.5,
+                               .line_huber = 2.5,
+                               .chi2_2 = 1e9,
+                               .chi2_3 = 1e9,
+                               .chi2_4 = 1e9,
+                               .rounds = 1,
+                               .max_iterations = 50};
+  const auto solution = Solve(problem, kStart, once);
+  ASSERT_TRUE(solution);
+
+  FactorGraph graph;
+  const Variable<Pose> pose = graph.AddVariable(kStart);
+  const auto point_loss = std::make_shared<ceres::HuberLoss>(once.point_huber);
+  for (std::size_t i = 0; i < problem.points.size(); ++i) {
+    const Variable<Point> p = graph.AddVariable(Point(problem.points[i].p_W));
+    graph.Fix(p);
+    graph.AddFactor(model.MakeFactor(view.features->points[i]), point_loss, pose, p);
+  }
+  const auto line_loss = std::make_shared<ceres::HuberLoss>(once.line_huber);
+  for (std::size_t i = 0; i < problem.lines.size(); ++i) {
+    const Variable<Segment3> segment = graph.AddVariable(problem.lines[i].segment_W);
+    graph.Fix(segment);
+    graph.AddFactor(
+        std::make_unique<LineReprojectionRgbd>(problem.lines[i].rows, model.projection()),
+        line_loss, pose, segment);
+  }
+  SolveOptions options;
+  options.max_iterations = 100;
+  options.gradient_tolerance = 1e-10;
+  options.parameter_tolerance = 1e-12;
+  options.function_tolerance = 1e-14;
+  ASSERT_TRUE(graph.Solve(options).IsUsable());
+  // It stops once a step gains less than 1e-6 of cost: a thousandth of a standard deviation, which
+  // is some millimetres for this noise.
+  EXPECT_LT(PositionError(solution->T_WC, graph.Value(pose)), 5e-6);
+  EXPECT_LT(AngleError(solution->T_WC, graph.Value(pose)), 5e-6);
+  EXPECT_GT(PositionError(solution->T_WC, kTruth), 1e-4) << "the noise must matter";
+}
+
+TEST_F(PoseSolver, ForgetsTheStartWithinItsBasin) {
+  const Scene scene = MakeScene(31, 80, 0);
+  const Problem problem = MakeProblem(
+      scene, Look(scene, IdealSensor(), kTruth, {.px = 1.0, .depth = true}), model, kTruth);
+  const auto reference = Solve(problem, kTruth);
+  ASSERT_TRUE(reference);
+  std::mt19937 rng(8);
+  for (int i = 0; i < 20; ++i) {
+    // Up to 15 cm and 6 degrees off.
+    Eigen::Matrix<double, 6, 1> step;
+    step << testing::UniformInBox(rng, {-0.15, -0.15, -0.15}, {0.15, 0.15, 0.15}),
+        testing::UniformInBox(rng, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
+    const auto solution = Solve(problem, kTruth.Plus(step));
+    ASSERT_TRUE(solution);
+    EXPECT_EQ(solution->point_inliers, reference->point_inliers);
+    EXPECT_LT(PositionError(solution->T_WC, reference->T_WC), 1e-5);
+    EXPECT_LT(AngleError(solution->T_WC, reference->T_WC), 1e-5);
+  }
+}
+
+// Without robustness the normalised estimation error squared is chi-square with 6 degrees of
+// freedom: over N trials its mean is 6 +- sqrt(12 / N).
+TEST_F(PoseSolver, ErrorIsConsistentWithTheNoise) {
+  constexpr int kTrials = 200;
+  const PoseSolverOptions plain{.point_huber = 1e6,
+                                .line_huber = 1e6,
+                                .chi2_2 = 1e9,
+                                .chi2_3 = 1e9,
+                                .chi2_4 = 1e9,
+                                .rounds = 1,
+                                .max_iterations = 20};
+  const Scene scene = MakeScene(41, 60, 0);
+  double sum = 0.0;
+  for (unsigned trial = 0; trial < kTrials; ++trial) {
+    const SyntheticView view =
+        Look(scene, IdealSensor(), kTruth, {.px = 1.0, .depth = true, .seed = trial + 1});
+    const Problem problem = MakeProblem(scene, view, model, kTruth);
+    const auto solution = Solve(problem, kTruth, plain);
+    ASSERT_TRUE(solution);
+    Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+    for (const PosePoint& point : problem.points) {
+      Eigen::Vector3d r;
+      Eigen::Matrix<double, 3, 6> J;
+      ASSERT_TRUE(model.projection().Evaluate<3>(RgbdProjection::At(solution->T_WC.data()),
+                                                 point.rows, point.p_W, &r, &J, nullptr));
+      information += J.transpose() * J;
+    }
+    Eigen::Matrix<double, 6, 1> error;
+    error << kTruth.p() - solution->T_WC.p(),
+        so3::Log(solution->T_WC.q().conjugate() * kTruth.q());
+    sum += error.dot(information * error);
+  }
+  const double sigma = std::sqrt(12.0 / kTrials);
+  EXPECT_NEAR(sum / kTrials, 6.0, 4.0 * sigma);
+}
+
+TEST(TrimToObservation, CutsWhereTheObservedEndsLook) {
+  const RgbdProjection camera(PinholeCamera{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, Pose());
+  // Along x at y = 0.4, z = 2; its image is v = 240 + 500 * 0.2 = 340.
+  const auto line = PluckerLine::FromPoints({-5, 0.4, 2}, {5, 0.4, 2});
+  const auto on_it = TrimToObservation(line, {195, 340}, {445, 340}, camera);
+  ASSERT_TRUE(on_it);
+  EXPECT_TRUE(on_it->p().isApprox(Eigen::Vector3d(-0.5, 0.4, 2), 1e-13));
+  EXPECT_TRUE(on_it->q().isApprox(Eigen::Vector3d(0.5, 0.4, 2), 1e-13));
+  // A ray (m_x, 0, 1) passes below: the nearest point of the line, d = x, has
+  // x = m_x (m . a) / (|m|^2 - m_x^2) with m . a = 2 and |m|^2 - m_x^2 = 1.
+  const auto off = TrimToObservation(line, {445, 240}, {570, 240}, camera);
+  ASSERT_TRUE(off);
+  EXPECT_TRUE(off->p().isApprox(Eigen::Vector3d(0.5, 0.4, 2), 1e-13));
+  EXPECT_TRUE(off->q().isApprox(Eigen::Vector3d(1.0, 0.4, 2), 1e-13));
+}
+
+TEST(TrimToObservation, IsEmptyBehindTheCameraAndAlongTheRay) {
+  const RgbdProjection camera(PinholeCamera{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, Pose());
+  const auto behind = PluckerLine::FromPoints({-5, 0.4, -2}, {5, 0.4, -2});
+  EXPECT_FALSE(TrimToObservation(behind, {195, 340}, {445, 340}, camera));
+  const auto along = PluckerLine::FromPoints({0, 0.1, 1}, {0, 0.1, 5});
+  EXPECT_FALSE(TrimToObservation(along, {320, 240}, {320, 300}, camera));
+}
+
+TEST(PoseSolverOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const PoseSolverOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(PoseSolverOptions().Validate());
+  expect_error({.point_huber = 0.0}, "point_huber");
+  expect_error({.line_huber = 0.0}, "line_huber");
+  expect_error({.chi2_3 = 0.0}, "chi2_3");
+  expect_error({.rounds = 0}, "rounds");
+  expect_error({.max_iterations = 0}, "max_iterations");
+  expect_error({.min_support = 2}, "min_support");
+}
+
+}  // namespace
+}  // namespace highwall

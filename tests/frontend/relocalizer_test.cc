@@ -1,0 +1,173 @@
+#include <highwall/frontend/relocalizer.h>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::AngleError;
+using testing::IdealSensor;
+using testing::Look;
+using testing::MakeScene;
+using testing::PositionError;
+using testing::Scene;
+using testing::SceneMap;
+using testing::SyntheticView;
+
+// Four keyframes of one scene that look to the left, ahead and to the right.
+const Pose kKeyFrames[] = {Pose::FromTangent({0, 0, 0}, {0, -0.6, 0}),
+                           Pose::FromTangent({0.2, 0, 0}, {0, -0.2, 0}),
+                           Pose::FromTangent({0, 0.1, 0}, {0, 0.2, 0}),
+                           Pose::FromTangent({-0.1, 0, 0.1}, {0, 0.6, 0})};
+// Near the third of them.
+const Pose kQuery = Pose::FromTangent({0.1, 0.05, 0.2}, {0.05, 0.3, 0.1});
+
+class RelocalizerTest : public ::testing::Test {
+ protected:
+  RelocalizerTest() {
+    for (const Pose& T_WC : kKeyFrames) {
+      scene_map.Add(Look(scene, IdealSensor(), T_WC), T_WC);
+    }
+  }
+
+  const Scene scene = MakeScene(5, 500, 0);
+  const MeasurementModel model{IdealSensor(), {}};
+  const Relocalizer relocalizer{model, {}};
+  SceneMap scene_map{scene};
+};
+
+TEST_F(RelocalizerTest, FindsThePoseFromScratch) {
+  const SyntheticView view = Look(scene, IdealSensor(), kQuery);
+  const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
+  ASSERT_TRUE(found);
+  EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-9);  // exact features: rounding
+  EXPECT_LT(AngleError(found->T_WC, kQuery), 1e-9);
+  EXPECT_EQ(found->keyframe, 2) << "it shares most";
+  EXPECT_GT(found->points.size(), 40u);
+  for (const auto& [feature, id] : found->points) {
+    const int place = view.points[static_cast<std::size_t>(feature)];
+    EXPECT_EQ(id, scene_map.point_ids[static_cast<std::size_t>(place)]);
+  }
+}
+
+TEST_F(RelocalizerTest, SetsWrongLandmarksAside) {
+  // Forty in a hundred landmarks were put into the wrong place.
+  std::vector<bool> moved(scene_map.point_ids.size(), false);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    MapPoint* point = scene_map.map.point(scene_map.point_ids[i]);
+    moved[i] = i % 5 < 2;
+    if (point != nullptr && moved[i]) point->p_W += Eigen::Vector3d(0.4, -0.3, 0.5);
+  }
+  // Moved all alike they would be a pose of their own: the larger group wins.
+  const SyntheticView view = Look(scene, IdealSensor(), kQuery, {.px = 0.7, .depth = true});
+  const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
+  ASSERT_TRUE(found);
+  // 1 px at 500 px and 3 m over some 60 points: a millimetre; ten times that.
+  EXPECT_LT(PositionError(found->T_WC, kQuery), 0.01);
+  EXPECT_LT(AngleError(found->T_WC, kQuery), 0.005);
+  for (const auto& [feature, id] : found->points) {
+    EXPECT_FALSE(moved[static_cast<std::size_t>(view.points[static_cast<std::size_t>(feature)])]);
+  }
+}
+
+TEST_F(RelocalizerTest, RefusesAForeignScene) {
+  const Scene other = MakeScene(77, 500, 0);
+  const SyntheticView view = Look(other, IdealSensor(), kQuery);
+  EXPECT_FALSE(relocalizer.Relocalize(*view.features, scene_map.map));
+}
+
+TEST_F(RelocalizerTest, RefusesKnownDescriptorsInForeignPlaces) {
+  Scene shuffled = scene;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    shuffled.points[i].descriptor = scene.points[(i * 7 + 3) % scene.points.size()].descriptor;
+  }
+  const SyntheticView view = Look(shuffled, IdealSensor(), kQuery);
+  EXPECT_FALSE(relocalizer.Relocalize(*view.features, scene_map.map));
+}
+
+TEST_F(RelocalizerTest, SameSeedGivesTheSameResult) {
+  const SyntheticView view = Look(scene, IdealSensor(), kQuery, {.px = 1.0, .depth = true});
+  const auto first = relocalizer.Relocalize(*view.features, scene_map.map);
+  const auto second = Relocalizer(model, {}).Relocalize(*view.features, scene_map.map);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->T_WC.Matrix(), second->T_WC.Matrix());
+  EXPECT_EQ(first->points, second->points);
+}
+
+TEST_F(RelocalizerTest, MatchesOneKeyFrameWithoutAVote) {
+  const SyntheticView view = Look(scene, IdealSensor(), kQuery);
+  const auto found = relocalizer.MatchKeyFrame(*view.features, scene_map.map, 1, Pose());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->keyframe, 1);
+  EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-9);
+}
+
+TEST_F(RelocalizerTest, NeedsDepthAndEnoughMatches) {
+  const SyntheticView view = Look(scene, IdealSensor(), kQuery);
+  auto flat = std::make_shared<FrameFeatures>(*view.features);
+  for (PointFeature& point : flat->points) point.depth = 0.0;
+  EXPECT_FALSE(relocalizer.Relocalize(*flat, scene_map.map));
+  const Relocalizer many(model, {.min_matches = 1000});
+  EXPECT_FALSE(many.Relocalize(*view.features, scene_map.map));
+  const Relocalizer sure(model, {.min_inliers = 1000});
+  EXPECT_FALSE(sure.Relocalize(*view.features, scene_map.map));
+}
+
+TEST(RelocalizerOnLines, FindsThePoseFromAGuessNearby) {
+  const Scene scene = MakeScene(6, 0, 120);
+  const MeasurementModel model(IdealSensor(), {});
+  const Relocalizer relocalizer(model, {});
+  SceneMap scene_map(scene);
+  scene_map.Add(Look(scene, IdealSensor(), kKeyFrames[1]), kKeyFrames[1]);
+  scene_map.Add(Look(scene, IdealSensor(), kKeyFrames[3]), kKeyFrames[3]);
+  const Pose truth = Pose::FromTangent({0.15, 0.05, 0}, {0.02, -0.15, 0.03});
+  const SyntheticView view = Look(scene, IdealSensor(), truth);
+  const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->keyframe, 0);
+  EXPECT_TRUE(found->points.empty());
+  EXPECT_GE(found->lines.size(), 8u);
+  for (const auto& [feature, id] : found->lines) {
+    const int place = view.lines[static_cast<std::size_t>(feature)];
+    EXPECT_EQ(id, scene_map.line_ids[static_cast<std::size_t>(place)]);
+  }
+  // Float pixels, 3e-5 px at 525 px and 3 m.
+  EXPECT_LT(PositionError(found->T_WC, truth), 1e-6);
+  EXPECT_LT(AngleError(found->T_WC, truth), 1e-6);
+  EXPECT_FALSE(Relocalizer(model, {.min_line_inliers = 1000})
+                   .Relocalize(*view.features, scene_map.map));
+}
+
+TEST_F(RelocalizerTest, NothingFromNothing) {
+  EXPECT_FALSE(relocalizer.Relocalize(FrameFeatures(), scene_map.map));
+  EXPECT_FALSE(relocalizer.MatchKeyFrame(FrameFeatures(), scene_map.map, 0, Pose()));
+  const SyntheticView view = Look(scene, IdealSensor(), kQuery);
+  EXPECT_FALSE(relocalizer.Relocalize(*view.features, Map()));
+}
+
+TEST(RelocalizerOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const RelocalizerOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(RelocalizerOptions().Validate());
+  expect_error({.candidates = 0}, "candidates");
+  expect_error({.query_features = 9}, "query_features");
+  expect_error({.max_hamming = -1}, "max_hamming");
+  expect_error({.ratio = 0.0}, "ratio");
+  expect_error({.min_matches = 2}, "min_matches");
+  expect_error({.min_inliers = 5}, "min_inliers");
+  expect_error({.min_line_inliers = 3}, "min_line_inliers");
+  expect_error({.lines = {.ratio = 0.0}}, "ratio");
+  expect_error({.ransac_iterations = 0}, "ransac_iterations");
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,203 @@
+#include <highwall/frontend/slam_system.h>
+
+#include <memory>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+#include <simulate/room.h>
+
+namespace highwall {
+namespace {
+
+constexpr int kFrames = 60;
+
+PinholeCamera SmallCamera() {
+  return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+}
+
+// Two seconds of a walk through a textured room, rendered once for all tests.
+class SlamSystemTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    simulate::SimulationOptions options;
+    options.seed = 3;
+    options.duration = kFrames / 30.0;
+    options.camera = SmallCamera();
+    options.sensor.noise = simulate::SensorNoise::kKinect;
+    const simulate::Simulation simulation = simulate::SimulateRoom(options);
+    auto images = std::make_unique<std::vector<RgbdImage>>();
+    auto truth = std::make_unique<Trajectory>();
+    for (int i = 0; i < simulation.size(); ++i) {
+      const simulate::SimulatedFrame frame = simulation.Render(i);
+      images->push_back({frame.stamp, frame.bgr, frame.depth});
+      truth->push_back({frame.stamp, frame.T_WC});
+    }
+    images_ = std::move(images);
+    truth_ = std::move(truth);
+  }
+  static void TearDownTestSuite() {
+    images_.reset();
+    truth_.reset();
+  }
+
+  static RgbdSensor Sensor() { return {.camera = SmallCamera()}; }
+  static const std::vector<RgbdImage>& Images() { return *images_; }
+  static double Rmse(const Trajectory& estimate) {
+    return AbsolutePoseError(*truth_, estimate).statistics.rmse;
+  }
+  static RgbdImage Blank(Stamp stamp) {
+    return {stamp, cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(128)), cv::Mat(240, 320, CV_32FC1, 2.0F)};
+  }
+
+  static std::unique_ptr<const std::vector<RgbdImage>> images_;
+  static std::unique_ptr<const Trajectory> truth_;
+};
+
+std::unique_ptr<const std::vector<RgbdImage>> SlamSystemTest::images_;
+std::unique_ptr<const Trajectory> SlamSystemTest::truth_;
+
+TEST_F(SlamSystemTest, TracksARoomToACentimetre) {
+  SlamSystem system(Sensor());
+  Trajectory causal;
+  int keyframes = 0;
+  for (const RgbdImage& image : Images()) {
+    const FrameResult result = system.Track(image);
+    ASSERT_EQ(result.state, TrackingState::kTracking) << causal.size();
+    EXPECT_EQ(result.stamp, image.stamp);
+    EXPECT_FALSE(result.relocalized);
+    EXPECT_GT(result.points, 100);
+    EXPECT_GT(result.lines, 5);
+    EXPECT_LE(result.matched_points, result.points);
+    EXPECT_GE(result.times.features, 0.0);
+    keyframes += result.mapping ? 1 : 0;
+    causal.push_back({result.stamp, result.T_WC});
+  }
+  EXPECT_EQ(system.trajectory().size(), Images().size());
+  EXPECT_LT(Rmse(system.trajectory()), 0.01);
+  EXPECT_LT(Rmse(causal), 0.015);
+  EXPECT_GE(keyframes, 2);
+  EXPECT_LT(keyframes, kFrames / 2);
+  EXPECT_EQ(system.keyframe_trajectory().size(), system.map().num_keyframes());
+  EXPECT_LT(Rmse(system.keyframe_trajectory()), 0.01);
+  EXPECT_GT(system.map().num_points(), 300u);
+  EXPECT_GT(system.map().num_lines(), 10u);
+}
+
+TEST_F(SlamSystemTest, WorldBeginsAtTheFirstCameraWithZUp) {
+  SlamSystem system(Sensor());
+  const FrameResult first = system.Track(Images()[0]);
+  ASSERT_EQ(first.state, TrackingState::kTracking);
+  ASSERT_TRUE(first.mapping);
+  EXPECT_TRUE(first.T_WC.p().isZero());
+  EXPECT_TRUE((first.T_WC.R() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d::UnitX(), 1e-15));
+  EXPECT_TRUE((first.T_WC.R() * Eigen::Vector3d::UnitY()).isApprox(-Eigen::Vector3d::UnitZ(), 1e-15));
+}
+
+TEST_F(SlamSystemTest, TracksWithPointsAlone) {
+  SlamOptions options;
+  options.frame.use_lines = false;
+  SlamSystem system(Sensor(), options);
+  for (std::size_t i = 0; i < 30; ++i) {
+    const FrameResult result = system.Track(Images()[i]);
+    ASSERT_EQ(result.state, TrackingState::kTracking) << i;
+    EXPECT_EQ(result.lines, 0);
+  }
+  EXPECT_EQ(system.map().num_lines(), 0u);
+  EXPECT_LT(Rmse(system.trajectory()), 0.01);
+}
+
+TEST_F(SlamSystemTest, BlankImagesAreLostAndThePlaceIsFoundAgain) {
+  SlamSystem system(Sensor());
+  for (std::size_t i = 0; i < 25; ++i) {
+    ASSERT_EQ(system.Track(Images()[i]).state, TrackingState::kTracking) << i;
+  }
+  const std::size_t keyframes = system.map().num_keyframes();
+  for (std::size_t i = 25; i < 30; ++i) {
+    const FrameResult result = system.Track(Blank(Images()[i].stamp));
+    EXPECT_EQ(result.state, TrackingState::kLost);
+    EXPECT_FALSE(result.mapping);
+    EXPECT_EQ(result.matched_points, 0);
+  }
+  EXPECT_EQ(system.map().num_keyframes(), keyframes) << "the map is kept";
+  for (std::size_t i = 30; i < 40; ++i) {
+    const FrameResult result = system.Track(Images()[i]);
+    ASSERT_EQ(result.state, TrackingState::kTracking) << i;
+    EXPECT_EQ(result.relocalized, i == 30);
+  }
+  EXPECT_EQ(system.trajectory().size(), 35u) << "no pose for what was lost";
+  EXPECT_LT(Rmse(system.trajectory()), 0.01);
+}
+
+TEST_F(SlamSystemTest, WaitsForAFirstFrameWithDepth) {
+  SlamSystem system(Sensor());
+  RgbdImage flat = Images()[0];
+  flat.depth = cv::Mat(240, 320, CV_32FC1, cv::Scalar(0.0));
+  EXPECT_EQ(system.Track(flat).state, TrackingState::kInitializing);
+  EXPECT_EQ(system.map().num_keyframes(), 0u);
+  EXPECT_TRUE(system.trajectory().empty());
+  const FrameResult result = system.Track(Images()[1]);
+  EXPECT_EQ(result.state, TrackingState::kTracking);
+  EXPECT_TRUE(result.mapping);
+}
+
+TEST_F(SlamSystemTest, RepeatsBitForBitWithOneThreadOrTwo) {
+  std::vector<Eigen::Matrix4d> poses[2];
+  for (const bool parallel : {false, true}) {
+    SlamOptions options;
+    options.frame.parallel = parallel;
+    options.mapper.bundle.threads = 1;
+    SlamSystem system(Sensor(), options);
+    for (std::size_t i = 0; i < 40; ++i) {
+      ASSERT_EQ(system.Track(Images()[i]).state, TrackingState::kTracking) << i;
+    }
+    for (const StampedPose& pose : system.trajectory()) {
+      poses[parallel ? 1 : 0].push_back(pose.pose.Matrix());
+    }
+  }
+  ASSERT_EQ(poses[0].size(), 40u);
+  EXPECT_EQ(poses[0], poses[1]);
+}
+
+TEST_F(SlamSystemTest, RefusesStampsThatDoNotAscendAndGoesOn) {
+  SlamSystem system(Sensor());
+  system.Track(Images()[0]);
+  EXPECT_THROW(system.Track(Images()[0]), InvalidArgument);
+  RgbdImage earlier = Images()[1];
+  earlier.stamp = Images()[0].stamp - 1;
+  EXPECT_THROW(system.Track(earlier), InvalidArgument);
+  EXPECT_EQ(system.Track(Images()[1]).state, TrackingState::kTracking);
+}
+
+TEST_F(SlamSystemTest, RefusesImagesOfAnotherSizeAndGoesOn) {
+  SlamSystem system(Sensor());
+  system.Track(Images()[0]);
+  const RgbdImage& next = Images()[1];
+  EXPECT_THROW(system.Track({next.stamp, cv::Mat(480, 640, CV_8UC3), cv::Mat(480, 640, CV_32FC1)}),
+               InvalidArgument);
+  EXPECT_THROW(system.Track({next.stamp, next.bgr, cv::Mat()}), InvalidArgument);
+  EXPECT_EQ(system.Track(next).state, TrackingState::kTracking) << "its stamp was not used up";
+}
+
+TEST(SlamOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const SlamOptions& options, const std::string& field) {
+    try {
+      const SlamSystem system({}, options);
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(SlamOptions().Validate());
+  SlamOptions pyramid;
+  pyramid.measurement.scale_factor = 1.3;
+  expect_error(pyramid, "scale_factor");
+  expect_error({.frame = {.use_points = false, .use_lines = false}}, "use_points");
+  expect_error({.measurement = {.baseline = 0.0}}, "baseline");
+  expect_error({.tracker = {.min_support = 1}}, "min_support");
+  expect_error({.keyframes = {.max_gap = 0}}, "max_gap");
+  expect_error({.mapper = {.probation_keyframes = 0}}, "probation_keyframes");
+}
+
+}  // namespace
+}  // namespace highwall
