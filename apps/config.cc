@@ -5,6 +5,7 @@
 #include <regex>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/tum_dataset.h>
 
 #include "yaml_reader.h"
 
@@ -100,6 +101,7 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
   if (const std::optional<RgbdSensor> sensor = SensorPreset(preset)) {
     return {{*sensor}, "preset " + preset + ", by the dataset's name"};
   }
+  TumDataset{dataset};  // a folder that is no dataset at all has a plainer fault
   throw IoError(dataset, "the camera is unknown: put calibration.yaml there, or give --config " +
                              ("with a file or one of " + PresetList()));
 }

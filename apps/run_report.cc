@@ -106,8 +106,8 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
           {"peak_memory_mib", PeakMemoryMib()}};
 }
 
-void WriteRun(const std::filesystem::path& directory, const SlamRun& run,
-              const nlohmann::json& run_json) {
+nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& run,
+                        const nlohmann::json& run_json) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw IoError(directory, "cannot be made: " + error.message());
@@ -121,6 +121,7 @@ void WriteRun(const std::filesystem::path& directory, const SlamRun& run,
   AtomicFile file(directory / "run.json");
   file.stream() << json.dump(2) << '\n';
   file.Commit();
+  return json;
 }
 
 }  // namespace highwall::apps

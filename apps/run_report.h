@@ -16,14 +16,14 @@ nlohmann::json ToJson(const StageTimes& times);
 nlohmann::json ToJson(const SlamRunOptions& options);
 // Versions of Highwall and of the libraries that it computes with.
 nlohmann::json VersionsJson();
-// All of run.json.
+// All of run.json but the map.
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration);
 
 // trajectory.txt, keyframes.txt, run.json and, where the run has a dense map, cloud.ply, map.bt,
 // grid.pgm and grid.yaml. The folder is made where it is missing; each file is replaced whole.
-// Throws IoError.
-void WriteRun(const std::filesystem::path& directory, const SlamRun& run,
-              const nlohmann::json& run_json);
+// Returns what run.json says: run_json and the sizes of the map. Throws IoError.
+nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& run,
+                        const nlohmann::json& run_json);
 
 }  // namespace highwall::apps

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <system_error>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -52,7 +53,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   return options;
 }
 
-void PrintSummary(const SlamRun& run, const Dataset& dataset, const std::string& out) {
+void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::string& out) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
@@ -67,13 +68,22 @@ void PrintSummary(const SlamRun& run, const Dataset& dataset, const std::string&
   fmt::print("memory      {:.0f} MiB at its peak\n", PeakMemoryMib());
   if (dataset.groundtruth() != nullptr) {
     fmt::print("error       highwall eval ape {} {}\n",
-               (std::filesystem::path("DATASET") / "groundtruth.txt").string(),
+               (dataset.directory() / "groundtruth.txt").string(),
                (std::filesystem::path(out) / "trajectory.txt").string());
   }
   fmt::print("results in  {}\n", out);
 }
 
+// Before the work, not after it.
+void RequireFolder(const std::filesystem::path& out) {
+  std::error_code error;
+  if (std::filesystem::exists(out, error) && !std::filesystem::is_directory(out, error)) {
+    throw IoError(out, "is a file, but --out needs a folder");
+  }
+}
+
 int RunSlamCommand(const SlamArguments& arguments) {
+  RequireFolder(arguments.out);
   const ResolvedConfig resolved = ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = resolved.config.sensor;
   const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor,
@@ -94,13 +104,13 @@ int RunSlamCommand(const SlamArguments& arguments) {
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame, problem.what);
   }
-  const nlohmann::json report = RunJson(run, options, arguments.dataset, resolved.origin);
   if (run.trajectory.empty()) {
     throw IoError(arguments.dataset,
                   "no frame could be tracked: too little texture or depth to start a map (see "
                   "highwall info)");
   }
-  WriteRun(arguments.out, run, report);
+  const nlohmann::json report =
+      WriteRun(arguments.out, run, RunJson(run, options, arguments.dataset, resolved.origin));
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {
@@ -131,6 +141,7 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, Weighting>{
           {"covariance", Weighting::kCovariance}, {"paper", Weighting::kPaper}}));
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
+      ->check(CLI::Range(1e-3, 10.0))
       ->capture_default_str();
   command->add_flag("--deterministic", arguments->deterministic,
                     "One thread; the same output, bit for bit, on every run");

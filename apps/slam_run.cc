@@ -79,6 +79,8 @@ Milliseconds Summarize(std::vector<double> samples) {
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const FrameCallback& on_frame) {
+  options.map.octree.Validate();  // used in the end only
+  options.map.grid.Validate();
   const auto start = Clock::now();
   SlamSystem slam(sensor, options.slam);
   const DepthUnprojector unprojector(sensor.camera);

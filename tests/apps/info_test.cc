@@ -1,34 +1,22 @@
-#include <sys/wait.h>
-
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "../frontend/generated_tum.h"
+#include "run_program.h"
 
 namespace highwall {
 namespace {
 
 using nlohmann::json;
+using testing::Outcome;
+using testing::ReadText;
 using testing::TemporaryDirectory;
 using testing::Truncate;
 using testing::WriteText;
 using testing::WriteTum;
-
-std::string ReadText(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-struct Outcome {
-  int exit_code = -1;
-  std::string out, err;
-};
 
 // Runs the built executable with a folder of its own for a dataset.
 class InfoTest : public ::testing::Test {
@@ -36,11 +24,7 @@ class InfoTest : public ::testing::Test {
   const std::filesystem::path& dataset() const { return folder_.path(); }
 
   static Outcome Highwall(const std::string& arguments) {
-    const TemporaryDirectory scratch("output");
-    const std::string out = scratch.path() / "out", err = scratch.path() / "err";
-    const int status = std::system(
-        (std::string(HIGHWALL_BINARY) + " " + arguments + " > " + out + " 2> " + err).c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
+    return testing::RunProgram(HIGHWALL_BINARY, arguments);
   }
 
   Outcome Info(const std::string& options = "") const {

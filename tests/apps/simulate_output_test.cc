@@ -1,8 +1,5 @@
-#include <sys/wait.h>
-
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -19,6 +16,7 @@
 
 #include "../frontend/generated_tum.h"
 #include "config.h"
+#include "run_program.h"
 #include "simulate/room.h"
 #include "simulate/tum_writer.h"
 
@@ -26,13 +24,10 @@ namespace highwall::simulate {
 namespace {
 
 namespace fs = std::filesystem;
+using highwall::testing::Outcome;
+using highwall::testing::ReadText;
 using highwall::testing::TemporaryDirectory;
 using highwall::testing::WriteText;
-
-std::string ReadText(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 SimulationOptions SmallOptions() {
   SimulationOptions options;
@@ -45,17 +40,8 @@ std::ptrdiff_t CountEntries(const fs::path& folder) {
   return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
 }
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out, err;
-};
-
 Outcome Highwall(const std::string& arguments) {
-  const TemporaryDirectory scratch("output");
-  const std::string out = scratch.path() / "out", err = scratch.path() / "err";
-  const int status = std::system(
-      (std::string(HIGHWALL_BINARY) + " " + arguments + " > " + out + " 2> " + err).c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
+  return testing::RunProgram(HIGHWALL_BINARY, arguments);
 }
 
 TEST(WriteTum, TheProjectsOwnReaderFindsTheFramesAsTheyWereRendered) {

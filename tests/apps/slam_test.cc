@@ -1,0 +1,364 @@
+// Runs `highwall slam` as a user does: what it writes, how good it is, how it meets bad input.
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/core/trajectory_error.h>
+#include <highwall/mapping/octomap_builder.h>
+#include <highwall/mapping/point_cloud_io.h>
+
+#include "../frontend/generated_tum.h"
+#include "run_program.h"
+#include "small_room.h"
+
+namespace highwall {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::Outcome;
+using testing::ReadText;
+using testing::TemporaryDirectory;
+using testing::Truncate;
+using testing::WriteText;
+using testing::WriteTum;
+
+std::size_t CountLines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// The names and contents of a folder's files.
+std::map<std::string, std::string> Contents(const fs::path& folder) {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    contents[entry.path().filename().string()] = ReadText(entry.path());
+  }
+  return contents;
+}
+
+class SlamCommand : public ::testing::Test {
+ protected:
+  fs::path dataset() const { return folder_.path() / "dataset"; }
+  fs::path run() const { return folder_.path() / "run"; }
+
+  static Outcome Slam(const std::string& options) {
+    return testing::RunProgram(HIGHWALL_BINARY, "slam " + options);
+  }
+  Outcome SlamOnDataset(const std::string& options = "") const {
+    return Slam("--dataset " + dataset().string() + " --out " + run().string() + " " + options);
+  }
+
+  void Film(int frames) const { testing::FilmSmallRoom(dataset(), frames); }
+
+  // A dataset of 64 x 48 pixels whose files are whole; its images are blank.
+  void WriteBlank(const testing::GeneratedTum& tum = {}) const {
+    WriteTum(dataset(), tum);
+    WriteText(dataset() / "calibration.yaml",
+              "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 31.5, cy: 23.5}\n"
+              "depth_factor: 5000\n");
+  }
+
+  std::vector<fs::path> Images(const std::string& kind) const {
+    std::set<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(dataset() / kind)) files.insert(entry.path());
+    return {files.begin(), files.end()};
+  }
+
+  // One line that holds every part, exit code 2, nothing else printed, earlier results untouched.
+  void ExpectRefused(const std::vector<std::string>& parts, const std::string& options = "") const {
+    fs::create_directories(run());
+    WriteText(run() / "trajectory.txt", "earlier trajectory");
+    WriteText(run() / "run.json", "earlier report");
+    const auto before = Contents(run());
+    const Outcome outcome = SlamOnDataset(options);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(outcome.err.find('\n') + 1, outcome.err.size()) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("highwall slam: ")) << outcome.err;
+    for (const std::string& part : parts) EXPECT_TRUE(Contains(outcome.err, part)) << outcome.err;
+    EXPECT_EQ(Contents(run()), before);
+    fs::remove_all(run());
+    EXPECT_EQ(SlamOnDataset(options).exit_code, 2);
+    EXPECT_FALSE(fs::exists(run())) << "a refused run leaves a folder";
+  }
+
+  // A run that carries on: exit code 0, one line for each skipped frame, all of them counted.
+  void ExpectSkipped(const std::vector<std::string>& reasons, std::size_t frames) const {
+    const Outcome outcome = SlamOnDataset("--no-map --json");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(CountLines(outcome.err), reasons.size()) << outcome.err;
+    for (const std::string& reason : reasons) {
+      EXPECT_TRUE(Contains(outcome.err, reason)) << outcome.err;
+    }
+    const json report = json::parse(outcome.out);
+    EXPECT_EQ(report["skipped_frames"], reasons.size());
+    EXPECT_EQ(report["frames"], frames - reasons.size());
+    EXPECT_EQ(ReadTumTrajectory(run() / "trajectory.txt").size(), frames - reasons.size());
+  }
+
+ private:
+  TemporaryDirectory folder_;
+};
+
+void ExpectStage(const json& milliseconds, const std::string& stage) {
+  SCOPED_TRACE(stage);
+  ASSERT_TRUE(milliseconds.contains(stage));
+  const json& figures = milliseconds[stage];
+  EXPECT_GT(figures["count"], 0);
+  EXPECT_GT(figures["mean"], 0.0);
+  EXPECT_GT(figures["median"], 0.0);
+  EXPECT_GE(figures["p95"], figures["median"]);
+}
+
+void ExpectReport(const json& report, std::size_t frames) {
+  for (const char* library : {"highwall", "ceres", "opencv", "eigen"}) {
+    EXPECT_NE(report["versions"][library], "") << library;
+  }
+  EXPECT_EQ(report["options"]["points"], true);
+  EXPECT_EQ(report["options"]["lines"], true);
+  EXPECT_EQ(report["options"]["octree_resolution_m"], 0.1);
+  EXPECT_EQ(report["frames"], frames);
+  EXPECT_EQ(report["tracked_frames"], frames);
+  EXPECT_EQ(report["lost_frames"], 0);
+  EXPECT_TRUE(report["lost_stamps"].empty());
+  EXPECT_EQ(report["skipped_frames"], 0);
+  EXPECT_GE(report["keyframes"], 1);
+  EXPECT_GT(report["landmarks"]["points"], 100);
+  EXPECT_GT(report["landmarks"]["lines"], 10);
+  for (const char* stage :
+       {"points", "lines", "features", "pose", "tracking", "mapping", "dense"}) {
+    ExpectStage(report["milliseconds"], stage);
+  }
+  EXPECT_GT(report["peak_memory_mib"], 1.0);
+}
+
+// grid.yaml as map_server reads it, and the size of the image that it names.
+void ExpectGrid(const fs::path& run, const json& grid) {
+  std::map<std::string, std::string> fields;
+  std::istringstream yaml(ReadText(run / "grid.yaml"));
+  for (std::string key, value; std::getline(yaml, key, ':') && std::getline(yaml, value);) {
+    fields[key] = value.substr(value.find_first_not_of(' '));
+  }
+  EXPECT_EQ(fields["image"], "grid.pgm");
+  EXPECT_EQ(std::stod(fields["resolution"]), 0.1);
+  EXPECT_TRUE(fields["origin"].starts_with('['));
+  std::istringstream pgm(ReadText(run / "grid.pgm"));
+  std::string magic;
+  int width = 0, height = 0, white = 0;
+  pgm >> magic >> width >> height >> white;
+  EXPECT_EQ(magic, "P5");
+  EXPECT_EQ(white, 255);
+  EXPECT_EQ(width, grid["width"]);
+  EXPECT_EQ(height, grid["height"]);
+  EXPECT_EQ(
+      static_cast<std::uintmax_t>(width * height) + static_cast<std::uintmax_t>(pgm.tellg()) + 1,
+      fs::file_size(run / "grid.pgm"));
+}
+
+TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
+  constexpr std::size_t kFrames = 40;
+  Film(kFrames);
+  const Outcome outcome = SlamOnDataset("--resolution 0.1");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  // The command that is suggested can be run as it stands.
+  EXPECT_TRUE(Contains(outcome.out, "highwall eval ape " +
+                                        (dataset() / "groundtruth.txt").string() + " " +
+                                        (run() / "trajectory.txt").string()))
+      << outcome.out;
+
+  const Trajectory trajectory = ReadTumTrajectory(run() / "trajectory.txt");
+  const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
+  ASSERT_EQ(trajectory.size(), kFrames);
+  EXPECT_LT(AbsolutePoseError(truth, trajectory).statistics.rmse, 0.02);
+  const json report = json::parse(ReadText(run() / "run.json"));
+  ExpectReport(report, kFrames);
+  EXPECT_EQ(ReadTumTrajectory(run() / "keyframes.txt").size(), report["keyframes"]);
+
+  const json& map = report["map"];
+  EXPECT_EQ(ReadPly(run() / "cloud.ply").size(), map["cloud"]["points"]);
+  EXPECT_GT(map["cloud"]["points"], 1000);
+  const OctomapBuilder octree = OctomapBuilder::Read(run() / "map.bt");
+  EXPECT_EQ(octree.options().resolution, 0.1);
+  EXPECT_GT(octree.LeafCount().occupied, 100U);
+  EXPECT_GT(map["octree"]["occupied_leaves"], 100);
+  EXPECT_GT(map["octree"]["free_leaves"], 100);
+  ExpectGrid(run(), map["grid"]);
+}
+
+TEST_F(SlamCommand, DeterministicRunsAreEqualToTheByte) {
+  Film(20);
+  const std::string results[] = {"trajectory.txt", "keyframes.txt", "cloud.ply", "map.bt",
+                                 "grid.pgm"};
+  ASSERT_EQ(SlamOnDataset("--deterministic").exit_code, 0);
+  std::map<std::string, std::string> first = Contents(run());
+  ASSERT_EQ(SlamOnDataset("--deterministic").exit_code, 0);
+  std::map<std::string, std::string> second = Contents(run());
+  for (const std::string& result : results) {
+    EXPECT_FALSE(first[result].empty()) << result;
+    EXPECT_TRUE(first[result] == second[result]) << result;
+  }
+}
+
+TEST_F(SlamCommand, JsonIsOneObjectAndTheSameAsTheFile) {
+  Film(5);
+  const Outcome outcome = SlamOnDataset("--json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out), json::parse(ReadText(run() / "run.json")));
+}
+
+TEST_F(SlamCommand, RefusesAMissingFolder) {
+  ExpectRefused({dataset().string() + ": does not exist"});
+  ExpectRefused({dataset().string() + ": does not exist"}, "--config tum1");
+}
+
+TEST_F(SlamCommand, RefusesAnEmptyFolder) {
+  fs::create_directories(dataset());
+  ExpectRefused({dataset().string() + ": is empty"});
+  ExpectRefused({dataset().string() + ": is empty"}, "--config tum1");
+}
+
+TEST_F(SlamCommand, RefusesADatasetWithoutAList) {
+  WriteBlank();
+  fs::remove(dataset() / "depth.txt");
+  ExpectRefused({"depth.txt: is missing"});
+  fs::remove(dataset() / "rgb.txt");
+  ExpectRefused({"rgb.txt: is missing"});
+}
+
+TEST_F(SlamCommand, RefusesMalformedLines) {
+  WriteBlank();
+  WriteText(dataset() / "rgb.txt", "# colour\n100.0 rgb/100.png\nsoon rgb/101.png\n");
+  ExpectRefused({"rgb.txt:3: 'soon' is not a time stamp"});
+  WriteText(dataset() / "rgb.txt", "100.0 rgb/100.png\n100.1\n");
+  ExpectRefused({"rgb.txt:2: a file name is missing"});
+}
+
+TEST_F(SlamCommand, RefusesUnsortedLines) {
+  WriteBlank();
+  WriteText(dataset() / "depth.txt", "100.1 depth/101.png\n100.0 depth/100.png\n");
+  ExpectRefused({"depth.txt:2: stamp 100.0 is not greater than the one before"});
+}
+
+TEST_F(SlamCommand, RefusesStampsThatNeverAssociate) {
+  WriteBlank();
+  WriteText(dataset() / "depth.txt", "200.0 depth/100.png\n200.1 depth/101.png\n");
+  ExpectRefused({dataset().string(), "no stamp of rgb.txt has one of depth.txt within 0.02 s"});
+}
+
+TEST_F(SlamCommand, RefusesDepthThatIsAllZero) {
+  WriteBlank({.raw_depth = 0});
+  ExpectRefused({"none of its 6 frames can be used", "100.png: holds no depth: all zero"});
+}
+
+TEST_F(SlamCommand, RefusesATrajectoryWithNan) {
+  WriteBlank();
+  WriteText(dataset() / "groundtruth.txt", "100.0 0 0 0 0 0 0 1\n100.1 0 nan 0 0 0 0 1\n");
+  ExpectRefused({"groundtruth.txt:2: ", "nan"});
+}
+
+TEST_F(SlamCommand, RefusesAnUnknownYamlKey) {
+  WriteBlank();
+  const fs::path config = dataset() / "calibration.yaml";
+  WriteText(config, ReadText(config) + "depth_nose: {offset: 0.001}\n");
+  ExpectRefused({"calibration.yaml:3: unknown key 'depth_nose'", "'depth_noise'"});
+  ExpectRefused({"calibration.yaml:3: unknown key 'depth_nose'"}, "--config " + config.string());
+}
+
+TEST_F(SlamCommand, RefusesAConfigurationThatIsNotThere) {
+  WriteBlank();
+  ExpectRefused({"none.yaml: is neither a file nor a preset (tum1, tum2, tum3)"},
+                "--config none.yaml");
+  fs::remove(dataset() / "calibration.yaml");
+  ExpectRefused({"the camera is unknown"});
+}
+
+TEST_F(SlamCommand, RefusesImagesWithoutAnyTexture) {
+  WriteBlank();
+  ExpectRefused({dataset().string() + ": no frame could be tracked"});
+}
+
+TEST_F(SlamCommand, RefusesAFileInPlaceOfTheResultsFolder) {
+  WriteBlank();
+  WriteText(run(), "precious");
+  const Outcome outcome = SlamOnDataset();
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, run().string() + ": is a file")) << outcome.err;
+  EXPECT_EQ(ReadText(run()), "precious");
+}
+
+TEST_F(SlamCommand, SkipsUnreadableImagesAndCarriesOn) {
+  Film(8);
+  WriteText(Images("rgb")[3], "no picture");
+  fs::remove(Images("depth")[5]);
+  ExpectSkipped({Images("rgb")[3].string() + ": is not an image", ": cannot be read"}, 8);
+}
+
+TEST_F(SlamCommand, SkipsTruncatedImagesAndCarriesOn) {
+  Film(8);
+  Truncate(Images("rgb")[2]);
+  Truncate(Images("depth")[6]);
+  ExpectSkipped({Images("rgb")[2].string() + ": is truncated",
+                 Images("depth")[6].string() + ": is truncated"},
+                8);
+}
+
+TEST_F(SlamCommand, SkipsDepthOfAnotherSizeAndCarriesOn) {
+  Film(8);
+  cv::imwrite(Images("depth")[4].string(), cv::Mat(48, 64, CV_16UC1, cv::Scalar(5000)));
+  ExpectSkipped({Images("depth")[4].string() + ": is 64 x 48, but its colour image is 320 x 240"},
+                8);
+}
+
+TEST_F(SlamCommand, SkipsAFrameWithoutDepthAndCarriesOn) {
+  Film(8);
+  cv::imwrite(Images("depth")[4].string(), cv::Mat::zeros(240, 320, CV_16UC1));
+  ExpectSkipped({Images("depth")[4].string() + ": holds no depth: all zero"}, 8);
+}
+
+TEST_F(SlamCommand, WarnsOfADepthFactorThatIsUnlikely) {
+  Film(5);
+  std::string calibration = ReadText(dataset() / "calibration.yaml");
+  const std::size_t at = calibration.find("depth_factor: 5000");
+  ASSERT_NE(at, std::string::npos);
+  calibration.replace(at, 18, "depth_factor: 100 #");
+  WriteText(dataset() / "calibration.yaml", calibration);
+  const Outcome outcome = SlamOnDataset();
+  EXPECT_TRUE(outcome.err.starts_with("highwall slam: warning: " + dataset().string() +
+                                      ": the median depth is "))
+      << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "with depth factor 100; the factor is likely 5000"))
+      << outcome.err;
+  // Everything lies beyond the range of the sensor: no map, no results.
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_FALSE(fs::exists(run()));
+}
+
+TEST_F(SlamCommand, WrongUsageExitsWithOneAndHelpHasAnExample) {
+  for (const std::string& options : {std::string(), std::string("--dataset x"),
+                                     std::string("--dataset x --out y --resolution -1"),
+                                     std::string("--dataset x --out y --features planes"),
+                                     std::string("--dataset x --out y --colour")}) {
+    const Outcome outcome = Slam(options);
+    EXPECT_EQ(outcome.exit_code, 1) << options;
+    EXPECT_EQ(CountLines(outcome.err), 1U) << outcome.err;
+  }
+  const Outcome help = Slam("--help");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_TRUE(Contains(help.out, "Example:"));
+}
+
+}  // namespace
+}  // namespace highwall

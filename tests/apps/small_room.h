@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+
+#include "simulate/room.h"
+#include "simulate/tum_writer.h"
+
+namespace highwall::testing {
+
+// The first frames of a walk through the room, 30 a second, as a Kinect with a quarter of the
+// pixels sees it: a TUM dataset.
+inline void FilmSmallRoom(const std::filesystem::path& dataset, int frames) {
+  simulate::SimulationOptions options;
+  options.camera = {
+      .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+  options.duration = frames / options.fps;
+  simulate::WriteTum(simulate::SimulateRoom(options), dataset);
+}
+
+}  // namespace highwall::testing
