@@ -67,6 +67,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"orb_features", frame.orb.features},
           {"orb_levels", frame.orb.levels},
           {"line_detector", ToString(frame.lines.detector)},
+          {"line_outliers", ToString(options.slam.tracker.matcher.lines.mad_rule)},
           {"weighting", ToString(options.slam.measurement.weighting)},
           {"virtual_baseline_m", options.slam.measurement.baseline},
           {"parallel_features", frame.parallel},

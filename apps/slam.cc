@@ -33,6 +33,7 @@ struct SlamArguments {
   Features features = Features::kBoth;
   LineDetector detector = LineExtractorOptions().detector;
   Weighting weighting = MeasurementOptions().weighting;
+  MadRule mad_rule = LineMatcherOptions().mad_rule;
   double resolution = OctomapBuilderOptions().resolution;
   bool deterministic = false;
   bool no_map = false;
@@ -45,6 +46,9 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.slam.frame.use_lines = arguments.features != Features::kPoints;
   options.slam.frame.lines.detector = arguments.detector;
   options.slam.measurement.weighting = arguments.weighting;
+  options.slam.tracker.matcher.lines.mad_rule = arguments.mad_rule;
+  options.slam.tracker.relocalizer.lines.mad_rule = arguments.mad_rule;
+  options.slam.mapper.matcher.lines.mad_rule = arguments.mad_rule;
   options.map.octree.resolution = arguments.resolution;
   options.dense = !arguments.no_map;
   if (arguments.deterministic) {
@@ -153,6 +157,9 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--line-detector", arguments->detector, "lsd or edlines")
       ->transform(CLI::CheckedTransformer(std::map<std::string, LineDetector>{
           {"lsd", LineDetector::kLsd}, {"edlines", LineDetector::kEdLines}}));
+  command->add_option("--line-outliers", arguments->mad_rule, "median or paper")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, MadRule>{
+          {"median", MadRule::kMedian}, {"paper", MadRule::kPaper}}));
   command->add_option("--weighting", arguments->weighting, "covariance or paper")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Weighting>{
           {"covariance", Weighting::kCovariance}, {"paper", Weighting::kPaper}}));

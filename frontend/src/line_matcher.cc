@@ -159,6 +159,8 @@ double DisplacementDirection(const LineSegment& a, const LineSegment& b) {
 
 }  // namespace
 
+const char* ToString(MadRule rule) { return rule == MadRule::kMedian ? "median" : "paper"; }
+
 void LineMatcherOptions::Validate() const {
   ValidateGates(small_motion);
   ValidateGates(large_motion);

@@ -20,6 +20,9 @@ enum class MadRule {
   kPaper,   // as printed: direction of the displacement of the start; mean and standard deviation
 };
 
+// "median" or "paper".
+const char* ToString(MadRule rule);
+
 struct LineMatcherOptions {
   LineGates small_motion = {};  // frame to frame
   LineGates large_motion{.max_angle = 0.6, .min_length_ratio = 0.3, .max_midpoint_distance = 200.0};
