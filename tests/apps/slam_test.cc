@@ -299,6 +299,31 @@ TEST_F(SlamCommand, RefusesAFileInPlaceOfTheResultsFolder) {
   EXPECT_EQ(ReadText(run()), "precious");
 }
 
+TEST_F(SlamCommand, RefusesAFolderThatCannotBeMadeBeforeTheWork) {
+  // Were the dataset looked at first, it would be to blame.
+  const fs::path file = dataset().parent_path() / "file";
+  WriteText(file, "precious");
+  const Outcome outcome = Slam("--dataset /nowhere --out " + (file / "a" / "b").string());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, "/a/b: cannot be made: ")) << outcome.err;
+  EXPECT_EQ(ReadText(file), "precious");
+}
+
+TEST_F(SlamCommand, RefusesAFolderInPlaceOfAConfiguration) {
+  WriteBlank();
+  const Outcome outcome = SlamOnDataset("--config " + dataset().string());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, "is a folder")) << outcome.err;
+}
+
+TEST_F(SlamCommand, QuotesNoControlCharactersOfAFile) {
+  WriteBlank();
+  WriteText(dataset() / "rgb.txt", "\033[31mred\r rgb/a.png\n");
+  const Outcome outcome = SlamOnDataset();
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, "'?[31mred' is not a time stamp")) << outcome.err;
+}
+
 TEST_F(SlamCommand, SkipsUnreadableImagesAndCarriesOn) {
   Film(8);
   WriteText(Images("rgb")[3], "no picture");
@@ -347,10 +372,12 @@ TEST_F(SlamCommand, WarnsOfADepthFactorThatIsUnlikely) {
 }
 
 TEST_F(SlamCommand, WrongUsageExitsWithOneAndHelpHasAnExample) {
-  for (const std::string& options : {std::string(), std::string("--dataset x"),
-                                     std::string("--dataset x --out y --resolution -1"),
-                                     std::string("--dataset x --out y --features planes"),
-                                     std::string("--dataset x --out y --colour")}) {
+  for (const std::string& options :
+       {std::string(), std::string("--dataset x"),
+        std::string("--dataset x --out y --resolution -1"),
+        std::string("--dataset x --out y --resolution nan"), std::string("--dataset x --out ''"),
+        std::string("--dataset x --out y --features planes"),
+        std::string("--dataset x --out y --colour")}) {
     const Outcome outcome = Slam(options);
     EXPECT_EQ(outcome.exit_code, 1) << options;
     EXPECT_EQ(CountLines(outcome.err), 1U) << outcome.err;
