@@ -27,16 +27,18 @@ ceres::Problem::Options ProblemOptions() {
   return options;
 }
 
-class StopCallback final : public ceres::IterationCallback {
+// What SolveOptions asks to be told and asked between iterations.
+class SolveCallback final : public ceres::IterationCallback {
  public:
-  explicit StopCallback(const std::atomic<bool>& stop) : stop_(stop) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return stop_.load(std::memory_order_relaxed) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                                                 : ceres::SOLVER_CONTINUE;
+  explicit SolveCallback(const SolveOptions& options) : options_(options) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+    if (options_.on_iteration) options_.on_iteration(iteration.iteration, iteration.cost);
+    const bool stop = options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
+    return stop ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 
  private:
-  const std::atomic<bool>& stop_;
+  const SolveOptions& options_;
 };
 
 struct VariableSlot {
@@ -312,11 +314,8 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks, other_dimensions);
   if (ceres::IsSchurType(solver.linear_solver_type)) solver.linear_solver_ordering = ordering;
 
-  std::unique_ptr<StopCallback> stop;
-  if (options.stop != nullptr) {
-    stop = std::make_unique<StopCallback>(*options.stop);
-    solver.callbacks.push_back(stop.get());
-  }
+  SolveCallback callback(options);
+  solver.callbacks.push_back(&callback);
 
   ceres::Solver::Summary ceres_summary;
   ceres::Solve(solver, &impl_->problem, &ceres_summary);

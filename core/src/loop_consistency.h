@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include <highwall/core/pose_graph.h>
+
+// Which loops of a graph agree with what else is known, before or beside any solving. Masks are by
+// edge, odometry always true. docs/pose_graph.md, "Which loops may take part".
+namespace highwall::internal {
+
+// Loops that another loop confirms: both ends of one lie a few steps of odometry from those of the
+// other, and the cycle through both closes within max_chi2 of its covariance.
+std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2);
+
+// `used` and those loops that agree with the present poses to max_chi2, when these are as uncertain
+// as the shortest path through `used` edges between the ends. True if that added any.
+bool AddPlausibleLoops(const PoseGraph& graph, double max_chi2, std::vector<bool>* used);
+
+}  // namespace highwall::internal

@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/core/pose_graph.h>
+#include "loop_consistency.h"
+#include "pose_graph_problem.h"
+#include "pose_graph_topology.h"
+#include "robust_loops.h"
+
+namespace highwall {
+namespace {
+
+using internal::PoseGraphProblem;
+using internal::PoseGraphTopology;
+using Clock = std::chrono::steady_clock;
+
+// 99.9 % quantiles of the chi-squared distribution with 3 and 6 degrees of freedom.
+constexpr double kMaxChi2Se2 = 16.266;
+constexpr double kMaxChi2Se3 = 22.458;
+constexpr double kMinWeight = 0.5;  // of a loop that is kept
+
+// The graph with the chosen edges only.
+PoseGraph Select(const PoseGraph& graph, const std::vector<bool>& used) {
+  PoseGraph selected = graph;
+  selected.edges.clear();
+  for (std::size_t e = 0; e < used.size(); ++e) {
+    if (used[e]) selected.edges.push_back(graph.edges[e]);
+  }
+  return selected;
+}
+
+class PoseGraphSolver {
+ public:
+  PoseGraphSolver(const PoseGraphOptions& options, PoseGraph* graph)
+      : options_(options),
+        max_chi2_(options.max_loop_chi2 > 0.0                ? options.max_loop_chi2
+                  : graph->space == PoseGraphSpace::kSe2 ? kMaxChi2Se2
+                                                             : kMaxChi2Se3),
+        graph_(*graph),
+        weights_(graph->edges.size(), 1.0) {}
+
+  PoseGraphSummary Run() {
+    const Clock::time_point start = Clock::now();
+    const PoseGraph before = graph_;
+    summary_.initial_chi2 = Chi2(graph_);
+    Describe(PoseGraphTopology(graph_));
+    if (options_.robust != RobustLoops::kNone) FindFalseLoops();
+    if (summary_.status != SolveStatus::kStopped) SolveKept();
+    if (summary_.status == SolveStatus::kFailed) graph_.nodes = before.nodes;
+    Conclude();
+    summary_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    return std::move(summary_);
+  }
+
+ private:
+  void Describe(const PoseGraphTopology& topology) {
+    summary_.components = static_cast<int>(topology.components);
+    if (topology.components < 2) return;
+    summary_.warnings.push_back("the graph is in " + std::to_string(topology.components) +
+                                " pieces that no edge joins; each is solved by itself");
+  }
+
+  SolveSummary SolveStage(PoseGraphProblem& problem, int max_iterations) {
+    SolveOptions options = options_.solver;
+    options.max_iterations = std::min(options.max_iterations, max_iterations);
+    if (options_.on_progress) {
+      options.on_iteration = [this](int iteration, double cost) {
+        options_.on_progress({summary_.iterations + iteration, 2.0 * cost});
+      };
+    }
+    const SolveSummary solved = problem.graph().Solve(options);
+    summary_.iterations += solved.iterations;
+    summary_.status = solved.status;
+    summary_.message = solved.message;
+    return solved;
+  }
+
+  // Sets weights_. Loops take part once something speaks for them, so that a flood of false ones
+  // neither pulls the poses into a wrong minimum nor fills the normal equations.
+  void FindFalseLoops() {
+    const auto solve = [this](PoseGraphProblem& problem, int max_iterations) {
+      return SolveStage(problem, max_iterations);
+    };
+    std::vector<bool> used = internal::ConfirmedLoops(graph_, max_chi2_);
+    ImproveStart(used);
+    for (bool more = true; more;) {
+      PoseGraph selected = Select(graph_, used);
+      const std::vector<double> weights =
+          internal::WeighLoops(options_.robust, max_chi2_, solve, &selected);
+      if (!SolvedOn()) return;
+      graph_.nodes = selected.nodes;
+      std::vector<bool> trusted(used.size());
+      for (std::size_t e = 0, k = 0; e < used.size(); ++e) {
+        weights_[e] = used[e] ? weights[k++] : 0.0;
+        trusted[e] = weights_[e] >= kMinWeight;
+      }
+      more = AddPlausible(trusted, &used);
+    }
+  }
+
+  // Loops that were used and found false stay used.
+  bool AddPlausible(const std::vector<bool>& trusted, std::vector<bool>* used) const {
+    std::vector<bool> plausible = trusted;
+    internal::AddPlausibleLoops(graph_, max_chi2_, &plausible);
+    bool more = false;
+    for (std::size_t e = 0; e < plausible.size(); ++e) {
+      if (!plausible[e] || (*used)[e]) continue;
+      (*used)[e] = more = true;
+    }
+    return more;
+  }
+
+  bool SolvedOn() const {
+    return summary_.status != SolveStatus::kFailed && summary_.status != SolveStatus::kStopped;
+  }
+
+  // False loops may have bent the poses that were given: the chordal relaxation over what is left
+  // takes their place where it fits that better.
+  void ImproveStart(const std::vector<bool>& used) {
+    PoseGraph given = Select(graph_, used);
+    PoseGraph relaxed = given;
+    InitializePoseGraph(&relaxed, PoseGraphInitialization::kChordal);
+    if (Chi2(relaxed) < Chi2(given)) graph_.nodes = std::move(relaxed.nodes);
+  }
+
+  // Plain least squares over the edges that are left.
+  void SolveKept() {
+    std::vector<bool> kept;
+    for (const double weight : weights_) kept.push_back(weight >= kMinWeight);
+    const PoseGraph selected = Select(graph_, kept);
+    const PoseGraphTopology topology(selected);
+    PoseGraphProblem problem(selected, topology);
+    for (std::size_t e = 0; e < selected.edges.size(); ++e) problem.AddEdge(e);
+    if (SolveStage(problem, options_.solver.max_iterations).IsUsable()) {
+      problem.CopyPosesTo(&graph_);
+    }
+  }
+
+  void Conclude() {
+    const std::vector<double> chi2 = EdgeChi2(graph_);
+    for (std::size_t e = 0; e < chi2.size(); ++e) {
+      if (weights_[e] >= kMinWeight) {
+        summary_.final_chi2 += chi2[e];
+      } else {
+        summary_.rejected.push_back({e, chi2[e], weights_[e], Reason(chi2[e])});
+      }
+    }
+  }
+
+  std::string Reason(double chi2) const {
+    std::array<char, 100> text;
+    std::snprintf(text.data(), text.size(), "chi2 %.4g against odometry and the other loops exceeds %.4g", chi2,
+                  max_chi2_);
+    return text.data();
+  }
+
+  const PoseGraphOptions& options_;
+  const double max_chi2_;
+  PoseGraph& graph_;
+  std::vector<double> weights_;  // by edge
+  PoseGraphSummary summary_;
+};
+
+}  // namespace
+
+void PoseGraphOptions::Validate() const {
+  HIGHWALL_REQUIRE(std::isfinite(max_loop_chi2) && max_loop_chi2 >= 0.0,
+                   "PoseGraphOptions::max_loop_chi2 must not be negative, is " +
+                       std::to_string(max_loop_chi2));
+  solver.Validate();
+}
+
+PoseGraphSummary SolvePoseGraph(PoseGraph* graph, const PoseGraphOptions& options) {
+  options.Validate();
+  graph->Validate();
+  HIGHWALL_REQUIRE(graph->has_poses,
+                   "SolvePoseGraph: the graph has no poses to begin with: initialize it first");
+  return PoseGraphSolver(options, graph).Run();
+}
+
+}  // namespace highwall
