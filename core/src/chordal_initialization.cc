@@ -109,8 +109,8 @@ class BlockLeastSquares {
 // The rotation nearest to M.
 template <int D>
 Eigen::Matrix<double, D, D> ProjectToRotation(const Eigen::Matrix<double, D, D>& M) {
-  const Eigen::JacobiSVD<Eigen::Matrix<double, D, D>> svd(M,
-                                                          Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix<double, D, D>> svd(
+      M, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix<double, D, D> U = svd.matrixU();
   if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(D - 1) *= -1.0;
   return U * svd.matrixV().transpose();

@@ -58,6 +58,12 @@ UncertainPose Measured(PoseGraphSpace space, const PoseGraphEdge& edge) {
   return measured;
 }
 
+// Two loops side by side, and how well they close together.
+struct LoopCycle {
+  std::size_t a, b;  // edges
+  double chi2;
+};
+
 // The loops of a graph and its chain of odometry.
 class LoopPairs {
  public:
@@ -77,18 +83,18 @@ class LoopPairs {
               [](const Loop& a, const Loop& b) { return a.low < b.low; });
   }
 
-  void MarkConfirmed(double max_chi2, std::vector<bool>* confirmed) const {
+  // Pairs of loops whose ends are close together.
+  std::vector<LoopCycle> Cycles() const {
+    std::vector<LoopCycle> cycles;
     for (std::size_t a = 0; a < loops_.size(); ++a) {
       for (std::size_t b = a + 1; b < loops_.size(); ++b) {
         if (loops_[b].low - loops_[a].low > kReach) break;
         if (std::abs(loops_[b].high - loops_[a].high) > kReach) continue;
-        if ((*confirmed)[loops_[a].edge] && (*confirmed)[loops_[b].edge]) continue;
         const auto cycle = Cycle(loops_[a], loops_[b]);
-        if (cycle && cycle->Chi2() < max_chi2) {
-          (*confirmed)[loops_[a].edge] = (*confirmed)[loops_[b].edge] = true;
-        }
+        if (cycle) cycles.push_back({loops_[a].edge, loops_[b].edge, cycle->Chi2()});
       }
     }
+    return cycles;
   }
 
  private:
@@ -168,12 +174,30 @@ class PathFinder {
   const PoseGraphTopology topology_;
 };
 
+// Of the measurements, at most 1, from the median over the cycles that close.
+double VarianceFactor(PoseGraphSpace space, double max_chi2, const std::vector<LoopCycle>& cycles) {
+  constexpr std::size_t kEnough = 20;
+  const double median_chi2 = space == PoseGraphSpace::kSe2 ? 2.366 : 5.348;
+  std::vector<double> closing;
+  for (const LoopCycle& cycle : cycles) {
+    if (cycle.chi2 < max_chi2) closing.push_back(cycle.chi2);
+  }
+  if (closing.size() < kEnough) return 1.0;
+  const auto middle = closing.begin() + static_cast<std::ptrdiff_t>(closing.size() / 2);
+  std::nth_element(closing.begin(), middle, closing.end());
+  return std::min(1.0, *middle / median_chi2);
+}
+
 }  // namespace
 
 std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2) {
+  const std::vector<LoopCycle> cycles = LoopPairs(graph).Cycles();
+  const double factor = VarianceFactor(graph.space, max_chi2, cycles);
   std::vector<bool> confirmed;
   for (const PoseGraphEdge& edge : graph.edges) confirmed.push_back(!edge.IsLoop());
-  LoopPairs(graph).MarkConfirmed(max_chi2, &confirmed);
+  for (const LoopCycle& cycle : cycles) {
+    if (cycle.chi2 < factor * max_chi2) confirmed[cycle.a] = confirmed[cycle.b] = true;
+  }
   return confirmed;
 }
 

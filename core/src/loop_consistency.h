@@ -9,7 +9,8 @@
 namespace highwall::internal {
 
 // Loops that another loop confirms: both ends of one lie a few steps of odometry from those of the
-// other, and the cycle through both closes within max_chi2 of its covariance.
+// other, and the cycle through both closes within max_chi2 of its covariance, sharpened where most
+// cycles close much better than that.
 std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2);
 
 // `used` and those loops that agree with the present poses to max_chi2, when these are as uncertain

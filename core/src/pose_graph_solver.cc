@@ -40,9 +40,9 @@ class PoseGraphSolver {
  public:
   PoseGraphSolver(const PoseGraphOptions& options, PoseGraph* graph)
       : options_(options),
-        max_chi2_(options.max_loop_chi2 > 0.0                ? options.max_loop_chi2
+        max_chi2_(options.max_loop_chi2 > 0.0            ? options.max_loop_chi2
                   : graph->space == PoseGraphSpace::kSe2 ? kMaxChi2Se2
-                                                             : kMaxChi2Se3),
+                                                         : kMaxChi2Se3),
         graph_(*graph),
         weights_(graph->edges.size(), 1.0) {}
 
@@ -52,7 +52,8 @@ class PoseGraphSolver {
     summary_.initial_chi2 = Chi2(graph_);
     Describe(PoseGraphTopology(graph_));
     if (options_.robust != RobustLoops::kNone) FindFalseLoops();
-    if (summary_.status != SolveStatus::kStopped) SolveKept();
+    if (options_.robust == RobustLoops::kNone || SolvedOn()) SolveKept();
+    while (SolvedOn() && TakeBackLoops()) SolveKept();
     if (summary_.status == SolveStatus::kFailed) graph_.nodes = before.nodes;
     Conclude();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -92,6 +93,8 @@ class PoseGraphSolver {
     ImproveStart(used);
     for (bool more = true; more;) {
       PoseGraph selected = Select(graph_, used);
+      SolvePlainly(&selected);
+      if (!SolvedOn()) return;
       const std::vector<double> weights =
           internal::WeighLoops(options_.robust, max_chi2_, solve, &selected);
       if (!SolvedOn()) return;
@@ -108,13 +111,27 @@ class PoseGraphSolver {
   // Loops that were used and found false stay used.
   bool AddPlausible(const std::vector<bool>& trusted, std::vector<bool>* used) const {
     std::vector<bool> plausible = trusted;
-    internal::AddPlausibleLoops(graph_, max_chi2_, &plausible);
+    const double factor = VarianceFactor(Select(graph_, trusted));
+    internal::AddPlausibleLoops(graph_, factor * max_chi2_, &plausible);
     bool more = false;
     for (std::size_t e = 0; e < plausible.size(); ++e) {
       if (!plausible[e] || (*used)[e]) continue;
       (*used)[e] = more = true;
     }
     return more;
+  }
+
+  // Chi-squared per degree of freedom, with a margin, where that is below 1: where the information
+  // claims too little, the covariance of a path would let any loop pass. Drawn to 1 where there are
+  // few loops to tell.
+  static double VarianceFactor(const PoseGraph& solved) {
+    constexpr double kPrior = 30.0;  // degrees of freedom that 1 is worth
+    constexpr double kMargin = 2.0;
+    const double dimension = solved.space == PoseGraphSpace::kSe2 ? 3.0 : 6.0;
+    const double freedom = dimension * (static_cast<double>(solved.edges.size()) -
+                                        static_cast<double>(solved.nodes.size()));
+    const double factor = (Chi2(solved) + kPrior) / (std::max(0.0, freedom) + kPrior);
+    return std::min(1.0, kMargin * factor);
   }
 
   bool SolvedOn() const {
@@ -130,17 +147,35 @@ class PoseGraphSolver {
     if (Chi2(relaxed) < Chi2(given)) graph_.nodes = std::move(relaxed.nodes);
   }
 
-  // Plain least squares over the edges that are left.
   void SolveKept() {
     std::vector<bool> kept;
     for (const double weight : weights_) kept.push_back(weight >= kMinWeight);
-    const PoseGraph selected = Select(graph_, kept);
-    const PoseGraphTopology topology(selected);
-    PoseGraphProblem problem(selected, topology);
-    for (std::size_t e = 0; e < selected.edges.size(); ++e) problem.AddEdge(e);
-    if (SolveStage(problem, options_.solver.max_iterations).IsUsable()) {
-      problem.CopyPosesTo(&graph_);
+    PoseGraph selected = Select(graph_, kept);
+    SolvePlainly(&selected);
+    graph_.nodes = std::move(selected.nodes);
+  }
+
+  // Loops that fit after all. True if there are any.
+  bool TakeBackLoops() {
+    if (std::all_of(weights_.begin(), weights_.end(), [](double w) { return w >= kMinWeight; })) {
+      return false;
     }
+    const std::vector<double> chi2 = EdgeChi2(graph_);
+    bool more = false;
+    for (std::size_t e = 0; e < chi2.size(); ++e) {
+      if (weights_[e] >= kMinWeight || chi2[e] >= max_chi2_) continue;
+      weights_[e] = 1.0;
+      more = true;
+    }
+    return more;
+  }
+
+  void SolvePlainly(PoseGraph* graph) {
+    const PoseGraphTopology topology(*graph);
+    PoseGraphProblem problem(*graph, topology);
+    for (std::size_t e = 0; e < graph->edges.size(); ++e) problem.AddEdge(e);
+    SolveStage(problem, options_.solver.max_iterations);
+    problem.CopyPosesTo(graph);
   }
 
   void Conclude() {
@@ -156,8 +191,8 @@ class PoseGraphSolver {
 
   std::string Reason(double chi2) const {
     std::array<char, 100> text;
-    std::snprintf(text.data(), text.size(), "chi2 %.4g against odometry and the other loops exceeds %.4g", chi2,
-                  max_chi2_);
+    std::snprintf(text.data(), text.size(),
+                  "chi2 %.4g against odometry and the other loops exceeds %.4g", chi2, max_chi2_);
     return text.data();
   }
 
@@ -171,9 +206,9 @@ class PoseGraphSolver {
 }  // namespace
 
 void PoseGraphOptions::Validate() const {
-  HIGHWALL_REQUIRE(std::isfinite(max_loop_chi2) && max_loop_chi2 >= 0.0,
-                   "PoseGraphOptions::max_loop_chi2 must not be negative, is " +
-                       std::to_string(max_loop_chi2));
+  HIGHWALL_REQUIRE(
+      std::isfinite(max_loop_chi2) && max_loop_chi2 >= 0.0,
+      "PoseGraphOptions::max_loop_chi2 must not be negative, is " + std::to_string(max_loop_chi2));
   solver.Validate();
 }
 

@@ -49,8 +49,12 @@ double TruncatedWeight(double chi2, double mu, double max_chi2) {
 class GraduatedNonConvexity {
  public:
   GraduatedNonConvexity(double max_chi2, const StageSolver& solve, PoseGraph* graph)
-      : max_chi2_(max_chi2), solve_(solve), graph_(*graph), topology_(*graph),
-        problem_(*graph, topology_), loops_(LoopsOf(*graph)) {
+      : max_chi2_(max_chi2),
+        solve_(solve),
+        graph_(*graph),
+        topology_(*graph),
+        problem_(*graph, topology_),
+        loops_(LoopsOf(*graph)) {
     AddOdometry(graph_, &problem_);
     for (const std::size_t loop : loops_) {
       losses_.push_back(std::make_shared<WeightLoss>());
@@ -63,7 +67,6 @@ class GraduatedNonConvexity {
     constexpr int kMaxStages = 200;
     constexpr int kIterations = 2;  // between two values of mu
     std::vector<double> weights(graph_.edges.size(), 1.0);
-    if (!solve_(problem_, kUnlimited).IsUsable()) return weights;
     const double ratio = 2.0 * LargestChi2() / max_chi2_ - 1.0;
     // Eq. 8. Where it is negative the truncation touches no loop.
     double mu = 1.0 / ratio;
@@ -136,9 +139,7 @@ std::vector<double> ScaleDynamically(double phi, const StageSolver& solve, PoseG
   solve(problem, kUnlimited);
   std::vector<double> weights(graph->edges.size(), 1.0);
   for (const std::size_t loop : loops) {
-    double rho[3];
-    loss->Evaluate(problem.EdgeChi2(loop), rho);
-    weights[loop] = rho[1];
+    weights[loop] = std::min(1.0, 2.0 * phi / (phi + problem.EdgeChi2(loop)));
   }
   problem.CopyPosesTo(graph);
   return weights;
@@ -187,16 +188,14 @@ std::vector<double> Switch(double xi, const StageSolver& solve, PoseGraph* graph
   const std::vector<std::size_t> loops = LoopsOf(*graph);
   std::vector<Variable<double>> switches;
   for (const std::size_t loop : loops) {
-    // The best switch for the present poses.
-    switches.push_back(problem.graph().AddVariable(xi / (xi + problem.EdgeChi2(loop))));
+    switches.push_back(problem.graph().AddVariable(1.0));
     problem.AddSwitchedEdge(loop, std::make_shared<SwitchedFactor>(problem.factor(loop), xi),
                             switches.back());
   }
   solve(problem, kUnlimited);
   std::vector<double> weights(graph->edges.size(), 1.0);
   for (std::size_t k = 0; k < loops.size(); ++k) {
-    const double s = std::clamp(problem.graph().Value(switches[k]), 0.0, 1.0);
-    weights[loops[k]] = s * s;
+    weights[loops[k]] = std::clamp(problem.graph().Value(switches[k]), 0.0, 1.0);
   }
   problem.CopyPosesTo(graph);
   return weights;

@@ -16,8 +16,8 @@ namespace highwall {
 // are PARAMS_... lines, which do not touch these edges. Quaternions are normalised. A file without
 // vertices gives the nodes that its edges name, by id, has_poses = false.
 // Throws IoError "path:line: what" for any other tag, a wrong number of values, a value that is no
-// finite number, a zero quaternion, an information matrix that is not positive definite, SE(2) among
-// SE(3), a repeated or negative id, and an edge or FIX that names a vertex that is not there;
+// finite number, a zero quaternion, an information matrix that is not positive definite, SE(2)
+// among SE(3), a repeated or negative id, and an edge or FIX that names a vertex that is not there;
 // IoError if the file cannot be read or holds no graph.
 PoseGraph ReadG2o(const std::filesystem::path& path);
 

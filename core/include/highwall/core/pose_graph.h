@@ -52,9 +52,9 @@ struct PoseGraph {
   void Validate() const;
 };
 
-// r^T Omega r, with r = Log(Z^-1 T_i^-1 T_j) in SE(3), translation before rotation, and r = [t theta]
-// of Z^-1 T_i^-1 T_j in SE(2); theta in [-pi, pi]. docs/pose_graph.md, Eq. 1 and 2.
-// Of each edge, in the order of the edges. Throws as Validate().
+// r^T Omega r, with r = Log(Z^-1 T_i^-1 T_j) in SE(3), translation before rotation, and r = [t
+// theta] of Z^-1 T_i^-1 T_j in SE(2); theta in [-pi, pi]. docs/pose_graph.md, Eq. 1 and 2. Of each
+// edge, in the order of the edges. Throws as Validate().
 std::vector<double> EdgeChi2(const PoseGraph& graph);
 // Sum over all edges.
 double Chi2(const PoseGraph& graph);
@@ -124,8 +124,8 @@ struct PoseGraphSummary {
 PoseGraphSummary SolvePoseGraph(PoseGraph* graph, const PoseGraphOptions& options = {});
 
 // Joint covariance of nodes at the present poses, given the nodes that SolvePoseGraph() would keep:
-// in kSe3 6 rows each, [dp dtheta] of PoseManifold (position in W); in kSe2 3 rows, [x y theta] in W.
-// without: edges to leave out, by their place, such as rejected loops. Throws as Validate();
+// in kSe3 6 rows each, [dp dtheta] of PoseManifold (position in W); in kSe2 3 rows, [x y theta] in
+// W. without: edges to leave out, by their place, such as rejected loops. Throws as Validate();
 // InvalidArgument for an id that is no node, and if the remaining edges leave a node loose.
 Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std::int64_t> ids,
                                     std::span<const std::size_t> without = {});
