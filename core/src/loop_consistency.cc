@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <deque>
+#include <limits>
 #include <optional>
 #include <unordered_map>
 
@@ -37,6 +38,8 @@ struct UncertainPose {
     const se3::Tangent error = se3::Log(T);
     return error.dot(covariance.ldlt().solve(error));
   }
+  // Logarithm of the squared volume that the covariance spans, up to a constant.
+  double Room() const { return covariance.ldlt().vectorD().array().log().sum(); }
 };
 
 // The measurement of an edge. What SE(2) leaves out is known all but exactly.
@@ -201,19 +204,25 @@ std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2) {
   return confirmed;
 }
 
-bool AddPlausibleLoops(const PoseGraph& graph, double max_chi2, std::vector<bool>* used) {
-  const PathFinder paths(graph, *used);
-  std::vector<std::size_t> plausible;
+std::vector<std::size_t> SurestPlausibleLoops(const PoseGraph& graph, double max_chi2,
+                                              const std::vector<bool>& trusted,
+                                              const std::vector<bool>& candidates) {
+  const PathFinder paths(graph, trusted);
+  std::vector<std::pair<double, std::size_t>> plausible;  // room, edge
   for (std::size_t e = 0; e < graph.edges.size(); ++e) {
-    if ((*used)[e]) continue;
+    if (!candidates[e]) continue;
     const auto path = paths.Between(e);
-    if (path && (Measured(graph.space, graph.edges[e]).Inverse() * *path).Chi2() >= max_chi2) {
+    if (!path) {  // nothing contradicts it
+      plausible.emplace_back(std::numeric_limits<double>::infinity(), e);
       continue;
     }
-    plausible.push_back(e);
+    const UncertainPose error = Measured(graph.space, graph.edges[e]).Inverse() * *path;
+    if (error.Chi2() < max_chi2) plausible.emplace_back(error.Room(), e);
   }
-  for (const std::size_t edge : plausible) (*used)[edge] = true;
-  return !plausible.empty();
+  std::sort(plausible.begin(), plausible.end());
+  std::vector<std::size_t> surest;
+  for (std::size_t k = 0; 2 * k < plausible.size(); ++k) surest.push_back(plausible[k].second);
+  return surest;
 }
 
 }  // namespace highwall::internal

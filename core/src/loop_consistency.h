@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <highwall/core/pose_graph.h>
@@ -13,8 +14,11 @@ namespace highwall::internal {
 // cycles close much better than that.
 std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2);
 
-// `used` and those loops that agree with the present poses to max_chi2, when these are as uncertain
-// as the shortest path through `used` edges between the ends. True if that added any.
-bool AddPlausibleLoops(const PoseGraph& graph, double max_chi2, std::vector<bool>* used);
+// Of the loops marked in `candidates`, the surer half of those that agree with the present poses to
+// max_chi2, when these are as uncertain as the shortest path through `trusted` edges between the
+// ends; the surer, the smaller the room in which a loop would agree. Empty if none agrees.
+std::vector<std::size_t> SurestPlausibleLoops(const PoseGraph& graph, double max_chi2,
+                                              const std::vector<bool>& trusted,
+                                              const std::vector<bool>& candidates);
 
 }  // namespace highwall::internal

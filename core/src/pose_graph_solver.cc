@@ -90,6 +90,7 @@ class PoseGraphSolver {
       return SolveStage(problem, max_iterations);
     };
     std::vector<bool> used = internal::ConfirmedLoops(graph_, max_chi2_);
+    std::vector<int> refusals(used.size(), 0);
     ImproveStart(used);
     for (bool more = true; more;) {
       PoseGraph selected = Select(graph_, used);
@@ -99,26 +100,27 @@ class PoseGraphSolver {
           internal::WeighLoops(options_.robust, max_chi2_, solve, &selected);
       if (!SolvedOn()) return;
       graph_.nodes = selected.nodes;
-      std::vector<bool> trusted(used.size());
       for (std::size_t e = 0, k = 0; e < used.size(); ++e) {
         weights_[e] = used[e] ? weights[k++] : 0.0;
-        trusted[e] = weights_[e] >= kMinWeight;
+        const bool trusted = weights_[e] >= kMinWeight;
+        if (used[e] && !trusted) ++refusals[e];
+        used[e] = trusted;
       }
-      more = AddPlausible(trusted, &used);
+      more = AddPlausible(refusals, &used);
     }
   }
 
-  // Loops that were used and found false stay used.
-  bool AddPlausible(const std::vector<bool>& trusted, std::vector<bool>* used) const {
-    std::vector<bool> plausible = trusted;
-    const double factor = VarianceFactor(Select(graph_, trusted));
-    internal::AddPlausibleLoops(graph_, factor * max_chi2_, &plausible);
-    bool more = false;
-    for (std::size_t e = 0; e < plausible.size(); ++e) {
-      if (!plausible[e] || (*used)[e]) continue;
-      (*used)[e] = more = true;
+  // used: the trusted edges. True if that added any.
+  bool AddPlausible(const std::vector<int>& refusals, std::vector<bool>* used) const {
+    constexpr int kMaxRefusals = 2;  // the others of its round may have been to blame for the first
+    std::vector<bool> candidates;
+    for (std::size_t e = 0; e < used->size(); ++e) {
+      candidates.push_back(!(*used)[e] && refusals[e] < kMaxRefusals);
     }
-    return more;
+    const double max_chi2 = VarianceFactor(Select(graph_, *used)) * max_chi2_;
+    const auto surest = internal::SurestPlausibleLoops(graph_, max_chi2, *used, candidates);
+    for (const std::size_t edge : surest) (*used)[edge] = true;
+    return !surest.empty();
   }
 
   // Chi-squared per degree of freedom, with a margin, where that is below 1: where the information

@@ -92,7 +92,8 @@ struct PoseGraphOptions {
   // in SE(3). DCS and switchable constraints take it as their Phi and Xi.
   double max_loop_chi2 = 0.0;
   SolveOptions solver = {.max_iterations = 100, .initial_trust_region_radius = 1e12};
-  std::function<void(const PoseGraphProgress&)> on_progress;  // may be empty; must not throw
+  // May be empty; must not throw.
+  std::function<void(const PoseGraphProgress&)> on_progress = {};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
