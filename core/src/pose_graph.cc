@@ -19,25 +19,28 @@ namespace {
 using internal::PoseGraphProblem;
 using internal::PoseGraphTopology;
 
-void RequirePose(PoseGraphSpace space, const Pose& pose, const std::string& of) {
-  HIGHWALL_REQUIRE(pose.IsFinite(), "PoseGraph: the pose of " + of + " is not finite");
+// What is wrong with it; null: nothing.
+const char* ProblemOf(PoseGraphSpace space, const Pose& pose) {
+  if (!pose.IsFinite()) return "has a pose that is not finite";
   const bool planar = pose.p().z() == 0.0 && pose.q().x() == 0.0 && pose.q().y() == 0.0;
-  HIGHWALL_REQUIRE(space == PoseGraphSpace::kSe3 || planar,
-                   "PoseGraph: the pose of " + of + " leaves the plane of SE(2)");
+  if (space == PoseGraphSpace::kSe2 && !planar) return "has a pose that leaves the plane of SE(2)";
+  return nullptr;
 }
 
-void RequireInformation(PoseGraphSpace space, const PoseInformation& information,
-                        const std::string& of) {
+const char* ProblemOf(PoseGraphSpace space, const PoseInformation& information) {
   const Eigen::Index size = space == PoseGraphSpace::kSe2 ? 3 : 6;
-  HIGHWALL_REQUIRE(information.rows() == size && information.cols() == size,
-                   "PoseGraph: the information of " + of + " has the wrong size");
-  HIGHWALL_REQUIRE(information.allFinite(),
-                   "PoseGraph: the information of " + of + " is not finite");
+  if (information.rows() != size || information.cols() != size) {
+    return "has an information matrix of the wrong size";
+  }
+  if (!information.allFinite()) return "has an information matrix that is not finite";
   const double asymmetry = (information - information.transpose()).cwiseAbs().maxCoeff();
-  HIGHWALL_REQUIRE(asymmetry <= 1e-9 * information.cwiseAbs().maxCoeff(),
-                   "PoseGraph: the information of " + of + " is not symmetric");
-  HIGHWALL_REQUIRE(Eigen::LLT<PoseInformation>(information).info() == Eigen::Success,
-                   "PoseGraph: the information of " + of + " is not positive definite");
+  if (asymmetry > 1e-9 * information.cwiseAbs().maxCoeff()) {
+    return "has an information matrix that is not symmetric";
+  }
+  if (Eigen::LLT<PoseInformation>(information).info() != Eigen::Success) {
+    return "has an information matrix that is not positive definite";
+  }
+  return nullptr;
 }
 
 void RequirePoses(const PoseGraph& graph) {
@@ -84,26 +87,34 @@ void ComposeAlongTree(const PoseGraphTopology& topology, bool free_odometry, Pos
 
 }  // namespace
 
-void PoseGraph::Validate() const {
-  HIGHWALL_REQUIRE(!nodes.empty() && !edges.empty(), "PoseGraph: the graph has no edges");
-  const PoseGraphTopology topology(*this);
-  for (const PoseGraphNode& node : nodes) {
-    RequirePose(space, node.pose, "node " + std::to_string(node.id));
+namespace internal {
+
+void RequireValues(const PoseGraph& graph) {
+  HIGHWALL_REQUIRE(!graph.edges.empty(), "PoseGraph: the graph has no edges");
+  for (const PoseGraphNode& node : graph.nodes) {
+    const char* const problem = ProblemOf(graph.space, node.pose);
+    HIGHWALL_REQUIRE(problem == nullptr,
+                     "PoseGraph: node " + std::to_string(node.id) + " " + problem);
   }
-  for (const PoseGraphEdge& edge : edges) {
-    const std::string name = "edge " + std::to_string(edge.i) + " " + std::to_string(edge.j);
-    RequirePose(space, edge.Z, name);
-    RequireInformation(space, edge.information, name);
+  for (const PoseGraphEdge& edge : graph.edges) {
+    const char* problem = ProblemOf(graph.space, edge.Z);
+    if (problem == nullptr) problem = ProblemOf(graph.space, edge.information);
+    HIGHWALL_REQUIRE(problem == nullptr, "PoseGraph: edge " + std::to_string(edge.i) + " " +
+                                             std::to_string(edge.j) + " " + problem);
   }
 }
 
+}  // namespace internal
+
+void PoseGraph::Validate() const {
+  const PoseGraphTopology topology(*this);
+  internal::RequireValues(*this);
+}
+
 std::vector<double> EdgeChi2(const PoseGraph& graph) {
-  graph.Validate();
   const PoseGraphTopology topology(graph);
-  const PoseGraphProblem problem(graph, topology);
-  std::vector<double> chi2;
-  for (std::size_t e = 0; e < graph.edges.size(); ++e) chi2.push_back(problem.EdgeChi2(e));
-  return chi2;
+  internal::RequireValues(graph);
+  return internal::EdgeChi2(graph, topology);
 }
 
 double Chi2(const PoseGraph& graph) {
@@ -112,8 +123,8 @@ double Chi2(const PoseGraph& graph) {
 }
 
 void InitializePoseGraph(PoseGraph* graph, PoseGraphInitialization initialization) {
-  graph->Validate();
   const PoseGraphTopology topology(*graph);
+  internal::RequireValues(*graph);
   switch (initialization) {
     case PoseGraphInitialization::kGiven:
       RequirePoses(*graph);
@@ -133,14 +144,14 @@ void InitializePoseGraph(PoseGraph* graph, PoseGraphInitialization initializatio
 
 Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std::int64_t> ids,
                                     std::span<const std::size_t> without) {
-  graph.Validate();
+  const PoseGraphTopology topology(graph);
+  internal::RequireValues(graph);
   RequirePoses(graph);
   std::vector<bool> used(graph.edges.size(), true);
   for (const std::size_t edge : without) {
     HIGHWALL_REQUIRE(edge < used.size(), "PoseGraphCovariance: there is no edge to leave out");
     used[edge] = false;
   }
-  const PoseGraphTopology topology(graph);
   PoseGraphProblem problem(graph, topology);
   for (std::size_t e = 0; e < used.size(); ++e) {
     if (used[e]) problem.AddEdge(e);

@@ -19,6 +19,14 @@ Eigen::Matrix<double, N, N> SqrtOfInformation(const PoseInformation& information
   return Eigen::LLT<Eigen::Matrix<double, N, N>>(fixed).matrixU();
 }
 
+// Infinite where the factor cannot be evaluated.
+double Chi2Of(const ceres::CostFunction& factor, const double* i, const double* j) {
+  const double* const blocks[] = {i, j};
+  Eigen::Matrix<double, 6, 1> r = Eigen::Matrix<double, 6, 1>::Zero();
+  if (!factor.Evaluate(blocks, r.data(), nullptr)) return std::numeric_limits<double>::infinity();
+  return r.squaredNorm();
+}
+
 }  // namespace
 
 std::shared_ptr<ceres::CostFunction> MakeEdgeFactor(PoseGraphSpace space,
@@ -28,6 +36,23 @@ std::shared_ptr<ceres::CostFunction> MakeEdgeFactor(PoseGraphSpace space,
                                                 SqrtOfInformation<3>(edge.information));
   }
   return std::make_shared<RelativePose>(edge.Z, SqrtOfInformation<6>(edge.information));
+}
+
+std::vector<double> EdgeChi2(const PoseGraph& graph, const PoseGraphTopology& topology) {
+  const bool planar = graph.space == PoseGraphSpace::kSe2;
+  std::vector<Eigen::Vector3d> planar_poses;
+  if (planar) {
+    for (const PoseGraphNode& node : graph.nodes) planar_poses.push_back(ToPlanar(node.pose));
+  }
+  const auto block = [&](std::size_t n) {
+    return planar ? planar_poses[n].data() : graph.nodes[n].pose.data();
+  };
+  std::vector<double> chi2;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    const auto& [i, j] = topology.ends[e];
+    chi2.push_back(Chi2Of(*MakeEdgeFactor(graph.space, graph.edges[e]), block(i), block(j)));
+  }
+  return chi2;
 }
 
 PoseGraphProblem::PoseGraphProblem(const PoseGraph& graph, const PoseGraphTopology& topology)
@@ -62,12 +87,7 @@ void PoseGraphProblem::AddSwitchedEdge(std::size_t edge,
 
 double PoseGraphProblem::EdgeChi2(std::size_t edge) const {
   const auto& [i, j] = topology_.ends[edge];
-  const double* const blocks[] = {graph_.Block(variables_[i]), graph_.Block(variables_[j])};
-  Eigen::Matrix<double, 6, 1> r = Eigen::Matrix<double, 6, 1>::Zero();
-  if (!factors_[edge]->Evaluate(blocks, r.data(), nullptr)) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return r.squaredNorm();
+  return Chi2Of(*factors_[edge], graph_.Block(variables_[i]), graph_.Block(variables_[j]));
 }
 
 void PoseGraphProblem::CopyPosesTo(PoseGraph* graph) const {

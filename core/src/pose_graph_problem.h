@@ -16,6 +16,9 @@ namespace highwall::internal {
 std::shared_ptr<ceres::CostFunction> MakeEdgeFactor(PoseGraphSpace space,
                                                     const PoseGraphEdge& edge);
 
+// highwall::EdgeChi2() of a valid graph.
+std::vector<double> EdgeChi2(const PoseGraph& graph, const PoseGraphTopology& topology);
+
 // A pose graph as variables and factors; factors are added one by one.
 class PoseGraphProblem {
  public:

@@ -44,27 +44,28 @@ class PoseGraphSolver {
                   : graph->space == PoseGraphSpace::kSe2 ? kMaxChi2Se2
                                                          : kMaxChi2Se3),
         graph_(*graph),
+        topology_(*graph),
         weights_(graph->edges.size(), 1.0) {}
 
   PoseGraphSummary Run() {
     const Clock::time_point start = Clock::now();
-    const PoseGraph before = graph_;
-    summary_.initial_chi2 = Chi2(graph_);
-    Describe(PoseGraphTopology(graph_));
+    const std::vector<PoseGraphNode> before = graph_.nodes;
+    for (const double chi2 : internal::EdgeChi2(graph_, topology_)) summary_.initial_chi2 += chi2;
+    Describe();
     if (options_.robust != RobustLoops::kNone) FindFalseLoops();
     if (options_.robust == RobustLoops::kNone || SolvedOn()) SolveKept();
     while (SolvedOn() && TakeBackLoops()) SolveKept();
-    if (summary_.status == SolveStatus::kFailed) graph_.nodes = before.nodes;
+    if (summary_.status == SolveStatus::kFailed) graph_.nodes = before;
     Conclude();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     return std::move(summary_);
   }
 
  private:
-  void Describe(const PoseGraphTopology& topology) {
-    summary_.components = static_cast<int>(topology.components);
-    if (topology.components < 2) return;
-    summary_.warnings.push_back("the graph is in " + std::to_string(topology.components) +
+  void Describe() {
+    summary_.components = static_cast<int>(topology_.components);
+    if (topology_.components < 2) return;
+    summary_.warnings.push_back("the graph is in " + std::to_string(topology_.components) +
                                 " pieces that no edge joins; each is solved by itself");
   }
 
@@ -94,7 +95,7 @@ class PoseGraphSolver {
     ImproveStart(used);
     for (bool more = true; more;) {
       PoseGraph selected = Select(graph_, used);
-      SolvePlainly(&selected);
+      SolvePlainly(PoseGraphTopology(selected), &selected);
       if (!SolvedOn()) return;
       const std::vector<double> weights =
           internal::WeighLoops(options_.robust, max_chi2_, solve, &selected);
@@ -149,31 +150,34 @@ class PoseGraphSolver {
     if (Chi2(relaxed) < Chi2(given)) graph_.nodes = std::move(relaxed.nodes);
   }
 
+  bool IsKept(std::size_t edge) const { return weights_[edge] >= kMinWeight; }
+
   void SolveKept() {
     std::vector<bool> kept;
-    for (const double weight : weights_) kept.push_back(weight >= kMinWeight);
+    for (std::size_t e = 0; e < weights_.size(); ++e) kept.push_back(IsKept(e));
+    if (std::find(kept.begin(), kept.end(), false) == kept.end()) {
+      SolvePlainly(topology_, &graph_);
+      return;
+    }
     PoseGraph selected = Select(graph_, kept);
-    SolvePlainly(&selected);
+    SolvePlainly(PoseGraphTopology(selected), &selected);
     graph_.nodes = std::move(selected.nodes);
   }
 
   // Loops that fit after all. True if there are any.
   bool TakeBackLoops() {
-    if (std::all_of(weights_.begin(), weights_.end(), [](double w) { return w >= kMinWeight; })) {
-      return false;
-    }
-    const std::vector<double> chi2 = EdgeChi2(graph_);
+    if (options_.robust == RobustLoops::kNone) return false;
+    const std::vector<double> chi2 = internal::EdgeChi2(graph_, topology_);
     bool more = false;
     for (std::size_t e = 0; e < chi2.size(); ++e) {
-      if (weights_[e] >= kMinWeight || chi2[e] >= max_chi2_) continue;
+      if (IsKept(e) || chi2[e] >= max_chi2_) continue;
       weights_[e] = 1.0;
       more = true;
     }
     return more;
   }
 
-  void SolvePlainly(PoseGraph* graph) {
-    const PoseGraphTopology topology(*graph);
+  void SolvePlainly(const PoseGraphTopology& topology, PoseGraph* graph) {
     PoseGraphProblem problem(*graph, topology);
     for (std::size_t e = 0; e < graph->edges.size(); ++e) problem.AddEdge(e);
     SolveStage(problem, options_.solver.max_iterations);
@@ -181,9 +185,9 @@ class PoseGraphSolver {
   }
 
   void Conclude() {
-    const std::vector<double> chi2 = EdgeChi2(graph_);
+    const std::vector<double> chi2 = internal::EdgeChi2(graph_, topology_);
     for (std::size_t e = 0; e < chi2.size(); ++e) {
-      if (weights_[e] >= kMinWeight) {
+      if (IsKept(e)) {
         summary_.final_chi2 += chi2[e];
       } else {
         summary_.rejected.push_back({e, chi2[e], weights_[e], Reason(chi2[e])});
@@ -201,6 +205,7 @@ class PoseGraphSolver {
   const PoseGraphOptions& options_;
   const double max_chi2_;
   PoseGraph& graph_;
+  const PoseGraphTopology topology_;
   std::vector<double> weights_;  // by edge
   PoseGraphSummary summary_;
 };
@@ -216,7 +221,7 @@ void PoseGraphOptions::Validate() const {
 
 PoseGraphSummary SolvePoseGraph(PoseGraph* graph, const PoseGraphOptions& options) {
   options.Validate();
-  graph->Validate();
+  internal::RequireValues(*graph);
   HIGHWALL_REQUIRE(graph->has_poses,
                    "SolvePoseGraph: the graph has no poses to begin with: initialize it first");
   return PoseGraphSolver(options, graph).Run();

@@ -32,4 +32,7 @@ struct PoseGraphTopology {
   std::vector<bool> held;  // by node: fixed, or the first of a component without fixed ones
 };
 
+// PoseGraph::Validate() but for what the topology checks.
+void RequireValues(const PoseGraph& graph);
+
 }  // namespace highwall::internal
