@@ -213,6 +213,7 @@ std::vector<double> WeighLoops(RobustLoops method, double max_loop_chi2, const S
     case RobustLoops::kDcs:
       return ScaleDynamically(max_loop_chi2, solve, graph);
     case RobustLoops::kSwitchable:
+      // Xi halves s, where other methods do not yet act at all: it must be larger.
       return Switch(4.0 * max_loop_chi2, solve, graph);
   }
   return std::vector<double>(graph->edges.size(), 1.0);

@@ -89,7 +89,7 @@ struct PoseGraphProgress {
 struct PoseGraphOptions {
   RobustLoops robust = RobustLoops::kNone;
   // > 0; a loop whose chi2 exceeds this is false; 0: the 99.9 % quantile, 16.27 in SE(2) and 22.46
-  // in SE(3). DCS and switchable constraints take it as their Phi and Xi.
+  // in SE(3). It is the Phi of DCS and a quarter of the Xi of switchable constraints.
   double max_loop_chi2 = 0.0;
   SolveOptions solver = {.max_iterations = 100, .initial_trust_region_radius = 1e12};
   // May be empty; must not throw.
