@@ -325,7 +325,8 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   summary.initial_cost = ceres_summary.initial_cost;
   summary.final_cost = ceres_summary.final_cost;
   summary.iterations =
-      ceres_summary.num_successful_steps + std::max(0, ceres_summary.num_unsuccessful_steps);
+      std::max(0, ceres_summary.num_successful_steps) +  // -1 where there was nothing to solve
+      std::max(0, ceres_summary.num_unsuccessful_steps);
   summary.seconds = ceres_summary.total_time_in_seconds;
   return summary;
 }

@@ -92,6 +92,7 @@ double PoseGraphProblem::EdgeChi2(std::size_t edge) const {
 
 void PoseGraphProblem::CopyPosesTo(PoseGraph* graph) const {
   for (std::size_t n = 0; n < graph->nodes.size(); ++n) {
+    if (topology_.held[n]) continue;
     const double* const block = graph_.Block(variables_[n]);
     graph->nodes[n].pose = space_ == PoseGraphSpace::kSe2
                                ? FromPlanar(Eigen::Map<const Eigen::Vector3d>(block))
