@@ -27,16 +27,18 @@ ceres::Problem::Options ProblemOptions() {
   return options;
 }
 
-class StopCallback final : public ceres::IterationCallback {
+// What SolveOptions asks to be told and asked between iterations.
+class SolveCallback final : public ceres::IterationCallback {
  public:
-  explicit StopCallback(const std::atomic<bool>& stop) : stop_(stop) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return stop_.load(std::memory_order_relaxed) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                                                 : ceres::SOLVER_CONTINUE;
+  explicit SolveCallback(const SolveOptions& options) : options_(options) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+    if (options_.on_iteration) options_.on_iteration(iteration.iteration, iteration.cost);
+    const bool stop = options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
+    return stop ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 
  private:
-  const std::atomic<bool>& stop_;
+  const SolveOptions& options_;
 };
 
 struct VariableSlot {
@@ -332,11 +334,8 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
     return refused;
   }
 
-  std::unique_ptr<StopCallback> stop;
-  if (options.stop != nullptr) {
-    stop = std::make_unique<StopCallback>(*options.stop);
-    solver.callbacks.push_back(stop.get());
-  }
+  SolveCallback callback(options);
+  solver.callbacks.push_back(&callback);
 
   ceres::Solver::Summary ceres_summary;
   ceres::Solve(solver, &impl_->problem, &ceres_summary);
@@ -346,7 +345,8 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   summary.initial_cost = ceres_summary.initial_cost;
   summary.final_cost = ceres_summary.final_cost;
   summary.iterations =
-      ceres_summary.num_successful_steps + std::max(0, ceres_summary.num_unsuccessful_steps);
+      std::max(0, ceres_summary.num_successful_steps) +  // -1 where there was nothing to solve
+      std::max(0, ceres_summary.num_unsuccessful_steps);
   summary.seconds = ceres_summary.total_time_in_seconds;
   return summary;
 }
