@@ -219,6 +219,22 @@ TEST_F(SlamCommand, JsonIsOneObjectAndTheSameAsTheFile) {
   EXPECT_EQ(json::parse(outcome.out), json::parse(ReadText(run() / "run.json")));
 }
 
+// The camera turns by several bricks of a wall from frame to frame: seen without a prediction, many
+// lines fit one brick further on.
+TEST_F(SlamCommand, AWallThatRepeatsItselfMovesNoCamera) {
+  ASSERT_EQ(testing::RunProgram(HIGHWALL_BINARY,
+                                "simulate room --duration 0.3 --fps 10 --out " + dataset().string())
+                .exit_code,
+            0);
+  ASSERT_EQ(SlamOnDataset("--no-map --deterministic").exit_code, 0);
+  const Outcome error = testing::RunProgram(
+      HIGHWALL_BINARY, "eval rpe --json " + (dataset() / "groundtruth.txt").string() + " " +
+                           (run() / "trajectory.txt").string());
+  ASSERT_EQ(error.exit_code, 0) << error.err;
+  // A brick further on is 0.25 m; the right pose is good to a millimetre.
+  EXPECT_LT(json::parse(error.out)["stats"]["max"], 0.01);
+}
+
 TEST_F(SlamCommand, RefusesAMissingFolder) {
   ExpectRefused({dataset().string() + ": does not exist"});
   ExpectRefused({dataset().string() + ": does not exist"}, "--config tum1");
