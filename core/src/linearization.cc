@@ -65,22 +65,22 @@ std::vector<int> Linearization::TangentSizes() const {
   return sizes;
 }
 
-const std::vector<double>* Linearization::FirstEstimate(const double* values) const {
-  if (!options_.first_estimate_jacobians) return nullptr;
-  const auto& excluded = options_.relinearized;
-  if (std::find(excluded.begin(), excluded.end(), values) != excluded.end()) return nullptr;
+Linearization::Linearization(const ceres::Problem& problem, const MarginalizationOptions& options)
+    : problem_(problem) {
+  if (!options.first_estimate_jacobians) return;
   std::vector<ceres::ResidualBlockId> residuals;
-  problem_.GetResidualBlocksForParameterBlock(values, &residuals);
+  problem.GetResidualBlocks(&residuals);
+  std::vector<double*> values;
   for (const ceres::ResidualBlockId residual : residuals) {
     const auto* prior =
-        dynamic_cast<const MarginalPrior*>(problem_.GetCostFunctionForResidualBlock(residual));
+        dynamic_cast<const MarginalPrior*>(problem.GetCostFunctionForResidualBlock(residual));
     if (prior == nullptr) continue;
-    std::vector<double*> parameters;
-    problem_.GetParameterBlocksForResidualBlock(residual, &parameters);
-    const auto at = std::find(parameters.begin(), parameters.end(), values);
-    return &prior->blocks()[static_cast<std::size_t>(at - parameters.begin())].linearization_point;
+    problem.GetParameterBlocksForResidualBlock(residual, &values);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      first_estimates_.emplace(values[i], &prior->blocks()[i].linearization_point);
+    }
   }
-  return nullptr;
+  for (const double* block : options.relinearized) first_estimates_.erase(block);
 }
 
 LinearBlock Linearization::MakeBlock(double* values) const {
@@ -90,9 +90,9 @@ LinearBlock Linearization::MakeBlock(double* values) const {
   block.tangent_size = problem_.ParameterBlockTangentSize(values);
   block.manifold = problem_.GetManifold(values);
   block.point.assign(values, values + block.size);
-  const std::vector<double>* first = FirstEstimate(values);
-  if (first == nullptr || *first == block.point) return block;
-  block.point = *first;
+  const auto first = first_estimates_.find(values);
+  if (first == first_estimates_.end() || *first->second == block.point) return block;
+  block.point = *first->second;
   block.moved = true;
   block.offset.resize(block.tangent_size);
   if (block.manifold != nullptr) {
@@ -165,17 +165,18 @@ Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
 
 std::vector<ceres::ResidualBlockId> ResidualsOf(const ceres::Problem& problem,
                                                 const std::vector<double*>& blocks) {
-  std::vector<ceres::ResidualBlockId> some;
-  std::unordered_set<ceres::ResidualBlockId> touching;
-  for (const double* block : blocks) {
-    problem.GetResidualBlocksForParameterBlock(block, &some);
-    touching.insert(some.begin(), some.end());
-  }
-  // The order of the sets depends on addresses; that of the problem does not.
-  std::vector<ceres::ResidualBlockId> all;
-  problem.GetResidualBlocks(&all);
-  std::erase_if(all, [&](ceres::ResidualBlockId id) { return touching.count(id) == 0; });
-  return all;
+  // Not GetResidualBlocksForParameterBlock: its order depends on addresses, and without fast
+  // removal it searches the whole problem for every block.
+  const std::unordered_set<const double*> wanted(blocks.begin(), blocks.end());
+  std::vector<ceres::ResidualBlockId> residuals;
+  std::vector<double*> touched;
+  problem.GetResidualBlocks(&residuals);
+  std::erase_if(residuals, [&](ceres::ResidualBlockId residual) {
+    problem.GetParameterBlocksForResidualBlock(residual, &touched);
+    return std::none_of(touched.begin(), touched.end(),
+                        [&](const double* block) { return wanted.count(block) > 0; });
+  });
+  return residuals;
 }
 
 void RequireBlocks(const ceres::Problem& problem, const std::vector<double*>& blocks) {

@@ -32,8 +32,7 @@ struct LinearBlock {
 // untouched.
 class Linearization {
  public:
-  Linearization(const ceres::Problem& problem, const MarginalizationOptions& options)
-      : problem_(problem), options_(options) {}
+  Linearization(const ceres::Problem& problem, const MarginalizationOptions& options);
 
   // Throws InvalidArgument if it cannot be evaluated or is not finite.
   Rows Linearize(ceres::ResidualBlockId residual);
@@ -46,16 +45,15 @@ class Linearization {
 
  private:
   LinearBlock MakeBlock(double* values) const;
-  const std::vector<double>* FirstEstimate(const double* values) const;
 
   const ceres::Problem& problem_;
-  const MarginalizationOptions& options_;
+  // Linearization points of the blocks under a MarginalPrior, where asked for.
+  std::unordered_map<const double*, const std::vector<double>*> first_estimates_;
   std::vector<LinearBlock> blocks_;
   std::unordered_map<const double*, int> index_;
 };
 
-// Residual blocks that touch any of `blocks`, each once, in the order of the problem: the
-// same on every run.
+// Residual blocks that touch any of `blocks`, in the order of the problem.
 std::vector<ceres::ResidualBlockId> ResidualsOf(const ceres::Problem& problem,
                                                 const std::vector<double*>& blocks);
 

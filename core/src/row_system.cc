@@ -98,6 +98,7 @@ int RowSystem::EliminateOne(int block) {
 
   // The front [A_block A_others b].
   const int size = sizes_[static_cast<std::size_t>(block)];
+  column_[static_cast<std::size_t>(block)] = 0;
   int columns = size;
   for (const int other : reduced.blocks) {
     column_[static_cast<std::size_t>(other)] = columns;

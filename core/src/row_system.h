@@ -22,7 +22,10 @@ class RowSystem {
   // block_sizes: dimensions of each block of unknowns. rank_tolerance: a pivot of a column (scaled
   // to unit length) below it counts as zero.
   RowSystem(std::vector<int> block_sizes, double rank_tolerance)
-      : sizes_(std::move(block_sizes)), rows_of_(sizes_.size()), tolerance_(rank_tolerance) {}
+      : sizes_(std::move(block_sizes)),
+        rows_of_(sizes_.size()),
+        column_(sizes_.size(), 0),
+        tolerance_(rank_tolerance) {}
 
   void Add(Rows rows);
 
@@ -44,8 +47,9 @@ class RowSystem {
 
   std::vector<int> sizes_;
   std::vector<Rows> rows_;                  // an empty block list: used up
-  std::vector<std::vector<int>> rows_of_;   // block -> indices into rows_
+  std::vector<std::vector<int>> rows_of_;   // block -> indices into rows_, used up ones too
   std::map<std::vector<int>, int> merged_;  // reduced rows by their blocks -> index into rows_
+  std::vector<int> column_;                 // of each block in the front
   double tolerance_;
 };
 
