@@ -507,7 +507,7 @@ const FactorGraph& SlidingWindowSmoother::graph() const {
   return impl_->graph;
 }
 
-FactorGraph& SlidingWindowSmoother::graph() {
+FactorGraph& SlidingWindowSmoother::mutable_graph() {
   return impl_->graph;
 }
 

@@ -54,7 +54,7 @@ struct SlidingWindowOptions {
   double max_error = std::numeric_limits<double>::infinity();
   // Calibration variables are relinearized in any case.
   MarginalizationOptions marginalization{};
-  SolveOptions solve{.max_iterations = 10, .function_tolerance = 1e-4};
+  SolveOptions solve{.max_iterations = 10, .function_tolerance = 1e-3};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -95,24 +95,24 @@ class SlidingWindowSmoother {
   // stamps may come in any order. Throws InvalidArgument if the value is not finite.
   template <class T>
   Variable<T> AddState(Stamp stamp, const T& value) {
-    return Register(graph().AddVariable(value), Kind::kState, stamp, typeid(T).name());
+    return Register(mutable_graph().AddVariable(value), Kind::kState, stamp, typeid(T).name());
   }
   // A variable that leaves once no state of the window observes it. No factor may join two.
   template <class T>
   Variable<T> AddLandmark(const T& value) {
-    return Register(graph().AddLandmark(value), Kind::kLandmark, 0, typeid(T).name());
+    return Register(mutable_graph().AddLandmark(value), Kind::kLandmark, 0, typeid(T).name());
   }
   // A variable that stays: calibration. Never linearized at a first estimate.
   template <class T>
   Variable<T> AddCalibration(const T& value) {
-    return Register(graph().AddVariable(value), Kind::kCalibration, 0, typeid(T).name());
+    return Register(mutable_graph().AddVariable(value), Kind::kCalibration, 0, typeid(T).name());
   }
 
   // As FactorGraph::AddFactor.
   template <FactorPointer P, class... Ts>
   requires AcceptsVariables<typename P::element_type, Ts...> FactorId
   AddFactor(P factor, std::shared_ptr<ceres::LossFunction> loss, const Variable<Ts>&... variables) {
-    return Register(graph().AddFactor(std::move(factor), std::move(loss), variables...));
+    return Register(mutable_graph().AddFactor(std::move(factor), std::move(loss), variables...));
   }
   template <FactorPointer P, class... Ts>
   requires AcceptsVariables<typename P::element_type, Ts...> FactorId
@@ -122,7 +122,8 @@ class SlidingWindowSmoother {
   FactorId AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> factor,
                              std::shared_ptr<ceres::LossFunction> loss,
                              std::span<const VariableId> variables) {
-    return Register(graph().AddFactorToBlocks(std::move(factor), std::move(loss), variables));
+    return Register(
+        mutable_graph().AddFactorToBlocks(std::move(factor), std::move(loss), variables));
   }
   // Take effect at once; a rejected update does not bring back what was removed.
   void RemoveFactor(const FactorId& factor);
@@ -142,7 +143,7 @@ class SlidingWindowSmoother {
   }
   template <class T>
   void SetValue(const Variable<T>& variable, const T& value) {
-    graph().SetValue(variable, value);
+    mutable_graph().SetValue(variable, value);
   }
   bool Contains(const VariableId& variable) const { return graph().Contains(variable); }
   bool Contains(const FactorId& factor) const { return graph().Contains(factor); }
@@ -201,7 +202,7 @@ class SlidingWindowSmoother {
             }};
   }
 
-  FactorGraph& graph();
+  FactorGraph& mutable_graph();
   template <class T>
   Variable<T> Register(const Variable<T>& variable, Kind kind, Stamp stamp, const char* type) {
     RegisterVariable(variable, kind, stamp, type);
