@@ -156,7 +156,8 @@ class SlidingWindowSmoother {
   template <class T>
   std::optional<Variable<T>> Find(Stamp stamp) const {
     const std::optional<VariableId> id = FindState(stamp, typeid(T).name());
-    return id ? std::optional<Variable<T>>({*id}) : std::nullopt;
+    if (!id) return std::nullopt;
+    return Variable<T>{*id};
   }
 
   // Joint covariance of the variables in their tangent spaces, in the order given; a fixed variable
