@@ -12,7 +12,7 @@ struct InformationLossOptions {
   // (m, rad, m/s). > 0. Directions that are known no better than this count for nothing, so that
   // the logarithm is finite without a gauge.
   double reference_sigma = 10.0;
-  MarginalizationOptions marginalization;
+  MarginalizationOptions marginalization{};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
