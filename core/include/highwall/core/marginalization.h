@@ -56,7 +56,7 @@ struct Marginal {
 //     problem.AddResidualBlock(marginal.prior.release(), nullptr, marginal.blocks);
 //   }
 //
-// Works on any ceres::Problem. The prior refers to the manifolds
+// Works on any ceres::Problem without an EvaluationCallback. The prior refers to the manifolds
 // of the problem. Landmarks cost one small QR each: no matrix over all of them is ever formed.
 // Throws InvalidArgument if a block is not in the problem or given twice, or if a residual cannot
 // be evaluated or is not finite.
