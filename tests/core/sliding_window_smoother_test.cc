@@ -144,6 +144,27 @@ TEST(SlidingWindowSmoother, EqualsTheBatchSolutionWithLandmarksThatStayInThePrio
   }
 }
 
+TEST(SlidingWindowSmoother, SolvesAgainFromWhereItIs) {
+  SlidingWindowSmoother smoother({.solve = {.max_iterations = 50, .function_tolerance = 1e-12}});
+  RandomStates random(4);
+  Variable<Pose> last;
+  for (int k = 0; k < 5; ++k) {
+    const auto x = smoother.AddState(Stamp{k}, random.RandomPose(1.0, 0.5));
+    smoother.AddFactor(
+        std::make_unique<PosePrior>(random.RandomPose(1.0, 0.5), Matrix6::Identity()), x);
+    if (k > 0) {
+      smoother.AddFactor(
+          std::make_unique<RelativePose>(random.RandomPose(1.0, 0.5), Matrix6::Identity()), last,
+          x);
+    }
+    last = x;
+  }
+  const UpdateReport cold = smoother.Update(), warm = smoother.Update();
+  EXPECT_GT(cold.solve.iterations, 4);
+  EXPECT_LE(warm.solve.iterations, 2);
+  EXPECT_EQ(warm.solve.initial_cost, cold.solve.final_cost);
+}
+
 TEST(SlidingWindowSmoother, LagsBySeconds) {
   SlidingWindowSmoother smoother({.max_states = 100, .max_seconds = 1.0});
   for (int k = 0; k < 8; ++k) {
@@ -380,6 +401,8 @@ TEST(SlidingWindowSmoother, OptionsOutOfRangeAreRefusedByName) {
   EXPECT_NE(message({.protected_states = 0}).find("protected_states"), std::string::npos);
   EXPECT_NE(message({.max_error = -1.0}).find("max_error"), std::string::npos);
   EXPECT_EQ(message({}), "");
+  EXPECT_STREQ(ToString(LeavingPolicy::kLeastInformation), "least_information");
+  EXPECT_STREQ(ToString(LandmarkPolicy::kKeepTracked), "keep_tracked");
 }
 
 class SavedWindow : public ::testing::Test {
