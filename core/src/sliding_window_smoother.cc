@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <string_view>
 
 #include <ceres/problem.h>
 #include <Eigen/LU>
@@ -415,8 +416,7 @@ std::optional<Eigen::MatrixXd> SlidingWindowSmoother::Covariance(
   }
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(total, total);
   if (unknown.empty()) return covariance;
-  const Marginal marginal = Summarize(
-      graph.problem(), unknown, {.rank_tolerance = impl_->options.marginalization.rank_tolerance});
+  const Marginal marginal = Summarize(graph.problem(), unknown, impl_->PriorOptions());
   if (marginal.report.rank < unknown_total) return std::nullopt;
   const MarginalPrior& prior = *marginal.prior;
   const Eigen::MatrixXd inverse = prior.A().inverse();  // square: full rank
