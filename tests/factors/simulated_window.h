@@ -129,9 +129,11 @@ class SimulatedWindow {
   }
   void AddLine(const Pose& guess, SlidingWindowSmoother* smoother) {
     const Eigen::Vector3d p = PointInView();
-    const Eigen::Vector3d direction(Uniform(-1, 1), Uniform(-1, 1), Uniform(-0.3, 0.3));
-    const Segment3 segment(p, p + direction.normalized());
+    // 1 m long, never along the view.
     const Pose T = Truth(count_ - 1);
+    const double angle = Uniform(-M_PI, M_PI);
+    const Eigen::Vector3d direction(std::cos(angle), std::sin(angle), Uniform(-0.3, 0.3));
+    const Segment3 segment(p, p + T.R() * direction);
     const OrthonormalLine start(
         PluckerLine::FromPoints(Unproject(guess, Disturb(Observe(T, segment.p()))),
                                 Unproject(guess, Disturb(Observe(T, segment.q())))));
