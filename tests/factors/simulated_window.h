@@ -35,9 +35,10 @@ class SimulatedWindow {
   SimulatedWindow(const SimulatedWindowOptions& options, unsigned seed)
       : options_(options), rng_(seed), projection_(PinholeCamera(), Pose()) {}
 
+  // To and fro, never far from the origin, about 0.1 m a keyframe.
   static Pose Truth(int k) {
     const double t = 0.1 * k;
-    return Pose::FromTangent({t, 0.3 * std::sin(t), 0.2 * std::cos(1.3 * t)},
+    return Pose::FromTangent({5.0 * std::sin(0.2 * t), 0.3 * std::sin(t), 0.2 * std::cos(1.3 * t)},
                              {0.1 * std::sin(0.7 * t), 0.15 * std::sin(t), 0.1 * std::cos(t)});
   }
 
