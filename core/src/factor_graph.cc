@@ -109,6 +109,9 @@ struct FactorGraph::Impl {
   std::vector<FactorSlot> factors;
   std::vector<std::uint32_t> free_variables, free_factors;
   std::unordered_map<const double*, VariableId> by_block;
+  // Blocks of removed variables, by size. Ceres 2.1 remembers every address it was ever given: with
+  // the same ones used again, memory stays flat.
+  std::unordered_map<std::size_t, std::vector<std::unique_ptr<double[]>>> spare_blocks;
   ceres::Problem problem{ProblemOptions()};
 
   bool Contains(const VariableId& id) const {
@@ -138,6 +141,14 @@ struct FactorGraph::Impl {
                return At(by_block.at(block)).landmark && !problem.IsParameterBlockConstant(block);
              }) > 1;
     });
+  }
+
+  std::unique_ptr<double[]> TakeBlock(std::size_t size) {
+    std::vector<std::unique_ptr<double[]>>& spare = spare_blocks[size];
+    if (spare.empty()) return std::make_unique<double[]>(size);
+    std::unique_ptr<double[]> block = std::move(spare.back());
+    spare.pop_back();
+    return block;
   }
 
   // One manifold object per type of variable; null where Euclidean.
@@ -180,7 +191,7 @@ VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold ma
       "FactorGraph::AddVariable: non-finite value");
   const std::uint32_t index = TakeSlot(&impl_->variables, &impl_->free_variables);
   VariableSlot& slot = impl_->variables[index];
-  slot.block = std::make_unique<double[]>(values.size());
+  slot.block = impl_->TakeBlock(values.size());
   std::copy(values.begin(), values.end(), slot.block.get());
   slot.size = static_cast<int>(values.size());
   slot.landmark = landmark;
@@ -204,7 +215,7 @@ void FactorGraph::Remove(const VariableId& variable) {
   VariableSlot& slot = impl_->variables[variable.index];
   impl_->problem.RemoveParameterBlock(slot.block.get());
   impl_->by_block.erase(slot.block.get());
-  slot.block.reset();
+  impl_->spare_blocks[static_cast<std::size_t>(slot.size)].push_back(std::move(slot.block));
   slot.factors = {};
   impl_->free_variables.push_back(variable.index);
 }
