@@ -38,10 +38,27 @@ nlohmann::json DenseJson(const DenseMap& dense, const std::filesystem::path& dir
   return json;
 }
 
-void WriteDense(const std::filesystem::path& directory, const DenseMap& dense) {
-  WritePly(directory / "cloud.ply", dense.cloud);
-  dense.octree.WriteBinary(directory / "map.bt");
-  if (dense.grid.width > 0) WriteOccupancyGrid(directory / "grid.yaml", dense.grid);
+// A map of an earlier run must not pass for one of this run.
+void RemoveStale(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::remove(path, error);
+  if (error) throw IoError(path, "is of an earlier run and cannot be removed: " + error.message());
+}
+
+void WriteDense(const std::filesystem::path& directory, const std::optional<DenseMap>& dense) {
+  if (dense) {
+    WritePly(directory / "cloud.ply", dense->cloud);
+    dense->octree.WriteBinary(directory / "map.bt");
+  } else {
+    RemoveStale(directory / "cloud.ply");
+    RemoveStale(directory / "map.bt");
+  }
+  if (dense && dense->grid.width > 0) {
+    WriteOccupancyGrid(directory / "grid.yaml", dense->grid);
+  } else {
+    RemoveStale(directory / "grid.yaml");
+    RemoveStale(directory / "grid.pgm");
+  }
 }
 
 }  // namespace
@@ -115,10 +132,8 @@ nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& r
   WriteTumTrajectory(directory / "trajectory.txt", run.trajectory);
   WriteTumTrajectory(directory / "keyframes.txt", run.keyframes);
   nlohmann::json json = run_json;
-  if (run.dense) {
-    WriteDense(directory, *run.dense);
-    json["map"] = DenseJson(*run.dense, directory);
-  }
+  WriteDense(directory, run.dense);
+  if (run.dense) json["map"] = DenseJson(*run.dense, directory);
   AtomicFile file(directory / "run.json");
   file.stream() << json.dump(2) << '\n';
   file.Commit();

@@ -1,6 +1,8 @@
 #include <highwall/frontend/tracker.h>
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/pose_observations.h>
@@ -27,6 +29,11 @@ int Support(const TrackedFrame& tracked) {
   const auto matched = [](std::int32_t id) { return id != kNoId; };
   return static_cast<int>(std::count_if(tracked.points.begin(), tracked.points.end(), matched) +
                           2 * std::count_if(tracked.lines.begin(), tracked.lines.end(), matched));
+}
+
+int Count(const std::vector<std::int32_t>& landmarks) {
+  return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(),
+                                        [](std::int32_t id) { return id != kNoId; }));
 }
 
 std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
@@ -59,6 +66,10 @@ void TrackerOptions::Validate() const {
   HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
   HIGHWALL_REQUIRE(min_motion_share >= 0.0 && min_motion_share < 1.0,
                    "TrackerOptions::min_motion_share must be in [0, 1)");
+  HIGHWALL_REQUIRE(doubtful_share >= 0.0 && doubtful_share <= 1.0,
+                   "TrackerOptions::doubtful_share must be in [0, 1]");
+  HIGHWALL_REQUIRE(doubtful_drop >= 0.0 && doubtful_drop <= 1.0,
+                   "TrackerOptions::doubtful_drop must be in [0, 1]");
   HIGHWALL_REQUIRE(local_keyframes >= 1, "TrackerOptions::local_keyframes must be at least 1");
 }
 
@@ -76,32 +87,33 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map) {
     none.state = TrackingState::kInitializing;
     return none;
   }
-  std::optional<TrackedFrame> tracked;
   const bool was_tracking = last_.has_value();
+  std::optional<LocalMatch> match;
   if (was_tracking) {
-    tracked = TrackMotion(frame, map);
-    if (!tracked || !TrackLocalMap(*tracked, map)) {
-      tracked = TrackReference(frame, map);
-      if (tracked && !TrackLocalMap(*tracked, map)) tracked.reset();
+    match = TrackLocalMap(TrackMotion(frame, map), map);
+    if (!match || IsDoubtful(*match)) {
+      auto other = TrackLocalMap(TrackReference(frame, map), map);
+      if (other && (!match || other->Support() > match->Support())) match = std::move(other);
     }
   }
-  if (!tracked) {
-    tracked = Relocalize(frame, map);
-    if (tracked && !TrackLocalMap(*tracked, map)) tracked.reset();
-  }
-  if (!tracked) {
+  if (!match) match = TrackLocalMap(Relocalize(frame, map), map);
+  if (!match) {
     last_.reset();
     return Unmatched(frame, Pose());
   }
+  match->CountSightings(map);
+  TrackedFrame& tracked = match->frame;
   // Across a gap there is no motion to extrapolate.
-  velocity_ =
-      was_tracking && !tracked->relocalized ? last_->T_WC.Inverse() * tracked->T_WC : Pose();
-  tracked->state = TrackingState::kTracking;
+  velocity_ = was_tracking && !tracked.relocalized ? last_->T_WC.Inverse() * tracked.T_WC : Pose();
+  tracked.state = TrackingState::kTracking;
   last_ = tracked;
-  return *tracked;
+  last_support_ = match->Support();
+  return tracked;
 }
 
 void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
+  // The first keyframe was not tracked: all it holds is what the next frame should find.
+  if (!last_) last_support_ = Count(keyframe.points) + 2 * Count(keyframe.lines);
   last_ = tracked;
   last_->T_WC = keyframe.T_WC;
   last_->points = keyframe.points;
@@ -149,44 +161,62 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   return tracked;
 }
 
-bool Tracker::TrackLocalMap(TrackedFrame& tracked, Map& map) const {
-  const auto observers = map.Observers(tracked.points, tracked.lines);
+std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
+                                                          const Map& map) const {
+  if (!rough) return std::nullopt;
+  LocalMatch match{std::move(*rough), {}, {}};
+  TrackedFrame& tracked = match.frame;
   std::vector<KeyFrameId> local;
-  for (const auto& [id, shared] : observers) {
+  for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
     if (static_cast<int>(local.size()) == options_.local_keyframes) break;
     local.push_back(id);
   }
-  std::vector<PointId> visible_points;
-  std::vector<LineId> visible_lines;
   const FrameFeatures& features = *tracked.frame.features;
   const auto points = PointsSeenBy(map, local, tracked.points);
   const auto lines = LinesSeenBy(map, local, tracked.lines);
-  const std::vector<PointId> from_last_points = tracked.points;
-  const std::vector<LineId> from_last_lines = tracked.lines;
+  const std::vector<PointId> first_points = tracked.points;
+  const std::vector<LineId> first_lines = tracked.lines;
   Apply(matcher_.MatchPoints(features, tracked.T_WC, map, points, Taken(tracked.points),
-                             &visible_points),
+                             &match.points_in_view),
         tracked.points);
-  Apply(
-      matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines), &visible_lines),
-      tracked.lines);
-  visible_points.insert(visible_points.end(), from_last_points.begin(), from_last_points.end());
-  visible_lines.insert(visible_lines.end(), from_last_lines.begin(), from_last_lines.end());
-  if (!Solve(tracked, map, options_.min_support)) return false;
+  Apply(matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines),
+                            &match.lines_in_view),
+        tracked.lines);
+  const auto append = [](std::vector<std::int32_t>& in_view, const auto& first) {
+    std::copy_if(first.begin(), first.end(), std::back_inserter(in_view),
+                 [](std::int32_t id) { return id != kNoId; });
+  };
+  append(match.points_in_view, first_points);
+  append(match.lines_in_view, first_lines);
+  if (!Solve(tracked, map, options_.min_support)) return std::nullopt;
+  tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
+  return match;
+}
 
-  for (const PointId id : visible_points) {
+int Tracker::LocalMatch::Support() const {
+  return frame.num_points + 2 * frame.num_lines;
+}
+
+bool Tracker::IsDoubtful(const LocalMatch& match) const {
+  const auto in_view =
+      static_cast<double>(match.points_in_view.size() + 2 * match.lines_in_view.size());
+  return match.Support() < options_.doubtful_share * in_view ||
+         match.Support() < options_.doubtful_drop * last_support_;
+}
+
+void Tracker::LocalMatch::CountSightings(Map& map) const {
+  for (const PointId id : points_in_view) {
     if (MapPoint* point = map.point(id)) ++point->visible;
   }
-  for (const LineId id : visible_lines) {
+  for (const LineId id : lines_in_view) {
     if (MapLine* line = map.line(id)) ++line->visible;
   }
-  for (const PointId id : tracked.points) {
+  for (const PointId id : frame.points) {
     if (MapPoint* point = map.point(id)) ++point->found;
   }
-  for (const LineId id : tracked.lines) {
+  for (const LineId id : frame.lines) {
     if (MapLine* line = map.line(id)) ++line->found;
   }
-  tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
-  return true;
 }
 
 bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support) const {

@@ -33,6 +33,12 @@ struct TrackerOptions {
   // Share of the support of all first matches that must agree on the pose, [0, 1): where the scene
   // repeats itself, a few agree by accident on a pose that most deny.
   double min_motion_share = 0.33;
+  // A pose with less support than this share of the landmarks of the local map in view, or than
+  // this share of the last frame's support, may be a coincidence of repeated patterns, both in
+  // [0, 1]: what the descriptors of the reference keyframe say is tried as well, and the better
+  // supported pose is kept.
+  double doubtful_share = 0.06;
+  double doubtful_drop = 0.3;
   int local_keyframes = 24;  // >= 1: most keyframes whose landmarks are searched
 
   void Validate() const;
@@ -70,8 +76,18 @@ class Tracker {
   std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map) const;
   std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
   std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
-  // Adds what the local map holds to a frame with a rough pose; false where too little fits.
-  bool TrackLocalMap(TrackedFrame& tracked, Map& map) const;
+  // A frame matched with the local map, and the landmarks that were to be seen from its pose.
+  struct LocalMatch {
+    TrackedFrame frame;
+    std::vector<PointId> points_in_view;
+    std::vector<LineId> lines_in_view;
+
+    int Support() const;
+    void CountSightings(Map& map) const;
+  };
+  // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
+  std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map) const;
+  bool IsDoubtful(const LocalMatch& match) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
   bool Solve(TrackedFrame& tracked, const Map& map, int min_support) const;
 
@@ -80,6 +96,7 @@ class Tracker {
   MapMatcher matcher_;
   Relocalizer relocalizer_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
+  int last_support_ = 0;              // of its pose
   Pose velocity_;                     // T_(last - 1, last), the motion of one frame
 };
 
