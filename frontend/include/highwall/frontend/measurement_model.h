@@ -43,7 +43,7 @@ class MeasurementModel {
     return right_.fx * right_.baseline / (z * z) * sigma_z;
   }
 
-  // Rows of a point; the third is zero where it has no depth (PointDimension 2 instead of 3).
+  // Rows of a point; the third is zero where it has no depth (Dimension 2 instead of 3).
   ProjectionRows<3> Rows(const PointFeature& feature) const;
   static int Dimension(const PointFeature& feature) { return feature.depth > 0.0 ? 3 : 2; }
   // Rows of a line's two ends in the end-point form; the second row of each is zero without depth,
