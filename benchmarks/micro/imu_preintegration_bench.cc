@@ -18,9 +18,9 @@ void Preintegrate(benchmark::State& state) {
   for (auto _ : state) {
     benchmark::DoNotOptimize(ImuPreintegration(samples, ImuBias::Constant(0.01)));
   }
-  state.counters["per_sample"] = benchmark::Counter(
-      static_cast<double>(state.iterations() * state.range(0)),
-      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["per_sample"] =
+      benchmark::Counter(static_cast<double>(state.iterations() * state.range(0)),
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(Preintegrate)->Arg(7)->Arg(40)->Arg(100);
 

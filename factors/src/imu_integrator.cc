@@ -58,8 +58,8 @@ ImuIntegrator::ImuIntegrator(const ImuNoise& noise)
 void ImuIntegrator::Step(double h, const Knot& from, const Knot& to) {
   const double h2 = h * h;
   // Eq. 2: Magnus expansion to fourth order.
-  const Eigen::Vector3d theta = 0.5 * h * (from.w + to.w) +
-                                h2 / 12.0 * (from.dw - to.dw + from.w.cross(to.w));
+  const Eigen::Vector3d theta =
+      0.5 * h * (from.w + to.w) + h2 / 12.0 * (from.dw - to.dw + from.w.cross(to.w));
   const Eigen::Matrix3d R_from = R_;
   q_ = q_ * so3::Exp(theta);
   R_ = q_.toRotationMatrix();
@@ -75,8 +75,8 @@ void ImuIntegrator::Step(double h, const Knot& from, const Knot& to) {
   v_ += dv;
   t_ += h;
 
-  const Eigen::Matrix3d A = 0.5 * h * (R_from + R_) +
-                            h2 / 12.0 * (RateOf(R_from, from.w) - RateOf(R_, to.w));
+  const Eigen::Matrix3d A =
+      0.5 * h * (R_from + R_) + h2 / 12.0 * (RateOf(R_from, from.w) - RateOf(R_, to.w));
   PropagateErrors(h, dv, dp, A, h2 * (R_from / 3.0 + R_ / 6.0));
 }
 
@@ -98,8 +98,8 @@ void ImuIntegrator::PropagateErrors(double h, const Eigen::Vector3d& dv, const E
 
   // Eq. 6: F_b, and the biases' own variance in the middle of the step.
   Eigen::Matrix<double, 9, 6> F_b;
-  F_b << -A, Eigen::Matrix3d::Zero(),                         //
-      CrossColumns(dv - dp / h, A), -A,                       //
+  F_b << -A, Eigen::Matrix3d::Zero(),    //
+      CrossColumns(dv - dp / h, A), -A,  //
       CrossColumns(h / 6.0 * dv, A), -B;
   const double t = t_ - 0.5 * h;
   Eigen::Matrix<double, 9, 6> F_b_P;

@@ -90,8 +90,8 @@ void ImuPreintegration::Integrate() {
     // At the ends the parabola of the three outer readings: its slopes at both ends of a step have
     // the step's slope as their mean.
     if (first) {
-      from = {samples_[0].gyroscope - b_g, samples_[0].accelerometer - b_a,
-              2.0 * dw_step - to.dw, 2.0 * da_step - to.da};
+      from = {samples_[0].gyroscope - b_g, samples_[0].accelerometer - b_a, 2.0 * dw_step - to.dw,
+              2.0 * da_step - to.da};
     } else if (last) {
       to.dw = 2.0 * dw_step - from.dw;
       to.da = 2.0 * da_step - from.da;

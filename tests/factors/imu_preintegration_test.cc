@@ -6,8 +6,8 @@
 #include <new>
 #include <random>
 
-#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include <highwall/core/error.h>
 
@@ -23,8 +23,12 @@ void* operator new(std::size_t size) {
   if (void* p = std::malloc(size)) return p;
   throw std::bad_alloc();
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
 
 namespace highwall {
 namespace {
@@ -134,8 +138,9 @@ TEST(ImuPreintegration, BiasJacobianMatchesIntegratingAgain) {
     const ImuBias d = kStep * ImuBias::Unit(i);
     const ImuDelta plus = imu.Reintegrated(TestBias() + d).delta();
     const ImuDelta minus = imu.Reintegrated(TestBias() - d).delta();
-    numeric.col(i) = (Difference(base, plus.At(plus.bias)) -
-                      Difference(base, minus.At(minus.bias))) / (2.0 * kStep);
+    numeric.col(i) =
+        (Difference(base, plus.At(plus.bias)) - Difference(base, minus.At(minus.bias))) /
+        (2.0 * kStep);
   }
   // The Jacobian is of second order in the step: (w h)^2 / 6 = 5e-5 at 3.5 rad/s and 5 ms.
   for (int block = 0; block < 3; ++block) {
@@ -152,8 +157,7 @@ TEST(ImuPreintegration, FirstOrderCorrectionLeavesAnErrorOfSecondOrder) {
   double previous = 0.0;
   for (const double size : {0.2, 0.1, 0.05}) {
     const ImuDelta exact = imu.Reintegrated(size * direction).delta();
-    const double error =
-        Difference(exact.At(exact.bias), imu.delta().At(size * direction)).norm();
+    const double error = Difference(exact.At(exact.bias), imu.delta().At(size * direction)).norm();
     if (previous > 0.0) {
       EXPECT_NEAR(std::log2(previous / error), 2.0, 0.15) << size;
     }
@@ -185,9 +189,10 @@ TEST(ImuPreintegration, AsksForReintegrationOnceTheBiasIsFar) {
 
 TEST(ImuPreintegration, CovarianceMatchesTenThousandNoisyRuns) {
   // Walks strong enough that every block of the 15 x 15 counts.
-  const ImuPreintegrationOptions options{
-      .noise = {.gyroscope = 2e-3, .accelerometer = 2e-2, .gyroscope_walk = 2e-3,
-                .accelerometer_walk = 3e-2}};
+  const ImuPreintegrationOptions options{.noise = {.gyroscope = 2e-3,
+                                                   .accelerometer = 2e-2,
+                                                   .gyroscope_walk = 2e-3,
+                                                   .accelerometer_walk = 3e-2}};
   constexpr double kHertz = 200.0;
   constexpr int kRuns = 10'000;
   const auto clean = SinusoidalMotion(2.0).Samples(kHertz, 0.5);
@@ -232,8 +237,8 @@ TEST(ImuPreintegration, CovarianceIsThatOfTheStraightLineByHand) {
   // + q_a T^4 / 8, var p = s_a^2 T^3 / 3 + q_a T^5 / 20; cov(theta, b_g) = -q_g T^2 / 2.
   std::vector<ImuSample> samples;
   for (int i = 0; i <= 1000; ++i) samples.push_back({i * 1'000'000, {0, 0, 0}, {0, 0, 0}});
-  const ImuNoise n{.gyroscope = 0.1, .accelerometer = 0.2, .gyroscope_walk = 0.3,
-                   .accelerometer_walk = 0.4};
+  const ImuNoise n{
+      .gyroscope = 0.1, .accelerometer = 0.2, .gyroscope_walk = 0.3, .accelerometer_walk = 0.4};
   const Matrix15 P = ImuPreintegration(samples, ImuBias::Zero(), {.noise = n}).covariance();
   const double qg = 0.09, qa = 0.16;
   // The recursion is of second order in its step of 1e-3 s.

@@ -22,9 +22,7 @@ class SinusoidalMotion {
  public:
   explicit SinusoidalMotion(double rate = 1.0) : rate_(rate) {}
 
-  ImuState StateAt(double t) const {
-    return {Pose(Rotation(t), Position(t, 0)), Position(t, 1)};
-  }
+  ImuState StateAt(double t) const { return {Pose(Rotation(t), Position(t, 0)), Position(t, 1)}; }
   // Without noise and bias.
   ImuSample SampleAt(Stamp stamp) const {
     const double t = ToSeconds(stamp);

@@ -9,7 +9,8 @@
 namespace highwall {
 
 // A direction in space: a unit vector, three contiguous doubles, and a Ceres parameter block under
-// UnitDirectionManifold as it stands. The direction of gravity, n_W, is (0, 0, -1) unless estimated.
+// UnitDirectionManifold as it stands. The direction of gravity, n_W, is (0, 0, -1) unless
+// estimated.
 class UnitDirection {
  public:
   static constexpr int kSize = 3;

@@ -12,7 +12,7 @@ namespace highwall {
 
 // One reading of an inertial measurement unit, in the body frame B.
 struct ImuSample {
-  Stamp stamp = 0;                                         // [ns] of the IMU's clock
+  Stamp stamp = 0;                                          // [ns] of the IMU's clock
   Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();      // [rad/s]
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  // [m/s^2] specific force
 };

@@ -33,7 +33,7 @@ struct ImuMeasurement {
 //          2: b_i     bias      (6) [b_g b_a]         5: b_j
 // Domain:  everywhere; the Jacobian is discontinuous where the rotation error is pi. Evaluate
 //          returns false where a value is not finite.
-// Source:  Forster, Carlone, Dellaert, Scaramuzza 2017, Eq. 45 and appendix C.
+// Source:  Forster, Carlone, Dellaert, Scaramuzza 2017, Eq. 45.
 class ImuFactor final : public ceres::SizedCostFunction<15, 7, 3, 6, 7, 3, 6> {
  public:
   using Variables = VariableList<Pose, Eigen::Vector3d, ImuBias, Pose, Eigen::Vector3d, ImuBias>;
@@ -57,8 +57,8 @@ class ImuFactor final : public ceres::SizedCostFunction<15, 7, 3, 6, 7, 3, 6> {
 // Blocks:  0 to 5: as ImuFactor;  6: n_W  direction (3, UnitDirectionManifold)
 class ImuGravityFactor final : public ceres::SizedCostFunction<15, 7, 3, 6, 7, 3, 6, 3> {
  public:
-  using Variables = VariableList<Pose, Eigen::Vector3d, ImuBias, Pose, Eigen::Vector3d, ImuBias,
-                                 UnitDirection>;
+  using Variables =
+      VariableList<Pose, Eigen::Vector3d, ImuBias, Pose, Eigen::Vector3d, ImuBias, UnitDirection>;
   enum Block { kPoseI, kVelocityI, kBiasI, kPoseJ, kVelocityJ, kBiasJ, kGravity };
 
   // gravity: magnitude [m/s^2] > 0. Otherwise as ImuFactor.

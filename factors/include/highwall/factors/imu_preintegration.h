@@ -15,10 +15,10 @@ using ImuBias = Eigen::Matrix<double, 6, 1>;  // [b_g b_a], rad/s and m/s^2
 
 // Continuous noise densities of an IMU. Defaults: ADIS16448, the IMU of the EuRoC sequences.
 struct ImuNoise {
-  double gyroscope = 1.6968e-4;           // [rad/s/sqrt(Hz)] > 0
-  double accelerometer = 2.0e-3;          // [m/s^2/sqrt(Hz)] > 0
-  double gyroscope_walk = 1.9393e-5;      // [rad/s^2/sqrt(Hz)] > 0
-  double accelerometer_walk = 3.0e-3;     // [m/s^3/sqrt(Hz)] > 0
+  double gyroscope = 1.6968e-4;        // [rad/s/sqrt(Hz)] > 0
+  double accelerometer = 2.0e-3;       // [m/s^2/sqrt(Hz)] > 0
+  double gyroscope_walk = 1.9393e-5;   // [rad/s^2/sqrt(Hz)] > 0
+  double accelerometer_walk = 3.0e-3;  // [m/s^3/sqrt(Hz)] > 0
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -38,11 +38,11 @@ struct ImuPreintegrationOptions {
 // What the samples of an interval say about the motion, whatever the state at its start.
 // Rows and columns of 15 are [theta v p b_g b_a], of 9 [theta v p]; theta is on the right of R.
 struct ImuDelta {
-  double duration = 0.0;                                      // [s]
-  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();      // Delta R
-  Eigen::Vector3d v = Eigen::Vector3d::Zero();                // Delta v [m/s]
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();                // Delta p [m]
-  ImuBias bias = ImuBias::Zero();                             // where it was integrated
+  double duration = 0.0;                                  // [s]
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();  // Delta R
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();            // Delta v [m/s]
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();            // Delta p [m]
+  ImuBias bias = ImuBias::Zero();                         // where it was integrated
   Eigen::Matrix<double, 9, 6> bias_jacobian = Eigen::Matrix<double, 9, 6>::Zero();
 
   // Moved to another bias, to first order.                                              Eq. 7

@@ -12,7 +12,8 @@ namespace highwall {
 
 // The body does not move: a pseudo-measurement of its velocity.
 //
-//   r = v_WB / sigma                                            docs/factors/zero_velocity.md, Eq. 1
+//   r = v_WB / sigma                                            docs/factors/zero_velocity.md, Eq.
+//   1
 //
 // Blocks:  0: v_WB  velocity (3) [m/s]
 // Domain:  everywhere.
