@@ -18,6 +18,7 @@
 
 #include "commands.h"
 #include "error_plot.h"
+#include "option_checks.h"
 
 namespace highwall::apps {
 namespace {
@@ -133,6 +134,9 @@ int RunEval(const EvalArguments& arguments) {
   const Trajectory reference = ReadPoses(arguments.reference);
   const Trajectory estimate = ReadPoses(arguments.estimate);
   const TrajectoryError result = Evaluate(arguments, reference, estimate);
+  if (!std::isfinite(result.statistics.sse)) {
+    throw IoError(arguments.estimate, "holds positions too large to be compared");
+  }
   if (arguments.plot) {
     const Quantity& quantity = FindQuantity(arguments.relation);
     WriteErrorPlot(*arguments.plot,
@@ -158,10 +162,6 @@ void CheckTogether(const CLI::App& command, EvalArguments* arguments) {
     if (!relative && command.count(option) > 0) {
       throw CLI::ValidationError(option, "works with rpe only");
     }
-  }
-  if (!std::isfinite(arguments->delta)) throw CLI::ValidationError("--delta", "must be finite");
-  if (!std::isfinite(arguments->t_max_diff)) {
-    throw CLI::ValidationError("--t-max-diff", "must be finite");
   }
   if (arguments->plot && arguments->plot->extension() != ".svg") {
     throw CLI::ValidationError("--plot", "writes SVG: the name must end in .svg");
@@ -194,10 +194,10 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
   command
       ->add_option("--t-max-diff", arguments->t_max_diff,
                    "Largest difference of matching stamps [s]")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(Between(0.0, 1e6))
       ->capture_default_str();
   command->add_option("--delta", arguments->delta, "rpe: distance of the two poses of a pair")
-      ->check(CLI::Range(1e-9, 1e9))
+      ->check(Between(1e-9, 1e9))
       ->capture_default_str();
   command->add_option("--delta-unit", arguments->delta_unit, "rpe: f frames, m metres of path")
       ->check(CLI::IsMember({"f", "m"}))

@@ -2,6 +2,8 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -21,17 +23,25 @@ std::string CommandName(const CLI::App& app) {
   return chosen.empty() ? "highwall" : "highwall " + chosen.front()->get_name();
 }
 
+// Messages quote what stands in files: a line break or an escape sequence there must not reach the
+// terminal.
+std::string OneLine(std::string message) {
+  std::replace_if(
+      message.begin(), message.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  return message;
+}
+
 int RunAction(const CommandAction& action, const std::string& command) {
   try {
     return action();
   } catch (const IoError& error) {
-    fmt::print(stderr, "{}: {}\n", command, error.what());
+    fmt::print(stderr, "{}: {}\n", command, OneLine(error.what()));
     return kExitData;
   } catch (const InvalidArgument& error) {
-    fmt::print(stderr, "{}: {}\n", command, error.what());
+    fmt::print(stderr, "{}: {}\n", command, OneLine(error.what()));
     return kExitData;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: failed: {}\n", command, error.what());
+    fmt::print(stderr, "{}: failed: {}\n", command, OneLine(error.what()));
     return kExitFailed;
   }
 }
@@ -49,6 +59,7 @@ int Main(int argc, char** argv) {
   AddSlamCommand(app, action);
   AddEvalCommand(app, action);
   AddInfoCommand(app, action);
+  AddPosegraphCommand(app, action);
   AddSimulateCommand(app, action);
 
   try {

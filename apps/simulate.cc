@@ -8,6 +8,7 @@
 #include <CLI/Formatter.hpp>
 
 #include "commands.h"
+#include "option_checks.h"
 #include "progress.h"
 #include "simulate/room.h"
 #include "simulate/tum_writer.h"
@@ -49,15 +50,16 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
       ->required()
       ->check(CLI::IsMember({"room"}));
   command->add_option("--out", arguments->folder, "Folder to make; it must be absent or empty")
-      ->required();
+      ->required()
+      ->check(NotEmpty());
   command->add_option("--seed", options.seed, "Another number, another room, path and noise")
-      ->check(CLI::NonNegativeNumber)
+      ->check(Between(0.0, 4294967295.0))
       ->capture_default_str();
   command->add_option("--duration", options.duration, "Length of the sequence [s]")
-      ->check(CLI::Range(1e-3, 3600.0))
+      ->check(Between(1e-3, 3600.0))
       ->capture_default_str();
   command->add_option("--fps", options.fps, "Frames per second")
-      ->check(CLI::Range(0.1, 240.0))
+      ->check(Between(0.1, 240.0))
       ->capture_default_str();
   command->add_option("--noise", arguments->noise, "Of depth and colour")
       ->check(CLI::IsMember({"off", "kinect"}))

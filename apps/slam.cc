@@ -1,4 +1,6 @@
 // highwall slam: a dataset in, trajectory, keyframes, cloud, octree, grid and a report out.
+#include <unistd.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -16,6 +18,7 @@
 
 #include "commands.h"
 #include "config.h"
+#include "option_checks.h"
 #include "progress.h"
 #include "run_report.h"
 #include "slam_run.h"
@@ -78,11 +81,22 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::stri
   fmt::print("results in  {}\n", out);
 }
 
-// Before the work, not after it.
+// Before the work, not after it: a folder that can be written, or made where it is absent.
 void RequireFolder(const std::filesystem::path& out) {
   std::error_code error;
-  if (std::filesystem::exists(out, error) && !std::filesystem::is_directory(out, error)) {
+  if (std::filesystem::is_directory(out, error)) {
+    if (::access(out.c_str(), W_OK | X_OK) != 0) throw IoError(out, "cannot be written to");
+    return;
+  }
+  if (std::filesystem::exists(std::filesystem::symlink_status(out, error))) {
     throw IoError(out, "is a file, but --out needs a folder");
+  }
+  std::filesystem::path above = std::filesystem::absolute(out, error).parent_path();
+  while (above.has_relative_path() && !std::filesystem::exists(above, error)) {
+    above = above.parent_path();
+  }
+  if (!std::filesystem::is_directory(above, error) || ::access(above.c_str(), W_OK | X_OK) != 0) {
+    throw IoError(out, "cannot be made: no folder can be made in " + above.string());
   }
 }
 
@@ -134,7 +148,9 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
                       "else what its name tells)");
-  command->add_option("--out", arguments->out, "Folder for the results")->required();
+  command->add_option("--out", arguments->out, "Folder for the results")
+      ->required()
+      ->check(NotEmpty());
   command->add_option("--features", arguments->features, "points, lines or both")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Features>{
           {"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}}));
@@ -148,7 +164,7 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, Weighting>{
           {"covariance", Weighting::kCovariance}, {"paper", Weighting::kPaper}}));
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
-      ->check(CLI::Range(1e-3, 10.0))
+      ->check(Between(1e-3, 10.0))
       ->capture_default_str();
   command->add_flag("--deterministic", arguments->deterministic,
                     "One thread; the same output, bit for bit, on every run");

@@ -47,6 +47,7 @@ YamlReader::YamlReader(std::filesystem::path path, std::string name, YAML::Node 
 
 YamlReader YamlReader::Load(const std::filesystem::path& path) {
   YAML::Node node;
+  if (std::filesystem::is_directory(path)) throw IoError(path, "is a folder, not a YAML file");
   try {
     node = YAML::LoadFile(path.string());
   } catch (const YAML::BadFile&) {

@@ -27,16 +27,18 @@ ceres::Problem::Options ProblemOptions() {
   return options;
 }
 
-class StopCallback final : public ceres::IterationCallback {
+// What SolveOptions asks to be told and asked between iterations.
+class SolveCallback final : public ceres::IterationCallback {
  public:
-  explicit StopCallback(const std::atomic<bool>& stop) : stop_(stop) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return stop_.load(std::memory_order_relaxed) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                                                 : ceres::SOLVER_CONTINUE;
+  explicit SolveCallback(const SolveOptions& options) : options_(options) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+    if (options_.on_iteration) options_.on_iteration(iteration.iteration, iteration.cost);
+    const bool stop = options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
+    return stop ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 
  private:
-  const std::atomic<bool>& stop_;
+  const SolveOptions& options_;
 };
 
 struct VariableSlot {
@@ -107,6 +109,9 @@ struct FactorGraph::Impl {
   std::vector<FactorSlot> factors;
   std::vector<std::uint32_t> free_variables, free_factors;
   std::unordered_map<const double*, VariableId> by_block;
+  // Blocks of removed variables, by size. Ceres 2.1 remembers every address it was ever given: with
+  // the same ones used again, memory stays flat.
+  std::unordered_map<std::size_t, std::vector<std::unique_ptr<double[]>>> spare_blocks;
   ceres::Problem problem{ProblemOptions()};
 
   bool Contains(const VariableId& id) const {
@@ -136,6 +141,14 @@ struct FactorGraph::Impl {
                return At(by_block.at(block)).landmark && !problem.IsParameterBlockConstant(block);
              }) > 1;
     });
+  }
+
+  std::unique_ptr<double[]> TakeBlock(std::size_t size) {
+    std::vector<std::unique_ptr<double[]>>& spare = spare_blocks[size];
+    if (spare.empty()) return std::make_unique<double[]>(size);
+    std::unique_ptr<double[]> block = std::move(spare.back());
+    spare.pop_back();
+    return block;
   }
 
   // One manifold object per type of variable; null where Euclidean.
@@ -178,7 +191,7 @@ VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold ma
       "FactorGraph::AddVariable: non-finite value");
   const std::uint32_t index = TakeSlot(&impl_->variables, &impl_->free_variables);
   VariableSlot& slot = impl_->variables[index];
-  slot.block = std::make_unique<double[]>(values.size());
+  slot.block = impl_->TakeBlock(values.size());
   std::copy(values.begin(), values.end(), slot.block.get());
   slot.size = static_cast<int>(values.size());
   slot.landmark = landmark;
@@ -202,7 +215,7 @@ void FactorGraph::Remove(const VariableId& variable) {
   VariableSlot& slot = impl_->variables[variable.index];
   impl_->problem.RemoveParameterBlock(slot.block.get());
   impl_->by_block.erase(slot.block.get());
-  slot.block.reset();
+  impl_->spare_blocks[static_cast<std::size_t>(slot.size)].push_back(std::move(slot.block));
   slot.factors = {};
   impl_->free_variables.push_back(variable.index);
 }
@@ -332,11 +345,8 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
     return refused;
   }
 
-  std::unique_ptr<StopCallback> stop;
-  if (options.stop != nullptr) {
-    stop = std::make_unique<StopCallback>(*options.stop);
-    solver.callbacks.push_back(stop.get());
-  }
+  SolveCallback callback(options);
+  solver.callbacks.push_back(&callback);
 
   ceres::Solver::Summary ceres_summary;
   ceres::Solve(solver, &impl_->problem, &ceres_summary);
@@ -346,7 +356,8 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   summary.initial_cost = ceres_summary.initial_cost;
   summary.final_cost = ceres_summary.final_cost;
   summary.iterations =
-      ceres_summary.num_successful_steps + std::max(0, ceres_summary.num_unsuccessful_steps);
+      std::max(0, ceres_summary.num_successful_steps) +  // -1 where there was nothing to solve
+      std::max(0, ceres_summary.num_unsuccessful_steps);
   summary.seconds = ceres_summary.total_time_in_seconds;
   return summary;
 }

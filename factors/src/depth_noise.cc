@@ -40,6 +40,9 @@ void DepthNoise::Validate() const {
                    "DepthNoise::reference must not be negative, is " + std::to_string(reference));
   HIGHWALL_REQUIRE(offset + quadratic > 0.0,
                    "DepthNoise::offset and quadratic must not both be zero");
+  HIGHWALL_REQUIRE(offset > 0.0 || reference == 0.0,
+                   "DepthNoise::offset must be positive where reference is: a depth of " +
+                       std::to_string(reference) + " m would have no noise");
 }
 
 Eigen::Matrix3d PointSqrtInformation(Weighting weighting, double sigma_px, double sigma_disparity) {

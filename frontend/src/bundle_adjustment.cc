@@ -14,6 +14,8 @@
 namespace highwall {
 namespace {
 
+constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tells no direction
+
 // The graph of one adjustment and how its variables and factors map to the map.
 class Bundle {
  public:
@@ -73,6 +75,8 @@ class Bundle {
     for (const auto& [id, line] : lines_) {
       MapLine& map_line = *map_.line(id);
       map_line.segment_W = TrimTo(graph_.Value(line).Plucker(), map_line.segment_W);
+      // A line that has turned across its old ends leaves nothing between them.
+      if (!(map_line.segment_W.Length() >= kMinLineLength)) map_.RemoveLine(id);
     }
     for (const Seen& seen : outliers_) {
       if (seen.is_line) {

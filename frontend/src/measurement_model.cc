@@ -11,6 +11,13 @@ Eigen::Vector2d End(const Eigen::Vector2f& end) {
   return end.cast<double>();
 }
 
+// False for a segment that the virtual right camera sees end-on, as a dot.
+bool HasDirectionFromTheRight(const RgbdSegment& segment) {
+  constexpr double kMinLength = 1.0;  // [px] as SegmentRows needs it
+  const Eigen::Vector3d d = segment.e - segment.s;
+  return std::hypot(d.x() - d.z(), d.y()) >= kMinLength;
+}
+
 }  // namespace
 
 void MeasurementOptions::Validate() const {
@@ -73,7 +80,10 @@ ProjectionRows<3> MeasurementModel::Rows(const PointFeature& feature) const {
 
 std::array<ProjectionRows<2>, 2> MeasurementModel::Rows(const LineFeature& feature) const {
   if (feature.segment_C) {
-    return SegmentRows(Measurement(feature), Noise(feature), options_.weighting);
+    const RgbdSegment measured = Measurement(feature);
+    if (options_.weighting == Weighting::kCovariance || HasDirectionFromTheRight(measured)) {
+      return SegmentRows(measured, Noise(feature), options_.weighting);
+    }
   }
   const auto left =
       SegmentRows(End(feature.segment.s), End(feature.segment.e), options_.line_sigma);

@@ -22,6 +22,13 @@ void Apply(const std::vector<std::pair<int, std::int32_t>>& matches,
   for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
 }
 
+// As PoseSolverOptions counts it: a line as two.
+int Support(const TrackedFrame& tracked) {
+  const auto matched = [](std::int32_t id) { return id != kNoId; };
+  return static_cast<int>(std::count_if(tracked.points.begin(), tracked.points.end(), matched) +
+                          2 * std::count_if(tracked.lines.begin(), tracked.lines.end(), matched));
+}
+
 std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
   std::vector<bool> taken(landmarks.size());
   std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
@@ -50,6 +57,8 @@ void TrackerOptions::Validate() const {
   HIGHWALL_REQUIRE(min_motion_support >= 6,
                    "TrackerOptions::min_motion_support must be at least 6");
   HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
+  HIGHWALL_REQUIRE(min_motion_share >= 0.0 && min_motion_share < 1.0,
+                   "TrackerOptions::min_motion_share must be in [0, 1)");
   HIGHWALL_REQUIRE(local_keyframes >= 1, "TrackerOptions::local_keyframes must be at least 1");
 }
 
@@ -110,7 +119,11 @@ std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& 
     Apply(
         matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
         tracked.lines);
-    if (Solve(tracked, map, options_.min_motion_support)) return tracked;
+    const int matched = Support(tracked);
+    if (Solve(tracked, map, options_.min_motion_support) &&
+        Support(tracked) >= options_.min_motion_share * matched) {
+      return tracked;
+    }
   }
   return std::nullopt;
 }

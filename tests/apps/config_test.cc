@@ -16,6 +16,7 @@ namespace {
 
 using testing::TemporaryDirectory;
 using testing::WriteText;
+using testing::WriteTum;
 
 constexpr const char* kCamera =
     "camera: {width: 320, height: 240, fx: 260.5, fy: 261, cx: 159.5, cy: 120}\n";
@@ -137,6 +138,9 @@ TEST(ResolveConfig, PrefersTheOptionThenCalibrationYamlThenTheName) {
 
 TEST(ResolveConfig, SaysWhatToDoWhereNothingIsKnown) {
   const TemporaryDirectory folder;
+  EXPECT_EQ(IoMessage([&] { ResolveConfig("", folder.path()); }),
+            folder.path().string() + ": is empty");
+  WriteTum(folder.path());
   EXPECT_EQ(IoMessage([&] { ResolveConfig("", folder.path()); }),
             folder.path().string() +
                 ": the camera is unknown: put calibration.yaml there, or give --config with a "

@@ -163,6 +163,8 @@ TEST_F(EvalCommand, BadDataExitsWithTwoAndSaysWhere) {
   Write("other.txt", "1.0 0 0 0 0 0 0 1\n2.0 0 1 0 0 0 0 1\n");
   ExpectFailure("eval ape reference.txt other.txt --json", 2, "no stamps match");
   ExpectFailure("eval rpe reference.txt estimate.txt --delta 100", 2, "frames apart");
+  Write("far.txt", "1305031102.0 1e200 0 0 0 0 0 1\n1305031102.1 0 1e200 0 0 0 0 1\n");
+  ExpectFailure("eval ape reference.txt far.txt --align none --json", 2, "too large");
   Write("two.txt", TumLine(0, 0.0) + TumLine(1, 0.0));
   ExpectFailure("eval ape reference.txt two.txt --align se3", 2, "three matched poses");
 }

@@ -175,6 +175,8 @@ TEST(SimulateCommand, UnknownScenesNoisesAndNumbersAreUsageErrors) {
   EXPECT_EQ(Highwall("simulate room --noise loud" + out).exit_code, 1);
   EXPECT_EQ(Highwall("simulate room --duration 0" + out).exit_code, 1);
   EXPECT_EQ(Highwall("simulate room --seed -1" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --seed 99999999999999999999" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --duration nan" + out).exit_code, 1);
   EXPECT_EQ(Highwall("simulate room").exit_code, 1);
   EXPECT_EQ(CountEntries(folder.path()), 0);
 }

@@ -219,6 +219,22 @@ TEST_F(SlamCommand, JsonIsOneObjectAndTheSameAsTheFile) {
   EXPECT_EQ(json::parse(outcome.out), json::parse(ReadText(run() / "run.json")));
 }
 
+// The camera turns by several bricks of a wall from frame to frame: seen without a prediction, many
+// lines fit one brick further on.
+TEST_F(SlamCommand, AWallThatRepeatsItselfMovesNoCamera) {
+  ASSERT_EQ(testing::RunProgram(HIGHWALL_BINARY,
+                                "simulate room --duration 0.3 --fps 10 --out " + dataset().string())
+                .exit_code,
+            0);
+  ASSERT_EQ(SlamOnDataset("--no-map --deterministic").exit_code, 0);
+  const Outcome error = testing::RunProgram(
+      HIGHWALL_BINARY, "eval rpe --json " + (dataset() / "groundtruth.txt").string() + " " +
+                           (run() / "trajectory.txt").string());
+  ASSERT_EQ(error.exit_code, 0) << error.err;
+  // A brick further on is 0.25 m; the right pose is good to a millimetre.
+  EXPECT_LT(json::parse(error.out)["stats"]["max"], 0.01);
+}
+
 TEST_F(SlamCommand, RefusesAMissingFolder) {
   ExpectRefused({dataset().string() + ": does not exist"});
   ExpectRefused({dataset().string() + ": does not exist"}, "--config tum1");
@@ -299,6 +315,31 @@ TEST_F(SlamCommand, RefusesAFileInPlaceOfTheResultsFolder) {
   EXPECT_EQ(ReadText(run()), "precious");
 }
 
+TEST_F(SlamCommand, RefusesAFolderThatCannotBeMadeBeforeTheWork) {
+  // Were the dataset looked at first, it would be to blame.
+  const fs::path file = dataset().parent_path() / "file";
+  WriteText(file, "precious");
+  const Outcome outcome = Slam("--dataset /nowhere --out " + (file / "a" / "b").string());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, "/a/b: cannot be made: ")) << outcome.err;
+  EXPECT_EQ(ReadText(file), "precious");
+}
+
+TEST_F(SlamCommand, RefusesAFolderInPlaceOfAConfiguration) {
+  WriteBlank();
+  const Outcome outcome = SlamOnDataset("--config " + dataset().string());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, "is a folder")) << outcome.err;
+}
+
+TEST_F(SlamCommand, QuotesNoControlCharactersOfAFile) {
+  WriteBlank();
+  WriteText(dataset() / "rgb.txt", "\033[31mred\r rgb/a.png\n");
+  const Outcome outcome = SlamOnDataset();
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, "'?[31mred' is not a time stamp")) << outcome.err;
+}
+
 TEST_F(SlamCommand, SkipsUnreadableImagesAndCarriesOn) {
   Film(8);
   WriteText(Images("rgb")[3], "no picture");
@@ -347,10 +388,12 @@ TEST_F(SlamCommand, WarnsOfADepthFactorThatIsUnlikely) {
 }
 
 TEST_F(SlamCommand, WrongUsageExitsWithOneAndHelpHasAnExample) {
-  for (const std::string& options : {std::string(), std::string("--dataset x"),
-                                     std::string("--dataset x --out y --resolution -1"),
-                                     std::string("--dataset x --out y --features planes"),
-                                     std::string("--dataset x --out y --colour")}) {
+  for (const std::string& options :
+       {std::string(), std::string("--dataset x"),
+        std::string("--dataset x --out y --resolution -1"),
+        std::string("--dataset x --out y --resolution nan"), std::string("--dataset x --out ''"),
+        std::string("--dataset x --out y --features planes"),
+        std::string("--dataset x --out y --colour")}) {
     const Outcome outcome = Slam(options);
     EXPECT_EQ(outcome.exit_code, 1) << options;
     EXPECT_EQ(CountLines(outcome.err), 1U) << outcome.err;

@@ -71,7 +71,9 @@ TEST(DepthNoise, ValidateNamesTheField) {
     return {};
   };
   EXPECT_EQ(message({}), "");
-  EXPECT_EQ(message({.offset = 0.0}), "");
+  EXPECT_EQ(message({.offset = 0.0, .reference = 0.0}), "");
+  // Sigma(reference) would be zero, and its inverse a weight.
+  EXPECT_NE(message({.offset = 0.0}).find("DepthNoise::offset"), std::string::npos);
   EXPECT_NE(message({.offset = -0.1}).find("DepthNoise::offset"), std::string::npos);
   EXPECT_NE(message({.quadratic = nan}).find("DepthNoise::quadratic"), std::string::npos);
   EXPECT_NE(message({.reference = -1.0}).find("DepthNoise::reference"), std::string::npos);

@@ -187,6 +187,18 @@ TEST_F(BundleAdjustment, WhatFellBehindTheCameraIsNoInlier) {
   }
 }
 
+TEST_F(BundleAdjustment, ALineWithoutLengthLeavesTheMap) {
+  const auto seen = [](LineId id) { return id != kNoId; };
+  const auto& lines = map.keyframe(1)->lines;
+  const LineId id = *std::find_if(lines.begin(), lines.end(), seen);
+  const Segment3 whole = map.line(id)->segment_W;
+  map.line(id)->segment_W = Segment3(whole.p(), whole.p() + 1e-4 * (whole.q() - whole.p()));
+  const std::size_t before = map.num_lines();
+  ASSERT_TRUE(AdjustBundle(map, model, rest, first, thorough).usable);
+  EXPECT_EQ(map.line(id), nullptr);
+  EXPECT_EQ(map.num_lines(), before - 1);
+}
+
 TEST_F(BundleAdjustment, FailureLeavesTheMapAlone) {
   Perturb();
   // u = fx x / z overflows: the residual is infinite and the solver gives up at the start.

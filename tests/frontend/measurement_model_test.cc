@@ -121,6 +121,28 @@ TEST(MeasurementModel, LineRowsAndFactorVanishOnTheTrueLine) {
   }
 }
 
+// u - delta is the same for both ends: the right camera looks along the segment.
+TEST(MeasurementModel, SegmentSeenEndOnFromTheRightHasNoRowsThereWithPaperWeighting) {
+  const MeasurementModel paper(IdealSensor(), {.weighting = Weighting::kPaper});
+  const double fxb = paper.camera().fx * paper.options().baseline;
+  const double delta = fxb / 2.0;
+  LineFeature feature;
+  feature.segment = {{300, 200}, {320, 200}};
+  SegmentDepth ends;
+  ends.p_C = paper.camera().Unproject({300, 200}, fxb / delta);
+  ends.q_C = paper.camera().Unproject({320, 200}, fxb / (delta + 20.0));
+  feature.segment_C = ends;
+  for (const ProjectionRows<2>& end : paper.Rows(feature)) {
+    EXPECT_GT(end.A.row(0).norm(), 0.0);
+    EXPECT_EQ(end.A.row(1).norm(), 0.0);
+    EXPECT_EQ(end.b(1), 0.0);
+  }
+  const MeasurementModel covariance(IdealSensor(), {.weighting = Weighting::kCovariance});
+  for (const ProjectionRows<2>& end : covariance.Rows(feature)) {
+    EXPECT_GT(end.A.row(1).norm(), 0.0);
+  }
+}
+
 TEST(MeasurementModel, LineRowIsTheDistanceAcrossInSigmas) {
   const MeasurementModel model(IdealSensor(), {.line_sigma = 2.0});
   LineFeature feature;

@@ -290,6 +290,7 @@ TEST(TrackerOptions, ErrorsNameTheField) {
   EXPECT_NO_THROW(TrackerOptions().Validate());
   expect_error({.min_motion_support = 5}, "min_motion_support");
   expect_error({.min_support = 5}, "min_support");
+  expect_error({.min_motion_share = 1.0}, "min_motion_share");
   expect_error({.local_keyframes = 0}, "local_keyframes");
   expect_error({.pose = {.rounds = 0}}, "rounds");
   expect_error({.matcher = {.map_radius = 0.0}}, "map_radius");

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <string>
 
 namespace highwall {
@@ -25,6 +26,8 @@ struct SolveOptions {
   LinearSolver linear_solver = LinearSolver::kAuto;
   // Solving ends after the running iteration once *stop is true. May be null; not owned.
   const std::atomic<bool>* stop = nullptr;
+  // Called after each iteration with its number and the cost. May be empty; must not throw.
+  std::function<void(int iteration, double cost)> on_iteration = {};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

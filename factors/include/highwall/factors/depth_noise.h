@@ -19,7 +19,7 @@ const char* ToString(Weighting weighting);
 //   sigma_d(d) = offset + quadratic (d - reference)^2           docs/factors/depth_noise.md, Eq. 1
 // The default is Kinect().
 struct DepthNoise {
-  double offset = 0.0012;     // [m] >= 0
+  double offset = 0.0012;     // [m] >= 0, not zero unless reference is
   double quadratic = 0.0019;  // [1/m] >= 0, not zero together with offset
   double reference = 0.4;     // [m] >= 0
 

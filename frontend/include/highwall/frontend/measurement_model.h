@@ -46,7 +46,8 @@ class MeasurementModel {
   // Rows of a point; the third is zero where it has no depth (PointDimension 2 instead of 3).
   ProjectionRows<3> Rows(const PointFeature& feature) const;
   static int Dimension(const PointFeature& feature) { return feature.depth > 0.0 ? 3 : 2; }
-  // Rows of a line's two ends in the end-point form; the second row of each is zero without depth.
+  // Rows of a line's two ends in the end-point form; the second row of each is zero without depth,
+  // and, with paper weighting, for a segment that the virtual right camera sees end-on.
   std::array<ProjectionRows<2>, 2> Rows(const LineFeature& feature) const;
   static int Dimension(const LineFeature& feature) { return feature.segment_C ? 4 : 2; }
 

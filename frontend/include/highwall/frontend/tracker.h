@@ -30,6 +30,9 @@ struct TrackerOptions {
   // last frame or keyframe, and after the local map.
   int min_motion_support = 15;
   int min_support = 25;
+  // Share of the support of all first matches that must agree on the pose, [0, 1): where the scene
+  // repeats itself, a few agree by accident on a pose that most deny.
+  double min_motion_share = 0.33;
   int local_keyframes = 24;  // >= 1: most keyframes whose landmarks are searched
 
   void Validate() const;

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <highwall/core/pose_graph.h>
+
+namespace highwall::apps {
+
+struct PoseGraphPlotText {
+  std::string title;
+  std::string before;  // above the left panel
+  std::string after;   // above the right one
+};
+
+// An SVG with two panels, the graph before and after, seen along the axis of least spread of the
+// latter: odometry blue, loops grey, rejected loops red. Throws IoError.
+void WritePoseGraphPlot(const std::filesystem::path& path, const PoseGraphPlotText& text,
+                        const PoseGraph& before, const PoseGraph& after,
+                        const PoseGraphSummary& summary);
+
+}  // namespace highwall::apps

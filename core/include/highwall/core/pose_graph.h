@@ -1,0 +1,134 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/solver.h>
+
+namespace highwall {
+
+// Where the poses of a graph live: the plane, with tangent [x y theta], or space, with tangent
+// [rho | theta] of SE(3).
+enum class PoseGraphSpace { kSe2, kSe3 };
+
+struct PoseGraphNode {
+  std::int64_t id = 0;  // >= 0
+  Pose pose;            // T_W_id; kSe2: z = 0, rotation about z
+  bool fixed = false;   // keeps its pose
+};
+
+// 6 x 6 for kSe3, 3 x 3 for kSe2; never on the heap.
+using PoseInformation =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+
+// A measured transform between two nodes. An edge between consecutive ids is odometry, any other
+// one a loop.
+struct PoseGraphEdge {
+  std::int64_t i = 0;
+  std::int64_t j = 0;
+  Pose Z;                       // measured T_ij, the pose of j in i
+  PoseInformation information;  // of the error Z^-1 T_i^-1 T_j, translation [1/m^2] first
+
+  bool IsLoop() const { return j - i != 1 && i - j != 1; }
+};
+
+struct PoseGraph {
+  PoseGraphSpace space = PoseGraphSpace::kSe3;
+  std::vector<PoseGraphNode> nodes;
+  std::vector<PoseGraphEdge> edges;
+  bool has_poses = true;  // false: nobody has given the nodes their poses yet
+
+  // Throws InvalidArgument, naming the node or the edge, for a graph without edges, a negative or
+  // repeated id, an edge to a missing node or to itself, a value that is not finite, a pose that
+  // leaves the plane of kSe2, and an information matrix that has the wrong size, is not symmetric
+  // or not positive definite.
+  void Validate() const;
+};
+
+// r^T Omega r, with r = Log(Z^-1 T_i^-1 T_j) in SE(3), translation before rotation, and r = [t
+// theta] of Z^-1 T_i^-1 T_j in SE(2); theta in [-pi, pi]. docs/pose_graph.md, Eq. 1 and 2. Of each
+// edge, in the order of the edges. Throws as Validate().
+std::vector<double> EdgeChi2(const PoseGraph& graph);
+// Sum over all edges.
+double Chi2(const PoseGraph& graph);
+
+enum class PoseGraphInitialization {
+  kGiven,     // the poses as they are
+  kOdometry,  // composed along odometry; a loop is used only where odometry leads no further
+  kTree,      // composed along the spanning tree of fewest edges
+  kChordal,   // rotations by linear least squares, projected to SO(d); then positions likewise
+};
+
+// Replaces the poses of the nodes that are neither fixed nor the first of a component without a
+// fixed node. Those keep theirs; where nobody gave poses they are the identity.
+// Source of kChordal: Carlone, Tron, Daniilidis, Dellaert, "Initialization techniques for 3D SLAM",
+// ICRA 2015, section III (chordal relaxation, Martinec and Pajdla 2007).
+// Throws as Validate(); InvalidArgument for kGiven where has_poses is false.
+void InitializePoseGraph(PoseGraph* graph, PoseGraphInitialization initialization);
+
+// How false loops are kept from bending the graph. Odometry is trusted. docs/pose_graph.md.
+enum class RobustLoops {
+  kNone,
+  kGnc,  // graduated non-convexity, truncated least squares: Yang, Antonante, Tzoumas, Carlone 2020
+  kDcs,  // dynamic covariance scaling: Agarwal et al., ICRA 2013
+  kSwitchable,  // switchable constraints: Suenderhauf, Protzel, IROS 2012
+};
+
+struct PoseGraphProgress {
+  int iterations = 0;  // so far, over all stages
+  double chi2 = 0.0;   // what is minimized at present: robust costs and weights included
+};
+
+struct PoseGraphOptions {
+  RobustLoops robust = RobustLoops::kNone;
+  // > 0; a loop whose chi2 exceeds this is false; 0: the 99.9 % quantile, 16.27 in SE(2) and 22.46
+  // in SE(3). It is the Phi of DCS and a quarter of the Xi of switchable constraints.
+  double max_loop_chi2 = 0.0;
+  SolveOptions solver = {.max_iterations = 100, .initial_trust_region_radius = 1e12};
+  // May be empty; must not throw.
+  std::function<void(const PoseGraphProgress&)> on_progress = {};
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct RejectedLoop {
+  std::size_t edge = 0;  // its place in PoseGraph::edges
+  double chi2 = 0.0;     // at the solution
+  double weight = 0.0;   // that the robust method gave it, below 0.5
+  std::string reason;    // for people
+};
+
+struct PoseGraphSummary {
+  SolveStatus status = SolveStatus::kFailed;
+  std::string message;        // the solver's own words
+  double initial_chi2 = 0.0;  // over all edges
+  double final_chi2 = 0.0;    // over all edges but the rejected loops
+  int iterations = 0;         // steps tried, over all stages
+  double seconds = 0.0;       // wall time
+  int components = 0;
+  std::vector<RejectedLoop> rejected;
+  std::vector<std::string> warnings;  // such as a graph in several pieces
+};
+
+// Levenberg-Marquardt from the present poses over all nodes but the fixed ones; a component without
+// a fixed node keeps the pose of its first. Never throws for a solve that goes badly: see status;
+// the poses are then as they were. Throws as Validate() of both arguments; InvalidArgument where
+// has_poses is false.
+PoseGraphSummary SolvePoseGraph(PoseGraph* graph, const PoseGraphOptions& options = {});
+
+// Joint covariance of nodes at the present poses, given the nodes that SolvePoseGraph() would keep:
+// in kSe3 6 rows each, [dp dtheta] of PoseManifold (position in W); in kSe2 3 rows, [x y theta] in
+// W. without: edges to leave out, by their place, such as rejected loops. Throws as Validate();
+// InvalidArgument for an id that is no node, and if the remaining edges leave a node loose.
+Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std::int64_t> ids,
+                                    std::span<const std::size_t> without = {});
+
+}  // namespace highwall

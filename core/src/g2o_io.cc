@@ -1,0 +1,300 @@
+#include <highwall/core/g2o_io.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <highwall/core/atomic_file.h>
+#include <highwall/core/error.h>
+#include "planar_pose.h"
+
+namespace highwall {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\v\f";
+
+// The words of one line, and where it stands, for the messages.
+class Line {
+ public:
+  Line(const std::filesystem::path& path, std::int64_t number, std::string_view text)
+      : path_(path), number_(number), rest_(text.substr(0, text.find('#'))) {}
+
+  [[noreturn]] void Fail(const std::string& what) const { throw IoError(path_, number_, what); }
+  std::int64_t number() const { return number_; }
+  bool AtEnd() const { return rest_.find_first_not_of(kBlanks) == std::string_view::npos; }
+
+  // Empty at the end.
+  std::string_view Word() {
+    const std::size_t begin = std::min(rest_.find_first_not_of(kBlanks), rest_.size());
+    rest_.remove_prefix(begin);
+    const std::size_t length = std::min(rest_.find_first_of(kBlanks), rest_.size());
+    const std::string_view word = rest_.substr(0, length);
+    rest_.remove_prefix(length);
+    return word;
+  }
+
+  std::int64_t Id(const std::string& tag) {
+    const std::string_view word = Word();
+    std::int64_t id = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
+    if (word.empty()) Fail(tag + " lacks an id");
+    if (error != std::errc() || end != word.data() + word.size() || id < 0) {
+      Fail(tag + ": '" + std::string(word) + "' is no id, a whole number from 0");
+    }
+    return id;
+  }
+
+  template <std::size_t kCount>
+  std::array<double, kCount> Numbers(const std::string& tag) {
+    std::array<double, kCount> values;
+    for (std::size_t k = 0; k < kCount; ++k) {
+      const std::string_view word = Word();
+      if (word.empty()) {
+        Fail(tag + " needs " + std::to_string(kCount) + " numbers behind its ids, has " +
+             std::to_string(k));
+      }
+      const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+      const char* const stop = digits.data() + digits.size();
+      const auto [end, error] = std::from_chars(digits.data(), stop, values[k]);
+      // Too small for a double is zero for our purposes.
+      const bool tiny = error == std::errc::result_out_of_range && IsTiny(digits);
+      if (tiny) values[k] = 0.0;
+      if ((error != std::errc() && !tiny) || end != stop || !std::isfinite(values[k])) {
+        Fail(tag + ": '" + std::string(word) + "' is not a finite number");
+      }
+    }
+    if (!Word().empty()) {
+      Fail(tag + " has more than " + std::to_string(kCount) + " numbers behind its ids");
+    }
+    return values;
+  }
+
+ private:
+  static bool IsTiny(std::string_view digits) {
+    return digits.find("e-") != std::string_view::npos ||
+           digits.find("E-") != std::string_view::npos;
+  }
+
+  const std::filesystem::path& path_;
+  const std::int64_t number_;
+  std::string_view rest_;
+};
+
+Pose ParsePose(const Line& line, const double* values) {
+  const Eigen::Map<const Eigen::Quaterniond> q(values + 3);
+  if (q.norm() < 1e-6) line.Fail("the quaternion qx qy qz qw is zero, which is no rotation");
+  return Pose::FromBlock(values);
+}
+
+// values: the upper triangle by rows.
+PoseInformation ParseInformation(const Line& line, int size, const double* values) {
+  PoseInformation information(size, size);
+  for (int row = 0; row < size; ++row) {
+    for (int column = row; column < size; ++column) {
+      information(row, column) = information(column, row) = *values++;
+    }
+  }
+  if (Eigen::LLT<PoseInformation>(information).info() != Eigen::Success) {
+    line.Fail("the information matrix is not positive definite");
+  }
+  return information;
+}
+
+class G2oReader {
+ public:
+  explicit G2oReader(const std::filesystem::path& path) : path_(path) {}
+
+  void Read(Line line) {
+    const std::string tag(line.Word());
+    if (tag.empty() || tag.starts_with("PARAMS_")) return;
+    if (tag == "VERTEX_SE3:QUAT") {
+      SetSpace(PoseGraphSpace::kSe3, line);
+      const std::int64_t id = line.Id(tag);
+      AddNode(line, id, ParsePose(line, line.Numbers<7>(tag).data()));
+    } else if (tag == "VERTEX_SE2") {
+      SetSpace(PoseGraphSpace::kSe2, line);
+      const std::int64_t id = line.Id(tag);
+      AddNode(line, id, internal::FromPlanar(Eigen::Vector3d(line.Numbers<3>(tag).data())));
+    } else if (tag == "EDGE_SE3:QUAT") {
+      SetSpace(PoseGraphSpace::kSe3, line);
+      const auto [i, j] = ReadEnds(tag, &line);
+      const auto values = line.Numbers<28>(tag);
+      AddEdge(line,
+              {i, j, ParsePose(line, values.data()), ParseInformation(line, 6, values.data() + 7)});
+    } else if (tag == "EDGE_SE2") {
+      SetSpace(PoseGraphSpace::kSe2, line);
+      const auto [i, j] = ReadEnds(tag, &line);
+      const auto values = line.Numbers<9>(tag);
+      AddEdge(line, {i, j, internal::FromPlanar(Eigen::Vector3d(values.data())),
+                     ParseInformation(line, 3, values.data() + 3)});
+    } else if (tag == "FIX") {
+      ReadFix(tag, &line);
+    } else {
+      line.Fail("'" + tag + "' is not understood: VERTEX_SE3:QUAT, EDGE_SE3:QUAT, VERTEX_SE2, " +
+                "EDGE_SE2 and FIX are");
+    }
+  }
+
+  PoseGraph Finish() {
+    if (graph_.nodes.empty() && graph_.edges.empty()) {
+      throw IoError(path_, "holds no pose graph: neither vertices nor edges");
+    }
+    graph_.has_poses = !graph_.nodes.empty();
+    if (!graph_.has_poses) AddNodesOfEdges();
+    for (std::size_t e = 0; e < graph_.edges.size(); ++e) {
+      for (const std::int64_t id : {graph_.edges[e].i, graph_.edges[e].j}) {
+        RequireNode(edge_lines_[e], "edge to", id);
+      }
+    }
+    for (const auto& [line, id] : fixed_) {
+      RequireNode(line, "FIX of", id);
+      graph_.nodes[index_of_.at(id)].fixed = true;
+    }
+    return std::move(graph_);
+  }
+
+ private:
+  void SetSpace(PoseGraphSpace space, const Line& line) {
+    if (!space_known_) graph_.space = space;
+    space_known_ = true;
+    if (graph_.space != space) line.Fail("SE(2) and SE(3) are mixed in one file");
+  }
+
+  static std::pair<std::int64_t, std::int64_t> ReadEnds(const std::string& tag, Line* line) {
+    const std::int64_t i = line->Id(tag);
+    const std::int64_t j = line->Id(tag);
+    if (i == j) line->Fail("edge from vertex " + std::to_string(i) + " to itself");
+    return {i, j};
+  }
+
+  void ReadFix(const std::string& tag, Line* line) {
+    fixed_.emplace_back(line->number(), line->Id(tag));
+    while (!line->AtEnd()) fixed_.emplace_back(line->number(), line->Id(tag));
+  }
+
+  void AddNode(const Line& line, std::int64_t id, const Pose& pose) {
+    if (!index_of_.emplace(id, graph_.nodes.size()).second) {
+      line.Fail("vertex " + std::to_string(id) + " is there twice");
+    }
+    graph_.nodes.push_back({id, pose});
+  }
+
+  void AddEdge(const Line& line, const PoseGraphEdge& edge) {
+    graph_.edges.push_back(edge);
+    edge_lines_.push_back(line.number());
+  }
+
+  void AddNodesOfEdges() {
+    std::vector<std::int64_t> ids;
+    for (const PoseGraphEdge& edge : graph_.edges) ids.insert(ids.end(), {edge.i, edge.j});
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    for (const std::int64_t id : ids) {
+      index_of_.emplace(id, graph_.nodes.size());
+      graph_.nodes.push_back({id, Pose()});
+    }
+  }
+
+  void RequireNode(std::int64_t line, const char* what, std::int64_t id) const {
+    if (!index_of_.contains(id)) {
+      throw IoError(path_, line,
+                    std::string(what) + " vertex " + std::to_string(id) + ", which is not there");
+    }
+  }
+
+  const std::filesystem::path& path_;
+  PoseGraph graph_;
+  bool space_known_ = false;
+  std::unordered_map<std::int64_t, std::size_t> index_of_;
+  std::vector<std::int64_t> edge_lines_;
+  std::vector<std::pair<std::int64_t, std::int64_t>> fixed_;  // line, id
+};
+
+// Appends words to lines of text; numbers in the fewest digits that read back equal.
+class G2oText {
+ public:
+  G2oText& operator<<(const char* word) {
+    text_ += word;
+    return *this;
+  }
+  template <class T>
+  requires std::is_arithmetic_v<T> G2oText& operator<<(T value) {
+    std::array<char, 32> digits;
+    const auto result = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+    text_ += ' ';
+    text_.append(digits.data(), result.ptr);
+    return *this;
+  }
+  G2oText& operator<<(const Eigen::Ref<const Eigen::VectorXd>& values) {
+    for (const double value : values) *this << value;
+    return *this;
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+Eigen::VectorXd Numbers(PoseGraphSpace space, const Pose& pose) {
+  if (space == PoseGraphSpace::kSe2) return internal::ToPlanar(pose);
+  return Eigen::Map<const Eigen::Matrix<double, Pose::kSize, 1>>(pose.data());
+}
+
+}  // namespace
+
+PoseGraph ReadG2o(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) throw IoError(path, "is a folder; expected a g2o file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw IoError(path, "cannot be opened: no such g2o file, or not readable");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (file.bad()) throw IoError(path, "could not be read to its end");
+  G2oReader reader(path);
+  std::string_view rest = text;
+  for (std::int64_t number = 1; !rest.empty(); ++number) {
+    const std::size_t length = std::min(rest.find('\n'), rest.size());
+    reader.Read(Line(path, number, rest.substr(0, length)));
+    rest.remove_prefix(std::min(length + 1, rest.size()));
+  }
+  return reader.Finish();
+}
+
+void WriteG2o(const std::filesystem::path& path, const PoseGraph& graph) {
+  if (!graph.edges.empty()) graph.Validate();
+  const bool planar = graph.space == PoseGraphSpace::kSe2;
+  G2oText text;
+  if (graph.has_poses) {
+    for (const PoseGraphNode& node : graph.nodes) {
+      text << (planar ? "VERTEX_SE2" : "VERTEX_SE3:QUAT") << node.id
+           << Numbers(graph.space, node.pose) << "\n";
+    }
+  }
+  for (const PoseGraphNode& node : graph.nodes) {
+    if (node.fixed) text << "FIX" << node.id << "\n";
+  }
+  for (const PoseGraphEdge& edge : graph.edges) {
+    text << (planar ? "EDGE_SE2" : "EDGE_SE3:QUAT") << edge.i << edge.j
+         << Numbers(graph.space, edge.Z);
+    for (Eigen::Index row = 0; row < edge.information.rows(); ++row) {
+      text << edge.information.row(row).tail(edge.information.rows() - row).transpose().eval();
+    }
+    text << "\n";
+  }
+  AtomicFile file(path);
+  file.stream() << text.text();
+  file.Commit();
+}
+
+}  // namespace highwall

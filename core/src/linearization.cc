@@ -1,0 +1,191 @@
+#include "linearization.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include <ceres/cost_function.h>
+#include <ceres/loss_function.h>
+
+#include <highwall/core/error.h>
+
+namespace highwall::internal {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// A residual block's values at some state.
+struct Evaluation {
+  Eigen::VectorXd r;
+  std::vector<RowMajor> J;  // ambient; empty for fixed blocks
+};
+
+bool EvaluateCost(const ceres::CostFunction& cost, const std::vector<const double*>& parameters,
+                  const std::vector<int>& indices, bool with_jacobians, Evaluation* out) {
+  out->r.resize(cost.num_residuals());
+  if (!with_jacobians) return cost.Evaluate(parameters.data(), out->r.data(), nullptr);
+  out->J.resize(parameters.size());
+  std::vector<double*> jacobians(parameters.size(), nullptr);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (indices[i] < 0) continue;
+    out->J[i].resize(cost.num_residuals(), cost.parameter_block_sizes()[i]);
+    jacobians[i] = out->J[i].data();
+  }
+  if (!cost.Evaluate(parameters.data(), out->r.data(), jacobians.data())) return false;
+  return std::all_of(out->J.begin(), out->J.end(), [](const RowMajor& J) { return J.allFinite(); });
+}
+
+// sqrt(rho'(|r|^2)): scales residual and Jacobian so that gradient and Gauss-Newton matrix are
+// those of the loss (Eq. 2), as Ceres does wherever rho'' <= 0.
+double LossWeight(const ceres::LossFunction* loss, const Eigen::VectorXd& r) {
+  if (loss == nullptr) return 1.0;
+  double rho[3];
+  loss->Evaluate(r.squaredNorm(), rho);
+  return std::sqrt(std::max(0.0, rho[1]));
+}
+
+}  // namespace
+
+int Linearization::IndexOf(double* block) {
+  const auto found = index_.find(block);
+  if (found != index_.end()) return found->second;
+  int index = -1;
+  if (!problem_.IsParameterBlockConstant(block)) {
+    index = static_cast<int>(blocks_.size());
+    blocks_.push_back(MakeBlock(block));
+  }
+  index_.emplace(block, index);
+  return index;
+}
+
+std::vector<int> Linearization::TangentSizes() const {
+  std::vector<int> sizes;
+  sizes.reserve(blocks_.size());
+  for (const LinearBlock& block : blocks_) sizes.push_back(block.tangent_size);
+  return sizes;
+}
+
+Linearization::Linearization(const ceres::Problem& problem, const MarginalizationOptions& options)
+    : problem_(problem) {
+  if (!options.first_estimate_jacobians) return;
+  std::vector<ceres::ResidualBlockId> residuals;
+  problem.GetResidualBlocks(&residuals);
+  std::vector<double*> values;
+  for (const ceres::ResidualBlockId residual : residuals) {
+    const auto* prior =
+        dynamic_cast<const MarginalPrior*>(problem.GetCostFunctionForResidualBlock(residual));
+    if (prior == nullptr) continue;
+    problem.GetParameterBlocksForResidualBlock(residual, &values);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      first_estimates_.emplace(values[i], &prior->blocks()[i].linearization_point);
+    }
+  }
+  for (const double* block : options.relinearized) first_estimates_.erase(block);
+}
+
+LinearBlock Linearization::MakeBlock(double* values) const {
+  LinearBlock block;
+  block.values = values;
+  block.size = problem_.ParameterBlockSize(values);
+  block.tangent_size = problem_.ParameterBlockTangentSize(values);
+  block.manifold = problem_.GetManifold(values);
+  block.point.assign(values, values + block.size);
+  const auto first = first_estimates_.find(values);
+  if (first == first_estimates_.end() || *first->second == block.point) return block;
+  block.point = *first->second;
+  block.moved = true;
+  block.offset.resize(block.tangent_size);
+  if (block.manifold != nullptr) {
+    const bool ok = block.manifold->Minus(values, block.point.data(), block.offset.data());
+    HIGHWALL_REQUIRE(ok, "Marginalize: a manifold cannot compare a block with its first estimate");
+  } else {
+    for (int k = 0; k < block.size; ++k) {
+      block.offset[k] = values[k] - block.point[static_cast<std::size_t>(k)];
+    }
+  }
+  return block;
+}
+
+Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
+  const ceres::CostFunction& cost = *problem_.GetCostFunctionForResidualBlock(residual);
+  std::vector<double*> values;
+  problem_.GetParameterBlocksForResidualBlock(residual, &values);
+  std::vector<int> indices;
+  std::vector<const double*> present, points;
+  bool moved = false;
+  for (double* block : values) {
+    const int index = IndexOf(block);
+    indices.push_back(index);
+    present.push_back(block);
+    points.push_back(index < 0 ? block : blocks_[static_cast<std::size_t>(index)].point.data());
+    moved |= index >= 0 && blocks_[static_cast<std::size_t>(index)].moved;
+  }
+
+  Evaluation now, first;
+  const bool ok = EvaluateCost(cost, present, indices, !moved, &now);
+  HIGHWALL_REQUIRE(ok && now.r.allFinite(), "Marginalize: a factor cannot be evaluated");
+  if (moved && !EvaluateCost(cost, points, indices, true, &first)) {
+    // The first estimate is outside of the factor's domain.
+    HIGHWALL_REQUIRE(EvaluateCost(cost, present, indices, true, &first),
+                     "Marginalize: a factor cannot be evaluated");
+  }
+  const std::vector<RowMajor>& J = moved ? first.J : now.J;
+
+  std::vector<std::pair<int, std::size_t>> order;  // ascending index, place in the factor
+  int columns = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (indices[i] < 0) continue;
+    order.emplace_back(indices[i], i);
+    columns += blocks_[static_cast<std::size_t>(indices[i])].tangent_size;
+  }
+  std::sort(order.begin(), order.end());
+
+  Rows rows;
+  rows.matrix.resize(cost.num_residuals(), columns + 1);
+  rows.matrix.col(columns) = now.r;
+  int column = 0;
+  for (const auto& [index, i] : order) {
+    const LinearBlock& block = blocks_[static_cast<std::size_t>(index)];
+    rows.blocks.push_back(index);
+    auto tangent = rows.matrix.middleCols(column, block.tangent_size);
+    if (block.manifold != nullptr) {
+      RowMajor plus(block.size, block.tangent_size);
+      HIGHWALL_REQUIRE(block.manifold->PlusJacobian(points[i], plus.data()),
+                       "Marginalize: a manifold cannot be linearized");
+      tangent.noalias() = J[i] * plus;
+    } else {
+      tangent = J[i];
+    }
+    if (block.moved) rows.matrix.col(columns) -= tangent * block.offset;  // Eq. 10
+    column += block.tangent_size;
+  }
+  rows.matrix *= LossWeight(problem_.GetLossFunctionForResidualBlock(residual), now.r);  // Eq. 2
+  return rows;
+}
+
+std::vector<ceres::ResidualBlockId> ResidualsOf(const ceres::Problem& problem,
+                                                const std::vector<double*>& blocks) {
+  // Not GetResidualBlocksForParameterBlock: its order depends on addresses, and without fast
+  // removal it searches the whole problem for every block.
+  const std::unordered_set<const double*> wanted(blocks.begin(), blocks.end());
+  std::vector<ceres::ResidualBlockId> residuals;
+  std::vector<double*> touched;
+  problem.GetResidualBlocks(&residuals);
+  std::erase_if(residuals, [&](ceres::ResidualBlockId residual) {
+    problem.GetParameterBlocksForResidualBlock(residual, &touched);
+    return std::none_of(touched.begin(), touched.end(),
+                        [&](const double* block) { return wanted.count(block) > 0; });
+  });
+  return residuals;
+}
+
+void RequireBlocks(const ceres::Problem& problem, const std::vector<double*>& blocks) {
+  std::unordered_set<const double*> seen;
+  for (const double* block : blocks) {
+    HIGHWALL_REQUIRE(problem.HasParameterBlock(block),
+                     "Marginalize: a block is not in the problem");
+    HIGHWALL_REQUIRE(seen.insert(block).second, "Marginalize: a block is given twice");
+  }
+}
+
+}  // namespace highwall::internal

@@ -1,0 +1,228 @@
+#include "loop_consistency.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <deque>
+#include <limits>
+#include <optional>
+#include <unordered_map>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <highwall/core/se3.h>
+#include "pose_graph_topology.h"
+
+namespace highwall::internal {
+namespace {
+
+// Loops whose ends are at most this many steps apart can confirm each other. Further away odometry
+// is too uncertain for the cycle to say much.
+constexpr std::int64_t kReach = 5;
+
+// A transform and the covariance of a small step on its right, [rho | theta].
+struct UncertainPose {
+  Pose T;
+  se3::Matrix6 covariance = se3::Matrix6::Zero();
+
+  UncertainPose Inverse() const {
+    const se3::Matrix6 Ad = se3::Adjoint(T);
+    return {T.Inverse(), Ad * covariance * Ad.transpose()};
+  }
+  UncertainPose operator*(const UncertainPose& next) const {
+    const se3::Matrix6 Ad = se3::Adjoint(next.T.Inverse());
+    return {T * next.T, Ad * covariance * Ad.transpose() + next.covariance};
+  }
+  // Squared Mahalanobis distance from the identity.
+  double Chi2() const {
+    const se3::Tangent error = se3::Log(T);
+    return error.dot(covariance.ldlt().solve(error));
+  }
+  // Logarithm of the squared volume that the covariance spans, up to a constant.
+  double Room() const { return covariance.ldlt().vectorD().array().log().sum(); }
+};
+
+// The measurement of an edge. What SE(2) leaves out is known all but exactly.
+UncertainPose Measured(PoseGraphSpace space, const PoseGraphEdge& edge) {
+  UncertainPose measured{edge.Z};
+  if (space == PoseGraphSpace::kSe3) {
+    measured.covariance = se3::Matrix6(edge.information).inverse();
+    return measured;
+  }
+  constexpr double kNegligible = 1e-12;
+  constexpr int kPlanar[] = {0, 1, 5};  // x, y, turn about z
+  measured.covariance = kNegligible * se3::Matrix6::Identity();
+  const Eigen::Matrix3d covariance = Eigen::Matrix3d(edge.information).inverse();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      measured.covariance(kPlanar[row], kPlanar[column]) = covariance(row, column);
+    }
+  }
+  return measured;
+}
+
+// Two loops side by side, and how well they close together.
+struct LoopCycle {
+  std::size_t a, b;  // edges
+  double chi2;
+};
+
+// The loops of a graph and its chain of odometry.
+class LoopPairs {
+ public:
+  explicit LoopPairs(const PoseGraph& graph) {
+    for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+      const PoseGraphEdge& edge = graph.edges[e];
+      UncertainPose measured = Measured(graph.space, edge);
+      if (edge.i > edge.j) measured = measured.Inverse();
+      const std::int64_t low = std::min(edge.i, edge.j), high = std::max(edge.i, edge.j);
+      if (edge.IsLoop()) {
+        loops_.push_back({e, low, high, measured});
+      } else {
+        steps_.insert_or_assign(low, measured);
+      }
+    }
+    std::sort(loops_.begin(), loops_.end(),
+              [](const Loop& a, const Loop& b) { return a.low < b.low; });
+  }
+
+  // Pairs of loops whose ends are close together.
+  std::vector<LoopCycle> Cycles() const {
+    std::vector<LoopCycle> cycles;
+    for (std::size_t a = 0; a < loops_.size(); ++a) {
+      for (std::size_t b = a + 1; b < loops_.size(); ++b) {
+        if (loops_[b].low - loops_[a].low > kReach) break;
+        if (std::abs(loops_[b].high - loops_[a].high) > kReach) continue;
+        const auto cycle = Cycle(loops_[a], loops_[b]);
+        if (cycle) cycles.push_back({loops_[a].edge, loops_[b].edge, cycle->Chi2()});
+      }
+    }
+    return cycles;
+  }
+
+ private:
+  struct Loop {
+    std::size_t edge;
+    std::int64_t low, high;
+    UncertainPose measured;  // the pose of high in low
+  };
+
+  // Empty where the chain of odometry is broken.
+  std::optional<UncertainPose> Odometry(std::int64_t from, std::int64_t to) const {
+    if (from > to) {
+      const auto back = Odometry(to, from);
+      return back ? std::make_optional(back->Inverse()) : std::nullopt;
+    }
+    UncertainPose path;
+    for (std::int64_t id = from; id < to; ++id) {
+      const auto step = steps_.find(id);
+      if (step == steps_.end()) return std::nullopt;
+      path = path * step->second;
+    }
+    return path;
+  }
+
+  // Along a, odometry, back along b, odometry.
+  std::optional<UncertainPose> Cycle(const Loop& a, const Loop& b) const {
+    const auto high = Odometry(a.high, b.high), low = Odometry(b.low, a.low);
+    if (!high || !low) return std::nullopt;
+    return a.measured * *high * b.measured.Inverse() * *low;
+  }
+
+  std::vector<Loop> loops_;
+  std::unordered_map<std::int64_t, UncertainPose> steps_;  // from an id to the next
+};
+
+// Shortest paths over some edges of a graph at its present poses.
+class PathFinder {
+ public:
+  PathFinder(const PoseGraph& graph, const std::vector<bool>& used)
+      : graph_(graph), used_(used), topology_(graph) {}
+
+  // The pose of j in i, as the edges along the path know it; empty where none leads from i to j.
+  std::optional<UncertainPose> Between(std::size_t edge) const {
+    const auto& [start, goal] = topology_.ends[edge];
+    std::vector<PoseGraphTopology::Neighbour> from(graph_.nodes.size(), {kNone, kNone});
+    std::deque<std::size_t> open = {goal};
+    from[goal].node = goal;
+    while (!open.empty() && from[start].node == kNone) {
+      const std::size_t node = open.front();
+      open.pop_front();
+      for (const auto& [next, along] : topology_.neighbours[node]) {
+        if (!used_[along] || from[next].node != kNone) continue;
+        from[next] = {node, along};
+        open.push_back(next);
+      }
+    }
+    if (from[start].node == kNone) return std::nullopt;
+    UncertainPose path;
+    for (std::size_t node = start; node != goal; node = from[node].node) {
+      path = path * Step(node, from[node]);
+    }
+    return path;
+  }
+
+ private:
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  UncertainPose Step(std::size_t node, const PoseGraphTopology::Neighbour& to) const {
+    UncertainPose step = Measured(graph_.space, graph_.edges[to.edge]);
+    if (topology_.ends[to.edge].i != node) step = step.Inverse();
+    step.T = graph_.nodes[node].pose.Inverse() * graph_.nodes[to.node].pose;
+    return step;
+  }
+
+  const PoseGraph& graph_;
+  const std::vector<bool>& used_;
+  const PoseGraphTopology topology_;
+};
+
+// Of the measurements, at most 1, from the median over the cycles that close.
+double VarianceFactor(PoseGraphSpace space, double max_chi2, const std::vector<LoopCycle>& cycles) {
+  constexpr std::size_t kEnough = 20;
+  const double median_chi2 = space == PoseGraphSpace::kSe2 ? 2.366 : 5.348;
+  std::vector<double> closing;
+  for (const LoopCycle& cycle : cycles) {
+    if (cycle.chi2 < max_chi2) closing.push_back(cycle.chi2);
+  }
+  if (closing.size() < kEnough) return 1.0;
+  const auto middle = closing.begin() + static_cast<std::ptrdiff_t>(closing.size() / 2);
+  std::nth_element(closing.begin(), middle, closing.end());
+  return std::min(1.0, *middle / median_chi2);
+}
+
+}  // namespace
+
+std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2) {
+  const std::vector<LoopCycle> cycles = LoopPairs(graph).Cycles();
+  const double factor = VarianceFactor(graph.space, max_chi2, cycles);
+  std::vector<bool> confirmed;
+  for (const PoseGraphEdge& edge : graph.edges) confirmed.push_back(!edge.IsLoop());
+  for (const LoopCycle& cycle : cycles) {
+    if (cycle.chi2 < factor * max_chi2) confirmed[cycle.a] = confirmed[cycle.b] = true;
+  }
+  return confirmed;
+}
+
+std::vector<std::size_t> SurestPlausibleLoops(const PoseGraph& graph, double max_chi2,
+                                              const std::vector<bool>& trusted,
+                                              const std::vector<bool>& candidates) {
+  const PathFinder paths(graph, trusted);
+  std::vector<std::pair<double, std::size_t>> plausible;  // room, edge
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    if (!candidates[e]) continue;
+    const auto path = paths.Between(e);
+    if (!path) {  // nothing contradicts it
+      plausible.emplace_back(std::numeric_limits<double>::infinity(), e);
+      continue;
+    }
+    const UncertainPose error = Measured(graph.space, graph.edges[e]).Inverse() * *path;
+    if (error.Chi2() < max_chi2) plausible.emplace_back(error.Room(), e);
+  }
+  std::sort(plausible.begin(), plausible.end());
+  std::vector<std::size_t> surest;
+  for (std::size_t k = 0; 2 * k < plausible.size(); ++k) surest.push_back(plausible[k].second);
+  return surest;
+}
+
+}  // namespace highwall::internal

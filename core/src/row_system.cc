@@ -1,0 +1,188 @@
+#include "row_system.h"
+
+#include <algorithm>
+#include <functional>
+#include <queue>
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+namespace highwall::internal {
+namespace {
+
+// Column norms; 1 for a zero column.
+Eigen::VectorXd ColumnScale(const Eigen::Ref<const Eigen::MatrixXd>& A) {
+  return A.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? norm : 1.0; });
+}
+
+// [A b] -> [R Q^T b], as many rows as columns of A: what lies below is a constant of the cost.
+void Compress(Eigen::MatrixXd* A_b) {
+  const Eigen::Index columns = A_b->cols() - 1;
+  if (A_b->rows() <= columns) return;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(*A_b);
+  *A_b = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
+}
+
+}  // namespace
+
+void RowSystem::Add(Rows rows) {
+  const int index = static_cast<int>(rows_.size());
+  for (const int block : rows.blocks) rows_of_[static_cast<std::size_t>(block)].push_back(index);
+  rows_.push_back(std::move(rows));
+}
+
+int RowSystem::Dimensions(const std::vector<int>& blocks) const {
+  int sum = 0;
+  for (const int block : blocks) sum += sizes_[static_cast<std::size_t>(block)];
+  return sum;
+}
+
+int RowSystem::NeighbourDimensions(int block) const {
+  std::vector<int> all;
+  for (const int index : rows_of_[static_cast<std::size_t>(block)]) {
+    const std::vector<int>& blocks = rows_[static_cast<std::size_t>(index)].blocks;
+    all.insert(all.end(), blocks.begin(), blocks.end());
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return Dimensions(all);
+}
+
+void RowSystem::Scatter(const Rows& rows, const std::vector<int>& column, Eigen::Index first,
+                        Eigen::MatrixXd* out) const {
+  const Eigen::Index count = rows.matrix.rows();
+  Eigen::Index from = 0;
+  for (const int block : rows.blocks) {
+    const int size = sizes_[static_cast<std::size_t>(block)];
+    out->block(first, column[static_cast<std::size_t>(block)], count, size) =
+        rows.matrix.middleCols(from, size);
+    from += size;
+  }
+  out->col(out->cols() - 1).segment(first, count) = rows.matrix.col(from);
+}
+
+int RowSystem::Eliminate(const std::vector<int>& blocks) {
+  // Minimum degree with stale keys: a block whose degree grew since is put back.
+  using Entry = std::pair<int, int>;  // degree, block
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  for (const int block : blocks) queue.emplace(NeighbourDimensions(block), block);
+  int rank = 0;
+  while (!queue.empty()) {
+    const int block = queue.top().second;
+    queue.pop();
+    const int degree = NeighbourDimensions(block);
+    if (!queue.empty() && degree > queue.top().first) {
+      queue.emplace(degree, block);
+      continue;
+    }
+    rank += EliminateOne(block);
+  }
+  return rank;
+}
+
+int RowSystem::EliminateOne(int block) {
+  const std::vector<int>& touching = rows_of_[static_cast<std::size_t>(block)];
+  Rows reduced;
+  Eigen::Index count = 0;
+  for (const int index : touching) {
+    const Rows& rows = rows_[static_cast<std::size_t>(index)];
+    reduced.blocks.insert(reduced.blocks.end(), rows.blocks.begin(), rows.blocks.end());
+    count += rows.matrix.rows();
+  }
+  std::sort(reduced.blocks.begin(), reduced.blocks.end());
+  reduced.blocks.erase(std::unique(reduced.blocks.begin(), reduced.blocks.end()),
+                       reduced.blocks.end());
+
+  if (count == 0) return 0;
+  reduced.blocks.erase(std::find(reduced.blocks.begin(), reduced.blocks.end(), block));
+
+  // The front [A_block A_others b].
+  const int size = sizes_[static_cast<std::size_t>(block)];
+  column_[static_cast<std::size_t>(block)] = 0;
+  int columns = size;
+  for (const int other : reduced.blocks) {
+    column_[static_cast<std::size_t>(other)] = columns;
+    columns += sizes_[static_cast<std::size_t>(other)];
+  }
+  Eigen::MatrixXd front = Eigen::MatrixXd::Zero(count, columns + 1);
+  Eigen::Index first = 0;
+  for (const int index : touching) {
+    Rows& rows = rows_[static_cast<std::size_t>(index)];
+    if (rows.blocks.empty()) continue;
+    Scatter(rows, column_, first, &front);
+    first += rows.matrix.rows();
+    const auto merged = merged_.find(rows.blocks);
+    if (merged != merged_.end() && merged->second == index) merged_.erase(merged);
+    rows = {};
+  }
+
+  const Eigen::VectorXd scale = ColumnScale(front.leftCols(size));
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(tolerance_);
+  qr.compute(front.leftCols(size) * scale.cwiseInverse().asDiagonal());  // Eq. 4
+  const Eigen::Index rank = qr.rank();
+  if (rank == count || reduced.blocks.empty()) return static_cast<int>(rank);
+  front.rightCols(columns + 1 - size).applyOnTheLeft(qr.householderQ().adjoint());
+  reduced.matrix = front.bottomRightCorner(count - rank, columns + 1 - size);  // Eq. 5
+
+  const auto same = merged_.find(reduced.blocks);
+  if (same == merged_.end()) {
+    Compress(&reduced.matrix);
+    merged_.emplace(reduced.blocks, static_cast<int>(rows_.size()));
+    Add(std::move(reduced));
+    return static_cast<int>(rank);
+  }
+  // Landmarks with the same neighbours share one triangle.
+  Eigen::MatrixXd& matrix = rows_[static_cast<std::size_t>(same->second)].matrix;
+  const Eigen::Index before = matrix.rows();
+  matrix.conservativeResize(before + reduced.matrix.rows(), Eigen::NoChange);
+  matrix.bottomRows(reduced.matrix.rows()) = reduced.matrix;
+  if (matrix.rows() >= 3 * matrix.cols()) Compress(&matrix);
+  return static_cast<int>(rank);
+}
+
+Eigen::MatrixXd RowSystem::Triangular(const std::vector<int>& kept) const {
+  std::vector<int> column(sizes_.size(), -1);
+  int columns = 0;
+  for (const int block : kept) {
+    column[static_cast<std::size_t>(block)] = columns;
+    columns += sizes_[static_cast<std::size_t>(block)];
+  }
+  // In batches, so that memory does not grow with the number of rows.
+  const Eigen::Index limit = std::max<Eigen::Index>(4 * columns, 64);
+  Eigen::MatrixXd result(0, columns + 1);
+  for (const Rows& rows : rows_) {
+    if (rows.blocks.empty()) continue;
+    const Eigen::Index first = result.rows();
+    result.conservativeResize(first + rows.matrix.rows(), Eigen::NoChange);
+    result.bottomRows(rows.matrix.rows()).setZero();
+    Scatter(rows, column, first, &result);
+    if (result.rows() > limit) Compress(&result);
+  }
+  Compress(&result);
+  return result;
+}
+
+RankRevealed RevealRank(const Eigen::MatrixXd& A_b, double tolerance) {
+  const Eigen::Index n = A_b.cols() - 1;
+  RankRevealed out;
+  if (A_b.rows() == 0 || n == 0) {
+    out.A.resize(0, n);
+    return out;
+  }
+  const Eigen::VectorXd scale = ColumnScale(A_b.leftCols(n));
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(tolerance);
+  qr.compute(A_b.leftCols(n) * scale.cwiseInverse().asDiagonal());
+  const Eigen::Index rank = qr.rank();
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
+  out.A = R * qr.colsPermutation().transpose() * scale.asDiagonal();
+  out.b = (qr.householderQ().adjoint() * A_b.col(n)).head(rank);
+  if (rank > 0) {
+    const Eigen::VectorXd singular = Eigen::BDCSVD<Eigen::MatrixXd>(R).singularValues();
+    out.condition = singular[0] / singular[rank - 1];
+  }
+  return out;
+}
+
+}  // namespace highwall::internal

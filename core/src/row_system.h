@@ -1,0 +1,65 @@
+#pragma once
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace highwall::internal {
+
+// Rows of a linear least-squares problem that touch a few blocks of its unknowns:
+//   |A_0 x_0 + A_1 x_1 + ... + b|^2,   matrix = [A_0 A_1 ... b],   blocks ascending.
+struct Rows {
+  std::vector<int> blocks;
+  Eigen::MatrixXd matrix;
+};
+
+// A sparse linear least-squares problem in square-root form, from which blocks of unknowns are
+// eliminated one by one by Householder QR (docs/marginalization.md, Eq. 4-6). A value.
+class RowSystem {
+ public:
+  // block_sizes: dimensions of each block of unknowns. rank_tolerance: a pivot of a column (scaled
+  // to unit length) below it counts as zero.
+  RowSystem(std::vector<int> block_sizes, double rank_tolerance)
+      : sizes_(std::move(block_sizes)),
+        rows_of_(sizes_.size()),
+        column_(sizes_.size(), 0),
+        tolerance_(rank_tolerance) {}
+
+  void Add(Rows rows);
+
+  // Minimizes over the blocks, those with few neighbours first: landmarks go one at a time, each
+  // with the rows that touch it. Returns the sum of their ranks.
+  int Eliminate(const std::vector<int>& blocks);
+
+  // All rows that remain, as one matrix over the blocks [x_kept... b], upper trapezoidal, with at
+  // most as many rows as unknowns. Every row must touch these blocks only.
+  Eigen::MatrixXd Triangular(const std::vector<int>& kept) const;
+
+ private:
+  int EliminateOne(int block);
+  int NeighbourDimensions(int block) const;
+  int Dimensions(const std::vector<int>& blocks) const;
+  // Writes `rows` below row `first` of `out`; column[k]: where block k starts there.
+  void Scatter(const Rows& rows, const std::vector<int>& column, Eigen::Index first,
+               Eigen::MatrixXd* out) const;
+
+  std::vector<int> sizes_;
+  std::vector<Rows> rows_;                  // an empty block list: used up
+  std::vector<std::vector<int>> rows_of_;   // block -> indices into rows_, used up ones too
+  std::map<std::vector<int>, int> merged_;  // reduced rows by their blocks -> index into rows_
+  std::vector<int> column_;                 // of each block in the front
+  double tolerance_;
+};
+
+// Rank-revealing triangular form of [A b]: the rows R with R^T R = A^T A up to pivots below
+// tolerance, for columns scaled to unit length.
+struct RankRevealed {
+  Eigen::MatrixXd A;       // rank x n
+  Eigen::VectorXd b;       // rank
+  double condition = 1.0;  // largest over smallest singular value of A with unit columns
+};
+RankRevealed RevealRank(const Eigen::MatrixXd& A_b, double tolerance);
+
+}  // namespace highwall::internal

@@ -1,0 +1,518 @@
+#include <highwall/core/sliding_window_smoother.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <string_view>
+
+#include <ceres/problem.h>
+#include <Eigen/LU>
+
+#include <highwall/core/error.h>
+#include <highwall/core/information_loss.h>
+#include "sliding_window_file.h"
+
+namespace highwall {
+namespace {
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool IsFinite(const double* values, int count) {
+  return std::all_of(values, values + count, [](double x) { return std::isfinite(x); });
+}
+
+// Why a factor cannot be used at the present values; empty if it can. The solver is not asked: an
+// exception would pass through it.
+std::string FaultOf(const FactorGraph& graph, const FactorId& id) {
+  const ceres::CostFunction& factor = graph.Factor(id);
+  const std::vector<int>& sizes = factor.parameter_block_sizes();
+  std::vector<const double*> parameters;
+  for (const VariableId& variable : graph.VariablesOf(id)) {
+    parameters.push_back(graph.Block(variable));
+  }
+  const int rows = factor.num_residuals();
+  std::vector<double> residuals(static_cast<std::size_t>(rows));
+  std::vector<std::vector<double>> storage;
+  std::vector<double*> jacobians;
+  for (const int size : sizes) {
+    storage.emplace_back(static_cast<std::size_t>(rows * size));
+    jacobians.push_back(storage.back().data());
+  }
+  try {
+    if (!factor.Evaluate(parameters.data(), residuals.data(), jacobians.data())) {
+      return "cannot be evaluated";
+    }
+  } catch (const std::exception& error) {
+    return std::string("throws: ") + error.what();
+  }
+  if (!IsFinite(residuals.data(), rows)) return "has a residual that is not finite";
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (!IsFinite(jacobians[i], rows * sizes[i])) {
+      return "has a Jacobian that is not finite (block " + std::to_string(i) + ")";
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+struct SlidingWindowSmoother::Impl {
+  struct Info {
+    VariableId id;  // generation 0: none
+    Kind kind = Kind::kState;
+    Stamp stamp = 0;
+    const char* type = "";
+  };
+  using Values = std::vector<std::pair<VariableId, std::vector<double>>>;
+
+  SlidingWindowOptions options;
+  FactorGraph graph;
+  std::vector<Info> infos;  // by VariableId::index
+  std::map<Stamp, std::vector<VariableId>> states;
+  // Since the last update.
+  std::vector<VariableId> new_variables;
+  std::vector<FactorId> new_factors;
+  // Of the last update [s]: what to leave of the budget.
+  double iteration_seconds = 0.0;
+  double shrink_seconds = 0.0;
+
+  const Info& InfoOf(const VariableId& id) const { return infos[id.index]; }
+  int SizeOf(const VariableId& id) const {
+    return graph.problem().ParameterBlockSize(graph.Block(id));
+  }
+  template <class Predicate>
+  std::vector<VariableId> Select(Predicate predicate) const;
+  std::vector<double*> Blocks(const std::vector<VariableId>& ids);
+
+  void Remove(const VariableId& id);
+  Values Snapshot() const;
+  void RollBack(const Values& values);
+
+  std::string FaultOfNewFactors() const;
+  std::string Solve(std::chrono::steady_clock::time_point start, UpdateReport* report);
+  std::string FaultOfSolution() const;
+
+  MarginalizationOptions PriorOptions() const;
+  std::optional<Stamp> ChooseLeaving(UpdateReport* report);
+  Stamp LeastInformative(UpdateReport* report);
+  bool IsSeenFrom(const VariableId& landmark, Stamp stamp) const;
+  std::vector<VariableId> LeavingLandmarks(Stamp stamp, UpdateReport* report);
+  void Leave(Stamp stamp, UpdateReport* report);
+  void Shrink(UpdateReport* report);
+};
+
+const char* ToString(LeavingPolicy policy) {
+  return policy == LeavingPolicy::kOldestFirst ? "oldest_first" : "least_information";
+}
+
+const char* ToString(LandmarkPolicy policy) {
+  return policy == LandmarkPolicy::kKeepTracked ? "keep_tracked" : "marginalize";
+}
+
+void SlidingWindowOptions::Validate() const {
+  const auto require = [](bool ok, const char* field, double value) {
+    HIGHWALL_REQUIRE(ok, std::string("SlidingWindowOptions::") + field +
+                             " is out of range: " + std::to_string(value));
+  };
+  require(max_states >= 1, "max_states", max_states);
+  require(max_seconds > 0.0, "max_seconds", max_seconds);
+  require(budget_ms > 0.0, "budget_ms", budget_ms);
+  require(protected_states >= 1, "protected_states", protected_states);
+  require(max_error > 0.0, "max_error", max_error);
+  marginalization.Validate();
+  solve.Validate();
+}
+
+template <class Predicate>
+std::vector<VariableId> SlidingWindowSmoother::Impl::Select(Predicate predicate) const {
+  std::vector<VariableId> ids;
+  for (const Info& info : infos) {
+    if (graph.Contains(info.id) && predicate(info)) ids.push_back(info.id);
+  }
+  return ids;
+}
+
+std::vector<double*> SlidingWindowSmoother::Impl::Blocks(const std::vector<VariableId>& ids) {
+  std::vector<double*> blocks;
+  for (const VariableId& id : ids) blocks.push_back(graph.MutableBlock(id));
+  return blocks;
+}
+
+void SlidingWindowSmoother::Impl::Remove(const VariableId& id) {
+  graph.Remove(id);
+  Info& info = infos[id.index];
+  if (info.kind == Kind::kState) {
+    const auto at = states.find(info.stamp);
+    std::erase(at->second, id);
+    if (at->second.empty()) states.erase(at);
+  }
+  info = {};
+}
+
+SlidingWindowSmoother::Impl::Values SlidingWindowSmoother::Impl::Snapshot() const {
+  Values values;
+  for (const Info& info : infos) {
+    if (!graph.Contains(info.id)) continue;
+    const double* block = graph.Block(info.id);
+    values.emplace_back(info.id, std::vector<double>(block, block + SizeOf(info.id)));
+  }
+  return values;
+}
+
+void SlidingWindowSmoother::Impl::RollBack(const Values& values) {
+  for (const FactorId& factor : new_factors) {
+    if (graph.Contains(factor)) graph.RemoveFactor(factor);
+  }
+  for (const VariableId& variable : new_variables) {
+    if (graph.Contains(variable)) Remove(variable);
+  }
+  for (const auto& [id, value] : values) {
+    if (graph.Contains(id)) std::copy(value.begin(), value.end(), graph.MutableBlock(id));
+  }
+}
+
+std::string SlidingWindowSmoother::Impl::FaultOfNewFactors() const {
+  for (std::size_t i = 0; i < new_factors.size(); ++i) {
+    if (!graph.Contains(new_factors[i])) continue;
+    const std::string fault = FaultOf(graph, new_factors[i]);
+    if (!fault.empty()) {
+      return "factor " + std::to_string(i + 1) + " of the " + std::to_string(new_factors.size()) +
+             " added since the last update " + fault;
+    }
+  }
+  return "";
+}
+
+std::string SlidingWindowSmoother::Impl::Solve(std::chrono::steady_clock::time_point start,
+                                               UpdateReport* report) {
+  SolveOptions solve = options.solve;
+  const double left =
+      1e-3 * options.budget_ms - SecondsSince(start) - shrink_seconds - iteration_seconds;
+  solve.max_seconds = std::min(solve.max_seconds, std::max(left, 1e-4));
+  report->solve = graph.Solve(solve);
+  report->message = report->solve.message;
+  iteration_seconds = report->solve.seconds / (1.0 + report->solve.iterations);
+  return report->solve.IsUsable() ? "" : "the solver failed: " + report->solve.message;
+}
+
+std::string SlidingWindowSmoother::Impl::FaultOfSolution() const {
+  for (const Info& info : infos) {
+    if (graph.Contains(info.id) && !IsFinite(graph.Block(info.id), SizeOf(info.id))) {
+      return "the solution is not finite";
+    }
+  }
+  if (!std::isfinite(options.max_error)) return "";
+  for (std::size_t i = 0; i < new_factors.size(); ++i) {
+    if (!graph.Contains(new_factors[i])) continue;
+    const double error = std::sqrt(graph.SquaredError(new_factors[i]) /
+                                   graph.Factor(new_factors[i]).num_residuals());
+    if (!(error <= options.max_error)) {
+      return "factor " + std::to_string(i + 1) + " of the " + std::to_string(new_factors.size()) +
+             " added since the last update is left with an error of " + std::to_string(error) +
+             " a row, beyond max_error = " + std::to_string(options.max_error);
+    }
+  }
+  return "";
+}
+
+MarginalizationOptions SlidingWindowSmoother::Impl::PriorOptions() const {
+  MarginalizationOptions result = options.marginalization;
+  for (const Info& info : infos) {
+    if (info.kind == Kind::kCalibration && graph.Contains(info.id)) {
+      result.relinearized.push_back(graph.Block(info.id));
+    }
+  }
+  return result;
+}
+
+std::optional<Stamp> SlidingWindowSmoother::Impl::ChooseLeaving(UpdateReport* report) {
+  if (states.empty()) return std::nullopt;
+  const Stamp oldest = states.begin()->first, newest = states.rbegin()->first;
+  if (ToSeconds(newest - oldest) > options.max_seconds) return oldest;
+  if (states.size() <= static_cast<std::size_t>(options.max_states)) return std::nullopt;
+  if (options.leaving == LeavingPolicy::kLeastInformation) return LeastInformative(report);
+  return oldest;
+}
+
+Stamp SlidingWindowSmoother::Impl::LeastInformative(UpdateReport* report) {
+  std::vector<Stamp> stamps;
+  std::vector<std::vector<double*>> candidates;
+  for (const auto& [stamp, ids] : states) {
+    stamps.push_back(stamp);
+    candidates.push_back(Blocks(ids));
+  }
+  const std::vector<double> loss =
+      InformationLoss(graph.problem(), candidates, {.marginalization = PriorOptions()});
+  const std::size_t protect = static_cast<std::size_t>(options.protected_states);
+  const std::size_t count = stamps.size() > protect ? stamps.size() - protect : 1;
+  report->information_loss.clear();
+  for (std::size_t i = 0; i < count; ++i) report->information_loss.emplace_back(stamps[i], loss[i]);
+  const auto least =
+      std::min_element(loss.begin(), loss.begin() + static_cast<std::ptrdiff_t>(count));
+  return stamps[static_cast<std::size_t>(least - loss.begin())];
+}
+
+bool SlidingWindowSmoother::Impl::IsSeenFrom(const VariableId& landmark, Stamp stamp) const {
+  for (const FactorId& factor : graph.FactorsOf(landmark)) {
+    for (const VariableId& id : graph.VariablesOf(factor)) {
+      if (InfoOf(id).kind == Kind::kState && InfoOf(id).stamp == stamp) return true;
+    }
+  }
+  return false;
+}
+
+// Landmarks that leave with the states of `stamp`; takes those observations away from the others.
+std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stamp,
+                                                                      UpdateReport* report) {
+  const Stamp newest = states.rbegin()->first;
+  std::map<std::uint32_t, std::vector<FactorId>> observations;  // landmark index -> factors
+  for (const VariableId& state : states.at(stamp)) {
+    for (const FactorId& factor : graph.FactorsOf(state)) {
+      for (const VariableId& id : graph.VariablesOf(factor)) {
+        if (InfoOf(id).kind == Kind::kLandmark) observations[id.index].push_back(factor);
+      }
+    }
+  }
+  std::vector<VariableId> leaving;
+  for (const auto& [index, factors] : observations) {
+    const VariableId landmark = infos[index].id;
+    const bool stays = options.landmarks == LandmarkPolicy::kKeepTracked && stamp != newest &&
+                       IsSeenFrom(landmark, newest);
+    if (!stays) {
+      leaving.push_back(landmark);
+      continue;
+    }
+    for (const FactorId& factor : factors) {
+      if (!graph.Contains(factor)) continue;  // it touches several states of this stamp
+      graph.RemoveFactor(factor);
+      ++report->dropped_factors;
+    }
+  }
+  return leaving;
+}
+
+void SlidingWindowSmoother::Impl::Leave(Stamp stamp, UpdateReport* report) {
+  std::vector<VariableId> leaving = LeavingLandmarks(stamp, report);
+  leaving.insert(leaving.end(), states.at(stamp).begin(), states.at(stamp).end());
+  Marginal marginal = Marginalize(graph.problem(), Blocks(leaving), PriorOptions());
+  report->left.push_back(stamp);
+  report->reports.push_back(marginal.report);
+  for (const VariableId& id : leaving) Remove(id);
+  report->removed.insert(report->removed.end(), leaving.begin(), leaving.end());
+  if (marginal.prior == nullptr) return;
+  std::vector<VariableId> kept;
+  for (const double* block : marginal.blocks) kept.push_back(graph.FindVariable(block));
+  graph.AddFactorToBlocks(std::move(marginal.prior), nullptr, kept);
+}
+
+void SlidingWindowSmoother::Impl::Shrink(UpdateReport* report) {
+  while (const std::optional<Stamp> stamp = ChooseLeaving(report)) Leave(*stamp, report);
+  const std::vector<VariableId> orphans = Select([&](const Info& info) {
+    return info.kind == Kind::kLandmark && graph.FactorsOf(info.id).empty();
+  });
+  for (const VariableId& id : orphans) Remove(id);
+  report->removed.insert(report->removed.end(), orphans.begin(), orphans.end());
+}
+
+SlidingWindowSmoother::SlidingWindowSmoother(const SlidingWindowOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  options.Validate();
+  impl_->options = options;
+}
+SlidingWindowSmoother::~SlidingWindowSmoother() = default;
+SlidingWindowSmoother::SlidingWindowSmoother(SlidingWindowSmoother&&) noexcept = default;
+SlidingWindowSmoother& SlidingWindowSmoother::operator=(SlidingWindowSmoother&&) noexcept = default;
+
+void SlidingWindowSmoother::RegisterVariable(const VariableId& variable, Kind kind, Stamp stamp,
+                                             const char* type) {
+  if (impl_->infos.size() <= variable.index) impl_->infos.resize(variable.index + 1);
+  impl_->infos[variable.index] = {variable, kind, stamp, type};
+  if (kind == Kind::kState) impl_->states[stamp].push_back(variable);
+  impl_->new_variables.push_back(variable);
+}
+
+FactorId SlidingWindowSmoother::Register(const FactorId& factor) {
+  impl_->new_factors.push_back(factor);
+  return factor;
+}
+
+void SlidingWindowSmoother::RemoveFactor(const FactorId& factor) {
+  impl_->graph.RemoveFactor(factor);
+}
+
+void SlidingWindowSmoother::Remove(const VariableId& variable) {
+  HIGHWALL_REQUIRE(Contains(variable), "SlidingWindowSmoother: the variable is not in the window");
+  impl_->Remove(variable);
+}
+
+void SlidingWindowSmoother::Fix(const VariableId& variable) {
+  impl_->graph.Fix(variable);
+}
+
+UpdateReport SlidingWindowSmoother::Update() {
+  const auto start = std::chrono::steady_clock::now();
+  UpdateReport report;
+  const Impl::Values before = impl_->Snapshot();
+  std::string fault;
+  try {
+    fault = impl_->FaultOfNewFactors();
+    if (fault.empty()) fault = impl_->Solve(start, &report);
+    if (fault.empty()) fault = impl_->FaultOfSolution();
+    if (fault.empty()) {
+      const auto solved = std::chrono::steady_clock::now();
+      impl_->Shrink(&report);
+      impl_->shrink_seconds = SecondsSince(solved);
+    }
+  } catch (const std::exception& error) {
+    fault = error.what();
+  }
+  report.accepted = fault.empty();
+  if (!report.accepted) {
+    report.message = fault;
+    impl_->RollBack(before);
+  }
+  impl_->new_variables.clear();
+  impl_->new_factors.clear();
+  report.seconds = SecondsSince(start);
+  return report;
+}
+
+std::vector<Stamp> SlidingWindowSmoother::Stamps() const {
+  std::vector<Stamp> stamps;
+  for (const auto& [stamp, ids] : impl_->states) stamps.push_back(stamp);
+  return stamps;
+}
+
+std::vector<VariableId> SlidingWindowSmoother::StatesAt(Stamp stamp) const {
+  const auto found = impl_->states.find(stamp);
+  return found == impl_->states.end() ? std::vector<VariableId>() : found->second;
+}
+
+std::optional<VariableId> SlidingWindowSmoother::FindState(Stamp stamp, const char* type) const {
+  for (const VariableId& id : StatesAt(stamp)) {
+    if (std::string_view(impl_->InfoOf(id).type) == type) return id;
+  }
+  return std::nullopt;
+}
+
+std::optional<Eigen::MatrixXd> SlidingWindowSmoother::Covariance(
+    std::span<const VariableId> variables) const {
+  FactorGraph& graph = impl_->graph;
+  std::vector<double*> unknown;
+  std::map<const double*, Eigen::Index> first_row;  // in the result
+  Eigen::Index total = 0, unknown_total = 0;
+  for (const VariableId& id : variables) {
+    double* block = graph.MutableBlock(id);
+    const int size = graph.problem().ParameterBlockTangentSize(block);
+    HIGHWALL_REQUIRE(first_row.emplace(block, total).second,
+                     "SlidingWindowSmoother::Covariance: a variable is given twice");
+    total += size;
+    if (graph.IsFixed(id)) continue;
+    unknown.push_back(block);
+    unknown_total += size;
+  }
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(total, total);
+  if (unknown.empty()) return covariance;
+  const Marginal marginal = Summarize(graph.problem(), unknown, impl_->PriorOptions());
+  if (marginal.report.rank < unknown_total) return std::nullopt;
+  const MarginalPrior& prior = *marginal.prior;
+  const Eigen::MatrixXd inverse = prior.A().inverse();  // square: full rank
+  for (std::size_t i = 0; i < marginal.blocks.size(); ++i) {
+    for (std::size_t j = 0; j < marginal.blocks.size(); ++j) {
+      covariance.block(first_row[marginal.blocks[i]], first_row[marginal.blocks[j]],
+                       prior.TangentSize(i), prior.TangentSize(j)) =
+          inverse.middleRows(prior.Column(i), prior.TangentSize(i)) *
+          inverse.middleRows(prior.Column(j), prior.TangentSize(j)).transpose();
+    }
+  }
+  return covariance;
+}
+
+std::optional<Eigen::MatrixXd> SlidingWindowSmoother::NewestCovariance() const {
+  if (impl_->states.empty()) return std::nullopt;
+  return Covariance(impl_->states.rbegin()->second);
+}
+
+void SlidingWindowSmoother::Save(const std::filesystem::path& path) const {
+  const std::vector<VariableId> ids =
+      impl_->Select([](const Impl::Info& info) { return info.kind != Kind::kLandmark; });
+  internal::SlidingWindowFile file;
+  std::vector<double*> unknown;
+  std::map<const double*, int> place;
+  for (const VariableId& id : ids) {
+    const Impl::Info& info = impl_->InfoOf(id);
+    double* block = impl_->graph.MutableBlock(id);
+    place.emplace(block, static_cast<int>(file.variables.size()));
+    const bool fixed = impl_->graph.IsFixed(id);
+    if (!fixed) unknown.push_back(block);
+    file.variables.push_back({info.kind == Kind::kCalibration, info.stamp, fixed, info.type,
+                              std::vector<double>(block, block + impl_->SizeOf(id))});
+  }
+  const Marginal marginal = Summarize(impl_->graph.problem(), unknown, impl_->PriorOptions());
+  if (marginal.prior != nullptr) {
+    for (std::size_t i = 0; i < marginal.blocks.size(); ++i) {
+      file.blocks.push_back(
+          {place[marginal.blocks[i]], marginal.prior->blocks()[i].linearization_point});
+    }
+    file.A = marginal.prior->A();
+    file.b = marginal.prior->b();
+  }
+  internal::WriteSlidingWindow(path, file);
+}
+
+void SlidingWindowSmoother::Restore(const std::filesystem::path& path,
+                                    std::span<const VariableFactory> factories) {
+  const internal::SlidingWindowFile file = internal::ReadSlidingWindow(path);
+  std::vector<VariableId> ids;
+  for (const internal::SavedVariable& saved : file.variables) {
+    const auto factory =
+        std::find_if(factories.begin(), factories.end(),
+                     [&](const VariableFactory& f) { return saved.type == f.type; });
+    if (factory == factories.end()) {
+      throw IoError(path, "holds a variable of type " + saved.type + ": name its type to Load");
+    }
+    if (saved.values.size() != static_cast<std::size_t>(factory->size)) {
+      throw IoError(path, "a variable of type " + saved.type + " has the wrong size");
+    }
+    const VariableId id = factory->add(impl_->graph, saved.values.data());
+    // As saved, where the type would normalise them once more.
+    std::copy(saved.values.begin(), saved.values.end(), impl_->graph.MutableBlock(id));
+    RegisterVariable(id, saved.calibration ? Kind::kCalibration : Kind::kState, saved.stamp,
+                     factory->type);
+    if (saved.fixed) impl_->graph.Fix(id);
+    ids.push_back(id);
+  }
+  if (file.b.size() > 0) {
+    std::vector<MarginalPrior::Block> blocks;
+    std::vector<VariableId> under;
+    for (const internal::SavedBlock& block : file.blocks) {
+      const VariableId id = ids[static_cast<std::size_t>(block.variable)];
+      under.push_back(id);
+      blocks.push_back({block.point, impl_->graph.problem().GetManifold(impl_->graph.Block(id))});
+    }
+    try {
+      auto prior = std::make_unique<MarginalPrior>(std::move(blocks), file.A, file.b);
+      impl_->graph.AddFactorToBlocks(std::move(prior), nullptr, under);
+    } catch (const InvalidArgument& error) {
+      throw IoError(path, std::string("its prior does not fit its variables: ") + error.what());
+    }
+  }
+  impl_->new_variables.clear();
+}
+
+const FactorGraph& SlidingWindowSmoother::graph() const {
+  return impl_->graph;
+}
+
+FactorGraph& SlidingWindowSmoother::mutable_graph() {
+  return impl_->graph;
+}
+
+const SlidingWindowOptions& SlidingWindowSmoother::options() const {
+  return impl_->options;
+}
+
+}  // namespace highwall

@@ -1,0 +1,440 @@
+#include <highwall/core/pose_graph.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/g2o_io.h>
+#include <highwall/core/se3.h>
+
+#include "false_loops.h"
+#include "pose_graph_scenes.h"
+
+namespace highwall {
+namespace {
+
+using Initialization = PoseGraphInitialization;
+constexpr Initialization kAllComposed[] = {Initialization::kOdometry, Initialization::kTree,
+                                           Initialization::kChordal};
+
+// Largest difference of positions [m] or rotations [rad].
+double Distance(const PoseGraph& a, const PoseGraph& b) {
+  double largest = 0.0;
+  for (std::size_t n = 0; n < a.nodes.size(); ++n) {
+    const Pose& p = a.nodes[n].pose;
+    const Pose& q = b.nodes[n].pose;
+    largest = std::max({largest, (p.p() - q.p()).norm(), (p.Inverse() * q).Angle()});
+  }
+  return largest;
+}
+
+PoseGraph Scrambled(PoseGraph graph) {
+  for (std::size_t n = 1; n < graph.nodes.size(); ++n) graph.nodes[n].pose = Pose();
+  return graph;
+}
+
+std::size_t CountLoops(const PoseGraph& graph) {
+  return static_cast<std::size_t>(std::count_if(graph.edges.begin(), graph.edges.end(),
+                                                [](const auto& e) { return e.IsLoop(); }));
+}
+
+void ExpectInvalid(const PoseGraph& graph, const std::string& text) {
+  for (const auto& use : std::initializer_list<std::function<void(PoseGraph)>>{
+           [](PoseGraph g) { g.Validate(); }, [](PoseGraph g) { SolvePoseGraph(&g); },
+           [](PoseGraph g) { InitializePoseGraph(&g, Initialization::kChordal); },
+           [](PoseGraph g) { Chi2(g); }, [](PoseGraph g) { PoseGraphCovariance(g, {}); }}) {
+    try {
+      use(graph);
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const InvalidArgument& error) {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(PoseGraph, Chi2InSpaceIsThatOfTheLogarithmComputedByHand) {
+  // As in RelativePose: the logarithm of a quarter turn about z that ends at (1, 1, 0).
+  const double quarter = 0.5 * M_PI;
+  PoseGraph graph;
+  graph.nodes = {{0, Pose()}, {1, Pose::FromTangent({1, 1, 0}, {0, 0, quarter})}};
+  Eigen::Matrix<double, 6, 1> weights;
+  weights << 1, 2, 3, 4, 5, 6;
+  graph.edges = {{0, 1, Pose(), weights.asDiagonal()}};
+  EXPECT_NEAR(Chi2(graph), 7.0 * quarter * quarter, 1e-13);
+}
+
+TEST(PoseGraph, Chi2InThePlaneIsThatOfTheDifferenceComputedByHand) {
+  // Z = (1, 0, quarter turn): in its frame j, at (1, 2) in i, lies 2 along x, and turned 5 too far.
+  PoseGraph graph;
+  graph.space = PoseGraphSpace::kSe2;
+  const auto turn = [](double angle) {
+    return Eigen::Quaterniond(std::cos(0.5 * angle), 0, 0, std::sin(0.5 * angle));
+  };
+  graph.nodes = {{0, Pose(turn(0.5), {3, 4, 0})}, {1, Pose()}};
+  graph.nodes[1].pose = graph.nodes[0].pose * Pose(turn(0.5 * M_PI + 5.0), {1, 2, 0});
+
+  graph.edges = {
+      {0, 1, Pose(turn(0.5 * M_PI), {1, 0, 0}), Eigen::Vector3d(1, 10, 100).asDiagonal()}};
+  const double wrapped = 5.0 - 2.0 * M_PI;
+  EXPECT_NEAR(Chi2(graph), 4.0 + 100.0 * wrapped * wrapped, 1e-11);
+}
+
+TEST(PoseGraph, EveryInitializationIsExactOnExactEdges) {
+  for (const PoseGraph& truth : {MakeSphere(1, 0.0), MakeField(1, 0.0)}) {
+    for (const Initialization initialization : kAllComposed) {
+      PoseGraph graph = Scrambled(truth);
+      graph.has_poses = false;
+      InitializePoseGraph(&graph, initialization);
+      EXPECT_TRUE(graph.has_poses);
+      EXPECT_LT(Distance(graph, truth), 1e-10) << static_cast<int>(initialization);
+    }
+  }
+}
+
+TEST(PoseGraph, ChordalInitializationIsCloseToTheOptimum) {
+  for (const PoseGraph& truth : {MakeSphere(2), MakeField(2)}) {
+    PoseGraph graph = Scrambled(truth), odometry = graph;
+    InitializePoseGraph(&graph, Initialization::kChordal);
+    InitializePoseGraph(&odometry, Initialization::kOdometry);
+    PoseGraph solved = graph;
+    SolvePoseGraph(&solved);
+    EXPECT_LT(Chi2(graph), 1.5 * Chi2(solved));
+    EXPECT_GT(Chi2(odometry), 3.0 * Chi2(graph));
+  }
+}
+
+TEST(PoseGraph, OdometryIsFollowedBeforeLoopsAndTheTreeHasFewestEdges) {
+  // 0-1-2-3 along x; the loop 0-3 disagrees.
+  PoseGraph graph = MakeField(1, 0.0, 1);
+  graph.nodes.resize(4);
+  graph.edges.resize(3);
+  PoseGraphEdge loop = graph.edges.front();
+  loop.j = 3;
+  loop.Z = Pose(Eigen::Quaterniond::Identity(), {9, 0, 0});
+  graph.edges.push_back(loop);
+  InitializePoseGraph(&graph, Initialization::kOdometry);
+  EXPECT_NEAR(graph.nodes[3].pose.p().x(), 3.0, 1e-12);
+  InitializePoseGraph(&graph, Initialization::kTree);
+  EXPECT_NEAR(graph.nodes[3].pose.p().x(), 9.0, 1e-12);
+  graph.edges.erase(graph.edges.begin() + 2);  // odometry 2-3: only the loop leads to 3
+  InitializePoseGraph(&graph, Initialization::kOdometry);
+  EXPECT_NEAR(graph.nodes[3].pose.p().x(), 9.0, 1e-12);
+}
+
+TEST(PoseGraph, SolvingExactEdgesRecoversTheTruth) {
+  for (const PoseGraph& truth : {MakeSphere(3, 0.0), MakeField(3, 0.0)}) {
+    PoseGraph graph = truth;
+    for (std::size_t n = 1; n < graph.nodes.size(); ++n) {
+      const double x = 0.1 * std::sin(static_cast<double>(n));
+      graph.nodes[n].pose =
+          graph.nodes[n].pose * Pose::FromTangent({x, -x, 0.0}, {0.0, 0.0, 0.5 * x});
+      if (graph.space == PoseGraphSpace::kSe2) graph.nodes[n].pose.data()[2] = 0.0;
+    }
+    const PoseGraphSummary summary = SolvePoseGraph(&graph);
+    EXPECT_EQ(summary.status, SolveStatus::kConverged) << summary.message;
+    EXPECT_GT(summary.initial_chi2, 1.0);
+    EXPECT_LT(summary.final_chi2, 1e-9);
+    EXPECT_LT(Distance(graph, truth), 1e-5);
+  }
+}
+
+TEST(PoseGraph, TheOptimumIsTheSameFromEveryStartAndInsideItsChi2Band) {
+  for (const PoseGraph& truth : {MakeSphere(4), MakeField(4)}) {
+    const double dimension = truth.space == PoseGraphSpace::kSe2 ? 3.0 : 6.0;
+    const double freedom =
+        dimension * static_cast<double>(truth.edges.size() + 1 - truth.nodes.size());
+    PoseGraph reference = truth;
+    const double chi2 = SolvePoseGraph(&reference).final_chi2;
+    // Five standard deviations of the chi-squared distribution.
+    EXPECT_NEAR(chi2, freedom, 5.0 * std::sqrt(2.0 * freedom));
+    for (const Initialization initialization : kAllComposed) {
+      PoseGraph graph = Scrambled(truth);
+      InitializePoseGraph(&graph, initialization);
+      const PoseGraphSummary summary = SolvePoseGraph(&graph);
+      EXPECT_NEAR(summary.final_chi2, chi2, 1e-5 * chi2);
+      EXPECT_NEAR(Chi2(graph), summary.final_chi2, 1e-9 * chi2);
+    }
+  }
+}
+
+TEST(PoseGraph, FixedNodesKeepTheirPosesInEveryStep) {
+  PoseGraph graph = MakeSphere(5);
+  graph.nodes[30].fixed = graph.nodes[100].fixed = true;
+  const PoseGraph before = graph;
+  for (const Initialization initialization : kAllComposed) {
+    InitializePoseGraph(&graph, initialization);
+    SolvePoseGraph(&graph);
+    for (const std::size_t n : {30u, 100u}) {
+      EXPECT_EQ((graph.nodes[n].pose.p() - before.nodes[n].pose.p()).norm(), 0.0);
+    }
+    // Nobody asked for the first one to stay.
+    EXPECT_GT((graph.nodes[0].pose.p() - before.nodes[0].pose.p()).norm(), 1e-4);
+    EXPECT_LT(Distance(graph, before), 1.0);
+  }
+}
+
+TEST(PoseGraph, PiecesAreSolvedEachByItselfWithAWarning) {
+  PoseGraph whole = MakeField(6), other = MakeField(7);
+  const double separate = SolvePoseGraph(&whole).final_chi2 + SolvePoseGraph(&other).final_chi2;
+  for (PoseGraphNode& node : other.nodes) node.id += 1000;
+  for (PoseGraphEdge& edge : other.edges) edge.i += 1000, edge.j += 1000;
+  PoseGraph both = whole;
+  both.nodes.insert(both.nodes.end(), other.nodes.begin(), other.nodes.end());
+  both.nodes.push_back({5000, Pose()});  // tied to nothing
+  both.edges.insert(both.edges.end(), other.edges.begin(), other.edges.end());
+  for (const RobustLoops robust : {RobustLoops::kNone, RobustLoops::kGnc}) {
+    PoseGraph graph = both;
+    InitializePoseGraph(&graph, Initialization::kChordal);
+    const PoseGraphSummary summary = SolvePoseGraph(&graph, {.robust = robust});
+    EXPECT_EQ(summary.status, SolveStatus::kConverged);
+    EXPECT_EQ(summary.components, 3);
+    ASSERT_EQ(summary.warnings.size(), 1u);
+    EXPECT_NE(summary.warnings[0].find("3 pieces"), std::string::npos);
+    EXPECT_NEAR(summary.final_chi2, separate, 1e-5 * separate);
+  }
+}
+
+TEST(PoseGraph, RobustMethodsFindFalseLoopsAndKeepTrueOnes) {
+  for (const PoseGraph& truth : {MakeSphere(8), MakeField(8)}) {
+    PoseGraph clean = truth;
+    const double clean_chi2 = SolvePoseGraph(&clean).final_chi2;
+    for (const RobustLoops robust :
+         {RobustLoops::kGnc, RobustLoops::kDcs, RobustLoops::kSwitchable}) {
+      PoseGraph graph = truth;
+      const auto places = AddFalseLoops(0.3, FalseLoopKind::kRandom, 9, &graph);
+      InitializePoseGraph(&graph, Initialization::kChordal);
+      const PoseGraphSummary summary = SolvePoseGraph(&graph, {.robust = robust});
+      std::size_t false_rejected = 0;
+      for (const RejectedLoop& loop : summary.rejected) {
+        false_rejected += loop.edge >= places.front();
+        EXPECT_LT(loop.weight, 0.5);
+        EXPECT_GT(loop.chi2, 16.0);
+        EXPECT_NE(loop.reason.find("exceeds"), std::string::npos);
+      }
+      EXPECT_EQ(false_rejected, places.size()) << static_cast<int>(robust);
+      EXPECT_LE(summary.rejected.size() - false_rejected, CountLoops(truth) / 100);
+      graph.edges.resize(places.front());
+      EXPECT_NEAR(Chi2(graph), clean_chi2, 0.05 * clean_chi2) << static_cast<int>(robust);
+      EXPECT_NEAR(summary.final_chi2, clean_chi2, 0.05 * clean_chi2);
+    }
+  }
+}
+
+TEST(PoseGraph, WithoutARobustMethodFalseLoopsBendTheGraph) {
+  PoseGraph truth = MakeSphere(8), graph = truth;
+  AddFalseLoops(0.3, FalseLoopKind::kRandom, 9, &graph);
+  const PoseGraphSummary summary = SolvePoseGraph(&graph);
+  EXPECT_TRUE(summary.rejected.empty());
+  EXPECT_GT(Distance(graph, truth), 1.0);
+}
+
+TEST(PoseGraph, ASingleTrueLoopAfterLongDriftIsKept) {
+  // Nothing beside it confirms the loop; the uncertainty of the way round makes it plausible.
+  for (const RobustLoops robust :
+       {RobustLoops::kGnc, RobustLoops::kDcs, RobustLoops::kSwitchable}) {
+    PoseGraph graph = MakeSphere(10);
+    const auto loop = std::find_if(graph.edges.begin(), graph.edges.end(),
+                                   [](const auto& e) { return e.IsLoop(); });
+    graph.edges.erase(loop + 1, graph.edges.end());
+    InitializePoseGraph(&graph, Initialization::kOdometry);
+    EXPECT_GT(EdgeChi2(graph).back(), 22.46);
+    EXPECT_TRUE(SolvePoseGraph(&graph, {.robust = robust}).rejected.empty());
+  }
+}
+
+TEST(PoseGraph, TheThresholdOfLoopsIsAnOption) {
+  PoseGraph graph = MakeSphere(11);
+  InitializePoseGraph(&graph, Initialization::kChordal);
+  PoseGraph strict = graph;
+  EXPECT_TRUE(SolvePoseGraph(&graph, {.robust = RobustLoops::kGnc}).rejected.empty());
+  const PoseGraphSummary summary =
+      SolvePoseGraph(&strict, {.robust = RobustLoops::kGnc, .max_loop_chi2 = 5.0});
+  EXPECT_GT(summary.rejected.size(), 5u);
+  EXPECT_LT(summary.rejected.size(), CountLoops(strict));
+  for (const RejectedLoop& loop : summary.rejected) EXPECT_GT(loop.chi2, 5.0);
+}
+
+TEST(PoseGraph, CovarianceOfAChainIsTheSumOfItsSteps) {
+  PoseGraph chain = MakeField(12, 0.0, 1);  // straight along x
+  const std::int64_t ids[] = {2, 0};
+  const Eigen::MatrixXd covariance = PoseGraphCovariance(chain, ids);
+  ASSERT_EQ(covariance.rows(), 6);
+  // Two steps of 1 m: the turn of the first moves the second sideways.
+  const double p2 = 0.05 * 0.05, a2 = 0.02 * 0.02;
+  Eigen::Matrix3d expected;
+  expected << 2 * p2, 0, 0, 0, 2 * p2 + a2, a2, 0, a2, 2 * a2;
+  EXPECT_TRUE((covariance.topLeftCorner<3, 3>().isApprox(expected, 1e-9))) << covariance;
+  EXPECT_EQ(covariance.bottomRightCorner(3, 3).norm(), 0.0) << "the first node is known";
+}
+
+TEST(PoseGraph, CovarianceShrinksByLoopsAndCanLeaveThemOut) {
+  PoseGraph graph = MakeSphere(13);
+  const std::int64_t ids[] = {159};
+  const Eigen::MatrixXd with = PoseGraphCovariance(graph, ids);
+  std::vector<std::size_t> loops;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    if (graph.edges[e].IsLoop()) loops.push_back(e);
+  }
+  const Eigen::MatrixXd without = PoseGraphCovariance(graph, ids, loops);
+  ASSERT_EQ(with.rows(), 6);
+  EXPECT_GT(without.trace(), 5.0 * with.trace());
+  const std::size_t last_step[] = {158};
+  EXPECT_NO_THROW(PoseGraphCovariance(graph, ids, last_step));
+  std::vector<std::size_t> all(graph.edges.size());
+  std::iota(all.begin(), all.end(), 0u);
+  EXPECT_THROW(PoseGraphCovariance(graph, ids, all), InvalidArgument);
+  const std::int64_t unknown[] = {4711};
+  EXPECT_THROW(PoseGraphCovariance(graph, unknown), InvalidArgument);
+}
+
+TEST(PoseGraph, ProgressIsReportedAndAStopIsHeeded) {
+  PoseGraph graph = MakeSphere(14);
+  InitializePoseGraph(&graph, Initialization::kOdometry);
+  std::vector<PoseGraphProgress> seen;
+  std::atomic<bool> stop = false;
+  PoseGraphOptions options{.robust = RobustLoops::kGnc};
+  options.on_progress = [&](const PoseGraphProgress& progress) {
+    seen.push_back(progress);
+    stop = seen.size() == 2;
+  };
+  options.solver.stop = &stop;
+  const PoseGraphSummary summary = SolvePoseGraph(&graph, options);
+  EXPECT_EQ(summary.status, SolveStatus::kStopped);
+  ASSERT_EQ(seen.size(), 2u);
+  EXPECT_LT(seen[1].chi2, seen[0].chi2);
+}
+
+TEST(PoseGraph, BadGraphsAreRefusedByName) {
+  const PoseGraph good = MakeSphere(15);
+  PoseGraph bad;
+  ExpectInvalid(bad, "no edges");
+  bad = good;
+  bad.edges.clear();
+  ExpectInvalid(bad, "no edges");
+  bad = good;
+  bad.nodes[7].id = 6;
+  ExpectInvalid(bad, "node 6 is there twice");
+  bad = good;
+  bad.nodes[7].id = -7;
+  ExpectInvalid(bad, "node id -7 is negative");
+  bad = good;
+  bad.edges[3].j = 4711;
+  ExpectInvalid(bad, "node 4711 is not there");
+  bad = good;
+  bad.edges[3].j = bad.edges[3].i;
+  ExpectInvalid(bad, "to itself");
+  bad = good;
+  bad.nodes[5].pose.data()[1] = std::numeric_limits<double>::quiet_NaN();
+  ExpectInvalid(bad, "node 5 has a pose that is not finite");
+  bad = good;
+  bad.edges[5].Z.data()[1] = std::numeric_limits<double>::infinity();
+  ExpectInvalid(bad, "edge 5 6 has a pose that is not finite");
+  bad = good;
+  bad.edges[5].information(2, 2) = -1.0;
+  ExpectInvalid(bad, "edge 5 6 has an information matrix that is not positive definite");
+  bad.edges[5].information(2, 2) = std::numeric_limits<double>::quiet_NaN();
+  ExpectInvalid(bad, "not finite");
+  bad = good;
+  bad.edges[5].information(0, 1) = 1.0;
+  ExpectInvalid(bad, "not symmetric");
+  bad = good;
+  bad.edges[5].information = Eigen::Matrix3d::Identity();
+  ExpectInvalid(bad, "wrong size");
+  bad = MakeField(15);
+  bad.nodes[5].pose.data()[2] = 0.1;
+  ExpectInvalid(bad, "node 5 has a pose that leaves the plane");
+}
+
+TEST(PoseGraph, AGraphWithoutPosesMustBeInitializedFirst) {
+  PoseGraph graph = MakeSphere(16);
+  graph.has_poses = false;
+  EXPECT_THROW(SolvePoseGraph(&graph), InvalidArgument);
+  EXPECT_THROW(InitializePoseGraph(&graph, Initialization::kGiven), InvalidArgument);
+  InitializePoseGraph(&graph, Initialization::kTree);
+  EXPECT_NO_THROW(InitializePoseGraph(&graph, Initialization::kGiven));
+  EXPECT_THROW(SolvePoseGraph(&graph, {.max_loop_chi2 = -1.0}), InvalidArgument);
+}
+
+TEST(PoseGraph, NothingMovesWhereEverythingIsFixed) {
+  for (PoseGraph graph : {MakeSphere(17), MakeField(17)}) {
+    for (PoseGraphNode& node : graph.nodes) node.fixed = true;
+    const PoseGraph before = graph;
+    for (const Initialization initialization : kAllComposed) {
+      InitializePoseGraph(&graph, initialization);
+      for (const RobustLoops robust : {RobustLoops::kNone, RobustLoops::kGnc, RobustLoops::kDcs}) {
+        const PoseGraphSummary summary = SolvePoseGraph(&graph, {.robust = robust});
+        EXPECT_NE(summary.status, SolveStatus::kFailed) << summary.message;
+        EXPECT_GE(summary.iterations, 0);
+        EXPECT_EQ(Distance(graph, before), 0.0);
+      }
+    }
+  }
+}
+
+// 0.1 % above the lowest chi2 known is as good, below is better.
+class SharedPoseGraphs : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(kShared / "reference.json")) {
+      GTEST_SKIP() << "needs the pose graphs of shared/data";
+    }
+  }
+  static PoseGraph Read(const std::string& name) {
+    return ReadG2o(kShared / "posegraphs" / (name + ".g2o"));
+  }
+  static std::map<std::string, double> Reference() {
+    const auto reference = nlohmann::json::parse(std::ifstream(kShared / "reference.json"));
+    return reference.at("pose_graph_chi2").get<std::map<std::string, double>>();
+  }
+
+  inline static const std::filesystem::path kShared = HIGHWALL_SHARED_DATA;
+};
+
+TEST_F(SharedPoseGraphs, ReachTheKnownOptimumFromChordalInitialization) {
+  for (const auto& [name, chi2] : Reference()) {
+    PoseGraph graph = Read(name);
+    InitializePoseGraph(&graph, Initialization::kChordal);
+    EXPECT_LT(SolvePoseGraph(&graph).final_chi2, 1.001 * chi2) << name;
+  }
+}
+
+TEST_F(SharedPoseGraphs, ReachTheKnownOptimumFromTheirOwnPoses) {
+  for (const auto& [name, chi2] : Reference()) {
+    PoseGraph graph = Read(name);
+    // Its own poses lie in the basin of another minimum.
+    if (!graph.has_poses || name == "sphere_bignoise_vertex3") continue;
+    EXPECT_LT(SolvePoseGraph(&graph).final_chi2, 1.001 * chi2) << name;
+  }
+}
+
+TEST_F(SharedPoseGraphs, KeepTheirOptimumAmongFalseLoops) {
+  for (const std::string name : {"manhattan", "sphere2500"}) {
+    PoseGraph clean = Read(name);
+    InitializePoseGraph(&clean, Initialization::kChordal);
+    const double chi2 = SolvePoseGraph(&clean).final_chi2;
+    PoseGraph graph = clean;
+    const auto places = AddFalseLoops(0.3, FalseLoopKind::kRandom, 1, &graph);
+    InitializePoseGraph(&graph, Initialization::kChordal);
+    const PoseGraphSummary summary = SolvePoseGraph(&graph, {.robust = RobustLoops::kGnc});
+    std::size_t false_rejected = 0;
+    for (const RejectedLoop& loop : summary.rejected) false_rejected += loop.edge >= places.front();
+    EXPECT_GE(100 * false_rejected, 99 * places.size()) << name;
+    EXPECT_LE(100 * (summary.rejected.size() - false_rejected), CountLoops(clean)) << name;
+    graph.edges.resize(places.front());
+    EXPECT_NEAR(Chi2(graph), chi2, 0.05 * chi2) << name;
+  }
+}
+
+}  // namespace
+}  // namespace highwall
