@@ -88,4 +88,49 @@ bool LineManifold::MinusJacobian(const double* x, double* jacobian) const {
   return true;
 }
 
+Eigen::Matrix<double, 3, 2> UnitDirectionManifold::Basis(const double* x) {
+  const double sign = std::copysign(1.0, x[2]);
+  const double a = -1.0 / (sign + x[2]), b = x[0] * x[1] * a;
+  Eigen::Matrix<double, 3, 2> basis;
+  basis << 1.0 + sign * x[0] * x[0] * a, b,  //
+      sign * b, sign + x[1] * x[1] * a,      //
+      -sign * x[0], -x[1];
+  return basis;
+}
+
+bool UnitDirectionManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const Eigen::Map<const Eigen::Vector3d> n(x);
+  const Eigen::Map<const Eigen::Vector2d> d(delta);
+  const double angle = d.norm();
+  const double sinc = angle < 1e-4 ? 1.0 - angle * angle / 6.0 : std::sin(angle) / angle;
+  Eigen::Map<Eigen::Vector3d> out(x_plus_delta);
+  out = (std::cos(angle) * n + sinc * (Basis(x) * d)).normalized();
+  return true;
+}
+
+bool UnitDirectionManifold::PlusJacobian(const double* x, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 3, 2, Eigen::RowMajor>> J(jacobian);
+  J = Basis(x);
+  return true;
+}
+
+bool UnitDirectionManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  const Eigen::Map<const Eigen::Vector3d> n(x), m(y);
+  const Eigen::Vector2d across = Basis(x).transpose() * m;
+  const double along = n.dot(m), sine = across.norm();
+  Eigen::Map<Eigen::Vector2d> out(y_minus_x);
+  // angle / sine -> 1 / along for small angles; opposite directions have no unique step.
+  const bool small = sine < 1e-4 * std::abs(along) && along > 0.0;
+  const double tangent2 = small ? sine * sine / (along * along) : 0.0;
+  out = across * (small ? (1.0 - tangent2 / 3.0) / along : std::atan2(sine, along) / sine);
+  if (sine == 0.0 && along < 0.0) out = Eigen::Vector2d(std::acos(-1.0), 0.0);
+  return true;
+}
+
+bool UnitDirectionManifold::MinusJacobian(const double* x, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobian);
+  J = Basis(x).transpose();
+  return true;
+}
+
 }  // namespace highwall

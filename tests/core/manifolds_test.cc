@@ -5,9 +5,11 @@
 #include <ceres/manifold_test_utils.h>
 #include <gtest/gtest.h>
 
+#include <highwall/core/error.h>
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
 #include <highwall/core/so3.h>
+#include <highwall/core/unit_direction.h>
 
 #include "random_states.h"
 
@@ -135,6 +137,64 @@ TEST(LineManifold, ARotationOfUMovesTheLineAsARotationOfSpaceDoes) {
       Pose::FromTangent(Eigen::Vector3d::Zero(), U * dtheta) * line.Plucker();
   EXPECT_TRUE(moved.Plucker().n.isApprox(expected.n, 1e-12));
   EXPECT_TRUE(moved.Plucker().d.isApprox(expected.d, 1e-12));
+}
+
+TEST(UnitDirectionManifold, HoldsCeresInvariants) {
+  RandomStates random(9);
+  for (const double length : {0.0, 1e-5, 1e-3, 0.5, 2.0, 3.1}) {
+    for (int i = 0; i < 10; ++i) {
+      ExpectInvariants(UnitDirectionManifold(), random.Direction(), Step(&random, 2, length));
+    }
+    ExpectInvariants(UnitDirectionManifold(), -Eigen::Vector3d::UnitZ(), Step(&random, 2, length));
+    ExpectInvariants(UnitDirectionManifold(), Eigen::Vector3d::UnitX(), Step(&random, 2, length));
+  }
+}
+
+TEST(UnitDirectionManifold, AStepIsAnAngleAlongAGreatCircle) {
+  RandomStates random(10);
+  for (int i = 0; i < 20; ++i) {
+    const UnitDirection n(random.Direction());
+    const Eigen::Vector2d d = Step(&random, 2, 0.7);
+    UnitDirection moved;
+    ASSERT_TRUE(UnitDirectionManifold().Plus(n.data(), d.data(), moved.data()));
+    EXPECT_NEAR(moved.vector().norm(), 1.0, 1e-15);
+    EXPECT_NEAR(n.vector().dot(moved.vector()), std::cos(0.7), 1e-14);
+  }
+}
+
+TEST(UnitDirectionManifold, BasisIsOrthonormalEverywhere) {
+  RandomStates random(11);
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector3d n = i == 0 ? Eigen::Vector3d(0, 0, -1) : random.Direction();
+    Eigen::Matrix3d frame;
+    frame << UnitDirectionManifold::Basis(n.data()), n;
+    EXPECT_TRUE((frame.transpose() * frame).isIdentity(1e-14)) << n.transpose();
+  }
+}
+
+TEST(UnitDirectionManifold, LiftedJacobiansComeBackThroughPlusJacobian) {
+  RandomStates random(12);
+  const Eigen::Vector3d n = random.Direction();
+  const Eigen::Matrix2d J = random.Matrix<2>();
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> lifted;
+  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> plus;
+  UnitDirectionManifold::Lift<2>(n.data(), J, lifted.data());
+  UnitDirectionManifold().PlusJacobian(n.data(), plus.data());
+  EXPECT_TRUE((lifted * plus).isApprox(J, 1e-14));
+}
+
+TEST(UnitDirectionManifold, OppositeDirectionsAreHalfATurnApart) {
+  const Eigen::Vector3d n(0, 0, 1), m(0, 0, -1);
+  Eigen::Vector2d d;
+  ASSERT_TRUE(UnitDirectionManifold().Minus(m.data(), n.data(), d.data()));
+  EXPECT_NEAR(d.norm(), M_PI, 1e-15);
+}
+
+TEST(UnitDirection, IsNormalisedAndPointsDownUnlessTold) {
+  EXPECT_EQ(UnitDirection().vector(), Eigen::Vector3d(0, 0, -1));
+  EXPECT_TRUE(UnitDirection({3, 0, 4}).vector().isApprox(Eigen::Vector3d(0.6, 0, 0.8), 1e-15));
+  EXPECT_THROW(UnitDirection({0, 0, 0}), InvalidArgument);
+  EXPECT_THROW(UnitDirection({NAN, 0, 1}), InvalidArgument);
 }
 
 }  // namespace

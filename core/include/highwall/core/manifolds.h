@@ -75,4 +75,33 @@ class LineManifold final : public ceres::Manifold {
   }
 };
 
+// Unit direction block:  double[3] = n, |n| = 1   (class UnitDirection)
+// Tangent:               double[2] = d,  n <- cos|d| n + sin|d| / |d| B(n) d,
+// a step of |d| radians along a great circle. B(n), 3 x 2, is the orthonormal basis of the plane
+// across n of Duff et al. 2017, "Building an orthonormal basis, revisited", listing 3; it turns
+// where n_z changes its sign, which no factor may depend on.
+class UnitDirectionManifold final : public ceres::Manifold {
+ public:
+  static constexpr int kAmbientSize = 3;
+  static constexpr int kTangentSize = 2;
+
+  int AmbientSize() const override { return kAmbientSize; }
+  int TangentSize() const override { return kTangentSize; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+  // B(x).
+  static Eigen::Matrix<double, 3, 2> Basis(const double* x);
+
+  // As PoseManifold::Lift: J (kRows x 3, row major) with J * PlusJacobian(x) == tangent_jacobian.
+  template <int kRows>
+  static void Lift(const double* x, const Eigen::Matrix<double, kRows, 2>& tangent_jacobian,
+                   double* ambient_jacobian) {
+    Eigen::Map<Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>> out(ambient_jacobian);
+    out.noalias() = tangent_jacobian * Basis(x).transpose();
+  }
+};
+
 }  // namespace highwall

@@ -12,6 +12,7 @@
 #include <highwall/core/line3.h>
 #include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
+#include <highwall/core/unit_direction.h>
 
 namespace highwall {
 
@@ -41,6 +42,8 @@ struct VariableTraits<T> {
   static std::unique_ptr<ceres::Manifold> MakeManifold() {
     if constexpr (std::is_same_v<T, Pose>) return std::make_unique<PoseManifold>();
     if constexpr (std::is_same_v<T, OrthonormalLine>) return std::make_unique<LineManifold>();
+    if constexpr (std::is_same_v<T, UnitDirection>)
+      return std::make_unique<UnitDirectionManifold>();
     return nullptr;
   }
 };

@@ -56,24 +56,35 @@ class RgbdProjection {
     return {fx_ * p_C.x() * iz + cx_, fy_ * p_C.y() * iz + cy_, fxb_ * iz};  // Eq. 1
   }
 
-  // r = A y(p_C) + b at p_W [m] seen from `view`, and, where not null, its Jacobians in the tangent
-  // of PoseManifold and in p_W. Returns false and writes nothing where z < min_depth.
+  // r = A y(p_C) + b at p_C [m] and, where not null, its Jacobian. Returns false and writes nothing
+  // where z < min_depth.
+  template <int kRows>
+  bool EvaluateInCamera(const Eigen::Vector3d& p_C, const ProjectionRows<kRows>& rows,
+                        Eigen::Matrix<double, kRows, 1>* r,
+                        Eigen::Matrix<double, kRows, 3>* dr_dp_C) const {
+    if (!(p_C.z() >= min_depth_)) return false;
+    const Eigen::Vector3d y = Project(p_C);
+    *r = rows.A * y + rows.b;
+    if (dr_dp_C == nullptr) return true;
+    const double iz = 1.0 / p_C.z();
+    dr_dp_C->col(0) = rows.A.col(0) * (fx_ * iz);  // Eq. 3
+    dr_dp_C->col(1) = rows.A.col(1) * (fy_ * iz);
+    dr_dp_C->col(2) = rows.A * (Eigen::Vector3d(cx_, cy_, 0.0) - y) * iz;
+    return true;
+  }
+
+  // The same at p_W [m] seen from `view`, with the Jacobians in the tangent of PoseManifold and in
+  // p_W where not null.
   template <int kRows>
   bool Evaluate(const View& view, const ProjectionRows<kRows>& rows, const Eigen::Vector3d& p_W,
                 Eigen::Matrix<double, kRows, 1>* r, Eigen::Matrix<double, kRows, 6>* dr_dpose,
                 Eigen::Matrix<double, kRows, 3>* dr_dp_W) const {
+    const bool wants_jacobian = dr_dpose != nullptr || dr_dp_W != nullptr;
     const Eigen::Vector3d p_B = view.R_BW * (p_W - view.p_WB);
     const Eigen::Vector3d p_C = R_CB_ * p_B + p_CB_;  // Eq. 2
-    if (!(p_C.z() >= min_depth_)) return false;
-    const Eigen::Vector3d y = Project(p_C);
-    *r = rows.A * y + rows.b;
-    if (dr_dpose == nullptr && dr_dp_W == nullptr) return true;
-
-    const double iz = 1.0 / p_C.z();
-    Eigen::Matrix<double, kRows, 3> dr_dp_C;  // Eq. 3
-    dr_dp_C.col(0) = rows.A.col(0) * (fx_ * iz);
-    dr_dp_C.col(1) = rows.A.col(1) * (fy_ * iz);
-    dr_dp_C.col(2) = rows.A * (Eigen::Vector3d(cx_, cy_, 0.0) - y) * iz;
+    Eigen::Matrix<double, kRows, 3> dr_dp_C;
+    if (!EvaluateInCamera<kRows>(p_C, rows, r, wants_jacobian ? &dr_dp_C : nullptr)) return false;
+    if (!wants_jacobian) return true;
     const Eigen::Matrix<double, kRows, 3> dr_dp_B = dr_dp_C * R_CB_;
     const Eigen::Matrix<double, kRows, 3> J_p_W = dr_dp_B * view.R_BW;  // Eq. 4
     if (dr_dp_W != nullptr) *dr_dp_W = J_p_W;

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/stamp.h>
+
+namespace highwall {
+
+// One reading of an inertial measurement unit, in the body frame B.
+struct ImuSample {
+  Stamp stamp = 0;                                          // [ns] of the IMU's clock
+  Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();      // [rad/s]
+  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  // [m/s^2] specific force
+};
+
+// The readings of [start, end]: the first has the stamp `start`, the last `end`.
+struct ImuInterval {
+  std::vector<ImuSample> samples;  // strictly increasing stamps, at least 2
+  double largest_step = 0.0;       // [s] between neighbouring readings of the sensor
+  int gaps = 0;                    // steps above ImuBufferOptions::max_step
+
+  bool HasGap() const { return gaps > 0; }
+};
+
+struct ImuBufferOptions {
+  double max_step = 0.1;  // [s] > 0; readings farther apart than this are a gap
+  double horizon = 30.0;  // [s] > max_step; readings older than this are forgotten
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// What became of a reading that was given to an ImuBuffer.
+enum class ImuSampleStatus {
+  kAdded,      // the newest reading
+  kReordered,  // came late, and was put in its place
+  kDuplicate,  // its stamp is there already: dropped, the first one stays
+  kTooOld,     // came after everything around it was forgotten: dropped
+  kNotFinite,  // dropped
+};
+const char* ToString(ImuSampleStatus status);
+
+// Orders the readings of an IMU by stamp, and cuts out what lies between two images.
+class ImuBuffer {
+ public:
+  // Throws InvalidArgument on bad options.
+  explicit ImuBuffer(const ImuBufferOptions& options = {});
+
+  ImuSampleStatus Add(const ImuSample& sample);
+
+  // The readings of [start, end], linearly interpolated at both ends, unless readings are there.
+  // Empty where the buffer does not reach from start to end. A gap is bridged and counted: it is
+  // the caller's choice to use such an interval. Throws InvalidArgument unless start < end.
+  // docs/factors/imu_buffer.md, Eq. 1
+  std::optional<ImuInterval> Between(Stamp start, Stamp end) const;
+
+  bool empty() const { return samples_.empty(); }
+  std::size_t size() const { return samples_.size(); }
+  // Throw InvalidArgument if the buffer is empty.
+  Stamp oldest() const;
+  Stamp newest() const;
+
+ private:
+  ImuBufferOptions options_;
+  std::deque<ImuSample> samples_;
+  std::optional<Stamp> forgotten_;  // stamp of the newest reading that was forgotten
+};
+
+}  // namespace highwall

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <highwall/core/pose.h>
+#include <highwall/factors/imu_buffer.h>
+
+namespace highwall {
+
+using ImuBias = Eigen::Matrix<double, 6, 1>;  // [b_g b_a], rad/s and m/s^2
+
+// Continuous noise densities of an IMU. Defaults: ADIS16448, the IMU of the EuRoC sequences.
+struct ImuNoise {
+  double gyroscope = 1.6968e-4;        // [rad/s/sqrt(Hz)] > 0
+  double accelerometer = 2.0e-3;       // [m/s^2/sqrt(Hz)] > 0
+  double gyroscope_walk = 1.9393e-5;   // [rad/s^2/sqrt(Hz)] > 0
+  double accelerometer_walk = 3.0e-3;  // [m/s^3/sqrt(Hz)] > 0
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct ImuPreintegrationOptions {
+  ImuNoise noise = {};
+  // A bias that moved farther than this from where the samples were integrated leaves the range of
+  // the first-order correction: see NeedsReintegration().
+  double max_gyroscope_change = 0.01;     // [rad/s] > 0
+  double max_accelerometer_change = 0.1;  // [m/s^2] > 0
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// What the samples of an interval say about the motion, whatever the state at its start.
+// Rows and columns of 15 are [theta v p b_g b_a], of 9 [theta v p]; theta is on the right of R.
+struct ImuDelta {
+  double duration = 0.0;                                  // [s]
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();  // Delta R
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();            // Delta v [m/s]
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();            // Delta p [m]
+  ImuBias bias = ImuBias::Zero();                         // where it was integrated
+  Eigen::Matrix<double, 9, 6> bias_jacobian = Eigen::Matrix<double, 9, 6>::Zero();
+
+  // Moved to another bias, to first order.                                              Eq. 7
+  struct Motion {
+    Eigen::Quaterniond q;
+    Eigen::Vector3d v, p;
+  };
+  Motion At(const ImuBias& other) const;
+};
+
+// Position, orientation and velocity of the body in the world.
+struct ImuState {
+  Pose T_WB;
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  // [m/s]
+};
+
+// Preintegrates the readings of an IMU between two instants.
+//
+//   Delta R = R_i^T R_j,   Delta v = R_i^T (v_j - v_i - g T),
+//   Delta p = R_i^T (p_j - p_i - v_i T - g T^2 / 2)     docs/factors/imu_preintegration.md, Eq. 1
+//
+// A value; computed once, by the constructor, with one heap allocation for the copy of the samples.
+// Source: Forster, Carlone, Dellaert, Scaramuzza, "On-manifold preintegration for real-time
+// visual-inertial odometry", IEEE T-RO 33(1), 2017.
+class ImuPreintegration {
+ public:
+  // samples: at least 2, strictly increasing stamps (ImuBuffer::Between); the interval is from the
+  // first stamp to the last. bias: the estimate at its start. Throws InvalidArgument if a sample or
+  // the bias is not finite, if stamps do not increase, and on bad options.
+  ImuPreintegration(std::span<const ImuSample> samples, const ImuBias& bias,
+                    const ImuPreintegrationOptions& options = {});
+
+  const ImuDelta& delta() const { return delta_; }
+  // 15 x 15, of measured minus true motion and of the walk of the biases until the end.
+  const Eigen::Matrix<double, 15, 15>& covariance() const { return covariance_; }
+  Stamp start() const { return samples_.front().stamp; }
+  Stamp end() const { return samples_.back().stamp; }
+  std::span<const ImuSample> samples() const { return samples_; }
+
+  // The state at the end from the one at the start. gravity_W [m/s^2].                   Eq. 8
+  ImuState Predict(const ImuState& start, const ImuBias& bias,
+                   const Eigen::Vector3d& gravity_W) const;
+
+  // The bias left the range of the first-order correction: use Reintegrated(bias) instead.
+  bool NeedsReintegration(const ImuBias& bias) const;
+  ImuPreintegration Reintegrated(const ImuBias& bias) const;
+
+ private:
+  void Integrate();
+
+  std::vector<ImuSample> samples_;
+  ImuPreintegrationOptions options_;
+  ImuDelta delta_;
+  Eigen::Matrix<double, 15, 15> covariance_;
+};
+
+}  // namespace highwall

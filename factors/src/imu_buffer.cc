@@ -1,0 +1,108 @@
+#include <highwall/factors/imu_buffer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+bool Earlier(const ImuSample& sample, Stamp stamp) {
+  return sample.stamp < stamp;
+}
+
+// Eq. 1
+ImuSample Interpolate(const ImuSample& a, const ImuSample& b, Stamp stamp) {
+  const double s = ToSeconds(stamp - a.stamp) / ToSeconds(b.stamp - a.stamp);
+  return {stamp, (1.0 - s) * a.gyroscope + s * b.gyroscope,
+          (1.0 - s) * a.accelerometer + s * b.accelerometer};
+}
+
+}  // namespace
+
+void ImuBufferOptions::Validate() const {
+  HIGHWALL_REQUIRE(
+      std::isfinite(max_step) && max_step > 0.0,
+      "ImuBufferOptions::max_step must be positive [s], is " + std::to_string(max_step));
+  HIGHWALL_REQUIRE(
+      std::isfinite(horizon) && horizon > max_step,
+      "ImuBufferOptions::horizon must exceed max_step [s], is " + std::to_string(horizon));
+}
+
+const char* ToString(ImuSampleStatus status) {
+  switch (status) {
+    case ImuSampleStatus::kAdded:
+      return "added";
+    case ImuSampleStatus::kReordered:
+      return "reordered";
+    case ImuSampleStatus::kDuplicate:
+      return "duplicate";
+    case ImuSampleStatus::kTooOld:
+      return "too old";
+    case ImuSampleStatus::kNotFinite:
+      return "not finite";
+  }
+  return "unknown";
+}
+
+ImuBuffer::ImuBuffer(const ImuBufferOptions& options) : options_(options) {
+  options_.Validate();
+}
+
+ImuSampleStatus ImuBuffer::Add(const ImuSample& sample) {
+  if (!sample.gyroscope.allFinite() || !sample.accelerometer.allFinite()) {
+    return ImuSampleStatus::kNotFinite;
+  }
+  if (forgotten_ && sample.stamp <= *forgotten_) return ImuSampleStatus::kTooOld;
+  const auto place = std::lower_bound(samples_.begin(), samples_.end(), sample.stamp, Earlier);
+  if (place != samples_.end() && place->stamp == sample.stamp) return ImuSampleStatus::kDuplicate;
+  const bool newest = place == samples_.end();
+  samples_.insert(place, sample);
+  if (!newest) return ImuSampleStatus::kReordered;
+
+  const Stamp limit = sample.stamp - FromSeconds(options_.horizon);
+  while (samples_.front().stamp < limit) {
+    forgotten_ = samples_.front().stamp;
+    samples_.pop_front();
+  }
+  return ImuSampleStatus::kAdded;
+}
+
+std::optional<ImuInterval> ImuBuffer::Between(Stamp start, Stamp end) const {
+  HIGHWALL_REQUIRE(start < end, "ImuBuffer::Between: start " + FormatStamp(start) +
+                                    " s is not before end " + FormatStamp(end) + " s");
+  if (samples_.empty() || samples_.front().stamp > start || samples_.back().stamp < end) {
+    return std::nullopt;
+  }
+  // The readings at or around both ends: first <= start, last >= end.
+  auto first = std::lower_bound(samples_.begin(), samples_.end(), start, Earlier);
+  if (first->stamp > start) --first;
+  const auto last = std::lower_bound(first, samples_.end(), end, Earlier);
+
+  ImuInterval interval;
+  interval.samples.reserve(static_cast<std::size_t>(last - first) + 1);
+  interval.samples.push_back(first->stamp == start ? *first
+                                                   : Interpolate(*first, *(first + 1), start));
+  for (auto it = first + 1; it <= last; ++it) {
+    const double step = ToSeconds(it->stamp - (it - 1)->stamp);
+    interval.largest_step = std::max(interval.largest_step, step);
+    if (step > options_.max_step) ++interval.gaps;
+    if (it->stamp < end) interval.samples.push_back(*it);
+  }
+  interval.samples.push_back(last->stamp == end ? *last : Interpolate(*(last - 1), *last, end));
+  return interval;
+}
+
+Stamp ImuBuffer::oldest() const {
+  HIGHWALL_REQUIRE(!samples_.empty(), "ImuBuffer::oldest: the buffer is empty");
+  return samples_.front().stamp;
+}
+
+Stamp ImuBuffer::newest() const {
+  HIGHWALL_REQUIRE(!samples_.empty(), "ImuBuffer::newest: the buffer is empty");
+  return samples_.back().stamp;
+}
+
+}  // namespace highwall

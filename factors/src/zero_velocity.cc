@@ -1,0 +1,79 @@
+#include <highwall/factors/zero_velocity.h>
+
+#include <cmath>
+#include <string>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+void RequirePositive(double value, const char* name) {
+  HIGHWALL_REQUIRE(std::isfinite(value) && value > 0.0,
+                   std::string(name) + " must be positive, is " + std::to_string(value));
+}
+
+struct Means {
+  Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();
+};
+
+Means MeansOf(std::span<const ImuSample> samples) {
+  Means means;
+  for (const ImuSample& sample : samples) {
+    means.gyroscope += sample.gyroscope;
+    means.accelerometer += sample.accelerometer;
+  }
+  means.gyroscope /= static_cast<double>(samples.size());
+  means.accelerometer /= static_cast<double>(samples.size());
+  return means;
+}
+
+}  // namespace
+
+ZeroVelocity::ZeroVelocity(double sigma) : inverse_sigma_(1.0 / sigma) {
+  RequirePositive(sigma, "ZeroVelocity: sigma");
+}
+
+bool ZeroVelocity::Evaluate(double const* const* parameters, double* residuals,
+                            double** jacobians) const {
+  for (int i = 0; i < 3; ++i) residuals[i] = inverse_sigma_ * parameters[0][i];  // Eq. 1
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    for (int i = 0; i < 9; ++i) jacobians[0][i] = i % 4 == 0 ? inverse_sigma_ : 0.0;
+  }
+  return true;
+}
+
+void StationaryOptions::Validate() const {
+  RequirePositive(gyroscope_sigma, "StationaryOptions::gyroscope_sigma");
+  RequirePositive(accelerometer_sigma, "StationaryOptions::accelerometer_sigma");
+  RequirePositive(max_statistic, "StationaryOptions::max_statistic");
+  RequirePositive(max_rate, "StationaryOptions::max_rate");
+  RequirePositive(min_duration, "StationaryOptions::min_duration");
+}
+
+double StationaryStatistic(std::span<const ImuSample> samples, const StationaryOptions& options) {
+  options.Validate();
+  HIGHWALL_REQUIRE(samples.size() >= 2, "StationaryStatistic needs at least 2 samples");
+  const Means means = MeansOf(samples);
+  double gyroscope = 0.0, accelerometer = 0.0;
+  for (const ImuSample& sample : samples) {
+    gyroscope += (sample.gyroscope - means.gyroscope).squaredNorm();
+    accelerometer += (sample.accelerometer - means.accelerometer).squaredNorm();
+  }
+  gyroscope /= options.gyroscope_sigma * options.gyroscope_sigma;
+  accelerometer /= options.accelerometer_sigma * options.accelerometer_sigma;
+  // Eq. 2: six axes, one degree of freedom each spent on the mean.
+  return (gyroscope + accelerometer) / (6.0 * static_cast<double>(samples.size() - 1));
+}
+
+bool IsStationary(std::span<const ImuSample> samples, const StationaryOptions& options) {
+  options.Validate();
+  if (samples.size() < 2) return false;
+  const double duration = ToSeconds(samples.back().stamp - samples.front().stamp);
+  return duration >= options.min_duration &&
+         StationaryStatistic(samples, options) <= options.max_statistic &&
+         MeansOf(samples).gyroscope.norm() <= options.max_rate;
+}
+
+}  // namespace highwall

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+
+#include <ceres/autodiff_cost_function.h>
+#include <Eigen/Core>
+
+#include "reprojection_twins.h"
+
+// Autodiff twins of the reprojection factors with a calibration block.
+namespace highwall::twins {
+
+template <int kRows>
+struct TimeOffset {
+  Point<kRows> point;
+  Eigen::Matrix<double, kRows, 1> velocity;
+  double t_d_state;
+
+  template <typename T>
+  bool operator()(const T* T_WB, const T* p_W, const T* t_d, T* residuals) const {
+    point(T_WB, p_W, residuals);
+    Eigen::Map<Eigen::Matrix<T, kRows, 1>> r(residuals);
+    r += point.W.template cast<T>() * velocity.template cast<T>() * (*t_d - T(t_d_state));
+    return true;
+  }
+};
+
+template <int kRows>
+struct Extrinsics {
+  Point<kRows> point;
+
+  template <typename T>
+  bool operator()(const T* T_WB, const T* p_W, const T* T_BC, T* residuals) const {
+    const Eigen::Map<const Vector3<T>> p_WB(T_WB), p_BC(T_BC), p(p_W);
+    const Eigen::Map<const Eigen::Quaternion<T>> q_WB(T_WB + 3), q_BC(T_BC + 3);
+    const Vector3<T> p_B = q_WB.conjugate() * (p - p_WB);
+    const Vector3<T> p_C = q_BC.conjugate() * (p_B - p_BC);
+    Eigen::Matrix<T, kRows, 1> y;
+    y.template head<2>() = point.rig.template Pixel<T>(p_C);
+    if constexpr (kRows == 3) y(2) = point.rig.template Disparity<T>(p_C);
+    Eigen::Map<Eigen::Matrix<T, kRows, 1>> r(residuals);
+    r = point.W.template cast<T>() * (y - point.z.template cast<T>());
+    return true;
+  }
+};
+
+template <int kRows>
+std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<kRows>& twin) {
+  using Cost = ceres::AutoDiffCostFunction<TimeOffset<kRows>, kRows, 7, 3, 1>;
+  return std::make_unique<Cost>(new TimeOffset<kRows>(twin));
+}
+
+template <int kRows>
+std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twin) {
+  using Cost = ceres::AutoDiffCostFunction<Extrinsics<kRows>, kRows, 7, 3, 7>;
+  return std::make_unique<Cost>(new Extrinsics<kRows>(twin));
+}
+
+}  // namespace highwall::twins

@@ -1,0 +1,136 @@
+#include <highwall/factors/imu_buffer.h>
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr Stamp kMs = 1'000'000;
+
+// The gyroscope reads the time in seconds along x, the accelerometer ten times that along z.
+ImuSample At(Stamp stamp) {
+  const double t = ToSeconds(stamp);
+  return {stamp, {t, 0.0, 0.0}, {0.0, 0.0, 10.0 * t}};
+}
+
+ImuBuffer Filled(const std::vector<Stamp>& stamps, const ImuBufferOptions& options = {}) {
+  ImuBuffer buffer(options);
+  for (const Stamp stamp : stamps) buffer.Add(At(stamp));
+  return buffer;
+}
+
+std::vector<Stamp> Stamps(const ImuInterval& interval) {
+  std::vector<Stamp> stamps;
+  for (const ImuSample& sample : interval.samples) stamps.push_back(sample.stamp);
+  return stamps;
+}
+
+TEST(ImuBuffer, InterpolatesAtTheImageStamps) {
+  const auto interval = Filled({0, 5 * kMs, 10 * kMs, 15 * kMs}).Between(2 * kMs, 11 * kMs);
+  ASSERT_TRUE(interval);
+  EXPECT_EQ(Stamps(*interval), (std::vector<Stamp>{2 * kMs, 5 * kMs, 10 * kMs, 11 * kMs}));
+  for (const ImuSample& sample : interval->samples) {
+    EXPECT_NEAR(sample.gyroscope.x(), ToSeconds(sample.stamp), 1e-17);
+    EXPECT_NEAR(sample.accelerometer.z(), 10.0 * ToSeconds(sample.stamp), 1e-16);
+  }
+  EXPECT_NEAR(interval->largest_step, 0.005, 1e-15);
+  EXPECT_FALSE(interval->HasGap());
+}
+
+TEST(ImuBuffer, TakesReadingsAtTheEndsAsTheyAre) {
+  const auto interval = Filled({0, 5 * kMs, 10 * kMs}).Between(0, 10 * kMs);
+  ASSERT_TRUE(interval);
+  EXPECT_EQ(Stamps(*interval), (std::vector<Stamp>{0, 5 * kMs, 10 * kMs}));
+}
+
+TEST(ImuBuffer, CutsAnIntervalBetweenTwoReadings) {
+  const auto interval = Filled({0, 5 * kMs, 10 * kMs}).Between(6 * kMs, 8 * kMs);
+  ASSERT_TRUE(interval);
+  EXPECT_EQ(Stamps(*interval), (std::vector<Stamp>{6 * kMs, 8 * kMs}));
+  EXPECT_NEAR(interval->samples[0].gyroscope.x(), 0.006, 1e-17);
+}
+
+TEST(ImuBuffer, NeighbouringIntervalsShareTheirEnd) {
+  const ImuBuffer buffer = Filled({0, 5 * kMs, 10 * kMs, 15 * kMs});
+  const auto a = buffer.Between(1 * kMs, 7 * kMs), b = buffer.Between(7 * kMs, 14 * kMs);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(a->samples.back().gyroscope, b->samples.front().gyroscope);
+}
+
+TEST(ImuBuffer, HasNothingForAnIntervalItDoesNotReach) {
+  const ImuBuffer buffer = Filled({5 * kMs, 10 * kMs});
+  EXPECT_FALSE(buffer.Between(4 * kMs, 8 * kMs));
+  EXPECT_FALSE(buffer.Between(6 * kMs, 11 * kMs));
+  EXPECT_TRUE(buffer.Between(5 * kMs, 10 * kMs));
+  EXPECT_FALSE(ImuBuffer().Between(0, 1));
+}
+
+TEST(ImuBuffer, ReportsGapsAboveATenthOfASecond) {
+  const ImuBuffer buffer = Filled({0, 5 * kMs, 106 * kMs, 110 * kMs, 210 * kMs});
+  const auto interval = buffer.Between(0, 210 * kMs);
+  ASSERT_TRUE(interval);
+  // 101 ms is a gap, 100 ms is none.
+  EXPECT_EQ(interval->gaps, 1);
+  EXPECT_NEAR(interval->largest_step, 0.101, 1e-12);
+  // A gap counts for an interval that lies inside of it.
+  EXPECT_TRUE(buffer.Between(50 * kMs, 60 * kMs)->HasGap());
+  EXPECT_FALSE(buffer.Between(106 * kMs, 110 * kMs)->HasGap());
+}
+
+TEST(ImuBuffer, PutsLateReadingsInTheirPlace) {
+  ImuBuffer buffer = Filled({0, 10 * kMs});
+  EXPECT_EQ(buffer.Add(At(5 * kMs)), ImuSampleStatus::kReordered);
+  EXPECT_EQ(Stamps(*buffer.Between(0, 10 * kMs)), (std::vector<Stamp>{0, 5 * kMs, 10 * kMs}));
+  EXPECT_EQ(buffer.newest(), 10 * kMs);
+}
+
+TEST(ImuBuffer, KeepsTheFirstOfDuplicates) {
+  ImuBuffer buffer = Filled({0, 5 * kMs});
+  ImuSample other = At(5 * kMs);
+  other.gyroscope.x() = 99.0;
+  EXPECT_EQ(buffer.Add(other), ImuSampleStatus::kDuplicate);
+  EXPECT_EQ(buffer.size(), 2u);
+  EXPECT_NEAR(buffer.Between(0, 5 * kMs)->samples.back().gyroscope.x(), 0.005, 1e-17);
+}
+
+TEST(ImuBuffer, DropsReadingsThatAreNotFinite) {
+  ImuBuffer buffer;
+  ImuSample bad = At(0);
+  bad.accelerometer.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(buffer.Add(bad), ImuSampleStatus::kNotFinite);
+  bad = At(0);
+  bad.gyroscope.y() = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(buffer.Add(bad), ImuSampleStatus::kNotFinite);
+  EXPECT_TRUE(buffer.empty());
+}
+
+TEST(ImuBuffer, ForgetsWhatIsBeyondItsHorizon) {
+  ImuBuffer buffer = Filled({0, 500 * kMs, 1000 * kMs}, {.max_step = 0.1, .horizon = 1.0});
+  EXPECT_EQ(buffer.oldest(), 0);
+  EXPECT_EQ(buffer.Add(At(1001 * kMs)), ImuSampleStatus::kAdded);
+  EXPECT_EQ(buffer.oldest(), 500 * kMs);
+  EXPECT_EQ(buffer.Add(At(0)), ImuSampleStatus::kTooOld);
+  EXPECT_EQ(buffer.Add(At(1)), ImuSampleStatus::kReordered);
+}
+
+TEST(ImuBuffer, NamesWhatBecameOfAReading) {
+  EXPECT_STREQ(ToString(ImuSampleStatus::kAdded), "added");
+  EXPECT_STREQ(ToString(ImuSampleStatus::kNotFinite), "not finite");
+}
+
+TEST(ImuBuffer, RefusesBadArguments) {
+  EXPECT_THROW(ImuBuffer({.max_step = 0.0}), InvalidArgument);
+  EXPECT_THROW(ImuBuffer({.max_step = 1.0, .horizon = 0.5}), InvalidArgument);
+  const ImuBuffer buffer = Filled({0, 5 * kMs});
+  EXPECT_THROW(buffer.Between(5, 5), InvalidArgument);
+  EXPECT_THROW(buffer.Between(5, 4), InvalidArgument);
+  EXPECT_THROW(ImuBuffer().oldest(), InvalidArgument);
+  EXPECT_THROW(ImuBuffer().newest(), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall
