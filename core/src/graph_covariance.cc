@@ -51,8 +51,9 @@ Eigen::MatrixXd TangentCovariance(ceres::Problem& problem, const std::vector<dou
   if (columns == 0) return Eigen::MatrixXd::Zero(size, size);
 
   const SparseMatrix J = Linearize(problem, unknown);
-  Eigen::VectorXd scale(columns);
-  for (int c = 0; c < columns; ++c) scale[c] = J.col(c).norm();
+  // Zero where no factor says anything; Eigen refuses the norm of a column without rows.
+  Eigen::VectorXd scale = Eigen::VectorXd::Zero(columns);
+  for (int c = 0; c < columns && J.rows() > 0; ++c) scale[c] = J.col(c).norm();
   const std::string message =
       "Covariance: the factors do not determine every variable (rank-deficient): fix one, or add a "
       "prior";
