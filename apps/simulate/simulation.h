@@ -44,7 +44,7 @@ struct SimulatedFrame {
 // nothing else is said; the IMU's is options().imu.time_offset ahead.
 class Simulation {
  public:
-  // intensity: of the vibration along the trajectory. Throws InvalidArgument.
+  // intensity: of the vibration that the IMU feels. Throws InvalidArgument.
   Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
              VibrationIntensity intensity = {});
 
