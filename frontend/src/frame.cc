@@ -1,10 +1,10 @@
 #include <highwall/frontend/frame.h>
 
 #include <algorithm>
-#include <cstdint>
-#include <cstdlib>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <exception>
 #include <string>
 #include <thread>

@@ -6,6 +6,18 @@
 
 namespace highwall {
 
+const char* ToString(ImuWeighting policy) {
+  switch (policy) {
+    case ImuWeighting::kPaper:
+      return "paper";
+    case ImuWeighting::kConsistent:
+      return "consistent";
+    case ImuWeighting::kFixed:
+      return "fixed";
+  }
+  return "unknown";
+}
+
 void ImuWeightingOptions::Validate() const {
   HIGHWALL_REQUIRE(std::isfinite(fixed_weight) && fixed_weight > 0.0,
                    "ImuWeightingOptions::fixed_weight must be positive");

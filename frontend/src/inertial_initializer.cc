@@ -61,9 +61,8 @@ class Problem {
       biases_.push_back(graph_.AddVariable(guess.bias));
     }
     for (std::size_t i = 0; i + 1 < n; ++i) {
-      graph_.AddFactor(std::make_unique<ImuGravityFactor>(motion.imu[i]), poses_[i],
-                       velocities_[i], biases_[i], poses_[i + 1], velocities_[i + 1],
-                       biases_[i + 1], gravity_);
+      graph_.AddFactor(std::make_unique<ImuGravityFactor>(motion.imu[i]), poses_[i], velocities_[i],
+                       biases_[i], poses_[i + 1], velocities_[i + 1], biases_[i + 1], gravity_);
     }
     rows_ = 15 * static_cast<int>(n - 1);
   }

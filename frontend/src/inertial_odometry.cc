@@ -31,9 +31,9 @@ Matrix6 WorldRotation(const Eigen::Matrix3d& R) {
 // The turn about z and the shift that are nearest to a rigid motion at the point p.
 Pose YawAndShift(const Pose& T, const Eigen::Vector3d& p) {
   const Eigen::Quaterniond q = T.q();
-  const Eigen::Quaterniond yaw =
-      q.w() == 0.0 && q.z() == 0.0 ? Eigen::Quaterniond::Identity()
-                                   : Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
+  const Eigen::Quaterniond yaw = q.w() == 0.0 && q.z() == 0.0
+                                     ? Eigen::Quaterniond::Identity()
+                                     : Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
   return Pose(yaw, T * p - yaw * p);
 }
 
@@ -143,9 +143,9 @@ std::optional<KnownPose> InertialOdometry::Predict(Stamp image) const {
   Vector6 common;
   common << Eigen::Vector3d::Constant(options_.visual_noise.position),
       Eigen::Vector3d::Constant(options_.visual_noise.rotation);
-  const Matrix6 covariance = options_.prediction_inflation *
-                             (J * camera.covariance * J.transpose() +
-                              Matrix6(common.cwiseProduct(common).asDiagonal()));
+  const Matrix6 covariance =
+      options_.prediction_inflation *
+      (J * camera.covariance * J.transpose() + Matrix6(common.cwiseProduct(common).asDiagonal()));
   return KnownPose{T_WO_ * camera.T_WC, SqrtInformation(covariance)};
 }
 
@@ -163,6 +163,10 @@ InertialReport InertialOdometry::Update(const Observation& observation) {
   }
   if (observation.visual) last_visual_ = observation.image;
   report.status = status_;
+  report.estimate = estimate();
+  report.gravity_sigma = gravity_sigma();
+  report.time_offset = time_offset();
+  report.time_offset_sigma = time_offset_sigma();
   return report;
 }
 
@@ -248,16 +252,14 @@ void InertialOdometry::Advance(const Observation& observation, InertialReport& r
   bias_ = window_->newest().bias;
   time_offset_ = window_->time_offset();
   status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
-  if (last_visual_ &&
-      ToSeconds(observation.image - *last_visual_) > options_.max_dead_reckoning) {
+  if (last_visual_ && ToSeconds(observation.image - *last_visual_) > options_.max_dead_reckoning) {
     Stop();
   }
 }
 
 void InertialOdometry::Restart(const Observation& observation, InertialReport& report) {
   report.restarted = true;
-  if (!observation.visual || buffer_.empty() ||
-      buffer_.newest() < ImuStamp(observation.image)) {
+  if (!observation.visual || buffer_.empty() || buffer_.newest() < ImuStamp(observation.image)) {
     Stop();
     return;
   }
@@ -317,8 +319,7 @@ void InertialOdometry::MoveMap(const Pose& T_new_old) {
 }
 
 VisualPose InertialOdometry::InO(const VisualPose& visual_W) const {
-  return {T_WO_.Inverse() * visual_W.T_WC,
-          visual_W.sqrt_information * WorldRotation(T_WO_.R())};
+  return {T_WO_.Inverse() * visual_W.T_WC, visual_W.sqrt_information * WorldRotation(T_WO_.R())};
 }
 
 std::optional<InertialEstimate> InertialOdometry::estimate() const {

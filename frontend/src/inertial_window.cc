@@ -75,26 +75,22 @@ InertialWindow::InertialWindow(const ImuCalibration& calibration,
   const Matrix15& P = prior.estimate.covariance;
   // The first state's parts are taken for independent: what couples them is forgotten, which makes
   // the prior no more certain in any of them.
-  smoother_.AddFactor(
-      std::make_unique<PosePrior>(prior.estimate.state.T_WB,
-                                  SqrtInformation(P.topLeftCorner<6, 6>().eval())),
-      state_.pose);
-  smoother_.AddFactor(
-      std::make_unique<VectorPrior<3>>(prior.estimate.state.v_WB,
-                                       SqrtInformation(P.block<3, 3>(kV, kV).eval())),
-      state_.velocity);
-  smoother_.AddFactor(
-      std::make_unique<VectorPrior<6>>(prior.estimate.bias,
-                                       SqrtInformation(P.block<6, 6>(kB, kB).eval())),
-      state_.bias);
+  smoother_.AddFactor(std::make_unique<PosePrior>(prior.estimate.state.T_WB,
+                                                  SqrtInformation(P.topLeftCorner<6, 6>().eval())),
+                      state_.pose);
+  smoother_.AddFactor(std::make_unique<VectorPrior<3>>(
+                          prior.estimate.state.v_WB, SqrtInformation(P.block<3, 3>(kV, kV).eval())),
+                      state_.velocity);
+  smoother_.AddFactor(std::make_unique<VectorPrior<6>>(
+                          prior.estimate.bias, SqrtInformation(P.block<6, 6>(kB, kB).eval())),
+                      state_.bias);
   smoother_.AddFactor(std::make_unique<DirectionPrior>(prior.gravity_W, prior.gravity_sigma),
                       gravity_);
   if (free_time_offset) {
-    smoother_.AddFactor(
-        std::make_unique<VectorPrior<1>>(
-            Eigen::Matrix<double, 1, 1>::Constant(prior.time_offset),
-            Eigen::Matrix<double, 1, 1>::Constant(1.0 / prior.time_offset_sigma)),
-        time_offset_);
+    smoother_.AddFactor(std::make_unique<VectorPrior<1>>(
+                            Eigen::Matrix<double, 1, 1>::Constant(prior.time_offset),
+                            Eigen::Matrix<double, 1, 1>::Constant(1.0 / prior.time_offset_sigma)),
+                        time_offset_);
   } else {
     smoother_.Fix(time_offset_);
   }

@@ -239,8 +239,8 @@ void LocalMapper::CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport&
       if (others >= kOthers) ++redundant;
     }
     if (total == 0 || redundant < options_.redundant_share * total) continue;
-    if (const KeyFrame* next = map.Successor(id); next != nullptr && keyframe.motion &&
-        keyframe.motion->from_previous != nullptr &&
+    if (const KeyFrame* next = map.Successor(id);
+        next != nullptr && keyframe.motion && keyframe.motion->from_previous != nullptr &&
         ToSeconds(next->motion->stamp - keyframe.motion->from_previous->start()) >
             options_.max_motion_gap) {
       continue;

@@ -126,7 +126,8 @@ void SlamSystem::Fuse(TrackedFrame& tracked, FrameResult& result) {
   if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
   usual_sharpness_ += (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (sharpness - usual_sharpness_);
   if (last_points_ > 0) {
-    observation.tracked_share = std::min(1.0, static_cast<double>(tracked.num_points) / last_points_);
+    observation.tracked_share =
+        std::min(1.0, static_cast<double>(tracked.num_points) / last_points_);
   }
   last_points_ = tracked.num_points;
   if (tracked.state == TrackingState::kTracking) {

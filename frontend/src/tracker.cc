@@ -271,9 +271,8 @@ bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
     line_features.push_back(i);
   }
   PoseSolverOptions options = options_.pose;
-  options.min_support = predicted != nullptr
-                            ? std::min(min_support, options_.min_predicted_support)
-                            : min_support;
+  options.min_support =
+      predicted != nullptr ? std::min(min_support, options_.min_predicted_support) : min_support;
   const auto solution =
       SolvePose(tracked.T_WC, model_.projection(), points, lines, options, predicted);
   if (!solution) return false;

@@ -31,8 +31,8 @@ struct BundleAdjustmentReport {
 
 // Moves the keyframes of `free` and every point and line that they see, so that the reprojection
 // errors of `free` and `fixed` are least; observations that remain outliers are forgotten. Lines
-// move in the orthonormal form and keep their ends where they were seen. Where the map knows gravity,
-// the IMU between keyframes takes part, with their velocities and biases as unknowns.
+// move in the orthonormal form and keep their ends where they were seen. Where the map knows
+// gravity, the IMU between keyframes takes part, with their velocities and biases as unknowns.
 // free, fixed: live, no keyframe in both; where `fixed` is empty the oldest of `free` is held.
 BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
                                     std::span<const KeyFrameId> free,

@@ -10,6 +10,8 @@ enum class ImuWeighting {
   kConsistent,  // 1, less where the innovations are too large: ConsistentImuWeight
   kFixed,       // a constant
 };
+// "paper", "consistent", "fixed".
+const char* ToString(ImuWeighting policy);
 
 struct ImuWeightingOptions {
   ImuWeighting policy = ImuWeighting::kConsistent;

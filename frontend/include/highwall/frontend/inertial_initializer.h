@@ -12,17 +12,17 @@
 namespace highwall {
 
 struct InertialInitializerOptions {
-  double interval = 0.1;      // [s] > 0; between the images that are used
-  double min_duration = 1.0;  // [s] > 0; from the first of them to the last
-  double max_duration = 8.0;  // [s] > min_duration; older ones are forgotten
+  double interval = 0.1;                  // [s] > 0; between the images that are used
+  double min_duration = 1.0;              // [s] > 0; from the first of them to the last
+  double max_duration = 8.0;              // [s] > min_duration; older ones are forgotten
   double gyroscope_bias_sigma = 0.02;     // [rad/s] > 0; what is known of the biases before
   double accelerometer_bias_sigma = 0.1;  // [m/s^2] > 0
   double time_offset_sigma = 0.02;        // [s] > 0; of the calibration's guess
   // [rad] > 0; more certain of gravity's direction it is good enough to start. At rest the bias
   // of the accelerometer and a tilt look the same: 0.1 m/s^2 are 0.01 rad.
   double max_gravity_sigma = 0.015;
-  double max_error = 20.0;               // > 0; chi-squared per degree of freedom
-  double max_gravity_error = 0.06;       // (0, 1); of the magnitude of gravity
+  double max_error = 20.0;          // > 0; chi-squared per degree of freedom
+  double max_gravity_error = 0.06;  // (0, 1); of the magnitude of gravity
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

@@ -50,8 +50,8 @@ const char* ToString(InertialStatus status);
 // What became of one image.
 struct InertialReport {
   InertialStatus status = InertialStatus::kWaiting;
-  std::string reason;    // in kInitializing and kGivenUp: what is amiss, one line
-  double weight = 0.0;   // of the interval's IMU factor
+  std::string reason;               // in kInitializing and kGivenUp: what is amiss, one line
+  double weight = 0.0;              // of the interval's IMU factor
   double squared_innovation = 0.0;  // of the image's pose against the prediction
   int innovation_dof = 0;           // 0 where it was not formed
   bool stationary = false;
@@ -59,6 +59,10 @@ struct InertialReport {
   // The rotation that makes z point up, to be applied to the whole map; in the report of the image
   // that ends the initialization only.
   std::optional<Pose> T_level;
+  // After the image, once initialized; in W.
+  std::optional<InertialEstimate> estimate;
+  double gravity_sigma = 0.0;                         // [rad]
+  double time_offset = 0.0, time_offset_sigma = 0.0;  // [s] t_d
 };
 
 // Fuses the poses that images give with an IMU: initialization, a sliding window of states, the

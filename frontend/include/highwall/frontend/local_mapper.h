@@ -28,7 +28,7 @@ struct LocalMapperOptions {
   int min_observations = 2;       // >= 1
   // A keyframe is dropped when this share of its points is seen by at least three others at the
   // same or a finer pyramid level.
-  double redundant_share = 0.9;   // (0, 1]; 1 keeps all but exact repeats
+  double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
   // [s] > 0: with an IMU none is dropped where that leaves keyframes farther apart than this, for
   // the IMU ties neighbours the better the nearer they are.
   double max_motion_gap = 1.0;

@@ -57,9 +57,9 @@ struct MapLine {
 
 // The body's motion at a keyframe, and the readings of the IMU since an earlier one.
 struct KeyFrameMotion {
-  Stamp stamp = 0;                                         // [ns] of the IMU's clock
-  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();          // [m/s]
-  ImuBias bias = ImuBias::Zero();                          // [rad/s, m/s^2]
+  Stamp stamp = 0;                                 // [ns] of the IMU's clock
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  // [m/s]
+  ImuBias bias = ImuBias::Zero();                  // [rad/s, m/s^2]
   Eigen::Matrix<double, 6, 1> bias_sigma = Eigen::Matrix<double, 6, 1>::Ones();
   KeyFrameId previous = kNoId;                             // kNoId: nothing ties it to one before
   std::shared_ptr<const ImuPreintegration> from_previous;  // null with it
@@ -71,8 +71,8 @@ struct KeyFrame {
   Frame frame;
   Pose T_WC;
   std::optional<KeyFrameMotion> motion;  // with an IMU that is initialized
-  std::vector<PointId> points;  // per point feature, kNoId where unmatched
-  std::vector<LineId> lines;    // per line feature
+  std::vector<PointId> points;           // per point feature, kNoId where unmatched
+  std::vector<LineId> lines;             // per line feature
 };
 
 // Keyframes, points and lines, owned by id. Ids ascend and are never used again; what was removed

@@ -49,8 +49,8 @@ struct FrameResult {
 };
 
 // Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
-// keyframes out. Single-threaded but for the extraction of features and the solver; with one thread in mapper.bundle the same input
-// gives the same output, bit for bit.
+// keyframes out. Single-threaded but for the extraction of features and the solver; with one thread
+// in mapper.bundle the same input gives the same output, bit for bit.
 //
 // World W: origin at the first camera, x along its optical axis, z up where the camera was held
 // level; with an IMU z is up in any case, and the whole map turns a little when it has found where

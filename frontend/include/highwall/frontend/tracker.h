@@ -17,7 +17,7 @@ enum class TrackingState {
   kInitializing,  // no map yet: the first frames had too little depth or texture
   kTracking,
   kInertial,  // the pose is that of the IMU alone: the image shows nothing that is known
-  kLost,  // no pose for this frame; the map is kept and every new frame tries to relocalize
+  kLost,      // no pose for this frame; the map is kept and every new frame tries to relocalize
 };
 
 // "initializing", "tracking", "inertial" or "lost".
@@ -64,10 +64,10 @@ struct TrackedFrame {
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
 };
 
-// Camera pose frame by frame: prediction by an IMU or at constant velocity, matching of the last frame's landmarks
-// by projection, pose by SolvePose, then the same with the landmarks of the local map. Falls back
-// on descriptor matching with the reference keyframe, then on relocalization. (Xiao et al. 2025,
-// figure 2, tracking.)
+// Camera pose frame by frame: prediction by an IMU or at constant velocity, matching of the last
+// frame's landmarks by projection, pose by SolvePose, then the same with the landmarks of the local
+// map. Falls back on descriptor matching with the reference keyframe, then on relocalization. (Xiao
+// et al. 2025, figure 2, tracking.)
 class Tracker {
  public:
   // levels: of the ORB pyramid. model: must outlive the tracker.
