@@ -121,25 +121,32 @@ class PoseProblem {
     return out.Finish();
   }
 
-  // Adds up what the inliers say at T.
-  void Sum(const Pose& T, Matrix6* information, Vector6* gradient) const {
-    const RgbdProjection::View view = RgbdProjection::At(T.data());
+  // What the inliers say at the solution's pose.
+  void Sum(PoseSolution& solution) const {
+    const RgbdProjection::View view = RgbdProjection::At(solution.T_WC.data());
+    int rows = 0;
+    double squares = 0.0;
+    const auto add = [&](const auto& r, const auto& J, int dimension) {
+      solution.information.noalias() += J.transpose() * J;
+      solution.gradient.noalias() += J.transpose() * r;
+      squares += r.squaredNorm();
+      rows += dimension;
+    };
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (!point_active_[i]) continue;
       Eigen::Vector3d r;
       Eigen::Matrix<double, 3, 6> J;
       PointRows(view, points_[i], r, &J);
-      information->noalias() += J.transpose() * J;
-      gradient->noalias() += J.transpose() * r;
+      add(r, J, points_[i].dimension);
     }
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       if (!line_active_[i]) continue;
       Eigen::Vector4d r;
       Eigen::Matrix<double, 4, 6> J;
       LineRows(view, lines_[i], r, &J);
-      information->noalias() += J.transpose() * J;
-      gradient->noalias() += J.transpose() * r;
+      add(r, J, lines_[i].dimension);
     }
+    if (rows > 6) solution.error = squares / (rows - 6);
   }
 
   // Sets aside what does not fit at T; whatever fits (again) takes part in the next round.
@@ -261,7 +268,7 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
   if (problem.Support() < options.min_support) return std::nullopt;
   PoseSolution solution;
   solution.T_WC = T;
-  problem.Sum(T, &solution.information, &solution.gradient);
+  problem.Sum(solution);
   solution.point_inliers = problem.point_active();
   solution.line_inliers = problem.line_active();
   solution.num_points = problem.active_points();

@@ -133,7 +133,7 @@ void SlamSystem::Fuse(TrackedFrame& tracked, FrameResult& result) {
   if (tracked.state == TrackingState::kTracking) {
     last_visual_index_ = tracked.frame.index;
     observation.visual = MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient,
-                                        options_.inertial.visual_noise);
+                                        tracked.error, options_.inertial.visual_noise);
   }
   result.inertial = inertial_->Update(observation);
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {

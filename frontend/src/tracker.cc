@@ -287,6 +287,7 @@ bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
   tracked.num_lines = solution->num_lines;
   tracked.information = solution->information;
   tracked.gradient = solution->gradient;
+  tracked.error = solution->error;
   return true;
 }
 

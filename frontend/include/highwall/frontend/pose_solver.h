@@ -57,6 +57,7 @@ struct PoseSolution {
   // the tangent of PoseManifold. Singular where they leave a direction open.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  double error = 1.0;  // of the same rows: |r|^2 per degree of freedom, 1 where the noise is right
   std::vector<bool> point_inliers;
   std::vector<bool> line_inliers;
   int num_points = 0;  // inliers

@@ -62,6 +62,7 @@ struct TrackedFrame {
   // What the matches alone say of the pose (PoseSolution).
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  double error = 1.0;
 };
 
 // Camera pose frame by frame: prediction by an IMU or at constant velocity, matching of the last

@@ -17,19 +17,21 @@ struct VisualPose {
 struct VisualNoise {
   // Standard deviations of what all landmarks of an image have in common, the error of the map
   // foremost: no number of landmarks makes a pose more certain than this.
-  double position = 0.001;  // [m] > 0
-  double rotation = 3e-4;   // [rad] > 0
+  double position = 3e-4;  // [m] > 0
+  double rotation = 5e-5;  // [rad] > 0
   // Of the landmarks' own part of the covariance, > 0: their errors are not independent.
-  double scale = 2.0;
+  double scale = 4.0;
+  double min_error = 0.02;  // > 0; the least |r|^2 per degree of freedom that is believed
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Sums up J^T J = information and J^T r = gradient at T_WC (PoseSolution). Directions without
-// information stay as they are.
+// Sums up J^T J = information and J^T r = gradient at T_WC (PoseSolution). error: |r|^2 per degree
+// of freedom, which scales the covariance: the landmarks themselves tell how well they fit.
+// Directions without information stay as they are.
 VisualPose MakeVisualPose(const Pose& T_WC, const Eigen::Matrix<double, 6, 6>& information,
-                          const Eigen::Matrix<double, 6, 1>& gradient,
+                          const Eigen::Matrix<double, 6, 1>& gradient, double error = 1.0,
                           const VisualNoise& noise = {});
 
 }  // namespace highwall
