@@ -3,6 +3,7 @@
 #include <fstream>
 #include <optional>
 #include <regex>
+#include <span>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/tum_dataset.h>
@@ -30,6 +31,21 @@ void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
   section.Read("offset", &noise->offset);
   section.Read("quadratic", &noise->quadratic);
   section.Read("reference", &noise->reference);
+}
+
+void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibration* imu) {
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = imu->T_BC.Matrix();
+  section.Read("T_BC", std::span<double>(T_BC.data(), 16));
+  section.Read("gyroscope_noise", &imu->noise.gyroscope);
+  section.Read("accelerometer_noise", &imu->noise.accelerometer);
+  section.Read("gyroscope_walk", &imu->noise.gyroscope_walk);
+  section.Read("accelerometer_walk", &imu->noise.accelerometer_walk);
+  section.Read("rate", &imu->rate);
+  section.Read("time_offset", &imu->time_offset);
+  if (T_BC.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+    throw IoError(path, "'T_BC' of section 'imu' must end with 0, 0, 0, 1: write it row by row");
+  }
+  imu->T_BC = Pose::FromMatrix(T_BC);
 }
 
 std::string PresetList() {
@@ -63,9 +79,12 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
   ReadCamera(file.Section("camera"), &config.sensor.camera);
   file.Require("depth_factor", &config.sensor.depth_factor);
   ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
-  file.Finish();
   try {
+    YamlReader& imu = file.Section("imu");
+    if (file.Has("imu")) ReadImu(imu, path, &config.imu.emplace());
+    file.Finish();
     config.sensor.Validate();
+    if (config.imu) config.imu->Validate();
   } catch (const InvalidArgument& error) {
     throw IoError(path, error.what());
   }

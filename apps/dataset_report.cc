@@ -1,7 +1,6 @@
 #include "dataset_report.h"
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <string_view>
 
@@ -12,6 +11,7 @@
 #include <highwall/frontend/tum_dataset.h>
 
 #include "config.h"
+#include "imu_input.h"
 
 namespace highwall::apps {
 namespace {
@@ -44,28 +44,33 @@ GroundtruthReport DescribeGroundtruth(const Trajectory& trajectory, const Datase
   return report;
 }
 
-// Seconds, or nanoseconds where it is a whole number too large to be seconds.
-std::optional<Stamp> ParseImuStamp(std::string_view field) {
-  constexpr std::size_t kLongestSeconds = 11;
-  if (field.size() <= kLongestSeconds || field.find('.') != std::string_view::npos) {
-    return ParseStamp(field);
+// Says what is wrong with it in report->problems.
+std::optional<ImuReport> DescribeImu(const Dataset& dataset,
+                                     const std::optional<ImuCalibration>& calibration,
+                                     DatasetReport* report) {
+  try {
+    const std::optional<ImuInput> imu = LoadImu(dataset, calibration);
+    if (!imu) return std::nullopt;
+    report->problems.insert(report->problems.end(), imu->warnings.begin(), imu->warnings.end());
+    std::vector<Stamp> stamps;
+    for (const ImuSample& sample : imu->samples) stamps.push_back(sample.stamp);
+    return ImuReport{imu->file.filename().string(), DescribeStamps(stamps), imu->IsUsable()};
+  } catch (const IoError& error) {  // no reason not to describe the images
+    report->problems.push_back(error.what());
+    return ImuReport{dataset.imu_file()->filename().string(), {}, false};
   }
-  Stamp stamp = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), stamp);
-  const bool whole = error == std::errc() && end == field.data() + field.size();
-  return whole ? std::optional(stamp) : std::nullopt;
 }
 
 // By the stamps in the first column; lines that begin with none are comments or headings.
-std::optional<ImuReport> DescribeImu(const std::filesystem::path& path) {
+std::optional<ImuReport> DescribeAccelerometer(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::vector<Stamp> stamps;
   for (std::string line; std::getline(file, line);) {
-    const std::string_view field = std::string_view(line).substr(0, line.find_first_of(", \t\r"));
-    if (const std::optional<Stamp> stamp = ParseImuStamp(field)) stamps.push_back(*stamp);
+    const std::string_view field = std::string_view(line).substr(0, line.find_first_of(" \t\r"));
+    if (const std::optional<Stamp> stamp = ParseStamp(field)) stamps.push_back(*stamp);
   }
   if (stamps.empty()) return std::nullopt;
-  return ImuReport{path.filename().string(), DescribeStamps(stamps)};
+  return ImuReport{path.filename().string(), DescribeStamps(stamps), false};
 }
 
 CalibrationReport FindCalibration(const std::filesystem::path& directory, int width, int height) {
@@ -116,11 +121,19 @@ void AddProblems(const TumDataset& dataset, DatasetReport* report) {
   }
 }
 
-// The sensor that goes with the dataset: its camera is checked here, its depth factor is used.
-std::optional<RgbdSensor> KnownSensor(const std::filesystem::path& directory) {
+void AddSizeProblem(const PinholeCamera& camera, DatasetReport* report) {
+  if (camera.width == report->width && camera.height == report->height) return;
+  report->problems.push_back("images are " + std::to_string(report->width) + " x " +
+                             std::to_string(report->height) + ", but the calibration is for " +
+                             std::to_string(camera.width) + " x " + std::to_string(camera.height));
+}
+
+// What goes with the dataset: its camera is checked here, its depth factor is used.
+std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
   const std::filesystem::path calibration = CalibrationFile(directory);
-  if (std::filesystem::exists(calibration)) return LoadConfig(calibration).sensor;
-  return SensorPreset(PresetFromName(directory));
+  if (std::filesystem::exists(calibration)) return LoadConfig(calibration);
+  if (const auto sensor = SensorPreset(PresetFromName(directory))) return RunConfig{*sensor, {}};
+  return std::nullopt;
 }
 
 }  // namespace
@@ -146,9 +159,9 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
 
 DatasetReport InspectDataset(const std::filesystem::path& directory,
                              const std::function<void(std::size_t, std::size_t)>& progress) {
-  const std::optional<RgbdSensor> sensor = KnownSensor(directory);
+  const std::optional<RunConfig> config = KnownConfig(directory);
   TumDatasetOptions options;
-  if (sensor) options.depth_factor = sensor->depth_factor;
+  if (config) options.depth_factor = config->sensor.depth_factor;
   const TumDataset dataset(directory, options);
 
   DatasetReport report;
@@ -177,16 +190,11 @@ DatasetReport InspectDataset(const std::filesystem::path& directory,
   if (dataset.groundtruth() != nullptr) {
     report.groundtruth = DescribeGroundtruth(*dataset.groundtruth(), dataset);
   }
-  report.imu = DescribeImu(directory / "imu.csv");
-  report.accelerometer = DescribeImu(directory / "accelerometer.txt");
+  report.accelerometer = DescribeAccelerometer(directory / "accelerometer.txt");
   report.calibration = FindCalibration(directory, report.width, report.height);
   AddProblems(dataset, &report);
-  if (sensor && (sensor->camera.width != report.width || sensor->camera.height != report.height)) {
-    report.problems.push_back("images are " + std::to_string(report.width) + " x " +
-                              std::to_string(report.height) + ", but the calibration is for " +
-                              std::to_string(sensor->camera.width) + " x " +
-                              std::to_string(sensor->camera.height));
-  }
+  if (config) AddSizeProblem(config->sensor.camera, &report);
+  report.imu = DescribeImu(dataset, config ? config->imu : std::nullopt, &report);
   return report;
 }
 

@@ -33,6 +33,7 @@ struct GroundtruthReport {
 struct ImuReport {
   std::string file;  // its name
   StreamReport stream;
+  bool usable = true;  // false: the problems say why
 };
 
 // Which calibration fits. confidence: "given" (calibration.yaml), "certain" (the dataset's name
@@ -53,7 +54,7 @@ struct DatasetReport {
   double median_depth = 0.0;    // [m]
   double measured_share = 0.0;  // of all depth pixels
   std::optional<GroundtruthReport> groundtruth;
-  std::optional<ImuReport> imu;            // gyroscope and accelerometer: imu.csv
+  std::optional<ImuReport> imu;            // gyroscope and accelerometer
   std::optional<ImuReport> accelerometer;  // accelerometer.txt, of no use without a gyroscope
   CalibrationReport calibration;
   std::vector<std::string> problems;  // what is wrong, most important first

@@ -22,6 +22,7 @@ Json ImuJson(const std::optional<ImuReport>& imu) {
   if (!imu) return nullptr;
   Json json = StreamJson(imu->stream);
   json["file"] = imu->file;
+  json["usable"] = imu->usable;
   return json;
 }
 
@@ -88,7 +89,8 @@ std::string ToText(const DatasetReport& report) {
   }
   text << "  IMU           ";
   if (report.imu) {
-    text << report.imu->file << ": " << StreamText(report.imu->stream) << "\n";
+    text << report.imu->file << ": " << StreamText(report.imu->stream)
+         << (report.imu->usable ? "" : "; cannot be used") << "\n";
   } else if (report.accelerometer) {
     text << "none (" << report.accelerometer->file << " alone: no gyroscope)\n";
   } else {

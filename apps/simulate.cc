@@ -20,6 +20,7 @@ struct SimulateArguments {
   std::string scene;
   std::string folder;
   std::string noise = "kinect";
+  std::string imu = "on";
   simulate::SimulationOptions options;
 };
 
@@ -27,6 +28,8 @@ int RunSimulate(const SimulateArguments& arguments) {
   simulate::SimulationOptions options = arguments.options;
   options.sensor.noise =
       arguments.noise == "off" ? simulate::SensorNoise::kOff : simulate::SensorNoise::kKinect;
+  options.imu.ideal = arguments.noise == "off";
+  options.imu.enabled = arguments.imu == "on";
   const simulate::Simulation simulation = simulate::SimulateRoom(options);
   {
     Progress progress("rendering");
@@ -61,8 +64,19 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--fps", options.fps, "Frames per second")
       ->check(Between(0.1, 240.0))
       ->capture_default_str();
-  command->add_option("--noise", arguments->noise, "Of depth and colour")
+  command->add_option("--rest", options.rest, "How long the camera stands still at first [s]")
+      ->check(Between(0.0, 60.0))
+      ->capture_default_str();
+  command->add_option("--noise", arguments->noise, "Of depth and colour; off: of the IMU too")
       ->check(CLI::IsMember({"off", "kinect"}))
+      ->capture_default_str();
+  command->add_option("--imu", arguments->imu, "Write imu.csv and groundtruth_state.csv")
+      ->check(CLI::IsMember({"off", "on"}))
+      ->capture_default_str();
+  command
+      ->add_option("--time-offset", options.imu.time_offset,
+                   "How far the IMU's clock is ahead of the camera's [s]")
+      ->check(Between(-0.2, 0.2))
       ->capture_default_str();
   command->footer("Example: highwall simulate room --out room --duration 10");
   command->callback(

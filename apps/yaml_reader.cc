@@ -95,6 +95,25 @@ void YamlReader::Read(const std::string& key, std::string* value) {
   ReadAs(key, "a word", value);
 }
 
+void YamlReader::Read(const std::string& key, std::span<double> values) {
+  known_.push_back(key);
+  const std::optional<Entry> entry = Find(key);
+  if (!entry) return;
+  const YAML::Node& list = entry->value;
+  bool valid = list.IsSequence() && list.size() == values.size();
+  std::vector<double> numbers(values.size());
+  for (std::size_t i = 0; valid && i < numbers.size(); ++i) {
+    valid = list[i].IsScalar() && YAML::convert<double>::decode(list[i], numbers[i]) &&
+            std::isfinite(numbers[i]);
+  }
+  if (!valid) {
+    throw IoError(
+        path_, entry->line,
+        "'" + key + "' must be a list of " + std::to_string(values.size()) + " finite numbers");
+  }
+  std::copy(numbers.begin(), numbers.end(), values.begin());
+}
+
 YamlReader& YamlReader::Section(const std::string& key) {
   known_.push_back(key);
   const std::optional<Entry> entry = Find(key);

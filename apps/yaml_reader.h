@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <list>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,12 +32,15 @@ class YamlReader {
   void Read(const std::string& key, int* value);
   void Read(const std::string& key, bool* value);
   void Read(const std::string& key, std::string* value);
+  // A list of as many finite numbers as `values` has room for.
+  void Read(const std::string& key, std::span<double> values);
   // As Read, but Finish() throws if the key is absent.
   template <typename T>
   void Require(const std::string& key, T* value) {
     Read(key, value);
     required_.push_back(key);
   }
+  bool Has(const std::string& key) const { return Find(key).has_value(); }
   // The map under `key`, an empty one where absent; valid as long as this reader. Throws if it is
   // no map.
   YamlReader& Section(const std::string& key);

@@ -332,8 +332,8 @@ SplineTrajectory MakeRoomTrajectory(double duration, std::uint64_t seed) {
 
 Simulation SimulateRoom(const SimulationOptions& options) {
   options.Validate();
-  return Simulation(MakeRoom(options.seed), MakeRoomTrajectory(options.duration, options.seed),
-                    options);
+  const double moving = std::max(1.0, CameraPath::MovingTime(options.duration, options.rest));
+  return Simulation(MakeRoom(options.seed), MakeRoomTrajectory(moving, options.seed), options);
 }
 
 }  // namespace highwall::simulate

@@ -18,7 +18,7 @@ Scene MakeRoom(std::uint64_t seed);
 // in as many laps of at most 20 s as that takes; below 10 s it is the beginning of a 10 s lap.
 SplineTrajectory MakeRoomTrajectory(double duration, std::uint64_t seed);
 
-// Both. Throws InvalidArgument.
+// Both; a start at rest comes before the walk. Throws InvalidArgument.
 Simulation SimulateRoom(const SimulationOptions& options);
 
 }  // namespace highwall::simulate

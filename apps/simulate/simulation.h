@@ -1,13 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
+#include <highwall/factors/imu_buffer.h>
 
+#include "simulate/camera_path.h"
+#include "simulate/imu_simulator.h"
 #include "simulate/renderer.h"
 #include "simulate/scene.h"
 #include "simulate/sensor.h"
@@ -19,8 +23,10 @@ struct SimulationOptions {
   std::uint64_t seed = 1;  // of the scene, the path and the noise
   double duration = 10.0;  // [s] > 0
   double fps = 30.0;       // [Hz] > 0
+  double rest = 0.0;       // [s] >= 0; how long the camera stands still at first
   PinholeCamera camera{};
   SensorOptions sensor{};
+  ImuSimulationOptions imu{};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -33,12 +39,14 @@ struct SimulatedFrame {
   Pose T_WC;        // exact
 };
 
-// A camera that moves through a scene: frames on demand, each of them a pure function of the
-// options and its index.
+// A camera that moves through a scene, and an IMU that rides with it: frames on demand, each of
+// them a pure function of the options and its index. Stamps are those of the camera's clock where
+// nothing else is said; the IMU's is options().imu.time_offset ahead.
 class Simulation {
  public:
-  // Throws InvalidArgument.
-  Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options);
+  // intensity: of the vibration along the trajectory. Throws InvalidArgument.
+  Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
+             VibrationIntensity intensity = {});
 
   const SimulationOptions& options() const { return options_; }
   const Scene& scene() const { return renderer_.scene(); }
@@ -53,11 +61,19 @@ class Simulation {
   // InvalidArgument if there is no frame i.
   SimulatedFrame Render(int i, int threads = 0) const;
 
+  // All readings of the IMU, with stamps of its own clock, from half a second before the first
+  // frame until half a second after the last; none where it is not enabled.
+  std::vector<ImuSample> ImuSamples() const;
+  // The truth about the body B that the IMU is fixed to.
+  TrueState StateAt(Stamp stamp) const;
+
  private:
   SimulationOptions options_;
   Renderer renderer_;
-  SplineTrajectory trajectory_;
+  CameraPath path_;
+  VibrationIntensity intensity_;
   Sensor sensor_;
+  ImuSimulator imu_;
 };
 
 }  // namespace highwall::simulate

@@ -19,6 +19,7 @@
 
 #include <highwall/core/error.h>
 
+#include "simulate/imu_files.h"
 #include "simulate/parallel_for.h"
 
 namespace highwall::simulate {
@@ -91,23 +92,30 @@ std::string ImageList(const Simulation& simulation, const std::string& kind) {
   return list;
 }
 
-// Every frame's pose and, between two frames, as many more as make 100 Hz.
-std::string GroundTruth(const Simulation& simulation) {
-  std::ostringstream out;
-  out << "# ground truth, pose of the camera in the world\n# timestamp tx ty tz qx qy qz qw\n"
-      << std::fixed << std::setprecision(9);
+// Every frame and, between two frames, as many more instants as make 100 Hz.
+std::vector<Stamp> TruthStamps(const Simulation& simulation) {
+  std::vector<Stamp> stamps;
   const int steps = std::max(1, static_cast<int>(std::ceil(100.0 / simulation.options().fps)));
   for (int i = 0; i < simulation.size(); ++i) {
     const Stamp begin = simulation.StampOf(i);
     const Stamp end = simulation.StampOf(i + 1);
     const int count = i + 1 < simulation.size() ? steps : 1;
     for (int k = 0; k < count; ++k) {
-      const Stamp stamp = begin + (end - begin) * k / steps / 1000 * 1000;
-      out << FormatStamp(stamp);
-      const Pose T_WC = simulation.T_WC(stamp);
-      for (int j = 0; j < Pose::kSize; ++j) out << ' ' << T_WC.data()[j];
-      out << '\n';
+      stamps.push_back(begin + (end - begin) * k / steps / 1000 * 1000);
     }
+  }
+  return stamps;
+}
+
+std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& stamps) {
+  std::ostringstream out;
+  out << "# ground truth, pose of the camera in the world\n# timestamp tx ty tz qx qy qz qw\n"
+      << std::fixed << std::setprecision(9);
+  for (const Stamp stamp : stamps) {
+    out << FormatStamp(stamp);
+    const Pose T_WC = simulation.T_WC(stamp);
+    for (int j = 0; j < Pose::kSize; ++j) out << ' ' << T_WC.data()[j];
+    out << '\n';
   }
   return out.str();
 }
@@ -154,8 +162,15 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
     fs::create_directory(root / kind);
     WriteBytes(root / (std::string(kind) + ".txt"), ImageList(simulation, kind));
   }
-  WriteBytes(root / "groundtruth.txt", GroundTruth(simulation));
-  WriteBytes(root / "calibration.yaml", Calibration(simulation.options().camera));
+  const std::vector<Stamp> stamps = TruthStamps(simulation);
+  WriteBytes(root / "groundtruth.txt", GroundTruth(simulation, stamps));
+  std::string calibration = Calibration(simulation.options().camera);
+  if (simulation.options().imu.enabled) {
+    calibration += ImuCalibrationYaml(simulation.options().imu);
+    WriteBytes(root / "imu.csv", ImuCsv(simulation.ImuSamples()));
+    WriteBytes(root / "groundtruth_state.csv", StateCsv(simulation, stamps));
+  }
+  WriteBytes(root / "calibration.yaml", calibration);
   WriteBytes(root / "surface.ply", SurfacePly(simulation.scene().mesh));
 
   // A frame per thread: rendering and PNG compression both keep every processor busy.

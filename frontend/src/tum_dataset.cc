@@ -13,6 +13,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/image_io.h>
+#include <highwall/frontend/imu_reader.h>
 
 namespace highwall {
 namespace {
@@ -166,6 +167,10 @@ TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetO
     }
   }
   Probe();
+}
+
+std::optional<std::filesystem::path> TumDataset::imu_file() const {
+  return FindImuFile(directory_);
 }
 
 // Looks at a few frames spread over the sequence, and at all of them while none can be used.

@@ -70,6 +70,52 @@ TEST(Config, ReadsTheDistortion) {
   EXPECT_EQ(camera.k3, 0.5);
 }
 
+TEST(Config, ReadsAnImu) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  const std::string camera = std::string(kCamera) + "depth_factor: 1000\n";
+  WriteText(path, camera);
+  EXPECT_FALSE(LoadConfig(path).imu.has_value());
+  WriteText(path, camera + "imu: {}\n");
+  ASSERT_TRUE(LoadConfig(path).imu.has_value());
+  EXPECT_EQ(LoadConfig(path).imu->T_BC.Matrix(), Eigen::Matrix4d::Identity());
+  EXPECT_EQ(LoadConfig(path).imu->noise.gyroscope, ImuNoise{}.gyroscope);
+  WriteText(path, camera +
+                      "imu:\n  T_BC: [0, -1, 0, 0.1, 1, 0, 0, 0.2, 0, 0, 1, 0.3, 0, 0, 0, 1]\n"
+                      "  gyroscope_noise: 1e-3\n  accelerometer_noise: 2e-3\n"
+                      "  gyroscope_walk: 3e-5\n  accelerometer_walk: 4e-4\n"
+                      "  rate: 250\n  time_offset: -0.01\n");
+  const ImuCalibration imu = LoadConfig(path).imu.value();
+  EXPECT_EQ(imu.T_BC.p(), Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_LT((imu.T_BC * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.1, 1.2, 0.3)).norm(), 1e-15);
+  EXPECT_EQ(imu.noise.gyroscope, 1e-3);
+  EXPECT_EQ(imu.noise.accelerometer, 2e-3);
+  EXPECT_EQ(imu.noise.gyroscope_walk, 3e-5);
+  EXPECT_EQ(imu.noise.accelerometer_walk, 4e-4);
+  EXPECT_EQ(imu.rate, 250.0);
+  EXPECT_EQ(imu.time_offset, -0.01);
+}
+
+TEST(Config, NamesWhatIsWrongWithAnImu) {
+  const std::string head = std::string(kCamera) + "depth_factor: 1000\n";
+  EXPECT_EQ(LoadMessage(head + "imu: {gyro_noise: 1}\n"),
+            ":3: unknown key 'gyro_noise'; the nearest is 'gyroscope_noise'");
+  EXPECT_EQ(LoadMessage(head + "imu: {T_BC: [1, 2]}\n"),
+            ":3: 'T_BC' must be a list of 16 finite numbers");
+  EXPECT_EQ(LoadMessage(head + "imu: {T_BC: 1}\n"),
+            ":3: 'T_BC' must be a list of 16 finite numbers");
+  EXPECT_EQ(LoadMessage(head + "imu: {T_BC: [1,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]}\n"),
+            ": 'T_BC' of section 'imu' must end with 0, 0, 0, 1: write it row by row");
+  EXPECT_NE(
+      LoadMessage(head + "imu: {T_BC: [2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}\n").find("rotation"),
+      std::string::npos);
+  EXPECT_NE(LoadMessage(head + "imu: {rate: 0}\n").find("ImuCalibration::rate"), std::string::npos);
+  EXPECT_NE(LoadMessage(head + "imu: {time_offset: 30}\n").find("ImuCalibration::time_offset"),
+            std::string::npos);
+  EXPECT_NE(LoadMessage(head + "imu: {gyroscope_walk: -1}\n").find("gyroscope_walk"),
+            std::string::npos);
+}
+
 TEST(Config, NamesAnUnknownKeyItsLineAndTheNearestKnownOne) {
   EXPECT_EQ(LoadMessage(std::string(kCamera) + "\ndepth_facter: 5000\n"),
             ":3: unknown key 'depth_facter'; the nearest is 'depth_factor'");

@@ -18,6 +18,17 @@ using testing::Truncate;
 using testing::WriteText;
 using testing::WriteTum;
 
+// Readings at 200 Hz over the images of WriteTum(): a slow turn, gravity in units of `unit`
+// [m/s^2].
+std::string ImuText(double unit = 1.0) {
+  std::string text = "#timestamp [ns],wx,wy,wz,ax,ay,az\n";
+  for (int i = 0; i <= 120; ++i) {
+    text += std::to_string(99'950'000'000 + i * 5'000'000LL) + ",0.1," + std::to_string(1e-4 * i) +
+            ",0,0," + std::to_string(1e-3 * i / unit) + "," + std::to_string(9.81 / unit) + "\n";
+  }
+  return text;
+}
+
 // Runs the built executable with a folder of its own for a dataset.
 class InfoTest : public ::testing::Test {
  protected:
@@ -55,9 +66,10 @@ class InfoTest : public ::testing::Test {
 TEST_F(InfoTest, DescribesAWholeDataset) {
   WriteTum(dataset(), {.frames = 6, .raw_depth = 10000});
   WriteText(dataset() / "groundtruth.txt", "100.0 0 0 0 0 0 0 1\n100.5 3 4 0 0 0 0 1\n");
-  WriteText(dataset() / "imu.csv",
-            "#timestamp [ns],wx,wy,wz,ax,ay,az\n100000000000,0,0,0,0,0,9.8\n"
-            "100005000000,0,0,0,0,0,9.8\n100010000000,0,0,0,0,0,9.8\n");
+  WriteText(dataset() / "calibration.yaml",
+            "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 32, cy: 24}\n"
+            "depth_factor: 5000\nimu: {rate: 200}\n");
+  WriteText(dataset() / "imu.csv", ImuText());
   const json info = InfoJson();
   EXPECT_EQ(info["frames"], 6);
   EXPECT_EQ(info["usable_frames"], 6);
@@ -75,11 +87,40 @@ TEST_F(InfoTest, DescribesAWholeDataset) {
   EXPECT_EQ(info["groundtruth"]["count"], 2);
   EXPECT_EQ(info["groundtruth"]["path_length"], 5.0);
   EXPECT_EQ(info["groundtruth"]["coverage"], 1.0);
-  EXPECT_EQ(info["imu"]["count"], 3);
+  EXPECT_EQ(info["imu"]["count"], 121);
   EXPECT_DOUBLE_EQ(info["imu"]["rate"], 200.0);
+  EXPECT_EQ(info["imu"]["file"], "imu.csv");
+  EXPECT_EQ(info["imu"]["usable"], true);
   EXPECT_TRUE(info["accelerometer"].is_null());
-  EXPECT_EQ(info["calibration"]["confidence"], "none");
+  EXPECT_EQ(info["calibration"]["confidence"], "given");
   EXPECT_TRUE(info["problems"].empty()) << info["problems"];
+}
+
+TEST_F(InfoTest, SaysWhatIsWrongWithAnImu) {
+  WriteTum(dataset());
+  WriteText(dataset() / "imu.csv", ImuText(9.80665));
+  json info = InfoJson();
+  EXPECT_EQ(info["imu"]["usable"], true);
+  ASSERT_EQ(info["problems"].size(), 2U) << info["problems"];
+  const std::string imu = (dataset() / "imu.csv").string();
+  EXPECT_EQ(info["problems"][0],
+            imu + ": accelerometer: the median norm is 1: it is in g, not in m/s^2; converted");
+  EXPECT_EQ(info["problems"][1].get<std::string>().find(imu + ": the IMU is not calibrated"), 0U);
+
+  WriteText(dataset() / "imu.csv", ImuText(8.0));
+  info = InfoJson();
+  EXPECT_EQ(info["imu"]["usable"], false);
+  EXPECT_EQ(info["problems"][0],
+            imu +
+                ": accelerometer: the median norm is 1.23: it is likely in g, not in m/s^2; "
+                "multiply by 9.80665; the IMU is not used");
+  EXPECT_NE(Info().out.find("IMU           imu.csv: 121 in 0.6 s, 200.0/s; cannot be used"),
+            std::string::npos);
+
+  WriteText(dataset() / "imu.csv", "99900000000,0,0,0,0,0\n");
+  info = InfoJson();
+  EXPECT_EQ(info["imu"]["usable"], false);
+  EXPECT_EQ(info["problems"][0].get<std::string>().find(imu + ":1: has 6 fields"), 0U);
 }
 
 TEST_F(InfoTest, PrintsTextForPeople) {
@@ -98,6 +139,7 @@ TEST_F(InfoTest, CountsAndNamesUnreadableFilesAndCarriesOn) {
   const json info = InfoJson();
   EXPECT_EQ(info["frames"], 6);
   EXPECT_EQ(info["usable_frames"], 4);
+  EXPECT_EQ(info["calibration"]["confidence"], "none");
   ASSERT_EQ(info["problems"].size(), 2U);
   EXPECT_EQ(info["problems"][0], (dataset() / "rgb/102.png").string() + ": is truncated");
   EXPECT_NE(info["problems"][1].get<std::string>().find("depth/104.png: cannot be read"),

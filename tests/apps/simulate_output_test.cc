@@ -7,11 +7,13 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/imu_reader.h>
 #include <highwall/frontend/tum_dataset.h>
 
 #include "../frontend/generated_tum.h"
@@ -116,6 +118,88 @@ TEST(WriteTum, CalibrationReadsBackExactly) {
   EXPECT_EQ(sensor.depth_factor, 5000.0);
 }
 
+TEST(WriteTum, ImuReadsBackAsItWasSimulated) {
+  const TemporaryDirectory folder;
+  SimulationOptions options = SmallOptions();
+  options.imu.time_offset = 0.02;
+  const Simulation simulation = SimulateRoom(options);
+  WriteTum(simulation, folder.path() / "room");
+  const TumDataset dataset(folder.path() / "room");
+  ASSERT_EQ(dataset.imu_file(), folder.path() / "room" / "imu.csv");
+  const ImuRecording imu = ReadImu(*dataset.imu_file(), {dataset.stamp(0), dataset.stamp(5)});
+  EXPECT_EQ(imu.warning, "");
+  const std::vector<ImuSample> expected = simulation.ImuSamples();
+  ASSERT_EQ(imu.samples.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(imu.samples[i].stamp, expected[i].stamp);
+    // Nine decimals.
+    EXPECT_LT((imu.samples[i].gyroscope - expected[i].gyroscope).norm(), 1e-9);
+    EXPECT_LT((imu.samples[i].accelerometer - expected[i].accelerometer).norm(), 1e-9);
+  }
+}
+
+TEST(WriteTum, TheTrueStatesAreThoseOfTheBodyInTheClockOfTheImu) {
+  const TemporaryDirectory folder;
+  SimulationOptions options = SmallOptions();
+  options.imu.time_offset = 0.02;
+  const Simulation simulation = SimulateRoom(options);
+  WriteTum(simulation, folder.path() / "room");
+  std::ifstream file(folder.path() / "room" / "groundtruth_state.csv");
+  std::string line;
+  ASSERT_TRUE(std::getline(file, line));
+  EXPECT_TRUE(line.starts_with("#timestamp [ns],p_RS_R_x [m],")) << line;
+  int states = 0;
+  for (; std::getline(file, line); ++states) {
+    std::istringstream text(line);
+    Stamp stamp = 0;
+    text >> stamp;
+    std::array<double, 16> v{};
+    char comma = 0;
+    for (double& value : v) ASSERT_TRUE(text >> comma >> value) << line;
+    const TrueState truth = simulation.StateAt(stamp - 20'000'000);
+    const Pose T_WB(Eigen::Quaterniond(v[3], v[4], v[5], v[6]), {v[0], v[1], v[2]});
+    EXPECT_LT((T_WB.Inverse() * truth.state.T_WB).p().norm(), 2e-9);
+    EXPECT_LT((T_WB.Inverse() * truth.state.T_WB).Angle(), 4e-9);
+    EXPECT_LT((Eigen::Vector3d(v[7], v[8], v[9]) - truth.state.v_WB).norm(), 1e-9);
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_NEAR(v[10 + static_cast<std::size_t>(i)], truth.bias[i], 1e-9);
+    }
+    // The camera is where T_BC says.
+    const Pose T_WC = truth.state.T_WB * options.imu.T_BC;
+    EXPECT_LT((T_WC.Inverse() * simulation.T_WC(truth.stamp)).p().norm(), 1e-12);
+  }
+  EXPECT_EQ(states, 5 * 4 + 1);  // four a frame, which is 120 Hz
+}
+
+TEST(WriteTum, ImuCalibrationReadsBackExactly) {
+  const TemporaryDirectory folder;
+  SimulationOptions options = SmallOptions();
+  options.duration = 1.0 / options.fps;
+  options.imu.time_offset = 0.02;
+  WriteTum(SimulateRoom(options), folder.path() / "room");
+  const auto imu = apps::LoadConfig(apps::CalibrationFile(folder.path() / "room")).imu;
+  ASSERT_TRUE(imu.has_value());
+  EXPECT_EQ(imu->T_BC.Matrix(), options.imu.T_BC.Matrix());
+  EXPECT_EQ(imu->noise.gyroscope, options.imu.noise.gyroscope);
+  EXPECT_EQ(imu->noise.accelerometer, options.imu.noise.accelerometer);
+  EXPECT_EQ(imu->noise.gyroscope_walk, options.imu.noise.gyroscope_walk);
+  EXPECT_EQ(imu->noise.accelerometer_walk, options.imu.noise.accelerometer_walk);
+  EXPECT_EQ(imu->rate, 200.0);
+  EXPECT_EQ(imu->time_offset, 0.0);  // it is for the estimator to find
+}
+
+TEST(WriteTum, SameSeedSameBytesOfTheImu) {
+  const TemporaryDirectory folder;
+  for (const char* name : {"a", "b"}) {
+    WriteTum(SimulateRoom(SmallOptions()), folder.path() / name);
+  }
+  for (const char* name : {"imu.csv", "groundtruth_state.csv", "calibration.yaml"}) {
+    const std::string text = ReadText(folder.path() / "a" / name);
+    EXPECT_GT(text.size(), 100U) << name;
+    EXPECT_EQ(text, ReadText(folder.path() / "b" / name)) << name;
+  }
+}
+
 TEST(WriteTum, SurfaceIsTheMeshInBinaryPly) {
   const TemporaryDirectory folder;
   SimulationOptions options = SmallOptions();
@@ -159,6 +243,26 @@ TEST(SimulateCommand, WritesTheRoomIntoAnEmptyFolderToo) {
   EXPECT_EQ(CountEntries(folder.path() / "depth"), 2);
 }
 
+TEST(SimulateCommand, LeavesTheImuOutWhereItIsToldTo) {
+  const TemporaryDirectory folder;
+  const Outcome run =
+      Highwall("simulate room --duration 0.03 --imu off --out " + folder.path().string());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_FALSE(fs::exists(folder.path() / "imu.csv"));
+  EXPECT_FALSE(fs::exists(folder.path() / "groundtruth_state.csv"));
+  EXPECT_FALSE(apps::LoadConfig(apps::CalibrationFile(folder.path())).imu.has_value());
+}
+
+TEST(SimulateCommand, MovesTheClockOfTheImuAndRestsAtFirst) {
+  const TemporaryDirectory folder;
+  const Outcome run = Highwall("simulate room --duration 0.03 --noise off --rest 1 " +
+                               ("--time-offset -0.03 --out " + folder.path().string()));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const ImuRecording imu = ReadImu(folder.path() / "imu.csv", {1'000'000'000, 1'000'000'000});
+  EXPECT_EQ(imu.samples.front().stamp, 440'000'000);  // 1 s - (0.5 + 0.03) s - 0.03 s
+  for (const ImuSample& sample : imu.samples) EXPECT_EQ(sample.gyroscope.norm(), 0.0);
+}
+
 TEST(SimulateCommand, RefusesToOverwriteWithOneLine) {
   const TemporaryDirectory folder;
   WriteText(folder.path() / "mine.txt", "precious");
@@ -177,6 +281,9 @@ TEST(SimulateCommand, UnknownScenesNoisesAndNumbersAreUsageErrors) {
   EXPECT_EQ(Highwall("simulate room --seed -1" + out).exit_code, 1);
   EXPECT_EQ(Highwall("simulate room --seed 99999999999999999999" + out).exit_code, 1);
   EXPECT_EQ(Highwall("simulate room --duration nan" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --imu maybe" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --time-offset 1" + out).exit_code, 1);
+  EXPECT_EQ(Highwall("simulate room --rest -1" + out).exit_code, 1);
   EXPECT_EQ(Highwall("simulate room").exit_code, 1);
   EXPECT_EQ(CountEntries(folder.path()), 0);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -41,6 +42,8 @@ class Dataset {
   virtual Stamp stamp(std::size_t index) const = 0;
   // T_WC of the reference, null where the dataset has none.
   virtual const Trajectory* groundtruth() const = 0;
+  // The readings of an IMU, for ReadImu(); empty where the dataset has none.
+  virtual std::optional<std::filesystem::path> imu_file() const { return std::nullopt; }
 
   std::optional<RgbdImage> Load(std::size_t index) const;
   // The frames that Load() has found unusable so far, by index, each once.

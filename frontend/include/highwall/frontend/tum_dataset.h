@@ -50,6 +50,8 @@ class TumDataset final : public Dataset {
   Stamp stamp(std::size_t index) const override { return colour_[frames_.at(index).first].stamp; }
   const Trajectory* groundtruth() const override { return groundtruth_ ? &*groundtruth_ : nullptr; }
 
+  std::optional<std::filesystem::path> imu_file() const override;
+
   const std::filesystem::path& directory() const { return directory_; }
   const std::vector<TumImageFile>& colour_files() const { return colour_; }
   const std::vector<TumImageFile>& depth_files() const { return depth_; }

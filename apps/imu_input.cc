@@ -1,0 +1,34 @@
+#include "imu_input.h"
+
+#include <highwall/frontend/imu_reader.h>
+
+namespace highwall::apps {
+
+std::optional<ImuInput> LoadImu(const Dataset& dataset,
+                                const std::optional<ImuCalibration>& calibration) {
+  const std::optional<std::filesystem::path> file = dataset.imu_file();
+  if (!file || dataset.size() == 0) return std::nullopt;
+  ImuInput input;
+  input.file = *file;
+  input.calibration = calibration.value_or(ImuCalibration{});
+  const Stamp offset = FromSeconds(input.calibration.time_offset);
+  const VideoSpan video{dataset.stamp(0) + offset, dataset.stamp(dataset.size() - 1) + offset};
+  const ImuRecording recording = ReadImu(*file, video);
+  input.findings = CheckImu(recording.samples, video);
+  input.samples = RepairImu(recording.samples, input.findings);
+
+  if (!recording.warning.empty()) input.warnings.push_back(recording.warning);
+  for (const ImuFinding& finding : input.findings) {
+    input.warnings.push_back(
+        file->string() + ": " + finding.text +
+        (finding.severity == ImuSeverity::kFatal ? "; the IMU is not used" : ""));
+  }
+  if (!calibration) {
+    input.warnings.push_back(file->string() +
+                             ": the IMU is not calibrated: its axes are taken for the camera's; "
+                             "put a section 'imu' with T_BC and its noise into calibration.yaml");
+  }
+  return input;
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,323 @@
+#include <highwall/frontend/imu_check.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Geometry>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+constexpr double kMetresPerG = 9.80665;  // [m/s^2]
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+using Kind = ImuFindingKind;
+using Sensor = Eigen::Vector3d ImuSample::*;
+
+std::string Number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+bool IsFinite(const ImuSample& sample) {
+  return sample.gyroscope.allFinite() && sample.accelerometer.allFinite();
+}
+
+// Those that an estimator can use, in order, each stamp once: the first of equal ones stays.
+std::vector<ImuSample> Usable(std::span<const ImuSample> samples) {
+  std::vector<ImuSample> usable;
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(usable), IsFinite);
+  std::stable_sort(usable.begin(), usable.end(),
+                   [](const ImuSample& a, const ImuSample& b) { return a.stamp < b.stamp; });
+  const auto end =
+      std::unique(usable.begin(), usable.end(),
+                  [](const ImuSample& a, const ImuSample& b) { return a.stamp == b.stamp; });
+  usable.erase(end, usable.end());
+  return usable;
+}
+
+// Collects findings about one recording, whose usable readings are not empty.
+class Checker {
+ public:
+  Checker(std::span<const ImuSample> samples, const VideoSpan& video,
+          const ImuCheckOptions& options)
+      : samples_(samples), video_(video), options_(options), usable_(Usable(samples)) {}
+
+  std::vector<ImuFinding> Run() {
+    CheckFinite();
+    if (usable_.empty()) {
+      Add(Kind::kEmpty, ImuSeverity::kFatal, "holds no reading that can be used");
+      return findings_;
+    }
+    CheckOrder();
+    CheckSpan();
+    CheckGaps();
+    CheckFrozen("gyroscope", Kind::kFrozenGyroscope, &ImuSample::gyroscope,
+                &ImuSample::accelerometer);
+    CheckFrozen("accelerometer", Kind::kFrozenAccelerometer, &ImuSample::accelerometer,
+                &ImuSample::gyroscope);
+    CheckAccelerometerUnit();
+    CheckGyroscopeUnit();
+    std::stable_sort(
+        findings_.begin(), findings_.end(), [](const ImuFinding& a, const ImuFinding& b) {
+          return a.severity == ImuSeverity::kFatal && b.severity != ImuSeverity::kFatal;
+        });
+    return findings_;
+  }
+
+ private:
+  void Add(Kind kind, ImuSeverity severity, std::string text) {
+    findings_.push_back({kind, severity, std::move(text)});
+  }
+
+  void CheckFinite() {
+    const auto bad = std::count_if(samples_.begin(), samples_.end(),
+                                   [](const ImuSample& sample) { return !IsFinite(sample); });
+    if (bad == 0) return;
+    const double share = static_cast<double>(bad) / static_cast<double>(samples_.size());
+    const bool fatal = share > options_.max_bad_share;
+    Add(Kind::kNotFinite, fatal ? ImuSeverity::kFatal : ImuSeverity::kWarning,
+        std::to_string(bad) + " of " + std::to_string(samples_.size()) +
+            " readings are NaN or infinite" + (fatal ? "" : "; left out"));
+  }
+
+  void CheckOrder() {
+    std::size_t back = 0;
+    for (std::size_t i = 1; i < samples_.size(); ++i) {
+      if (samples_[i].stamp < samples_[i - 1].stamp) ++back;
+    }
+    if (back > 0) {
+      Add(Kind::kOutOfOrder, ImuSeverity::kWarning,
+          std::to_string(back) + " stamps are smaller than the one before; sorted");
+    }
+    const std::size_t finite =
+        static_cast<std::size_t>(std::count_if(samples_.begin(), samples_.end(), IsFinite));
+    if (const std::size_t copies = finite - usable_.size(); copies > 0) {
+      Add(Kind::kDuplicates, ImuSeverity::kWarning,
+          std::to_string(copies) + " stamps are there twice; the first reading stays");
+    }
+  }
+
+  void CheckSpan() {
+    const Stamp first = usable_.front().stamp, last = usable_.back().stamp;
+    if (first > video_.end || last < video_.begin) {
+      Add(Kind::kOtherClock, ImuSeverity::kFatal,
+          "readings from " + FormatStamp(first) + " to " + FormatStamp(last) +
+              " s do not meet the video, " + FormatStamp(video_.begin) + " to " +
+              FormatStamp(video_.end) + " s: another clock");
+      return;
+    }
+    if (const double late = ToSeconds(first - video_.begin); late > options_.max_step) {
+      Add(Kind::kStartsLate, ImuSeverity::kWarning,
+          "begins " + Number(late) + " s after the video; RGB-D alone until then");
+    }
+    if (const double early = ToSeconds(video_.end - last); early > options_.max_step) {
+      Add(Kind::kEndsEarly, ImuSeverity::kWarning,
+          "ends " + Number(early) + " s before the video; RGB-D alone from there");
+    }
+  }
+
+  void CheckGaps() {
+    std::size_t gaps = 0, longest = 1;
+    const auto step = [this](std::size_t i) { return usable_[i].stamp - usable_[i - 1].stamp; };
+    for (std::size_t i = 1; i < usable_.size(); ++i) {
+      if (ToSeconds(step(i)) > options_.max_step) ++gaps;
+      if (step(i) > step(longest)) longest = i;
+    }
+    if (gaps == 0) return;
+    Add(Kind::kGaps, ImuSeverity::kWarning,
+        std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") + " above " +
+            Number(options_.max_step) + " s, the longest of " + Number(ToSeconds(step(longest))) +
+            " s at " + FormatStamp(usable_[longest - 1].stamp) + "; RGB-D alone across them");
+  }
+
+  // Equal from the first reading to the last, or for long while the other sensor changes.
+  void CheckFrozen(const char* name, Kind kind, Sensor sensor, Sensor other) {
+    const auto shortest = static_cast<std::size_t>(options_.frozen_readings);
+    for (std::size_t begin = 0, end = 0; begin < usable_.size(); begin = end) {
+      bool other_changes = false;
+      for (end = begin + 1; end < usable_.size() && usable_[end].*sensor == usable_[begin].*sensor;
+           ++end) {
+        other_changes |= usable_[end].*other != usable_[begin].*other;
+      }
+      const bool all = end - begin == usable_.size();
+      if (end - begin < shortest || !(all || other_changes)) continue;
+      Add(kind, ImuSeverity::kFatal,
+          std::string(name) + " is frozen: it repeats one reading " +
+              (all ? "from beginning to end" : "at " + FormatStamp(usable_[begin].stamp)));
+      return;
+    }
+  }
+
+  void CheckAccelerometerUnit() {
+    std::vector<double> norms;
+    for (const ImuSample& sample : usable_) norms.push_back(sample.accelerometer.norm());
+    const auto middle = norms.begin() + std::ssize(norms) / 2;
+    std::nth_element(norms.begin(), middle, norms.end());
+    const double norm = *middle;
+    constexpr double kLowest = 5.0, kHighest = 20.0;  // [m/s^2] of a camera that is carried
+    if (norm >= kLowest && norm <= kHighest) return;
+    const std::string median = "accelerometer: the median norm is " + Number(norm);
+    if (std::abs(norm - 1.0) < 0.05) {
+      Add(Kind::kAccelerometerInG, ImuSeverity::kWarning,
+          median + ": it is in g, not in m/s^2; converted");
+    } else if (norm > 0.5 && norm < 2.0) {
+      Add(Kind::kAccelerometerInG, ImuSeverity::kFatal,
+          median + ": it is likely in g, not in m/s^2; multiply by 9.80665");
+    } else {
+      Add(Kind::kAccelerometerImplausible, ImuSeverity::kFatal,
+          median + ", where gravity alone makes 9.8 m/s^2: the unit is unknown");
+    }
+  }
+
+  void CheckGyroscopeUnit() {
+    double sum = 0.0;
+    for (const ImuSample& sample : usable_) sum += sample.gyroscope.squaredNorm();
+    const double rms = std::sqrt(sum / static_cast<double>(usable_.size()));
+    if (rms > options_.max_angular_rate) {
+      Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
+          "gyroscope: the RMS rate is " + Number(rms) +
+              ": it is likely in deg/s, not in rad/s; multiply by 0.0174533");
+    } else if (DegreesExplainGravity()) {
+      Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
+          "gyroscope: taken for deg/s it explains how gravity turns, taken for rad/s it does not: "
+          "it is likely in deg/s; multiply by 0.0174533");
+    }
+  }
+
+  // How far [rad] gravity's direction at the end of [begin, end) is from that at its beginning
+  // turned by the gyroscope times `scale`; the directions are means over a tenth of the readings.
+  double GravityError(std::size_t begin, std::size_t end, double scale) const {
+    const std::size_t part = (end - begin) / 10;
+    Eigen::Quaterniond q = Eigen::Quaterniond::Identity();  // from the frame now to that of begin
+    Eigen::Vector3d first = Eigen::Vector3d::Zero(), last = first;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i > begin) {
+        const double step = ToSeconds(usable_[i].stamp - usable_[i - 1].stamp);
+        q = q * so3::Exp(0.5 * step * scale * (usable_[i - 1].gyroscope + usable_[i].gyroscope));
+      }
+      if (i < begin + part) first += q * usable_[i].accelerometer;
+      if (i >= end - part) last += q * usable_[i].accelerometer;
+    }
+    return std::atan2(first.cross(last).norm(), first.dot(last));
+  }
+
+  // Over windows of half a second in which the readings taken for rad/s turn a lot.
+  bool DegreesExplainGravity() const {
+    constexpr double kWindow = 0.5, kTurn = 1.0;  // [s], [rad]
+    constexpr std::size_t kLeastReadings = 20, kLeastWindows = 3;
+    std::vector<double> as_radians, as_degrees;
+    for (std::size_t begin = 0, end = 0; end < usable_.size(); begin = end) {
+      double turn = 0.0;
+      for (end = begin + 1;
+           end < usable_.size() && ToSeconds(usable_[end].stamp - usable_[begin].stamp) < kWindow;
+           ++end) {
+        turn +=
+            usable_[end].gyroscope.norm() * ToSeconds(usable_[end].stamp - usable_[end - 1].stamp);
+      }
+      if (turn < kTurn || end - begin < kLeastReadings) continue;
+      as_radians.push_back(GravityError(begin, end, 1.0));
+      as_degrees.push_back(GravityError(begin, end, kRadiansPerDegree));
+    }
+    if (as_radians.size() < kLeastWindows) return false;
+    const auto median = [](std::vector<double>* values) {
+      const auto middle = values->begin() + std::ssize(*values) / 2;
+      std::nth_element(values->begin(), middle, values->end());
+      return *middle;
+    };
+    const double radians = median(&as_radians);
+    return radians > 0.5 && median(&as_degrees) < 0.25 * radians;
+  }
+
+  std::span<const ImuSample> samples_;
+  VideoSpan video_;
+  ImuCheckOptions options_;
+  std::vector<ImuSample> usable_;
+  std::vector<ImuFinding> findings_;
+};
+
+}  // namespace
+
+const char* ToString(ImuFindingKind kind) {
+  switch (kind) {
+    case Kind::kEmpty:
+      return "empty";
+    case Kind::kNotFinite:
+      return "not_finite";
+    case Kind::kOutOfOrder:
+      return "out_of_order";
+    case Kind::kDuplicates:
+      return "duplicates";
+    case Kind::kOtherClock:
+      return "other_clock";
+    case Kind::kStartsLate:
+      return "starts_late";
+    case Kind::kEndsEarly:
+      return "ends_early";
+    case Kind::kGaps:
+      return "gaps";
+    case Kind::kFrozenGyroscope:
+      return "frozen_gyroscope";
+    case Kind::kFrozenAccelerometer:
+      return "frozen_accelerometer";
+    case Kind::kGyroscopeInDegrees:
+      return "gyroscope_in_degrees";
+    case Kind::kAccelerometerInG:
+      return "accelerometer_in_g";
+    case Kind::kAccelerometerImplausible:
+      return "accelerometer_implausible";
+    case Kind::kAccelerometerReversed:
+      return "accelerometer_reversed";
+  }
+  return "unknown";
+}
+
+void ImuCheckOptions::Validate() const {
+  HIGHWALL_REQUIRE(max_step > 0.0,
+                   "ImuCheckOptions::max_step must be positive, got " + std::to_string(max_step));
+  HIGHWALL_REQUIRE(frozen_readings >= 2, "ImuCheckOptions::frozen_readings must be at least 2");
+  HIGHWALL_REQUIRE(
+      max_bad_share >= 0.0 && max_bad_share <= 1.0,
+      "ImuCheckOptions::max_bad_share must be in [0, 1], got " + std::to_string(max_bad_share));
+  HIGHWALL_REQUIRE(max_angular_rate > 0.0, "ImuCheckOptions::max_angular_rate must be positive");
+}
+
+std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const VideoSpan& video,
+                                 const ImuCheckOptions& options) {
+  options.Validate();
+  return Checker(samples, video, options).Run();
+}
+
+bool HasFatal(std::span<const ImuFinding> findings) {
+  return std::any_of(findings.begin(), findings.end(), [](const ImuFinding& finding) {
+    return finding.severity == ImuSeverity::kFatal;
+  });
+}
+
+std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
+                                 std::span<const ImuFinding> findings) {
+  std::vector<ImuSample> repaired = Usable(samples);
+  const bool in_g = std::any_of(findings.begin(), findings.end(), [](const ImuFinding& finding) {
+    return finding.kind == Kind::kAccelerometerInG && finding.severity == ImuSeverity::kWarning;
+  });
+  if (in_g) {
+    for (ImuSample& sample : repaired) sample.accelerometer *= kMetresPerG;
+  }
+  return repaired;
+}
+
+ImuFinding AccelerometerReversed() {
+  return {Kind::kAccelerometerReversed, ImuSeverity::kFatal,
+          "accelerometer: its sign is reversed, it reads gravity instead of the specific force "
+          "(at rest it must point up); multiply by -1"};
+}
+
+}  // namespace highwall

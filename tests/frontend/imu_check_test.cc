@@ -1,0 +1,238 @@
+#include <highwall/frontend/imu_check.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+using Kind = ImuFindingKind;
+
+constexpr Stamp kSecond = 1'000'000'000;
+constexpr VideoSpan kVideo{1 * kSecond, 9 * kSecond};
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// A hand-held IMU at 200 Hz from 0.5 to 9.5 s that nods and sways by up to `rate` [rad/s].
+std::vector<ImuSample> HandHeld(double rate = 1.0) {
+  std::mt19937 rng(1);
+  std::normal_distribution<double> normal;
+  const auto noise = [&](double sigma) {
+    return Eigen::Vector3d(sigma * normal(rng), sigma * normal(rng), sigma * normal(rng));
+  };
+  std::vector<ImuSample> samples;
+  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
+  for (int i = 0; i <= 1800; ++i) {
+    const double t = 0.5 + i / 200.0;
+    const Eigen::Vector3d w(rate * std::cos(1.3 * t), rate * std::sin(0.9 * t), 0.4 * rate);
+    const Eigen::Vector3d a_W(0.8 * std::sin(2.0 * t), 0.5 * std::cos(3.0 * t), 0.3);
+    samples.push_back({FromSeconds(t), w + noise(3e-3),
+                       q_WB.conjugate() * (a_W + Eigen::Vector3d(0, 0, 9.81)) + noise(2e-2)});
+    q_WB = q_WB * so3::Exp(w / 200.0);
+  }
+  return samples;
+}
+
+// The only finding.
+ImuFinding Only(const std::vector<ImuSample>& samples, const VideoSpan& video = kVideo) {
+  const std::vector<ImuFinding> findings = CheckImu(samples, video);
+  EXPECT_EQ(findings.size(), 1U);
+  for (const ImuFinding& finding : findings) {
+    EXPECT_EQ(finding.text.find('\n'), std::string::npos) << finding.text;
+  }
+  return findings.empty() ? ImuFinding{.text = "nothing found"} : findings.front();
+}
+
+void ExpectWarning(const ImuFinding& finding, Kind kind, const std::string& text) {
+  EXPECT_EQ(finding.kind, kind) << ToString(finding.kind);
+  EXPECT_EQ(finding.severity, ImuSeverity::kWarning);
+  EXPECT_EQ(finding.text, text);
+}
+
+void ExpectFatal(const ImuFinding& finding, Kind kind, const std::string& text) {
+  EXPECT_EQ(finding.kind, kind) << ToString(finding.kind);
+  EXPECT_EQ(finding.severity, ImuSeverity::kFatal);
+  EXPECT_EQ(finding.text, text);
+}
+
+TEST(CheckImu, FindsNothingInASoundRecording) {
+  for (const double rate : {0.0, 0.1, 1.0, 4.0}) {
+    const auto samples = HandHeld(rate);
+    EXPECT_TRUE(CheckImu(samples, kVideo).empty()) << rate;
+    EXPECT_EQ(RepairImu(samples, {}).size(), samples.size());
+  }
+}
+
+TEST(CheckImu, SetsAFewNanReadingsAside) {
+  auto samples = HandHeld();
+  samples[100].gyroscope.y() = kNan;
+  samples[200].accelerometer.x() = std::numeric_limits<double>::infinity();
+  ExpectWarning(Only(samples), Kind::kNotFinite,
+                "2 of 1801 readings are NaN or infinite; left out");
+  EXPECT_EQ(RepairImu(samples, {}).size(), 1799U);
+}
+
+TEST(CheckImu, GivesUpOnManyNanReadings) {
+  auto samples = HandHeld();
+  for (std::size_t i = 0; i < samples.size(); i += 5) samples[i].gyroscope.x() = kNan;
+  ExpectFatal(Only(samples), Kind::kNotFinite, "361 of 1801 readings are NaN or infinite");
+  for (ImuSample& sample : samples) sample.gyroscope.x() = kNan;
+  const auto findings = CheckImu(samples, kVideo);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(findings[0].text, "1801 of 1801 readings are NaN or infinite");
+  EXPECT_EQ(findings[1].kind, Kind::kEmpty);
+  EXPECT_EQ(CheckImu({}, kVideo).at(0).text, "holds no reading that can be used");
+}
+
+TEST(CheckImu, SortsAndDropsDuplicates) {
+  auto samples = HandHeld();
+  std::swap(samples[50], samples[51]);
+  ExpectWarning(Only(samples), Kind::kOutOfOrder,
+                "1 stamps are smaller than the one before; sorted");
+  const auto sorted = RepairImu(samples, {});
+  EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end(),
+                             [](auto& a, auto& b) { return a.stamp < b.stamp; }));
+  samples = HandHeld();
+  samples[70].stamp = samples[69].stamp;
+  ExpectWarning(Only(samples), Kind::kDuplicates,
+                "1 stamps are there twice; the first reading stays");
+  EXPECT_EQ(RepairImu(samples, {}).size(), 1800U);
+  EXPECT_EQ(RepairImu(samples, {})[69].gyroscope, samples[69].gyroscope);
+}
+
+TEST(CheckImu, FindsAnotherClock) {
+  ExpectFatal(Only(HandHeld(), {1000 * kSecond, 1010 * kSecond}), Kind::kOtherClock,
+              "readings from 0.500000 to 9.500000 s do not meet the video, 1000.000000 to "
+              "1010.000000 s: another clock");
+}
+
+TEST(CheckImu, FindsAnImuThatIsShorterThanTheVideo) {
+  ExpectWarning(Only(HandHeld(), {0, 9 * kSecond}), Kind::kStartsLate,
+                "begins 0.5 s after the video; RGB-D alone until then");
+  ExpectWarning(Only(HandHeld(), {1 * kSecond, 12 * kSecond}), Kind::kEndsEarly,
+                "ends 2.5 s before the video; RGB-D alone from there");
+  EXPECT_TRUE(CheckImu(HandHeld(), {kSecond / 2 - kSecond / 20, 9 * kSecond}).empty());
+}
+
+TEST(CheckImu, FindsGapsAboveATenthOfASecond) {
+  auto samples = HandHeld();
+  samples.erase(samples.begin() + 1000, samples.begin() + 1049);  // 0.25 s
+  samples.erase(samples.begin() + 300, samples.begin() + 319);    // 0.1 s: not yet a gap
+  ExpectWarning(Only(samples), Kind::kGaps,
+                "1 gap above 0.1 s, the longest of 0.25 s at 5.495000; RGB-D alone across them");
+  samples.erase(samples.begin() + 500, samples.begin() + 530);
+  EXPECT_TRUE(Only(samples).text.starts_with("2 gaps above 0.1 s, the longest of 0.25 s"));
+}
+
+TEST(CheckImu, FindsAFrozenGyroscope) {
+  auto samples = HandHeld();
+  for (std::size_t i = 600; i < 660; ++i) samples[i].gyroscope = samples[600].gyroscope;
+  ExpectFatal(Only(samples), Kind::kFrozenGyroscope,
+              "gyroscope is frozen: it repeats one reading at 3.500000");
+  for (ImuSample& sample : samples) sample.gyroscope.setZero();
+  ExpectFatal(Only(samples), Kind::kFrozenGyroscope,
+              "gyroscope is frozen: it repeats one reading from beginning to end");
+}
+
+TEST(CheckImu, FindsAFrozenAccelerometer) {
+  auto samples = HandHeld();
+  for (std::size_t i = 600; i < 660; ++i) samples[i].accelerometer = samples[600].accelerometer;
+  ExpectFatal(Only(samples), Kind::kFrozenAccelerometer,
+              "accelerometer is frozen: it repeats one reading at 3.500000");
+}
+
+TEST(CheckImu, TakesAnImuWithoutNoiseAtRestForSound) {
+  auto samples = HandHeld();
+  for (std::size_t i = 0; i < 400; ++i) {
+    samples[i].gyroscope.setZero();
+    samples[i].accelerometer = {0, 0, 9.81};
+  }
+  EXPECT_TRUE(CheckImu(samples, kVideo).empty());
+}
+
+TEST(CheckImu, ConvertsAnAccelerometerThatIsCertainlyInG) {
+  auto samples = HandHeld();
+  for (ImuSample& sample : samples) sample.accelerometer /= 9.80665;
+  const ImuFinding finding = Only(samples);
+  EXPECT_EQ(finding.kind, Kind::kAccelerometerInG);
+  EXPECT_EQ(finding.severity, ImuSeverity::kWarning) << finding.text;
+  EXPECT_TRUE(finding.text.ends_with(": it is in g, not in m/s^2; converted")) << finding.text;
+  const auto repaired = RepairImu(samples, std::vector{finding}), expected = HandHeld();
+  ASSERT_EQ(repaired.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_TRUE(repaired[i].accelerometer.isApprox(expected[i].accelerometer, 1e-14));  // rounding
+  }
+}
+
+TEST(CheckImu, NamesTheLikelyUnitOfAnAccelerometerThatIsNot) {
+  auto samples = HandHeld();
+  for (ImuSample& sample : samples) sample.accelerometer *= 1.2 / 9.9;
+  ImuFinding finding = Only(samples);
+  EXPECT_EQ(finding.kind, Kind::kAccelerometerInG);
+  EXPECT_EQ(finding.severity, ImuSeverity::kFatal);
+  EXPECT_TRUE(finding.text.ends_with(": it is likely in g, not in m/s^2; multiply by 9.80665"))
+      << finding.text;
+  for (ImuSample& sample : samples) sample.accelerometer *= 1000.0;
+  finding = Only(samples);
+  EXPECT_EQ(finding.kind, Kind::kAccelerometerImplausible);
+  EXPECT_EQ(finding.severity, ImuSeverity::kFatal);
+  EXPECT_NE(finding.text.find("the unit is unknown"), std::string::npos) << finding.text;
+}
+
+TEST(CheckImu, FindsAGyroscopeInDegreesByItsRate) {
+  auto samples = HandHeld();
+  for (ImuSample& sample : samples) sample.gyroscope *= 57.29578;
+  const ImuFinding finding = Only(samples);
+  EXPECT_EQ(finding.kind, Kind::kGyroscopeInDegrees);
+  EXPECT_EQ(finding.severity, ImuSeverity::kFatal);
+  EXPECT_TRUE(
+      finding.text.ends_with(": it is likely in deg/s, not in rad/s; multiply by 0.0174533"))
+      << finding.text;
+}
+
+TEST(CheckImu, FindsAGyroscopeInDegreesOfASlowMotionByTheTurningOfGravity) {
+  auto samples = HandHeld(0.15);  // 9 deg/s
+  for (ImuSample& sample : samples) sample.gyroscope *= 57.29578;
+  ExpectFatal(Only(samples), Kind::kGyroscopeInDegrees,
+              "gyroscope: taken for deg/s it explains how gravity turns, taken for rad/s it does "
+              "not: it is likely in deg/s; multiply by 0.0174533");
+}
+
+TEST(CheckImu, PutsTheWorstFirst) {
+  auto samples = HandHeld();
+  samples[70].stamp = samples[69].stamp;
+  for (ImuSample& sample : samples) sample.gyroscope *= 57.29578;
+  const auto findings = CheckImu(samples, kVideo);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(findings[0].kind, Kind::kGyroscopeInDegrees);
+  EXPECT_TRUE(HasFatal(findings));
+  EXPECT_FALSE(HasFatal(std::span(findings).subspan(1)));
+}
+
+TEST(CheckImu, LeavesTheSignOfGravityToTheEstimator) {
+  auto samples = HandHeld();
+  for (ImuSample& sample : samples) sample.accelerometer *= -1.0;
+  EXPECT_TRUE(CheckImu(samples, kVideo).empty());
+  ExpectFatal(AccelerometerReversed(), Kind::kAccelerometerReversed,
+              "accelerometer: its sign is reversed, it reads gravity instead of the specific force "
+              "(at rest it must point up); multiply by -1");
+}
+
+TEST(CheckImu, RefusesBadOptions) {
+  const auto samples = HandHeld();
+  EXPECT_THROW(CheckImu(samples, kVideo, {.max_step = 0.0}), InvalidArgument);
+  EXPECT_THROW(CheckImu(samples, kVideo, {.frozen_readings = 1}), InvalidArgument);
+  EXPECT_THROW(CheckImu(samples, kVideo, {.max_bad_share = 2.0}), InvalidArgument);
+  EXPECT_THROW(CheckImu(samples, kVideo, {.max_angular_rate = kNan}), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,176 @@
+#include <highwall/frontend/imu_reader.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "generated_tum.h"
+
+namespace highwall {
+namespace {
+
+using testing::TemporaryDirectory;
+using testing::WriteText;
+
+constexpr Stamp kSecond = 1'000'000'000;
+constexpr VideoSpan kToday{1403715273 * kSecond, 1403715280 * kSecond};
+constexpr VideoSpan kFromOne{1 * kSecond, 9 * kSecond};
+constexpr const char* kHeader =
+    "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+    "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+
+ImuRecording ReadText(const std::string& text, const VideoSpan& video = kToday) {
+  const TemporaryDirectory folder("text");
+  WriteText(folder.path() / "imu.csv", text);
+  return ReadImu(folder.path() / "imu.csv", video);
+}
+
+// Of the error, without the path of the file.
+std::string Message(const std::string& text, const VideoSpan& video = kToday) {
+  const TemporaryDirectory folder("message");
+  const std::string path = (folder.path() / "imu.csv").string();
+  WriteText(path, text);
+  try {
+    ReadImu(path, video);
+  } catch (const IoError& error) {
+    const std::string message = error.what();
+    EXPECT_TRUE(message.starts_with(path)) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message.substr(path.size());
+  }
+  return "accepted";
+}
+
+TEST(ReadImu, ReadsTheColumnsOfEuroc) {
+  const ImuRecording imu = ReadText(std::string(kHeader) +
+                                    "1403715273262142976,-0.1,0.2,3e-1,9.5,-0.25,-3\n"
+                                    "1403715273267142912,1,2,3,4,5,6\n");
+  EXPECT_EQ(imu.warning, "");
+  ASSERT_EQ(imu.samples.size(), 2U);
+  EXPECT_EQ(imu.samples[0].stamp, 1403715273262142976);
+  EXPECT_EQ(imu.samples[0].gyroscope, Eigen::Vector3d(-0.1, 0.2, 0.3));
+  EXPECT_EQ(imu.samples[0].accelerometer, Eigen::Vector3d(9.5, -0.25, -3.0));
+  EXPECT_EQ(imu.samples[1].stamp, 1403715273267142912);
+}
+
+TEST(ReadImu, ToleratesHeadingsCommentsBlanksAndCarriageReturns) {
+  const std::string line = "1403715274000000000, 1, 2, 3, 4, 5, 6\r\n";
+  for (const std::string& head :
+       {std::string(), std::string("timestamp,wx,wy,wz,ax,ay,az\r\n"), std::string("\"t\",x\n"),
+        std::string("# a\n\n  \n# b\n"), std::string("\xef\xbb\xbf#t\n")}) {
+    EXPECT_EQ(ReadText(head + line + "# end\n").samples.size(), 1U) << head;
+  }
+}
+
+TEST(ReadImu, ReadsSecondsBetweenBlanksAsEth3dHasThem) {
+  const ImuRecording imu =
+      ReadText("1403715273.262142976 1 2 3 4 5 6\n1403715273.267143\t1 2 3  4 5 6 \n");
+  EXPECT_EQ(imu.warning, "");
+  ASSERT_EQ(imu.samples.size(), 2U);
+  EXPECT_EQ(imu.samples[0].stamp, 1403715273262142976);
+  EXPECT_EQ(imu.samples[1].stamp, 1403715273267143000);
+}
+
+TEST(ReadImu, KeepsWhatIsForTheCheckToFind) {
+  const ImuRecording imu = ReadText(
+      "1403715273005000000,nan,2,3,4,5,6\n1403715273000000000,1,2,3,4,5,-inf\n"
+      "1403715273000000000,1,2,3,4,5,6\n");
+  ASSERT_EQ(imu.samples.size(), 3U);
+  EXPECT_TRUE(std::isnan(imu.samples[0].gyroscope.x()));
+  EXPECT_TRUE(std::isinf(imu.samples[1].accelerometer.z()));
+  EXPECT_EQ(imu.samples[1].stamp, imu.samples[2].stamp);
+}
+
+// Readings 5 ms apart from `first` on, as `suffix` zeros make their unit.
+std::string Lines(const std::string& first, const std::string& second) {
+  const std::string rest = ",1,2,3,4,5,6\n";
+  return first + rest + second + rest;
+}
+
+TEST(ReadImu, ConvertsStampsInAnotherUnitAndSaysSo) {
+  struct Case {
+    std::string text, unit;
+    VideoSpan video;
+    Stamp first;
+  };
+  for (const Case& c :
+       {Case{Lines("1403715274000000", "1403715274005000"), "in microseconds, not in nanoseconds",
+             kToday, 1403715274 * kSecond},
+        Case{Lines("1403715274000", "1403715274005"), "in milliseconds, not in nanoseconds", kToday,
+             1403715274 * kSecond},
+        Case{Lines("1403715274", "1403715275"), "in seconds, not in nanoseconds", kToday,
+             1403715274 * kSecond},
+        Case{Lines("1403715274000000000.0", "1403715274005000000.0"),
+             "in nanoseconds, not in seconds", kToday, 1403715274 * kSecond},
+        Case{Lines("1403715274000.5", "1403715274005.5"), "in milliseconds, not in seconds", kToday,
+             1403715274 * kSecond + 500'000},
+        // Both as nanoseconds and as microseconds they meet the video: 200 Hz decides.
+        Case{Lines("2000000", "2005000"), "in microseconds, not in nanoseconds", kFromOne,
+             2 * kSecond},
+        Case{Lines("2e0", "2.005e0"), "", kFromOne, 2 * kSecond}}) {
+    const ImuRecording imu = ReadText(c.text, c.video);
+    EXPECT_EQ(imu.samples[0].stamp, c.first) << c.text;
+    if (c.unit.empty()) {
+      EXPECT_EQ(imu.warning, "");
+    } else {
+      EXPECT_NE(imu.warning.find("imu.csv: its stamps are " + c.unit + "; converted"),
+                std::string::npos)
+          << imu.warning;
+    }
+  }
+}
+
+TEST(ReadImu, TakesNanosecondsWhereTheyMeetTheVideoWhateverElseDoes) {
+  // 200 Hz in nanoseconds; in microseconds it would span hours and meet the video too.
+  const ImuRecording imu = ReadText(Lines("2000000000", "2005000000"), {0, 9000 * kSecond});
+  EXPECT_EQ(imu.samples[0].stamp, 2 * kSecond);
+  EXPECT_EQ(imu.warning, "");
+}
+
+TEST(ReadImu, RefusesAnotherClock) {
+  EXPECT_EQ(Message(Lines("2000000000", "2005000000")),
+            ": its stamps (2.000000 to 2.005000 s) do not meet those of the video "
+            "(1403715273.000000 to 1403715280.000000 s): another clock; write both in one clock, "
+            "or run with --imu off");
+  EXPECT_NE(Message(Lines("12.000", "12.005"), kFromOne).find("(12.000000 to 12.005000 s)"),
+            std::string::npos);
+}
+
+TEST(ReadImu, NamesTheLineThatIsMalformed) {
+  const std::string good = "1403715274000000000,1,2,3,4,5,6\n";
+  EXPECT_EQ(Message(std::string(kHeader) + good + "1403715274005000000,1,2,3,4,5\n"),
+            ":3: has 6 fields; a reading is a stamp, three of the gyroscope [rad/s] and three of "
+            "the accelerometer [m/s^2]");
+  EXPECT_EQ(Message(good + "14o3,1,2,3,4,5,6\n"),
+            ":2: '14o3' is not a time stamp; write whole nanoseconds or decimal seconds");
+  EXPECT_EQ(Message(good + "1403715274005000000,1,2,3,4,5 6,7\n"),
+            ":2: '5 6' is not a number; correct the line or remove it");
+  EXPECT_EQ(Message(good + "1403715274005000000,1,,3,4,5,6\n"),
+            ":2: '' is not a number; correct the line or remove it");
+  EXPECT_EQ(Message(good + "timestamp,1,2,3,4,5,6\n"),
+            ":2: 'timestamp' is not a time stamp; write whole nanoseconds or decimal seconds");
+  EXPECT_NE(Message("99999999999999999999,1,2,3,4,5,6\n").find(":1: "), std::string::npos);
+}
+
+TEST(ReadImu, RefusesAFileWithoutReadings) {
+  EXPECT_EQ(Message(kHeader), ": holds no reading; remove it to run without an IMU");
+  EXPECT_THROW(ReadImu("/nowhere/imu.csv", kToday), IoError);
+  EXPECT_THROW(ReadImu("/nowhere/imu.csv", {2, 1}), InvalidArgument);
+}
+
+TEST(FindImuFile, KnowsTheNamesInUse) {
+  const TemporaryDirectory folder;
+  EXPECT_FALSE(FindImuFile(folder.path()).has_value());
+  for (const char* name : {"mav0/imu0/data.csv", "imu0/data.csv", "imu.txt", "imu.csv"}) {
+    std::filesystem::create_directories((folder.path() / name).parent_path());
+    WriteText(folder.path() / name, "");
+    EXPECT_EQ(FindImuFile(folder.path()), folder.path() / name);
+  }
+}
+
+}  // namespace
+}  // namespace highwall
