@@ -38,9 +38,9 @@ struct BakedTexture::Level {
   std::unique_ptr<Tile[]> tile;
 };
 
-BakedTexture::BakedTexture(std::unique_ptr<const Texture> source, const Eigen::Vector2f& size,
-                           float texel)
-    : source_(std::move(source)) {
+BakedTexture::BakedTexture(std::unique_ptr<const Texture> source, const Eigen::Vector2f& min,
+                           const Eigen::Vector2f& size, float texel)
+    : source_(std::move(source)), min_(min) {
   // The coarsest level fits whole tiles, hence all do.
   const Eigen::Vector2f coarsest =
       (size / (texel * (kTile << (kLevels - 1)))).array().round().max(1.0f);
@@ -83,7 +83,7 @@ void BakedTexture::Fill(const Level& level, int column, int row, Tile* tile) con
             (Eigen::Vector2f(static_cast<float>(k % grid), static_cast<float>(k / grid)).array() +
              0.5f) /
             static_cast<float>(grid);
-        sum += source_->Albedo((corner + in_texel).cwiseProduct(level.texel), footprint);
+        sum += source_->Albedo(min_ + (corner + in_texel).cwiseProduct(level.texel), footprint);
       }
       const Eigen::Array3f value = sum.array() * (kMaxValue / static_cast<float>(grid * grid));
       const auto bytes = (value + 0.5f).min(kMaxValue).max(0.0f).cast<std::uint8_t>().eval();
@@ -93,7 +93,8 @@ void BakedTexture::Fill(const Level& level, int column, int row, Tile* tile) con
 }
 
 Colour BakedTexture::Lookup(const Level& level, const Eigen::Vector2f& st) const {
-  const float x = st.x() / level.texel.x() - 0.5f, y = st.y() / level.texel.y() - 0.5f;
+  const float x = (st.x() - min_.x()) / level.texel.x() - 0.5f;
+  const float y = (st.y() - min_.y()) / level.texel.y() - 0.5f;
   const int i = Floor(x), j = Floor(y);
   const float a = x - static_cast<float>(i), b = y - static_cast<float>(j);
   const int column = Wrap(i, level.tiles.x() * kTile), row = Wrap(j, level.tiles.y() * kTile);
