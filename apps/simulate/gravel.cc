@@ -9,21 +9,18 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr int kSides = 3;      // pairs of parallel sides
-constexpr int kMeanGrid = 64;  // samples along a side, to find the mean
+constexpr int kSides = 3;            // pairs of parallel sides
+constexpr float kNarrowest = 0.62f;  // [radii] of a side from the middle
+constexpr float kReach = 1.25f;      // [radii] that a stone and its shadow extend
+constexpr int kMeanGrid = 64;        // samples along a side, to find the mean
 
 std::uint32_t LayerSeed(std::uint32_t seed, std::size_t layer) {
   return seed + static_cast<std::uint32_t>(layer + 1) * 0x85ebca6bu;
 }
 
-// The next hash of a sequence.
-std::uint32_t Next(std::uint32_t* hash) {
-  *hash = FinishHash(*hash, 0x68e31da4u, 0xb5297a4du);
-  return *hash;
-}
-
-float Uniform(std::uint32_t* hash, float low, float high) {
-  return Lerp(low, high, ToUnit(Next(hash)));
+// Byte k of a hash, mapped to [low, high].
+float Byte(std::uint32_t hash, int k, float low, float high) {
+  return Lerp(low, high, static_cast<float>(hash >> (8 * k) & 0xff) / 255.0f);
 }
 
 }  // namespace
@@ -72,25 +69,31 @@ GravelTexture::GravelTexture(const GravelOptions& options)
   }
 }
 
-bool GravelTexture::StoneInCell(const StoneLayer& layer, int i, int j, std::uint32_t seed,
-                                Stone* stone) {
-  std::uint32_t hash = HashCell(i, j, seed);
-  if (ToUnit(hash) >= layer.density) return false;
-  stone->radius = 0.5f * layer.cell * Uniform(&hash, 0.5f, 0.95f);
-  const float room = 0.5f * layer.cell;  // the centre's: stones overlap a little
-  stone->centre = {
-      (static_cast<float>(i) + 0.5f) * layer.cell + Uniform(&hash, -0.5f, 0.5f) * room,
-      (static_cast<float>(j) + 0.5f) * layer.cell + Uniform(&hash, -0.5f, 0.5f) * room};
+bool GravelTexture::FindStone(const StoneLayer& layer, int i, int j, std::uint32_t seed,
+                              const Eigen::Vector2f& st, Stone* stone) {
+  const std::uint32_t cell = HashCell(i, j, seed);
+  if (ToUnit(cell) >= layer.density) return false;
+  const std::uint32_t place = FinishHash(cell, kHashX, seed);
+  stone->radius = 0.5f * layer.cell * Byte(place, 0, 0.5f, 0.95f);
+  // All over the cell; with its shadow a stone still ends within the cells next to its own.
+  stone->centre = {(static_cast<float>(i) + Byte(place, 1, 0.1f, 0.9f)) * layer.cell,
+                   (static_cast<float>(j) + Byte(place, 2, 0.1f, 0.9f)) * layer.cell};
+  if ((st - stone->centre).squaredNorm() > kReach * kReach * stone->radius * stone->radius) {
+    return false;
+  }
+  const std::uint32_t shape = FinishHash(cell, kHashY, seed);
+  const std::uint32_t look = FinishHash(place, shape, seed);
   // A direction without trigonometry, the other two some 60 degrees further.
-  Eigen::Vector2f n(Uniform(&hash, -1.0f, 1.0f), Uniform(&hash, -1.0f, 1.0f));
+  Eigen::Vector2f n(Byte(place, 3, -1.0f, 1.0f), Byte(shape, 3, -1.0f, 1.0f));
   n *= 1.0f / std::sqrt(n.squaredNorm() + 1e-6f);
-  for (Eigen::Vector2f& normal : stone->normal) {
-    normal = n / (stone->radius * Uniform(&hash, 0.62f, 1.0f));
+  for (int k = 0; k < kSides; ++k) {
+    stone->normal[static_cast<std::size_t>(k)] =
+        n / (stone->radius * Byte(shape, k, kNarrowest, 1.0f));
     n = {0.5f * n.x() - 0.866f * n.y(), 0.866f * n.x() + 0.5f * n.y()};
   }
-  stone->top = Uniform(&hash, 0.35f, 0.75f);
-  stone->tone = Uniform(&hash, 0.0f, 1.0f);
-  stone->rust = std::max(0.0f, Uniform(&hash, -1.6f, 0.9f));
+  stone->top = Byte(look, 0, 0.35f, 0.75f);
+  stone->tone = Byte(look, 1, 0.0f, 1.0f);
+  stone->rust = std::max(0.0f, Byte(look, 2, -1.6f, 0.9f));
   return true;
 }
 
@@ -99,13 +102,13 @@ Colour GravelTexture::Paint(const StoneLayer& layer, std::uint32_t seed, const E
   const int i0 = Floor(st.x() / layer.cell - 0.5f), j0 = Floor(st.y() / layer.cell - 0.5f);
   Stone stone;
   for (int k = 0; k < 4; ++k) {
-    if (!StoneInCell(layer, i0 + (k & 1), j0 + (k >> 1), seed, &stone)) continue;
+    if (!FindStone(layer, i0 + (k & 1), j0 + (k >> 1), seed, st, &stone)) continue;
     float slope = 0.0f;
     const float distance = stone.Distance(st, &slope, options_.sun);
     const float outside = (distance - 1.0f) * stone.radius;
     const float cover = Coverage(-outside, footprint);
     if (cover < 1.0f) {  // a shadow on the far side
-      const float reach = 0.5f * stone.radius;
+      const float reach = 0.3f * stone.radius;
       const float shade =
           std::clamp(1.0f - outside / reach, 0.0f, 1.0f) * std::clamp(-1.5f * slope, 0.0f, 0.75f);
       colour *= 1.0f - shade;

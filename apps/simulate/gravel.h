@@ -42,7 +42,9 @@ class GravelTexture final : public Texture {
     Colour gain, offset;
   };
 
-  static bool StoneInCell(const StoneLayer& layer, int i, int j, std::uint32_t seed, Stone* stone);
+  // The stone of cell (i, j), if there is one that reaches st.
+  static bool FindStone(const StoneLayer& layer, int i, int j, std::uint32_t seed,
+                        const Eigen::Vector2f& st, Stone* stone);
   // `colour` with the stones of a layer on it, and their shadows.
   Colour Paint(const StoneLayer& layer, std::uint32_t seed, const Eigen::Vector2f& st,
                float footprint, Colour colour) const;

@@ -1,27 +1,23 @@
 #include "simulate/haul_road.h"
 
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <utility>
 #include <vector>
 
-#include "simulate/baked_texture.h"
 #include "simulate/course.h"
-#include "simulate/gravel.h"
-#include "simulate/relief.h"
 #include "simulate/road_surface.h"
 #include "simulate/roadside.h"
 #include "simulate/rock_wall.h"
 #include "simulate/strata.h"
 #include "simulate/sunlight.h"
+#include "simulate/terrain_kit.h"
 #include "simulate/vehicle.h"
 
 namespace highwall::simulate {
 namespace {
 
 constexpr double kStraight = 8.0, kBend = 4.0;  // [m] length, radius
-constexpr double kGroundSpacing = 0.05;         // [m]
 
 Course MakeCourse() {
   // Points of a stadium, evenly spaced; the spline rounds the change from straight to bend.
@@ -60,54 +56,30 @@ Simulation SimulateRoad(const SimulationOptions& options) {
   options.Validate();
   const VehicleOptions vehicle;
   const Course course = MakeCourse();
-  std::vector<Stretch> stretches = MakeStretches(vehicle.speed, course.length());
+  const std::vector<Stretch> stretches = MakeStretches(vehicle.speed, course.length());
   RandomSequence random(Mix(options.seed));
   const auto seed = [&random] { return static_cast<std::uint32_t>(random.Bits()); };
   const RoadSurface surface(stretches, vehicle.speed, course.length(), seed());
+  const Strata strata(static_cast<float>(course.length()), seed());
 
   Scene scene;
   scene.sky = {.horizon = Rgb(0.78, 0.8, 0.82), .zenith = Rgb(0.5, 0.62, 0.8)};
-  constexpr float kHalfX = 12.0f, kHalfY = 8.0f, kTexel = 0.004f;
-  const int ground = scene.AddTexture(std::make_unique<BakedTexture>(
-      std::make_unique<GravelTexture>(GravelOptions{.seed = seed()}),
-      Eigen::Vector2f(-kHalfX, -kHalfY), Eigen::Vector2f(2 * kHalfX, 2 * kHalfY), kTexel));
-  const Strata strata(static_cast<float>(course.length()), seed());
-  const int rock = scene.AddTexture(std::make_unique<BakedTexture>(
-      std::make_unique<StrataTexture>(strata, StrataColours{}), Eigen::Vector2f(0.0f, -1.0f),
-      Eigen::Vector2f(strata.period(), 4.0f), kTexel));
-  const int stone = scene.AddTexture(std::make_unique<BakedTexture>(
-      std::make_unique<NoiseTexture>(Rgb(0.52, 0.47, 0.41), 0.7f,
-                                     ValueNoise{.wavelength = 0.15f, .octaves = 6, .seed = seed()}),
-      Eigen::Vector2f(0.0f, 0.0f), Eigen::Vector2f(4.0f, 4.0f), 0.5f * kTexel));
-
-  constexpr double kHalfWidth = 2.9;  // [m] the ground reaches below the walls
-  const int rows = static_cast<int>(course.length() / kGroundSpacing) + 1;
-  const int columns = static_cast<int>(2.0 * kHalfWidth / kGroundSpacing) + 1;
-  AddSheet(
-      rows, columns, ground,
-      [&](int i, int j) -> ReliefPoint {
-        const double s = course.length() * i / (rows - 1);
-        const double left = kHalfWidth * (2.0 * j / (columns - 1) - 1.0);
-        const Eigen::Vector3d p_W = course.At(s).Point(left, surface.Height(s, left));
-        return {p_W,
-                {.st = p_W.head<2>().cast<float>(),
-                 .dust = static_cast<float>(surface.Dust(s, left)),
-                 .light = static_cast<float>(surface.Tint(s, left))}};
-      },
-      &scene);
-  AddRockWall(course, surface, strata, {.toe = 2.3, .top = 2.2, .rock = rock, .ground = ground},
-              &scene);
+  const TerrainTextures textures =
+      AddTerrainTextures(strata, {12.0, 8.0}, -1.0, 3.0, &random, &scene);
+  AddRoad(course, surface, -2.9, 2.9, textures.gravel, &scene);
+  AddRockWall(course, surface, strata,
+              {.toe = 2.3, .top = 2.2, .rock = textures.rock, .ground = textures.gravel}, &scene);
   AddRockWall(course, surface, strata,
               {.left = true,
                .toe = 2.4,
                .lean = 0.15,
                .top = 1.8,
                .bench = 0.5,
-               .rock = rock,
-               .ground = ground},
+               .rock = textures.rock,
+               .ground = textures.gravel},
               &scene);
   AddRoadside(course, surface, {}, random.Bits(), &scene);
-  AddDebris(course, surface, {}, stone, random.Bits(), &scene);
+  AddDebris(course, surface, {}, textures.stone, random.Bits(), &scene);
   BakeSunlight({}, &scene);
 
   SplineTrajectory drive = Drive(course, surface, vehicle, random.Bits());

@@ -20,6 +20,7 @@ class Strata {
     float recess;                 // [m] that the block stands back behind the face, >= 0
     float to_bedding, to_joint;   // [m] to the nearest boundary of the layer, of the block
     float bedding_width;          // [m] of the crack between the layers; 0 = closed
+    float joint_width;            // [m] likewise
   };
 
   // period [m] > 0.
@@ -49,7 +50,7 @@ struct StrataColours {
   Colour dark = Rgb(0.36, 0.30, 0.26);
   Colour pale = Rgb(0.68, 0.60, 0.50);
   Colour ochre = Rgb(0.62, 0.44, 0.28);
-  float contrast = 0.5f;  // of the grain
+  float contrast = 0.75f;  // of the grain
 };
 
 // The colours of such a face; texture coordinates are (s, h).
@@ -61,7 +62,7 @@ class StrataTexture final : public Texture {
  private:
   Strata strata_;
   StrataColours colours_;
-  ValueNoise grain_, stains_;
+  ValueNoise grain_, pits_, stains_;
 };
 
 }  // namespace highwall::simulate
