@@ -83,7 +83,8 @@ Simulation SimulateRoad(const SimulationOptions& options) {
   BakeSunlight({}, &scene);
 
   SplineTrajectory drive = Drive(course, surface, vehicle, random.Bits());
-  return Simulation(std::move(scene), std::move(drive), options);
+  VibrationIntensity vibration = VibrationOn(stretches, drive.period());
+  return Simulation(std::move(scene), std::move(drive), options, std::move(vibration), stretches);
 }
 
 }  // namespace highwall::simulate

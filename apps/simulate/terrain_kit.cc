@@ -1,7 +1,10 @@
 #include "simulate/terrain_kit.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <utility>
 
 #include "simulate/baked_texture.h"
 #include "simulate/gravel.h"
@@ -51,6 +54,15 @@ void AddRoad(const Course& course, const RoadSurface& surface, double right, dou
                  .light = static_cast<float>(surface.Tint(s, beside))}};
       },
       scene);
+}
+
+VibrationIntensity VibrationOn(std::vector<Stretch> stretches, double period) {
+  return [stretches = std::move(stretches), period](double s) {
+    constexpr double kSmoothRoad = 0.15;
+    const double t = s - std::floor(s / period) * period;
+    return std::max({kSmoothRoad, Intensity(stretches, StretchKind::kBumpy, t),
+                     Intensity(stretches, StretchKind::kBlurred, t)});
+  };
 }
 
 }  // namespace highwall::simulate
