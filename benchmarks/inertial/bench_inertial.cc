@@ -31,13 +31,13 @@ namespace highwall::bench {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> scenes{"room"};
+  std::vector<std::string> scenes{"mine", "road", "room"};
   std::vector<std::string> policies{"off", "paper", "consistent", "fixed:1"};
   int seeds = 5;
-  double duration = 20.0;    // [s]
-  double fps = 30.0;         // [Hz]
-  double time_offset = 0.0;  // [s]
-  double blackout = -1.0;    // [s] since the first frame; none where negative
+  std::optional<double> duration;  // [s]; as long as the scene is
+  double fps = 30.0;               // [Hz]
+  double time_offset = 0.0;        // [s]
+  double blackout = -1.0;          // [s] since the first frame; none where negative
   std::string cache;
   bool json = false;
 };
@@ -150,16 +150,16 @@ int Run(const Arguments& arguments) {
   const CacheFolder cache(arguments.cache);
   nlohmann::json report;
   report["versions"] = apps::VersionsJson();
-  report["duration_s"] = arguments.duration;
   report["time_offset_s"] = arguments.time_offset;
   if (!arguments.json) PrintHeader();
   for (const std::string& scene : arguments.scenes) {
+    const double duration = arguments.duration.value_or(DefaultDuration(scene));
     std::vector<std::vector<Scores>> runs(arguments.policies.size());
     for (int seed = 1; seed <= arguments.seeds; ++seed) {
       apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
       Sequence sequence = MakeSequence(
-          {scene, static_cast<std::uint64_t>(seed), arguments.duration, arguments.fps},
-          cache.path(), [&progress](int done, int total) {
+          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps}, cache.path(),
+          [&progress](int done, int total) {
             progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
           });
       if (arguments.blackout >= 0.0) {
@@ -184,7 +184,7 @@ int Run(const Arguments& arguments) {
 }
 
 void AddOptions(CLI::App& app, Arguments& arguments) {
-  app.add_option("--scenes", arguments.scenes, "Separated by commas")
+  app.add_option("--scenes", arguments.scenes, "mine, road, room; separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember(SceneNames()));
   app.add_option("--imu", arguments.policies,
@@ -193,9 +193,8 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->check(apps::ImuChoice());
   app.add_option("--seeds", arguments.seeds, "Sequences of each scene")
       ->check(apps::Between(1.0, 1000.0));
-  app.add_option("--duration", arguments.duration, "Of a sequence [s]")
-      ->check(apps::Between(1.0, 3600.0))
-      ->capture_default_str();
+  app.add_option("--duration", arguments.duration, "Of a sequence [s], else a lap")
+      ->check(apps::Between(1.0, 3600.0));
   app.add_option("--fps", arguments.fps, "Frames per second")
       ->check(apps::Between(1.0, 240.0))
       ->capture_default_str();

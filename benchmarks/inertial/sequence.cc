@@ -8,16 +8,25 @@
 
 #include <highwall/core/error.h>
 
+#include "simulate/haul_road.h"
+#include "simulate/mine.h"
 #include "simulate/room.h"
 #include "simulate/tum_writer.h"
 
 namespace highwall::bench {
 namespace {
 
-using MakeSimulation = simulate::Simulation (*)(const simulate::SimulationOptions&);
+struct Scene {
+  simulate::Simulation (*simulate)(const simulate::SimulationOptions&);
+  simulate::SimulationOptions options;
+  double duration;  // [s]
+};
 
-const std::map<std::string, MakeSimulation>& Scenes() {
-  static const std::map<std::string, MakeSimulation> scenes{{"room", simulate::SimulateRoom}};
+const std::map<std::string, Scene>& Scenes() {
+  static const std::map<std::string, Scene> scenes{
+      {"mine", {simulate::SimulateMine, simulate::FieldTestOptions(), 90.0}},
+      {"road", {simulate::SimulateRoad, simulate::FieldTestOptions(), 70.0}},
+      {"room", {simulate::SimulateRoom, {}, 20.0}}};
   return scenes;
 }
 
@@ -29,19 +38,26 @@ std::vector<std::string> SceneNames() {
   return names;
 }
 
+double DefaultDuration(const std::string& scene) {
+  return Scenes().at(scene).duration;
+}
+
 Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::path& cache,
                       const std::function<void(int, int)>& progress) {
-  simulate::SimulationOptions simulation;
+  const Scene& scene = Scenes().at(options.scene);
+  simulate::SimulationOptions simulation = scene.options;
   simulation.seed = options.seed;
   simulation.duration = options.duration;
   simulation.fps = options.fps;
   Sequence sequence;
-  sequence.simulation =
-      std::make_unique<simulate::Simulation>(Scenes().at(options.scene)(simulation));
+  sequence.simulation = std::make_unique<simulate::Simulation>(scene.simulate(simulation));
   sequence.folder = cache / fmt::format("{}_seed{}_{}s_{}fps", options.scene, options.seed,
                                         options.duration, options.fps);
   if (!std::filesystem::exists(sequence.folder)) {  // it appears whole or not at all
     simulate::WriteTum(*sequence.simulation, sequence.folder, progress);
+  }
+  for (const simulate::Stretch& stretch : sequence.simulation->stretches()) {
+    sequence.spans.push_back({std::string(ToString(stretch.kind)), stretch.begin, stretch.end});
   }
   return sequence;
 }

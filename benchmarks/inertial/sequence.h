@@ -24,14 +24,16 @@ struct MarkedSpan {
 struct SequenceOptions {
   std::string scene = "room";
   std::uint64_t seed = 1;
-  double duration = 20.0;  // [s] > 0
+  double duration = 20.0;  // [s] > 0; DefaultDuration()
   double fps = 30.0;       // [Hz] > 0
 };
 
 // The names that MakeSequence() knows.
 std::vector<std::string> SceneNames();
+// [s] of a lap of the mine or the road, and of one through the room.
+double DefaultDuration(const std::string& scene);
 
-// A generated sequence: the images on disk, the truth in memory.
+// A generated sequence: the images on disk, the truth in memory, the hard parts marked.
 struct Sequence {
   std::unique_ptr<simulate::Simulation> simulation;
   std::filesystem::path folder;
