@@ -142,7 +142,8 @@ std::vector<ImuSample> ImuSimulator::Samples(const CameraPath& path,
       sample.gyroscope += error.head<3>();
       sample.accelerometer += error.tail<3>();
       if (intensity) {
-        sample.accelerometer += path.ProgressAt(t).ds * intensity(t) * Vibration(t);
+        const CameraPath::Progress progress = path.ProgressAt(t);
+        sample.accelerometer += progress.ds * intensity(progress.s) * Vibration(t);
       }
     }
     samples.push_back(sample);

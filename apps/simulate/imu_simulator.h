@@ -48,9 +48,9 @@ struct TrueState {
   ImuBias bias = ImuBias::Zero();
 };
 
-// How much the ground shakes the camera, in [0, 1], as a function of the time since the first frame
-// [s]. It fades out where the camera stands still. Empty: not at all.
-using VibrationIntensity = std::function<double(double t)>;
+// How much the ground shakes the camera, in [0, 1], as a function of the place on the spline (its
+// seconds, any). It fades out where the camera stands still. Empty: nowhere.
+using VibrationIntensity = std::function<double(double s)>;
 
 // The readings of an IMU that rides with the camera: analytic motion, then bias, white noise and
 // vibration. Everything is a function of options, seed and time. World: z up, g = 9.81 m/s^2.

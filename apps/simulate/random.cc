@@ -1,5 +1,6 @@
 #include "simulate/random.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -40,6 +41,25 @@ Eigen::Vector2f CounterRandom::Normals(std::uint64_t counter) const {
   const float radius = std::sqrt(-2.0f * std::log(1.0f - ToUnit(bits)));
   const float angle = 2.0f * std::numbers::pi_v<float> * ToUnit(bits >> 32);
   return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+NormalTable::NormalTable() : quantiles_(kSize) {
+  double x = -4.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    // Newton's method on the distribution function, from the quantile before.
+    const double p = (static_cast<double>(i) + 0.5) / kSize;
+    for (int iteration = 0; iteration < 20; ++iteration) {
+      const double density = std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
+      const double distribution = 0.5 * std::erfc(-x / std::numbers::sqrt2);
+      x += std::clamp((p - distribution) / density, -0.5, 0.5);
+    }
+    quantiles_[i] = static_cast<float>(x);
+    squares += x * x;
+  }
+  // The tails that are missing take a little of the variance.
+  const auto scale = static_cast<float>(1.0 / std::sqrt(squares / kSize));
+  for (float& quantile : quantiles_) quantile *= scale;
 }
 
 }  // namespace highwall::simulate

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -27,6 +29,22 @@ class CounterRandom {
 
  private:
   std::uint64_t key_;
+};
+
+// Standard normal numbers from 12 random bits each, by a table of quantiles: up to 3.7 sigma, and
+// several times as fast as CounterRandom::Normals.
+class NormalTable {
+ public:
+  NormalTable();
+
+  // From the 12 bits above `shift` of [0, 52].
+  float operator()(std::uint64_t bits, int shift) const {
+    return quantiles_[bits >> shift & (kSize - 1)];
+  }
+
+ private:
+  static constexpr std::size_t kSize = 4096;
+  std::vector<float> quantiles_;
 };
 
 // A CounterRandom that counts by itself, for code that runs in one fixed order.

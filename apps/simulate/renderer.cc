@@ -1,8 +1,14 @@
 #include "simulate/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
 #include <utility>
+
+#include <Eigen/Geometry>
+
+#include <highwall/core/error.h>
 
 #include "simulate/parallel_for.h"
 
@@ -24,6 +30,7 @@ struct Renderer::SurfacePoint {
   Eigen::Vector3d normal;  // towards the camera
   double depth;            // [m]
   double cosine;           // of the angle of incidence
+  VertexLook look{};
 };
 
 namespace {
@@ -34,11 +41,30 @@ Eigen::Vector2d SampleOffset(int k, int grid, const PinholeCamera& camera) {
   return {((k % grid + 0.5) / grid - 0.5) / camera.fx, ((k / grid + 0.5) / grid - 0.5) / camera.fy};
 }
 
+// As many places as a packet holds, each in a row and in a column of its own, likewise.
+Eigen::Vector2d RookOffset(int k, const PinholeCamera& camera) {
+  constexpr std::array<int, Raycaster::kPacket> kColumns = {3, 6, 0, 5, 2, 7, 4, 1};
+  constexpr double kSide = Raycaster::kPacket;
+  return {((kColumns[static_cast<std::size_t>(k)] + 0.5) / kSide - 0.5) / camera.fx,
+          ((k + 0.5) / kSide - 0.5) / camera.fy};
+}
+
+VertexLook Mix(const VertexLook& a, const VertexLook& b, const VertexLook& c, float weight_b,
+               float weight_c) {
+  const float weight_a = 1.0f - weight_b - weight_c;
+  return {.st = weight_a * a.st + weight_b * b.st + weight_c * c.st,
+          .dust = weight_a * a.dust + weight_b * b.dust + weight_c * c.dust,
+          .light = weight_a * a.light + weight_b * b.light + weight_c * c.light};
+}
+
 }  // namespace
 
 Renderer::Renderer(Scene scene, const PinholeCamera& camera)
     : scene_(std::move(scene)), camera_(camera), raycaster_(scene_.mesh) {
   camera_.Validate();
+  HIGHWALL_REQUIRE(scene_.looks.empty() || scene_.looks.size() == scene_.mesh.vertices.size(),
+                   "Renderer: Scene::looks holds " + std::to_string(scene_.looks.size()) +
+                       " entries, neither none nor one per vertex");
   rays_.reserve(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
@@ -47,16 +73,17 @@ Renderer::Renderer(Scene scene, const PinholeCamera& camera)
   }
 }
 
-int Renderer::SurfaceOnRay(const View& view, const Eigen::Vector2d& ray) const {
-  const int triangle = raycaster_.FirstTriangle(view.p_WC, view.Direction(ray));
-  if (triangle == Raycaster::kNone) return Raycaster::kNone;
-  return scene_.surface_of_triangle[static_cast<std::size_t>(triangle)];
+std::size_t Renderer::Index(int u, int v) const {
+  return static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width) +
+         static_cast<std::size_t>(u);
 }
 
-// In double from the plane itself: the tree's single precision only decides which surface it is.
+// In double from the plane itself: the tree's single precision only decides which triangle it is.
 Renderer::SurfacePoint Renderer::PointOnRay(const View& view, const Eigen::Vector2d& ray,
-                                            int index) const {
-  const Surface& surface = scene_.surfaces[static_cast<std::size_t>(index)];
+                                            int triangle) const {
+  const Surface& surface = scene_.surfaces[static_cast<std::size_t>(
+      scene_.surface_of_triangle[static_cast<std::size_t>(triangle)])];
+  if (!scene_.looks.empty()) return PointOnRelief(view, ray, triangle);
   const Eigen::Vector3d direction = view.Direction(ray);
   const double facing = surface.normal.dot(direction);
   const double depth = surface.normal.dot(surface.origin - view.p_WC) / facing;
@@ -65,19 +92,55 @@ Renderer::SurfacePoint Renderer::PointOnRay(const View& view, const Eigen::Vecto
           std::abs(facing) / direction.norm()};
 }
 
+Renderer::SurfacePoint Renderer::PointOnRelief(const View& view, const Eigen::Vector2d& ray,
+                                               int triangle) const {
+  const auto index = static_cast<std::size_t>(triangle);
+  const Surface& surface =
+      scene_.surfaces[static_cast<std::size_t>(scene_.surface_of_triangle[index])];
+  const auto& [i, j, k] = scene_.mesh.triangles[index];
+  const Eigen::Vector3d& a = scene_.mesh.vertices[i];
+  const Eigen::Vector3d ab = scene_.mesh.vertices[j] - a, ac = scene_.mesh.vertices[k] - a;
+  const Eigen::Vector3d normal = ab.cross(ac);  // twice the area long
+  const Eigen::Vector3d direction = view.Direction(ray);
+  const double facing = normal.dot(direction);
+  const Eigen::Vector3d to_a = a - view.p_WC;
+  const double depth = normal.dot(to_a) / facing;
+  // Barycentric weights (Moeller and Trumbore 1997).
+  const Eigen::Vector3d across = to_a.cross(direction);
+  const auto weight_b = static_cast<float>(ac.dot(across) / facing);
+  const auto weight_c = static_cast<float>(-ab.dot(across) / facing);
+  SurfacePoint point{&surface,
+                     view.p_WC + depth * direction,
+                     normal,
+                     depth,
+                     std::abs(facing) / std::sqrt(direction.squaredNorm() * normal.squaredNorm()),
+                     Mix(scene_.looks[i], scene_.looks[j], scene_.looks[k], weight_b, weight_c)};
+  if (!surface.relief) {
+    const Eigen::Vector3d offset = point.p_W - surface.origin;
+    point.look.st =
+        Eigen::Vector2d(surface.s_axis.dot(offset), surface.t_axis.dot(offset)).cast<float>();
+  }
+  return point;
+}
+
 Eigen::Vector3f Renderer::Albedo(const SurfacePoint& point) const {
   const Surface& surface = *point.surface;
-  const Eigen::Vector3d offset = point.p_W - surface.origin;
-  const Eigen::Vector2d st(surface.s_axis.dot(offset), surface.t_axis.dot(offset));
+  const Texture& texture = *scene_.textures[static_cast<std::size_t>(surface.texture)];
   // A pixel is depth / f wide; a slant stretches it one way only, hence the root.
   constexpr double kMinCosine = 0.05;
-  const double footprint =
-      point.depth / (camera_.fx * std::sqrt(std::max(kMinCosine, point.cosine)));
-  return scene_.textures[static_cast<std::size_t>(surface.texture)]->Albedo(
-      st.cast<float>(), static_cast<float>(footprint));
+  const auto footprint = static_cast<float>(
+      point.depth / (camera_.fx * std::sqrt(std::max(kMinCosine, point.cosine))));
+  if (scene_.looks.empty()) {
+    const Eigen::Vector3d offset = point.p_W - surface.origin;
+    const Eigen::Vector2d st(surface.s_axis.dot(offset), surface.t_axis.dot(offset));
+    return texture.Albedo(st.cast<float>(), footprint);
+  }
+  const Colour clean = texture.Albedo(point.look.st, footprint);
+  return clean + (scene_.dust - clean) * point.look.dust;
 }
 
 float Renderer::Irradiance(const SurfacePoint& point) const {
+  if (!scene_.looks.empty()) return point.look.light;
   double sum = scene_.ambient;
   for (const Light& light : scene_.lights) {
     const Eigen::Vector3d to_light = light.p_W - point.p_W;
@@ -88,24 +151,66 @@ float Renderer::Irradiance(const SurfacePoint& point) const {
   return static_cast<float>(sum);
 }
 
-bool Renderer::IsInside(const cv::Mat& surfaces, int u, int v) const {
-  const int centre = surfaces.at<int>(v, u);
-  for (int y = std::max(0, v - 1); y <= std::min(camera_.height - 1, v + 1); ++y) {
-    for (int x = std::max(0, u - 1); x <= std::min(camera_.width - 1, u + 1); ++x) {
-      if (surfaces.at<int>(y, x) != centre) return false;
-    }
-  }
-  return centre != Raycaster::kNone;
+Eigen::Vector3f Renderer::SkyOnRay(const View& view, const Eigen::Vector2d& ray) const {
+  const double sine = view.Direction(ray).normalized().z();
+  const auto high = static_cast<float>(std::clamp(sine, 0.0, 1.0));
+  return scene_.sky.horizon + (scene_.sky.zenith - scene_.sky.horizon) * high;
 }
 
-Eigen::Vector3f Renderer::ShadeInside(const View& view, const Eigen::Vector2d& centre, int surface,
-                                      const SurfacePoint& point) const {
+bool Renderer::IsInside(const Pixels& pixels, int u, int v) const {
+  constexpr float kDepthStep = 0.05f, kLightStep = 0.12f;  // relative
+  const Pixel& centre = pixels[Index(u, v)];
+  const bool relief = !scene_.looks.empty();
+  for (int y = std::max(0, v - 1); y <= std::min(camera_.height - 1, v + 1); ++y) {
+    for (int x = std::max(0, u - 1); x <= std::min(camera_.width - 1, u + 1); ++x) {
+      const Pixel& other = pixels[Index(x, y)];
+      if (other.surface != centre.surface) return false;
+      if (relief &&
+          (std::abs(other.depth - centre.depth) > kDepthStep * centre.depth ||
+           std::abs(other.look.light - centre.look.light) > kLightStep * centre.look.light)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+Eigen::Vector3f Renderer::ShadeInside(const View& view, const Eigen::Vector2d& centre,
+                                      const Pixel& pixel) const {
   constexpr int kGrid = 2;
   Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
   for (int k = 0; k < kGrid * kGrid; ++k) {
-    albedo += Albedo(PointOnRay(view, centre + SampleOffset(k, kGrid, camera_), surface));
+    albedo += Albedo(PointOnRay(view, centre + SampleOffset(k, kGrid, camera_), pixel.triangle));
   }
-  return albedo * (Irradiance(point) / static_cast<float>(kGrid * kGrid));
+  const float light = Irradiance(PointOnRay(view, centre, pixel.triangle));
+  return albedo * (light / static_cast<float>(kGrid * kGrid));
+}
+
+// Along the longer axis of the pixel's footprint, which the neighbours' coordinates tell.
+Eigen::Vector3f Renderer::ShadeRelief(const Pixels& pixels, int u, int v) const {
+  constexpr float kMaxSamples = 4.0f;
+  const Pixel& pixel = pixels[Index(u, v)];
+  const auto step_to = [&](int x, int y) -> Eigen::Vector2f {
+    return pixels[Index(x, y)].look.st - pixel.look.st;
+  };
+  const Eigen::Vector2f across = step_to(u + 1 < camera_.width ? u + 1 : u - 1, v);
+  const Eigen::Vector2f down = step_to(u, v + 1 < camera_.height ? v + 1 : v - 1);
+  const bool tall = down.squaredNorm() > across.squaredNorm();
+  const Eigen::Vector2f longer = tall ? down : across;
+  const float width = std::max((tall ? across : down).norm(), 1e-4f), length = longer.norm();
+  const float samples = std::clamp(std::round(length / width), 1.0f, kMaxSamples);
+  // At a seam of the coordinates the step is meaningless; a pixel is never that long.
+  const float footprint = std::min(std::max(width, length / samples),
+                                   4.0f * pixel.depth / static_cast<float>(camera_.fx));
+
+  const Surface& surface = scene_.surfaces[static_cast<std::size_t>(pixel.surface)];
+  const Texture& texture = *scene_.textures[static_cast<std::size_t>(surface.texture)];
+  Colour clean = Colour::Zero();
+  for (float k = 0.5f; k < samples; k += 1.0f) {
+    clean += texture.Albedo(pixel.look.st + (k / samples - 0.5f) * longer, footprint);
+  }
+  clean /= samples;
+  return (clean + (scene_.dust - clean) * pixel.look.dust) * pixel.look.light;
 }
 
 Eigen::Vector3f Renderer::ShadeEdge(const View& view, const Eigen::Vector2d& centre) const {
@@ -113,28 +218,74 @@ Eigen::Vector3f Renderer::ShadeEdge(const View& view, const Eigen::Vector2d& cen
   Eigen::Vector3f radiance = Eigen::Vector3f::Zero();
   for (int k = 0; k < kGrid * kGrid; ++k) {
     const Eigen::Vector2d ray = centre + SampleOffset(k, kGrid, camera_);
-    const int surface = SurfaceOnRay(view, ray);
-    if (surface == Raycaster::kNone) continue;
-    const SurfacePoint point = PointOnRay(view, ray, surface);
+    const int triangle = raycaster_.FirstTriangle(view.p_WC, view.Direction(ray));
+    if (triangle == Raycaster::kNone) {
+      radiance += SkyOnRay(view, ray);
+      continue;
+    }
+    const SurfacePoint point = PointOnRay(view, ray, triangle);
     radiance += Albedo(point) * Irradiance(point);
   }
   return radiance / static_cast<float>(kGrid * kGrid);
 }
 
-void Renderer::ShadeRow(const View& view, const cv::Mat& surfaces, int v, Rendering* out) const {
-  const Eigen::Vector2d* rays =
-      &rays_[static_cast<std::size_t>(v) * static_cast<std::size_t>(camera_.width)];
+Eigen::Vector3f Renderer::ShadeReliefEdge(const View& view, const Eigen::Vector2d& centre) const {
+  std::array<Eigen::Vector3d, Raycaster::kPacket> directions;
+  for (int k = 0; k < Raycaster::kPacket; ++k) {
+    directions[static_cast<std::size_t>(k)] = view.Direction(centre + RookOffset(k, camera_));
+  }
+  const auto triangles = raycaster_.FirstTriangles(view.p_WC, directions);
+  Eigen::Vector3f radiance = Eigen::Vector3f::Zero();
+  for (int k = 0; k < Raycaster::kPacket; ++k) {
+    const Eigen::Vector2d ray = centre + RookOffset(k, camera_);
+    const int triangle = triangles[static_cast<std::size_t>(k)];
+    if (triangle == Raycaster::kNone) {
+      radiance += SkyOnRay(view, ray);
+      continue;
+    }
+    const SurfacePoint point = PointOnRelief(view, ray, triangle);
+    radiance += Albedo(point) * point.look.light;
+  }
+  return radiance / static_cast<float>(Raycaster::kPacket);
+}
+
+void Renderer::TraceRow(const View& view, int v, Pixels* pixels) const {
+  for (int first = 0; first < camera_.width; first += Raycaster::kPacket) {
+    // The last packet of a row may repeat the last pixel.
+    std::array<Eigen::Vector3d, Raycaster::kPacket> directions;
+    for (int k = 0; k < Raycaster::kPacket; ++k) {
+      const int u = std::min(first + k, camera_.width - 1);
+      directions[static_cast<std::size_t>(k)] = view.Direction(rays_[Index(u, v)]);
+    }
+    const auto triangles = raycaster_.FirstTriangles(view.p_WC, directions);
+    for (int k = 0; k < Raycaster::kPacket && first + k < camera_.width; ++k) {
+      const std::size_t index = Index(first + k, v);
+      const int triangle = triangles[static_cast<std::size_t>(k)];
+      if (triangle == Raycaster::kNone) continue;
+      const SurfacePoint point = PointOnRay(view, rays_[index], triangle);
+      (*pixels)[index] = {.triangle = triangle,
+                          .surface = scene_.surface_of_triangle[static_cast<std::size_t>(triangle)],
+                          .depth = static_cast<float>(point.depth),
+                          .cosine = static_cast<float>(point.cosine),
+                          .look = point.look};
+    }
+  }
+}
+
+void Renderer::ShadeRow(const View& view, const Pixels& pixels, int v, Rendering* out) const {
+  const bool relief = !scene_.looks.empty();
   for (int u = 0; u < camera_.width; ++u) {
-    const int surface = surfaces.at<int>(v, u);
+    const Pixel& pixel = pixels[Index(u, v)];
+    const Eigen::Vector2d& centre = rays_[Index(u, v)];
+    out->depth.at<float>(v, u) = pixel.depth;
+    out->cosine.at<float>(v, u) = pixel.cosine;
     Eigen::Vector3f radiance;
-    if (surface != Raycaster::kNone) {
-      const SurfacePoint point = PointOnRay(view, rays[u], surface);
-      out->depth.at<float>(v, u) = static_cast<float>(point.depth);
-      out->cosine.at<float>(v, u) = static_cast<float>(point.cosine);
-      radiance = IsInside(surfaces, u, v) ? ShadeInside(view, rays[u], surface, point)
-                                          : ShadeEdge(view, rays[u]);
+    if (!IsInside(pixels, u, v)) {
+      radiance = relief ? ShadeReliefEdge(view, centre) : ShadeEdge(view, centre);
+    } else if (pixel.surface == Raycaster::kNone) {
+      radiance = SkyOnRay(view, centre);
     } else {
-      radiance = ShadeEdge(view, rays[u]);
+      radiance = relief ? ShadeRelief(pixels, u, v) : ShadeInside(view, centre, pixel);
     }
     out->bgr.at<cv::Vec3f>(v, u) = 255.0f * cv::Vec3f(radiance.x(), radiance.y(), radiance.z());
   }
@@ -142,17 +293,24 @@ void Renderer::ShadeRow(const View& view, const cv::Mat& surfaces, int v, Render
 
 Rendering Renderer::Render(const Pose& T_WC, int threads) const {
   const View view{T_WC.R(), T_WC.p()};
+  return RenderViews(std::vector<View>(static_cast<std::size_t>(camera_.height), view), threads);
+}
+
+Rendering Renderer::Render(std::span<const Pose> T_WC_of_row, int threads) const {
+  HIGHWALL_REQUIRE(T_WC_of_row.size() == static_cast<std::size_t>(camera_.height),
+                   "Renderer::Render: needs one pose per row");
+  std::vector<View> views;
+  for (const Pose& T_WC : T_WC_of_row) views.push_back({T_WC.R(), T_WC.p()});
+  return RenderViews(views, threads);
+}
+
+Rendering Renderer::RenderViews(std::span<const View> views, int threads) const {
   const int w = camera_.width, h = camera_.height;
-  cv::Mat surfaces(h, w, CV_32SC1);
-  ParallelFor(h, threads, [&](int v) {
-    const auto row = static_cast<std::size_t>(v) * static_cast<std::size_t>(w);
-    for (int u = 0; u < w; ++u) {
-      surfaces.at<int>(v, u) = SurfaceOnRay(view, rays_[row + static_cast<std::size_t>(u)]);
-    }
-  });
-  Rendering out{cv::Mat(h, w, CV_32FC3), cv::Mat(h, w, CV_32FC1, cv::Scalar(0.0)),
-                cv::Mat(h, w, CV_32FC1, cv::Scalar(0.0))};
-  ParallelFor(h, threads, [&](int v) { ShadeRow(view, surfaces, v, &out); });
+  Pixels pixels(rays_.size());
+  ParallelFor(h, threads, [&](int v) { TraceRow(views[static_cast<std::size_t>(v)], v, &pixels); });
+  Rendering out{cv::Mat(h, w, CV_32FC3), cv::Mat(h, w, CV_32FC1), cv::Mat(h, w, CV_32FC1)};
+  ParallelFor(h, threads,
+              [&](int v) { ShadeRow(views[static_cast<std::size_t>(v)], pixels, v, &out); });
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -20,9 +21,10 @@ struct Rendering {
   cv::Mat cosine;  // CV_32FC1, of the angle between that ray and the surface's normal
 };
 
-// Lambertian surfaces under point lights without shadows. Colour is averaged over each pixel:
-// 2 x 2 samples inside a surface, 3 x 3 rays where surfaces meet, textures filtered to the
-// distance of the samples, so that corners stay put under motion.
+// Lambertian surfaces; light from point lights without shadows or, where vertices have looks, as
+// baked into them. Colour is averaged over each pixel: within a flat surface from 2 x 2 samples,
+// within a relief along the pixel's footprint, over several rays where surfaces meet; textures are
+// filtered to the distance of the samples, so that corners stay put under motion.
 class Renderer {
  public:
   // Throws InvalidArgument for a camera that is not valid.
@@ -33,24 +35,40 @@ class Renderer {
 
   // threads: 0 = one per processor; the result does not depend on it. Thread-safe.
   Rendering Render(const Pose& T_WC, int threads = 0) const;
+  // A rolling shutter: every row from a pose of its own. Throws InvalidArgument unless there is one
+  // per row.
+  Rendering Render(std::span<const Pose> T_WC_of_row, int threads = 0) const;
 
  private:
   struct View;
   struct SurfacePoint;
+  // What the ray through a pixel's centre meets.
+  struct Pixel {
+    int triangle = Raycaster::kNone;
+    int surface = Raycaster::kNone;
+    float depth = 0.0f, cosine = 0.0f;
+    VertexLook look;
+  };
+  using Pixels = std::vector<Pixel>;  // row by row
 
-  // ray: (x/z, y/z) in the camera. The index of the surface it meets, or Raycaster::kNone.
-  int SurfaceOnRay(const View& view, const Eigen::Vector2d& ray) const;
-  // Where the ray meets the plane of that surface.
-  SurfacePoint PointOnRay(const View& view, const Eigen::Vector2d& ray, int surface) const;
+  Rendering RenderViews(std::span<const View> views, int threads) const;
+  void TraceRow(const View& view, int v, Pixels* pixels) const;
+  // Where the ray meets the plane of that triangle. ray: (x/z, y/z) in the camera.
+  SurfacePoint PointOnRay(const View& view, const Eigen::Vector2d& ray, int triangle) const;
+  SurfacePoint PointOnRelief(const View& view, const Eigen::Vector2d& ray, int triangle) const;
   Eigen::Vector3f Albedo(const SurfacePoint& point) const;
   float Irradiance(const SurfacePoint& point) const;
+  Eigen::Vector3f SkyOnRay(const View& view, const Eigen::Vector2d& ray) const;
 
-  // Pixel (u, v) and its neighbours all show one surface.
-  bool IsInside(const cv::Mat& surfaces, int u, int v) const;
-  Eigen::Vector3f ShadeInside(const View& view, const Eigen::Vector2d& centre, int surface,
-                              const SurfacePoint& point) const;
+  std::size_t Index(int u, int v) const;
+  // Pixel (u, v) and its neighbours all show one surface, without a step or an edge.
+  bool IsInside(const Pixels& pixels, int u, int v) const;
+  Eigen::Vector3f ShadeInside(const View& view, const Eigen::Vector2d& centre,
+                              const Pixel& pixel) const;
+  Eigen::Vector3f ShadeRelief(const Pixels& pixels, int u, int v) const;
   Eigen::Vector3f ShadeEdge(const View& view, const Eigen::Vector2d& centre) const;
-  void ShadeRow(const View& view, const cv::Mat& surfaces, int v, Rendering* out) const;
+  Eigen::Vector3f ShadeReliefEdge(const View& view, const Eigen::Vector2d& centre) const;
+  void ShadeRow(const View& view, const Pixels& pixels, int v, Rendering* out) const;
 
   Scene scene_;
   PinholeCamera camera_;

@@ -9,6 +9,29 @@ int Scene::AddTexture(std::unique_ptr<const Texture> texture) {
   return static_cast<int>(textures.size()) - 1;
 }
 
+int Scene::AddRelief(int texture) {
+  surfaces.push_back({.origin = Eigen::Vector3d::Zero(),
+                      .s_axis = Eigen::Vector3d::UnitX(),
+                      .t_axis = Eigen::Vector3d::UnitY(),
+                      .normal = Eigen::Vector3d::UnitZ(),
+                      .texture = texture,
+                      .relief = true});
+  return static_cast<int>(surfaces.size()) - 1;
+}
+
+std::uint32_t Scene::AddVertex(const Eigen::Vector3d& p_W, const VertexLook& look) {
+  const auto index = static_cast<std::uint32_t>(mesh.vertices.size());
+  looks.resize(mesh.vertices.size());  // flat surfaces before it have none yet
+  mesh.vertices.push_back(p_W);
+  looks.push_back(look);
+  return index;
+}
+
+void Scene::AddTriangle(const std::array<std::uint32_t, 3>& vertices, int surface) {
+  mesh.triangles.push_back(vertices);
+  surface_of_triangle.push_back(surface);
+}
+
 void Scene::AddRectangle(const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_s,
                          const Eigen::Vector3d& edge_t, int texture) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -27,7 +27,7 @@ double KinectSigma(double z) {
   return 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4);
 }
 
-double KinectDepth(double z, double normal, double disparity_scale) {
+double NoisyKinectDepth(double z, double normal, double disparity_scale) {
   const double noisy = z + KinectSigma(z) * normal;
   const double steps = std::round(kDisparitySteps * disparity_scale / noisy);
   return steps > 0.0 ? kDisparitySteps * disparity_scale / steps : 0.0;
@@ -54,50 +54,101 @@ void SensorOptions::Validate() const {
                    "SensorOptions::max_depth must exceed min_depth");
   HIGHWALL_REQUIRE(std::isfinite(colour_sigma) && colour_sigma >= 0.0,
                    "SensorOptions::colour_sigma must not be negative");
+  stereo.Validate();
+  HIGHWALL_REQUIRE(std::isfinite(read_noise) && read_noise >= 0.0,
+                   "SensorOptions::read_noise must not be negative");
+  HIGHWALL_REQUIRE(std::isfinite(shot_noise) && shot_noise >= 0.0,
+                   "SensorOptions::shot_noise must not be negative");
+}
+
+DepthNoise SensorOptions::Noise() const {
+  return noise == SensorNoise::kD435i ? stereo.Noise() : DepthNoise::Kinect();
 }
 
 Sensor::Sensor(const SensorOptions& options, const PinholeCamera& camera, std::uint64_t seed)
-    : options_(options), disparity_scale_(camera.fx * kKinectBaseline), random_(seed) {
-  options_.Validate();
+    : options_((options.Validate(), options)),
+      disparity_scale_(camera.fx * kKinectBaseline),
+      random_(seed),
+      stereo_(options.stereo, camera) {}
+
+cv::Mat Sensor::KinectDepth(const Rendering& rendering, const CounterRandom& random,
+                            int threads) const {
+  const cv::Mat nearest = NearestInWindow(rendering.depth);
+  cv::Mat out = rendering.depth.clone();
+  ParallelFor(out.rows, threads, [&](int v) {
+    for (int u = 0; u < out.cols; ++u) {
+      const float z = out.at<float>(v, u);
+      if (z == 0.0f) continue;
+      const std::uint64_t counter =
+          kCountersPerPixel * static_cast<std::uint64_t>(v * out.cols + u);
+      const bool behind_edge = z > kEdgeStep * nearest.at<float>(v, u);
+      const bool lost = IsLost(rendering.cosine.at<float>(v, u), random.Uniform(counter + 1));
+      const auto normal = static_cast<double>(random.Normals(counter).x());
+      out.at<float>(v, u) = behind_edge || lost
+                                ? 0.0f
+                                : static_cast<float>(NoisyKinectDepth(static_cast<double>(z),
+                                                                      normal, disparity_scale_));
+    }
+  });
+  return out;
 }
 
-SensorImages Sensor::Observe(const Rendering& rendering, int frame, int threads) const {
-  const bool noisy = options_.noise == SensorNoise::kKinect;
-  const CounterRandom random = random_.Stream(static_cast<std::uint64_t>(frame));
-  const int w = rendering.depth.cols, h = rendering.depth.rows;
-  SensorImages out{cv::Mat(h, w, CV_8UC3), cv::Mat(h, w, CV_32FC1)};
-  const cv::Mat nearest = noisy ? NearestInWindow(rendering.depth) : cv::Mat();
-
-  const auto observe_depth = [&](int u, int v, std::uint64_t counter) {
-    double z = rendering.depth.at<float>(v, u);
-    if (noisy && z > 0.0) {
-      const bool behind_edge =
-          rendering.depth.at<float>(v, u) > kEdgeStep * nearest.at<float>(v, u);
-      const bool lost = IsLost(rendering.cosine.at<float>(v, u), random.Uniform(counter + 1));
-      z = behind_edge || lost
-              ? 0.0
-              : KinectDepth(z, static_cast<double>(random.Normals(counter).x()), disparity_scale_);
-    }
-    const bool in_range = z >= options_.min_depth && z <= options_.max_depth;
-    return in_range ? static_cast<float>(z) : 0.0f;
-  };
-  const auto observe_colour = [&](int u, int v, std::uint64_t counter) {
-    cv::Vec3f bgr = rendering.bgr.at<cv::Vec3f>(v, u);
-    if (noisy) {
+cv::Mat Sensor::KinectColour(const cv::Mat& bgr, const CounterRandom& random, int threads) const {
+  const auto sigma = static_cast<float>(options_.colour_sigma);
+  cv::Mat out(bgr.size(), CV_8UC3);
+  ParallelFor(bgr.rows, threads, [&](int v) {
+    for (int u = 0; u < bgr.cols; ++u) {
+      const std::uint64_t counter =
+          kCountersPerPixel * static_cast<std::uint64_t>(v * bgr.cols + u);
       const Eigen::Vector2f first = random.Normals(counter + 2),
                             second = random.Normals(counter + 3);
-      bgr +=
-          static_cast<float>(options_.colour_sigma) * cv::Vec3f(first.x(), first.y(), second.x());
+      out.at<cv::Vec3b>(v, u) =
+          bgr.at<cv::Vec3f>(v, u) + sigma * cv::Vec3f(first.x(), first.y(), second.x());
     }
-    return cv::Vec3b(cv::saturate_cast<uchar>(bgr[0]), cv::saturate_cast<uchar>(bgr[1]),
-                     cv::saturate_cast<uchar>(bgr[2]));
-  };
-  ParallelFor(h, threads, [&](int v) {
-    for (int u = 0; u < w; ++u) {
-      const std::uint64_t counter = kCountersPerPixel * static_cast<std::uint64_t>(v * w + u);
-      out.depth.at<float>(v, u) = observe_depth(u, v, counter);
-      out.bgr.at<cv::Vec3b>(v, u) = observe_colour(u, v, counter);
+  });
+  return out;
+}
+
+cv::Mat Sensor::CameraColour(const cv::Mat& bgr, const CounterRandom& random, int threads,
+                             double gain) const {
+  const auto read = static_cast<float>(options_.read_noise * options_.read_noise * gain * gain);
+  const auto shot = static_cast<float>(options_.shot_noise * gain);
+  cv::Mat out(bgr.size(), CV_8UC3);
+  ParallelFor(bgr.rows, threads, [&](int v) {
+    const auto* ideal = bgr.ptr<cv::Vec3f>(v);
+    auto* row = out.ptr<cv::Vec3b>(v);
+    for (int u = 0; u < bgr.cols; ++u) {
+      const std::uint64_t bits = random.Bits(static_cast<std::uint64_t>(v * bgr.cols + u));
+      for (int k = 0; k < 3; ++k) {
+        const float sigma = std::sqrt(read + shot * std::max(0.0f, ideal[u][k]));
+        row[u][k] = cv::saturate_cast<uchar>(ideal[u][k] + sigma * normals_(bits, 12 * k));
+      }
     }
+  });
+  return out;
+}
+
+SensorImages Sensor::Observe(const Rendering& rendering, int frame, int threads,
+                             double gain) const {
+  const CounterRandom random = random_.Stream(static_cast<std::uint64_t>(frame));
+  SensorImages out;
+  switch (options_.noise) {
+    case SensorNoise::kOff:
+      rendering.bgr.convertTo(out.bgr, CV_8UC3);
+      out.depth = rendering.depth.clone();
+      break;
+    case SensorNoise::kKinect:
+      out = {KinectColour(rendering.bgr, random, threads), KinectDepth(rendering, random, threads)};
+      break;
+    case SensorNoise::kD435i:
+      out = {CameraColour(rendering.bgr, random, threads, gain),
+             stereo_.Measure(rendering, random.Stream(1), threads)};
+      break;
+  }
+  const auto near = static_cast<float>(options_.min_depth);
+  const auto far = static_cast<float>(options_.max_depth);
+  out.depth.forEach<float>([near, far](float& z, const int*) {
+    if (!(z >= near && z <= far)) z = 0.0f;
   });
   return out;
 }

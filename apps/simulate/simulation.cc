@@ -4,7 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include <opencv2/core.hpp>
+
 #include <highwall/core/error.h>
+
+#include "simulate/haze.h"
 
 namespace highwall::simulate {
 namespace {
@@ -21,7 +25,42 @@ int NumberOfFrames(const SimulationOptions& options) {
   return std::max(1, static_cast<int>(std::lround(options.duration * options.fps)));
 }
 
+// One period's stretches, period after period, and the blackouts, as far as the sequence reaches.
+std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
+                            const SimulationOptions& options) {
+  // A start from rest falls behind the spline by this much.
+  const double delay = -CameraPath::MovingTime(0.0, options.rest);
+  std::vector<Stretch> all;
+  const auto add = [&](StretchKind kind, double begin, double end) {
+    begin = std::max(begin, 0.0);
+    end = std::min(end, options.duration);
+    if (begin < end) all.push_back({kind, begin, end});
+  };
+  for (double lap = delay; lap < options.duration && !stretches.empty(); lap += period) {
+    for (const Stretch& stretch : stretches) {
+      add(stretch.kind, lap + stretch.begin, lap + stretch.end);
+    }
+  }
+  for (const Blackout& blackout : options.blackouts) {
+    add(StretchKind::kBlackout, blackout.begin, blackout.begin + blackout.duration);
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Stretch& a, const Stretch& b) { return a.begin < b.begin; });
+  return all;
+}
+
 }  // namespace
+
+SimulationOptions FieldTestOptions() {
+  SimulationOptions options;
+  options.rest = 1.0;
+  options.camera.fx = options.camera.fy = 615.0;
+  options.exposure.mode = ExposureMode::kAuto;
+  options.sensor.noise = SensorNoise::kD435i;
+  options.sensor.min_depth = 0.3;
+  options.sensor.max_depth = 6.0;
+  return options;
+}
 
 void SimulationOptions::Validate() const {
   HIGHWALL_REQUIRE(std::isfinite(duration) && duration > 0.0,
@@ -31,17 +70,27 @@ void SimulationOptions::Validate() const {
                    "SimulationOptions: duration times fps must not exceed a million frames");
   HIGHWALL_REQUIRE(std::isfinite(rest) && rest >= 0.0,
                    "SimulationOptions::rest must not be negative");
+  HIGHWALL_REQUIRE(std::isfinite(line_delay) && line_delay >= 0.0,
+                   "SimulationOptions::line_delay must not be negative");
+  for (const Blackout& blackout : blackouts) {
+    HIGHWALL_REQUIRE(std::isfinite(blackout.begin), "Blackout::begin must be finite");
+    HIGHWALL_REQUIRE(std::isfinite(blackout.duration) && blackout.duration > 0.0,
+                     "Blackout::duration must be positive");
+  }
   camera.Validate();
+  exposure.Validate();
   sensor.Validate();
   imu.Validate();
 }
 
 Simulation::Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
-                       VibrationIntensity intensity)
+                       VibrationIntensity intensity, const std::vector<Stretch>& stretches)
     : options_((options.Validate(), options)),
       renderer_(std::move(scene), options.camera),
-      path_(std::move(trajectory), options.rest),
+      path_(trajectory, options.rest),
       intensity_(std::move(intensity)),
+      stretches_(LayOut(stretches, trajectory.period(), options)),
+      blur_(options.camera),
       sensor_(options.sensor, options.camera, options.seed),
       imu_(options.imu, options.seed, kFirstStamp,
            StampOfFrame(NumberOfFrames(options) - 1, options.fps)) {}
@@ -58,12 +107,51 @@ Pose Simulation::T_WC(Stamp stamp) const {
   return path_.T_WC(ToSeconds(stamp - kFirstStamp));
 }
 
+Rendering Simulation::RenderScene(Stamp stamp, int threads) const {
+  if (options_.line_delay == 0.0) return renderer_.Render(T_WC(stamp), threads);
+  const double t = ToSeconds(stamp - kFirstStamp);
+  const double middle = 0.5 * (options_.camera.height - 1);
+  std::vector<Pose> T_WC_of_row;
+  for (int v = 0; v < options_.camera.height; ++v) {
+    T_WC_of_row.push_back(path_.T_WC(t + (v - middle) * options_.line_delay));
+  }
+  return renderer_.Render(T_WC_of_row, threads);
+}
+
 SimulatedFrame Simulation::Render(int i, int threads) const {
   HIGHWALL_REQUIRE(i >= 0 && i < size(), "Simulation::Render: no frame " + std::to_string(i));
-  const Stamp stamp = StampOf(i);
-  const Pose pose = T_WC(stamp);
-  const SensorImages images = sensor_.Observe(renderer_.Render(pose, threads), i, threads);
-  return {stamp, images.bgr, images.depth, pose};
+  constexpr double kHazeDensity = 0.5;  // [1/m] in the midst of a dusty stretch
+  constexpr double kShadow = 0.05;      // share of the light that is left in deep shadow
+  SimulatedFrame frame;
+  frame.stamp = StampOf(i);
+  frame.T_WC = T_WC(frame.stamp);
+  const double t = ToSeconds(frame.stamp - kFirstStamp);
+  const PinholeCamera& camera = options_.camera;
+  if (Intensity(stretches_, StretchKind::kBlackout, t) > 0.0) {
+    frame.bgr = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar::all(0.0));
+    frame.depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar::all(0.0));
+    return frame;
+  }
+
+  Rendering rendering = RenderScene(frame.stamp, threads);
+  AddHaze({.density = kHazeDensity * Intensity(stretches_, StretchKind::kDust, t),
+           .seed = static_cast<std::uint32_t>(options_.seed)},
+          t, &rendering);
+  const double shade = Intensity(stretches_, StretchKind::kLowLight, t);
+  if (shade > 0.0) rendering.bgr *= 1.0 - (1.0 - kShadow) * shade;
+
+  frame.exposure = ChooseExposure(options_.exposure, rendering.bgr);
+  Expose(options_.exposure, frame.exposure, &rendering.bgr);
+  if (frame.exposure.time > 0.0) {
+    const double half = 0.5 * frame.exposure.time;
+    const Pose T_CW = frame.T_WC.Inverse();
+    rendering.bgr = blur_.Apply(rendering.bgr, rendering.depth, T_CW * path_.T_WC(t - half),
+                                T_CW * path_.T_WC(t + half), threads);
+  }
+  SensorImages images = sensor_.Observe(rendering, i, threads, frame.exposure.gain);
+  frame.bgr = std::move(images.bgr);
+  frame.depth = std::move(images.depth);
+  return frame;
 }
 
 std::vector<ImuSample> Simulation::ImuSamples() const {

@@ -11,13 +11,22 @@
 #include <highwall/factors/imu_buffer.h>
 
 #include "simulate/camera_path.h"
+#include "simulate/exposure.h"
 #include "simulate/imu_simulator.h"
+#include "simulate/motion_blur.h"
 #include "simulate/renderer.h"
 #include "simulate/scene.h"
 #include "simulate/sensor.h"
 #include "simulate/spline_trajectory.h"
+#include "simulate/stretch.h"
 
 namespace highwall::simulate {
+
+// The lens is covered, from `begin` [s] after the first frame on.
+struct Blackout {
+  double begin = 0.0;     // [s]
+  double duration = 2.0;  // [s] > 0
+};
 
 struct SimulationOptions {
   std::uint64_t seed = 1;  // of the scene, the path and the noise
@@ -25,18 +34,28 @@ struct SimulationOptions {
   double fps = 30.0;       // [Hz] > 0
   double rest = 0.0;       // [s] >= 0; how long the camera stands still at first
   PinholeCamera camera{};
+  double line_delay = 0.0;  // [s] >= 0; from one row to the next: a rolling shutter
+  ExposureOptions exposure{};
   SensorOptions sensor{};
+  std::vector<Blackout> blackouts{};
   ImuSimulationOptions imu{};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
+// A RealSense D435i in the open, as the paper's field test has it: its intrinsics at 640 x 480, its
+// noise, depth from 0.3 to 6 m, automatic exposure, one second at rest.
+SimulationOptions FieldTestOptions();
+
+// Stamp and pose belong to the middle of the exposure (of the middle row, where the shutter rolls);
+// depth is of that instant too, row by row.
 struct SimulatedFrame {
-  Stamp stamp = 0;  // [ns]
-  cv::Mat bgr;      // CV_8UC3
-  cv::Mat depth;    // CV_32FC1 [m], 0 = no measurement
-  Pose T_WC;        // exact
+  Stamp stamp = 0;      // [ns]
+  cv::Mat bgr;          // CV_8UC3
+  cv::Mat depth;        // CV_32FC1 [m], 0 = no measurement
+  Pose T_WC;            // exact
+  Exposure exposure{};  // how the image was taken
 };
 
 // A camera that moves through a scene, and an IMU that rides with it: frames on demand, each of
@@ -44,9 +63,10 @@ struct SimulatedFrame {
 // nothing else is said; the IMU's is options().imu.time_offset ahead.
 class Simulation {
  public:
-  // intensity: of the vibration that the IMU feels. Throws InvalidArgument.
+  // intensity: of the vibration along the trajectory. stretches: of one period of the trajectory,
+  // in its seconds. Throws InvalidArgument.
   Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
-             VibrationIntensity intensity = {});
+             VibrationIntensity intensity = {}, const std::vector<Stretch>& stretches = {});
 
   const SimulationOptions& options() const { return options_; }
   const Scene& scene() const { return renderer_.scene(); }
@@ -57,6 +77,8 @@ class Simulation {
   Stamp StampOf(int i) const;
   // The true pose at any time.
   Pose T_WC(Stamp stamp) const;
+  // The hard parts of this sequence in order of their beginning, those of the scene and blackouts.
+  const std::vector<Stretch>& stretches() const { return stretches_; }
   // threads: 0 = one per processor; the frame does not depend on it. Thread-safe. Throws
   // InvalidArgument if there is no frame i.
   SimulatedFrame Render(int i, int threads = 0) const;
@@ -68,10 +90,14 @@ class Simulation {
   TrueState StateAt(Stamp stamp) const;
 
  private:
+  Rendering RenderScene(Stamp stamp, int threads) const;
+
   SimulationOptions options_;
   Renderer renderer_;
   CameraPath path_;
   VibrationIntensity intensity_;
+  std::vector<Stretch> stretches_;
+  MotionBlur blur_;
   Sensor sensor_;
   ImuSimulator imu_;
 };

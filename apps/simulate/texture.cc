@@ -1,61 +1,13 @@
 #include "simulate/texture.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "simulate/lattice_noise.h"
 
 namespace highwall::simulate {
 namespace {
-
-// A hash of lattice point (x, y), x and y multiplied beforehand: neighbours share the products.
-constexpr std::uint32_t kHashX = 0x8da6b343u, kHashY = 0xd8163841u;
-
-std::uint32_t FinishHash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
-  std::uint32_t h = x ^ y ^ seed;
-  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
-  h = (h ^ (h >> 12)) * 0x297a2d39u;
-  return h ^ (h >> 15);
-}
-
-std::uint32_t HashCell(int x, int y, std::uint32_t seed) {
-  return FinishHash(static_cast<std::uint32_t>(x) * kHashX, static_cast<std::uint32_t>(y) * kHashY,
-                    seed);
-}
-
-float ToUnit(std::uint32_t h) {
-  return static_cast<float>(h >> 8) * 0x1p-24f;
-}
-
-// std::floor is a library call on plain x86-64, and the hot spot of the whole renderer.
-int Floor(float x) {
-  const int i = static_cast<int>(x);
-  return static_cast<float>(i) > x ? i - 1 : i;
-}
-
-float Smooth(float x) {
-  return x * x * (3.0f - 2.0f * x);
-}
-
-float Lerp(float a, float b, float w) {
-  return a + (b - a) * w;
-}
-
-// The share of a footprint centred at signed distance `inside` from an edge that lies within it.
-float Coverage(float inside, float footprint) {
-  return std::clamp(0.5f + inside / footprint, 0.0f, 1.0f);
-}
-
-// One octave on the unit lattice, in [-1, 1].
-float LatticeNoise(const Eigen::Vector2f& x, std::uint32_t seed) {
-  const int i = Floor(x.x()), j = Floor(x.y());
-  const float a = Smooth(x.x() - static_cast<float>(i)), b = Smooth(x.y() - static_cast<float>(j));
-  const std::uint32_t left = static_cast<std::uint32_t>(i) * kHashX, right = left + kHashX;
-  const std::uint32_t bottom = static_cast<std::uint32_t>(j) * kHashY, top = bottom + kHashY;
-  const float low =
-      Lerp(ToUnit(FinishHash(left, bottom, seed)), ToUnit(FinishHash(right, bottom, seed)), a);
-  const float high =
-      Lerp(ToUnit(FinishHash(left, top, seed)), ToUnit(FinishHash(right, top, seed)), a);
-  return 2.0f * Lerp(low, high, b) - 1.0f;
-}
 
 Colour Shade(const Colour& colour, float brightness) {
   return (colour * brightness).cwiseMax(0.0f).cwiseMin(1.0f);
@@ -70,8 +22,14 @@ float ValueNoise::operator()(const Eigen::Vector2f& st, float footprint) const {
     // A wave takes two lattice steps; below about four footprints it would flicker.
     const float visible = std::clamp(length / footprint - 1.75f, 0.0f, 1.0f);
     if (visible == 0.0f) continue;
-    sum += visible * height *
-           LatticeNoise(st / length, seed + static_cast<std::uint32_t>(octave) * 0x9e3779b9u);
+    const std::uint32_t octave_seed = seed + static_cast<std::uint32_t>(octave) * 0x9e3779b9u;
+    if (period == 0.0f) {
+      sum += visible * height * LatticeNoise(st / length, octave_seed);
+    } else {
+      const auto columns = std::max(1.0f, std::round(period / length));
+      const Eigen::Vector2f x(st.x() * columns / period, st.y() / length);
+      sum += visible * height * LatticeNoise(x, octave_seed, static_cast<int>(columns));
+    }
   }
   return sum / total;
 }

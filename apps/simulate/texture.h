@@ -31,6 +31,7 @@ struct ValueNoise {
   float wavelength = 0.1f;
   int octaves = 4;
   std::uint32_t seed = 0;
+  float period = 0.0f;  // [m] along s; 0 = none
 
   float operator()(const Eigen::Vector2f& st, float footprint) const;
 };

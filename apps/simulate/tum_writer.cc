@@ -120,15 +120,27 @@ std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& 
   return out.str();
 }
 
-std::string Calibration(const PinholeCamera& camera) {
+std::string Calibration(const PinholeCamera& camera, const DepthNoise& noise) {
   std::ostringstream out;
   out << std::setprecision(std::numeric_limits<double>::max_digits10) << "camera:\n"
       << "  width: " << camera.width << "\n  height: " << camera.height << "\n  fx: " << camera.fx
       << "\n  fy: " << camera.fy << "\n  cx: " << camera.cx << "\n  cy: " << camera.cy
       << "\n  k1: " << camera.k1 << "\n  k2: " << camera.k2 << "\n  p1: " << camera.p1
       << "\n  p2: " << camera.p2 << "\n  k3: " << camera.k3 << "\ndepth_factor: " << kTumDepthFactor
-      << "\n";
+      << "\ndepth_noise:\n  offset: " << noise.offset << "\n  quadratic: " << noise.quadratic
+      << "\n  reference: " << noise.reference << "\n";
   return out.str();
+}
+
+std::string StretchesCsv(const Simulation& simulation) {
+  std::string csv = "#kind,begin [s],end [s]\n";
+  const Stamp first = simulation.StampOf(0);
+  for (const Stretch& stretch : simulation.stretches()) {
+    csv += std::string(ToString(stretch.kind)) + "," +
+           FormatStamp(first + FromSeconds(stretch.begin)) + "," +
+           FormatStamp(first + FromSeconds(stretch.end)) + "\n";
+  }
+  return csv;
 }
 
 template <typename T>
@@ -164,13 +176,15 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
   }
   const std::vector<Stamp> stamps = TruthStamps(simulation);
   WriteBytes(root / "groundtruth.txt", GroundTruth(simulation, stamps));
-  std::string calibration = Calibration(simulation.options().camera);
+  std::string calibration =
+      Calibration(simulation.options().camera, simulation.options().sensor.Noise());
   if (simulation.options().imu.enabled) {
     calibration += ImuCalibrationYaml(simulation.options().imu);
     WriteBytes(root / "imu.csv", ImuCsv(simulation.ImuSamples()));
     WriteBytes(root / "groundtruth_state.csv", StateCsv(simulation, stamps));
   }
   WriteBytes(root / "calibration.yaml", calibration);
+  WriteBytes(root / "stretches.csv", StretchesCsv(simulation));
   WriteBytes(root / "surface.ply", SurfacePly(simulation.scene().mesh));
 
   // A frame per thread: rendering and PNG compression both keep every processor busy.

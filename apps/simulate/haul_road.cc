@@ -1,0 +1,90 @@
+#include "simulate/haul_road.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "simulate/course.h"
+#include "simulate/road_surface.h"
+#include "simulate/roadside.h"
+#include "simulate/rock_wall.h"
+#include "simulate/strata.h"
+#include "simulate/sunlight.h"
+#include "simulate/terrain_kit.h"
+#include "simulate/vehicle.h"
+
+namespace highwall::simulate {
+namespace {
+
+constexpr double kStraight = 8.0, kBend = 4.0;  // [m] length, radius
+
+Course MakeCourse() {
+  // Points of a stadium, evenly spaced; the spline rounds the change from straight to bend.
+  constexpr double kStep = 1.0;  // [m]
+  constexpr double kHalfLap = kStraight + std::numbers::pi * kBend;
+  const int count = static_cast<int>(std::lround(2.0 * kHalfLap / kStep));
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < count; ++i) {
+    const double along = 2.0 * kHalfLap * i / count;
+    const bool back = along >= kHalfLap;
+    const double s = back ? along - kHalfLap : along;
+    Eigen::Vector3d p(s - 0.5 * kStraight, -kBend, 0.0);
+    if (s > kStraight) {
+      const double angle = (s - kStraight) / kBend;
+      p = {0.5 * kStraight + kBend * std::sin(angle), -kBend * std::cos(angle), 0.0};
+    }
+    points.push_back(back ? Eigen::Vector3d(-p.x(), -p.y(), 0.0) : p);
+  }
+  return Course(std::move(points));
+}
+
+// Of a lap; the second half repeats the first.
+std::vector<Stretch> MakeStretches(double speed, double length) {
+  std::vector<Stretch> stretches;
+  for (const double half : {0.0, 0.5 * length}) {
+    stretches.push_back({StretchKind::kBumpy, (half + 4.0) / speed, (half + 8.0) / speed});
+    stretches.push_back({StretchKind::kBlurred, (half + 10.0) / speed, (half + 13.0) / speed});
+    stretches.push_back({StretchKind::kLowTexture, (half + 15.0) / speed, (half + 18.0) / speed});
+  }
+  return stretches;
+}
+
+}  // namespace
+
+Simulation SimulateRoad(const SimulationOptions& options) {
+  options.Validate();
+  const VehicleOptions vehicle;
+  const Course course = MakeCourse();
+  const std::vector<Stretch> stretches = MakeStretches(vehicle.speed, course.length());
+  RandomSequence random(Mix(options.seed));
+  const auto seed = [&random] { return static_cast<std::uint32_t>(random.Bits()); };
+  const RoadSurface surface(stretches, vehicle.speed, course.length(), seed());
+  const Strata strata(static_cast<float>(course.length()), seed());
+
+  Scene scene;
+  scene.sky = {.horizon = Rgb(0.78, 0.8, 0.82), .zenith = Rgb(0.5, 0.62, 0.8)};
+  const TerrainTextures textures =
+      AddTerrainTextures(strata, {12.0, 8.0}, -1.0, 3.0, &random, &scene);
+  AddRoad(course, surface, -2.9, 2.9, textures.gravel, &scene);
+  AddRockWall(course, surface, strata,
+              {.toe = 2.3, .top = 2.2, .rock = textures.rock, .ground = textures.gravel}, &scene);
+  AddRockWall(course, surface, strata,
+              {.left = true,
+               .toe = 2.4,
+               .lean = 0.15,
+               .top = 1.8,
+               .bench = 0.5,
+               .rock = textures.rock,
+               .ground = textures.gravel},
+              &scene);
+  AddRoadside(course, surface, {}, random.Bits(), &scene);
+  AddDebris(course, surface, {}, textures.stone, random.Bits(), &scene);
+  BakeSunlight({}, &scene);
+
+  SplineTrajectory drive = Drive(course, surface, vehicle, random.Bits());
+  VibrationIntensity vibration = VibrationOn(stretches, drive.period());
+  return Simulation(std::move(scene), std::move(drive), options, std::move(vibration), stretches);
+}
+
+}  // namespace highwall::simulate

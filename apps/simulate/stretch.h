@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace highwall::simulate {
+
+// What makes a part of a sequence hard.
+enum class StretchKind {
+  kBumpy,       // the vehicle bounces on bumps
+  kBlurred,     // it shakes so fast that images blur
+  kLowTexture,  // dust covers ground and walls
+  kLowLight,    // deep shadow: long exposures, then noise
+  kDust,        // dust in the air hides what is far
+  kBlackout,    // the lens is covered: black images, no depth
+};
+
+std::string_view ToString(StretchKind kind);
+
+// [s] since the first frame; begin < end.
+struct Stretch {
+  StretchKind kind = StretchKind::kBumpy;
+  double begin = 0.0, end = 0.0;
+};
+
+// How strong it is at time t, [0, 1]: it rises and falls smoothly within half a second at either
+// end of a stretch; a blackout begins and ends at once.
+double Intensity(std::span<const Stretch> stretches, StretchKind kind, double t);
+
+}  // namespace highwall::simulate
