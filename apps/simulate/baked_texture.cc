@@ -1,7 +1,6 @@
 #include "simulate/baked_texture.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -18,10 +17,14 @@ constexpr int kTile = 32;           // [texels]
 constexpr int kStride = kTile + 1;  // the first texels of the next tile as well: none is split
 constexpr float kMaxValue = 255.0f;
 
-using Texel = std::array<std::uint8_t, 4>;
+// Blue, green and red in bits 0, 8 and 16.
+using Texel = std::uint32_t;
 
-Eigen::Array4f ToFloat(const Texel& texel) {
-  return Eigen::Map<const Eigen::Array<std::uint8_t, 4, 1>>(texel.data()).cast<float>();
+// The colours 16 bits apart, which leaves room for weights of 8 bits: all are mixed at once.
+std::uint64_t Spread(Texel texel) {
+  std::uint64_t x = texel;
+  x = (x | x << 16) & 0x0000ffff0000ffff;
+  return (x | x << 8) & 0x00ff00ff00ff00ff;
 }
 
 }  // namespace
@@ -87,7 +90,7 @@ void BakedTexture::Fill(const Level& level, int column, int row, Tile* tile) con
       }
       const Eigen::Array3f value = sum.array() * (kMaxValue / static_cast<float>(grid * grid));
       const auto bytes = (value + 0.5f).min(kMaxValue).max(0.0f).cast<std::uint8_t>().eval();
-      tile->texels.push_back({bytes[0], bytes[1], bytes[2], 0});
+      tile->texels.push_back(static_cast<Texel>(bytes[0] | bytes[1] << 8 | bytes[2] << 16));
     }
   }
 }
@@ -96,15 +99,21 @@ Colour BakedTexture::Lookup(const Level& level, const Eigen::Vector2f& st) const
   const float x = (st.x() - min_.x()) / level.texel.x() - 0.5f;
   const float y = (st.y() - min_.y()) / level.texel.y() - 0.5f;
   const int i = Floor(x), j = Floor(y);
-  const float a = x - static_cast<float>(i), b = y - static_cast<float>(j);
+  constexpr int kOne = 256;  // of weights
+  const int a = static_cast<int>((x - static_cast<float>(i)) * kOne);
+  const int b = static_cast<int>((y - static_cast<float>(j)) * kOne);
+  const int ab = a * b / kOne;
   const int column = Wrap(i, level.tiles.x() * kTile), row = Wrap(j, level.tiles.y() * kTile);
   const Tile& tile = Fetch(level, column / kTile, row / kTile);
   const Texel* texel =
       &tile.texels[static_cast<std::size_t>(row % kTile * kStride + column % kTile)];
-  const Eigen::Array4f low = ToFloat(texel[0]) * (1.0f - a) + ToFloat(texel[1]) * a;
-  const Eigen::Array4f high =
-      ToFloat(texel[kStride]) * (1.0f - a) + ToFloat(texel[kStride + 1]) * a;
-  return ((low * (1.0f - b) + high * b) / kMaxValue).head<3>().matrix();
+  const auto weighted = [](int weight, Texel t) {
+    return static_cast<std::uint64_t>(weight) * Spread(t);
+  };
+  const std::uint64_t sum = weighted(kOne - a - b + ab, texel[0]) + weighted(a - ab, texel[1]) +
+                            weighted(b - ab, texel[kStride]) + weighted(ab, texel[kStride + 1]);
+  const auto channel = [sum](int k) { return static_cast<float>(sum >> (16 * k) & 0xffff); };
+  return Colour(channel(0), channel(1), channel(2)) / (kMaxValue * kOne);
 }
 
 Colour BakedTexture::Albedo(const Eigen::Vector2f& st, float footprint) const {

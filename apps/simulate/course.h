@@ -6,7 +6,7 @@
 
 namespace highwall::simulate {
 
-// The centre line of a road: a closed uniform cubic B-spline, by its length.
+// The line that a vehicle drives: a closed uniform cubic B-spline, by its length.
 class Course {
  public:
   // The road's own axes at a place: forward and left are horizontal unit vectors.
@@ -14,7 +14,7 @@ class Course {
     Eigen::Vector3d p_W;  // [m]
     Eigen::Vector3d forward, left;
 
-    // `left_offset` metres to the left of the centre line and `up` metres above it.
+    // `left_offset` metres to the left of the line and `up` metres above it.
     Eigen::Vector3d Point(double left_offset, double up) const {
       return p_W + left_offset * left + up * Eigen::Vector3d::UnitZ();
     }

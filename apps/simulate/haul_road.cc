@@ -17,7 +17,7 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kStraight = 8.0, kBend = 4.0;  // [m] length, radius
+constexpr double kStraight = 8.0, kBend = 4.7;  // [m] length, radius
 
 Course MakeCourse() {
   // Points of a stadium, evenly spaced; the spline rounds the change from straight to bend.
@@ -65,13 +65,13 @@ Simulation SimulateRoad(const SimulationOptions& options) {
   Scene scene;
   scene.sky = {.horizon = Rgb(0.78, 0.8, 0.82), .zenith = Rgb(0.5, 0.62, 0.8)};
   const TerrainTextures textures =
-      AddTerrainTextures(strata, {12.0, 8.0}, -1.0, 3.0, &random, &scene);
-  AddRoad(course, surface, -2.9, 2.9, textures.gravel, &scene);
+      AddTerrainTextures(strata, {12.0, 9.0}, -1.0, 3.0, &random, &scene);
+  AddRoad(course, surface, -2.15, 3.65, textures.gravel, &scene);
   AddRockWall(course, surface, strata,
-              {.toe = 2.3, .top = 2.2, .rock = textures.rock, .ground = textures.gravel}, &scene);
+              {.toe = 1.55, .top = 2.2, .rock = textures.rock, .ground = textures.gravel}, &scene);
   AddRockWall(course, surface, strata,
               {.left = true,
-               .toe = 2.4,
+               .toe = 3.15,
                .lean = 0.15,
                .top = 1.8,
                .bench = 0.5,

@@ -49,7 +49,7 @@ inline float Coverage(float inside, float footprint) {
 
 // i modulo count, not negative; count 0: i itself.
 inline int Wrap(int i, int count) {
-  if (count == 0) return i;
+  if (count == 0 || (i >= 0 && i < count)) return i;  // a division is slow
   const int remainder = i % count;
   return remainder < 0 ? remainder + count : remainder;
 }

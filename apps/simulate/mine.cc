@@ -21,10 +21,10 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kToe = 2.3;     // [m] of the highwall, right of the lap
-constexpr double kInside = 2.2;  // [m] left of the lap, where the floor of the pit begins
-constexpr double kBench = 2.4;   // [m] height of a face
-constexpr double kLedge = 1.6;   // [m] width of the ledge above it
+constexpr double kToe = 1.55;     // [m] of the highwall, right of the lap
+constexpr double kInside = 2.95;  // [m] left of the lap, where the floor of the pit begins
+constexpr double kBench = 2.4;    // [m] height of a face
+constexpr double kLedge = 1.6;    // [m] width of the ledge above it
 
 // A kidney that climbs 1.1 m over a ramp and comes down again.
 Course MakeCourse() {
@@ -117,7 +117,7 @@ Simulation SimulateMine(const SimulationOptions& options) {
               random.Bits(), &scene);
   AddDebris(course, surface, {.pebbles = 18.0}, textures.stone, random.Bits(), &scene);
   AddDebris(course, surface,
-            {.pebbles = 0.0, .boulders = 2.5, .right = -1.9, .left = 2.2, .reach = 4.0},
+            {.pebbles = 0.0, .boulders = 2.5, .right = -1.15, .left = 2.95, .reach = 4.0},
             textures.stone, random.Bits(), &scene);
   BakeSunlight({}, &scene);
 

@@ -8,7 +8,7 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kRut = 0.8, kRutWidth = 0.22;      // [m] from the centre line; half width
+constexpr double kRut = 0.8, kRutWidth = 0.22;      // [m] from the road's middle; half width
 constexpr double kEdge = 1.9;                       // [m] where the shoulder begins to rise
 constexpr double kViewBegin = 1.0, kViewEnd = 4.5;  // [m] of ground that the camera sees ahead
 
@@ -44,7 +44,7 @@ double RoadSurface::At(StretchKind kind, double s) const {
 }
 
 double RoadSurface::Height(double s, double left) const {
-  const double beside = std::abs(left);
+  const double beside = std::abs(left - kMiddle);
   double height = 0.03 * Noise(undulation_, s, left) - 0.025 * Bell((beside - kRut) / kRutWidth);
   if (const double bumpy = At(StretchKind::kBumpy, s); bumpy > 0.0) {
     height += 0.075 * bumpy * Noise(bumps_, s, left);
@@ -73,7 +73,7 @@ double RoadSurface::Dust(double s, double left) const {
 }
 
 double RoadSurface::Tint(double s, double left) const {
-  const double worn = Bell((std::abs(left) - kRut) / (1.3 * kRutWidth));
+  const double worn = Bell((std::abs(left - kMiddle) - kRut) / (1.3 * kRutWidth));
   return 1.0 - 0.22 * worn * (1.0 + 0.5 * Noise(patches_, s + 17.0, left));
 }
 

@@ -8,13 +8,16 @@
 
 namespace highwall::simulate {
 
-// The ground of a haul road, by its own coordinates: s [m] along the centre line, `left` [m] of it.
+// The ground of a haul road 4.4 m wide, by its own coordinates: s [m] along the line that a vehicle
+// drives, `left` [m] of it.
 class RoadSurface {
  public:
+  static constexpr double kMiddle = 0.75;  // [m] vehicles keep right: the middle lies on their left
+
   // stretches: of one lap, in seconds at `speed` [m/s]; length [m] of the lap.
   RoadSurface(std::vector<Stretch> stretches, double speed, double length, std::uint32_t seed);
 
-  // Above the centre line, [m]: undulation, ruts, shoulders, and the bumps and the washboard of the
+  // Above that line, [m]: undulation, ruts, shoulders, and the bumps and the washboard of the
   // bumpy and the blurred stretches.
   double Height(double s, double left) const;
   // How much dust lies there, [0, 1]; nearly 1 in the low-texture stretches, from where a camera

@@ -174,7 +174,7 @@ void AddDebris(const Course& course, const RoadSurface& surface, const DebrisOpt
   for (int i = 0; i < pebbles; ++i) {
     // Most are small.
     const double size = 0.012 + 0.05 * std::pow(random.Uniform(0.0, 1.0), 4.0);
-    add(random.Uniform(-options.road, options.road), size, 0);
+    add(RoadSurface::kMiddle + random.Uniform(-options.road, options.road), size, 0);
   }
   const auto boulders = static_cast<int>(options.boulders * length);
   for (int i = 0; i < boulders; ++i) {

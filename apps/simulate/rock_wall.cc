@@ -24,7 +24,7 @@ void AddRockWall(const Course& course, const RoadSurface& surface, const Strata&
   const ValueNoise rough{
       .wavelength = 0.7f, .octaves = 4, .seed = strata.seed() + 32, .period = strata.period()};
   const auto top = [&](double s) { return options.top + options.top_swing * Noise(crest, s, 0.0); };
-  // Of the wall at height z, [m] from the centre line; dust smooths it.
+  // Of the wall at height z, [m] from the course; dust smooths it.
   const auto distance = [&](const Course::Frame& frame, double s, double z, double dust) {
     const Strata::Place place = strata.At(Eigen::Vector2d(s, z).cast<float>());
     const double relief = static_cast<double>(place.recess) + 0.14 * Noise(rough, s, z);

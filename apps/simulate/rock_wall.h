@@ -10,9 +10,9 @@ namespace highwall::simulate {
 // A face of bedded rock along a whole course.
 struct RockWallOptions {
   bool left = false;         // of the course; otherwise right of it
-  double toe = 2.4;          // [m] from the centre line to the foot of the face
+  double toe = 1.55;         // [m] from the course to the foot of the face
   double lean = 0.2;         // [m/m] that it falls back with height
-  double bottom = -0.4;      // [m] height of its lower edge above the centre line
+  double bottom = -0.4;      // [m] height of its lower edge above the course
   double top = 2.0;          // [m] height of its crest in the world,
   double top_swing = 0.25;   // [m] and how much that varies
   double bench = 1.5;        // [m] width of the ledge on top

@@ -47,7 +47,7 @@ SplineTrajectory Drive(const Course& course, const RoadSurface& surface,
   const double period = course.length() / options.speed;
   const auto knots = static_cast<int>(std::lround(period / kKnotInterval));
   RandomSequence random(Mix(seed));
-  const Unsteadiness lane(&random), gaze(&random);
+  const Unsteadiness sway(&random), gaze(&random);
 
   const auto contact = [&](double s, double left) {
     // A tyre touches some centimetres of ground.
@@ -62,7 +62,7 @@ SplineTrajectory Drive(const Course& course, const RoadSurface& surface,
   for (int i = 0; i < knots; ++i) {
     const double lap = static_cast<double>(i) / knots;
     const double s = lap * course.length();
-    const double left = options.lane + options.wander * lane.At(lap);
+    const double left = options.wander * sway.At(lap);
     const double half_base = 0.5 * options.wheelbase, half_track = 0.5 * options.track;
     const Eigen::Vector3d front_left = contact(s + half_base, left + half_track),
                           front_right = contact(s + half_base, left - half_track),

@@ -13,8 +13,7 @@ struct VehicleOptions {
   double speed = 0.6;          // [m/s] > 0
   double wheelbase = 0.5;      // [m] > 0
   double track = 0.5;          // [m] > 0
-  double lane = -0.75;         // [m] left of the centre line; it keeps right
-  double wander = 0.12;        // [m] about the lane
+  double wander = 0.12;        // [m] about the course
   double camera_ahead = 0.25;  // [m] of the vehicle's middle
   double camera_height = 0.8;  // [m]
   double camera_pitch = -0.2;  // [rad] below the horizon

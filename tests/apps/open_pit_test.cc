@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "simulate/haul_road.h"
+#include "simulate/mine.h"
+#include "simulate/raycaster.h"
+
+namespace highwall::simulate {
+namespace {
+
+// Building a scene takes most of a second, and every test runs alone: few tests that look at much.
+class OpenPit : public ::testing::TestWithParam<std::string> {
+ protected:
+  static Simulation Film(const SimulationOptions& options) {
+    return GetParam() == "mine" ? SimulateMine(options) : SimulateRoad(options);
+  }
+  static double Lap() { return GetParam() == "mine" ? 84.0 : 76.0; }  // [s] about
+};
+
+TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
+  SimulationOptions options = FieldTestOptions();
+  options.duration = Lap() + 5.0;
+  options.imu.ideal = true;
+  const Simulation film = Film(options);
+  const auto at = [&](double t) { return film.T_WC(film.StampOf(0) + FromSeconds(t)); };
+  EXPECT_EQ((at(0.0).p() - at(1.0).p()).norm(), 0.0);  // it starts from rest
+
+  const Raycaster raycaster(film.scene().mesh);
+  for (double t = 2.0; t < options.duration; t += 0.1) {
+    const Pose here = at(t);
+    // Over a second: bumps swing the camera to and fro.
+    EXPECT_NEAR((at(t + 1.0).p() - here.p()).head<2>().norm(), 0.6, 0.15) << t;
+    // The ground lies about 0.8 m below, and nothing within 0.4 m.
+    EXPECT_FALSE(raycaster.IsFree(here.p(), -Eigen::Vector3d::UnitZ(), 1.0)) << t;
+    EXPECT_TRUE(raycaster.IsFree(here.p(), -Eigen::Vector3d::UnitZ(), 0.65)) << t;
+    for (int k = 0; k < 100; ++k) {
+      const double z = 1.0 - (2.0 * k + 1.0) / 100, r = std::sqrt(1.0 - z * z);
+      const double azimuth = k * std::numbers::pi * (3.0 - std::sqrt(5.0));
+      EXPECT_TRUE(
+          raycaster.IsFree(here.p(), {r * std::cos(azimuth), r * std::sin(azimuth), z}, 0.4))
+          << t;
+    }
+  }
+  // The bumps are felt, and they shake the IMU.
+  const auto roughness = [&](double begin, double end) {
+    double sum = 0.0;
+    int count = 0;
+    for (double t = begin; t < end; t += 0.02, ++count) {
+      const TrueState a = film.StateAt(film.StampOf(0) + FromSeconds(t));
+      const TrueState b = film.StateAt(film.StampOf(0) + FromSeconds(t + 0.02));
+      sum += (b.state.v_WB - a.state.v_WB).squaredNorm() / (0.02 * 0.02);
+    }
+    return std::sqrt(sum / count);
+  };
+  const Stretch& bumpy = film.stretches().front();
+  ASSERT_EQ(bumpy.kind, StretchKind::kBumpy);
+  EXPECT_GT(roughness(bumpy.begin + 0.5, bumpy.end - 0.5), 2.0 * roughness(2.0, bumpy.begin));
+  for (const Stretch& stretch : film.stretches()) EXPECT_LE(stretch.end, options.duration);
+}
+
+TEST_P(OpenPit, SameSeedSameBytesWhateverTheThreads) {
+  SimulationOptions options = FieldTestOptions();
+  options.camera = {
+      .width = 160, .height = 120, .fx = 153.75, .fy = 153.75, .cx = 79.5, .cy = 59.5};
+  options.imu.enabled = false;
+  const SimulatedFrame one = Film(options).Render(100, 1), four = Film(options).Render(100, 4);
+  EXPECT_EQ(std::memcmp(one.bgr.data, four.bgr.data, one.bgr.total() * 3), 0);
+  EXPECT_EQ(std::memcmp(one.depth.data, four.depth.data, one.depth.total() * 4), 0);
+  options.seed = 2;
+  const SimulatedFrame other = Film(options).Render(100);
+  EXPECT_GT(cv::norm(one.bgr, other.bgr, cv::NORM_L1) / (160 * 120 * 3), 5.0);
+}
+
+TEST_P(OpenPit, IsRichInFeaturesExceptUnderDust) {
+  SimulationOptions options = FieldTestOptions();
+  options.duration = Lap();
+  options.imu.enabled = false;
+  options.camera = {
+      .width = 320, .height = 240, .fx = 307.5, .fy = 307.5, .cx = 159.5, .cy = 119.5};
+  const Simulation film = Film(options);
+  const auto orb = cv::ORB::create(3000);
+  const auto lsd = cv::createLineSegmentDetector();
+  struct Count {
+    std::size_t corners = 0;
+    std::ptrdiff_t segments = 0;
+  };
+  const auto count = [&](double t) {
+    cv::Mat grey;
+    cv::cvtColor(film.Render(static_cast<int>(t * options.fps)).bgr, grey, cv::COLOR_BGR2GRAY);
+    std::vector<cv::KeyPoint> corners;
+    orb->detect(grey, corners);
+    std::vector<cv::Vec4f> segments;
+    lsd->detect(grey, segments);
+    const auto is_long = [](const cv::Vec4f& s) {
+      return std::hypot(s[0] - s[2], s[1] - s[3]) > 20.0f;
+    };
+    return Count{corners.size(), std::count_if(segments.begin(), segments.end(), is_long)};
+  };
+  for (const double t : {2.0, 5.0, 8.0}) {
+    const Count rich = count(t);
+    EXPECT_GE(rich.corners, 600u) << t;
+    EXPECT_GE(rich.segments, 10) << t;
+  }
+  const auto dusty =
+      std::find_if(film.stretches().begin(), film.stretches().end(),
+                   [](const Stretch& s) { return s.kind == StretchKind::kLowTexture; });
+  ASSERT_NE(dusty, film.stretches().end());
+  EXPECT_LE(count(0.5 * (dusty->begin + dusty->end)).corners, count(5.0).corners / 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, OpenPit, ::testing::Values("road", "mine"),
+                         [](const auto& test) { return test.param; });
+
+}  // namespace
+}  // namespace highwall::simulate
