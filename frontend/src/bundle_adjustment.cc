@@ -16,6 +16,9 @@
 namespace highwall {
 namespace {
 
+// [rad] Which way is down is found anew by each adjustment. Were it taken from the odometry, whose
+// own estimate hangs on the tilt of the very map that is adjusted, the two would drift together.
+constexpr double kGravitySigma = 0.02;
 constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tells no direction
 
 // The graph of one adjustment and how its variables and factors map to the map.
@@ -43,6 +46,9 @@ class Bundle {
     std::vector<KeyFrameId> ids;
     for (const auto& [id, pose] : poses_) ids.push_back(id);
     std::sort(ids.begin(), ids.end());
+    const UnitDirection gravity(*map_.gravity_W());
+    gravity_ = graph_.AddVariable(gravity);
+    graph_.AddFactor(std::make_unique<DirectionPrior>(gravity, kGravitySigma), *gravity_);
     for (const KeyFrameId id : ids) {
       const std::optional<KeyFrameMotion>& motion = map_.keyframe(id)->motion;
       if (!motion || motion->previous == kNoId || !poses_.contains(motion->previous)) continue;
@@ -167,10 +173,11 @@ class Bundle {
     const ImuBias& bias = map_.keyframe(motion.previous)->motion->bias;
     const ImuPreintegration& imu = *motion.from_previous;
     graph_.AddFactor(
-        std::make_unique<ImuFactor>(imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu,
-                                    *map_.gravity_W(), motion.weight),
+        std::make_unique<ImuGravityFactor>(
+            imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu, kStandardGravity,
+            motion.weight),
         poses_.at(motion.previous), before.velocity, before.bias, poses_.at(id), after.velocity,
-        after.bias);
+        after.bias, *gravity_);
     ++imu_factors_;
   }
 
@@ -211,6 +218,7 @@ class Bundle {
   FactorGraph graph_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
   std::unordered_map<KeyFrameId, Body> bodies_;
+  std::optional<Variable<UnitDirection>> gravity_;
   int imu_factors_ = 0;
   std::unordered_map<PointId, Variable<Point>> points_;
   std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
