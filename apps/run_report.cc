@@ -90,7 +90,29 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"parallel_features", frame.parallel},
           {"solver_threads", options.slam.mapper.bundle.threads},
           {"octree_resolution_m", options.map.octree.resolution},
-          {"voxel_m", options.map.cloud.voxel_size}};
+          {"voxel_m", options.map.cloud.voxel_size},
+          {"imu", options.imu ? ToString(options.slam.inertial.weighting.policy) : "off"}};
+}
+
+nlohmann::json ToJson(const InertialSummary& inertial) {
+  const InertialReport& last = inertial.last;
+  nlohmann::json json = {{"status", ToString(last.status)},
+                         {"dead_reckoned_frames", inertial.dead_reckoned},
+                         {"restarts", inertial.restarts},
+                         {"mean_weight", inertial.mean_weight},
+                         {"innovation_per_dof", inertial.mean_innovation}};
+  if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
+  if (!last.reason.empty()) json["reason"] = last.reason;
+  if (!last.estimate) return json;
+  const auto triple = [](const auto& v) { return nlohmann::json{v(0), v(1), v(2)}; };
+  const ImuBias& bias = last.estimate->bias;
+  const ImuBias sigma = last.estimate->covariance.diagonal().tail<6>().cwiseSqrt();
+  json["gyroscope_bias"] = {{"value", triple(bias.head<3>())}, {"sigma", triple(sigma.head<3>())}};
+  json["accelerometer_bias"] = {{"value", triple(bias.tail<3>())},
+                                {"sigma", triple(sigma.tail<3>())}};
+  json["time_offset"] = {{"value", last.time_offset}, {"sigma", last.time_offset_sigma}};
+  json["gravity_sigma_rad"] = last.gravity_sigma;
+  return json;
 }
 
 nlohmann::json VersionsJson() {
@@ -105,23 +127,26 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration) {
   nlohmann::json lost = nlohmann::json::array();
   for (const Stamp stamp : run.lost) lost.push_back(FormatStamp(stamp));
-  return {{"versions", VersionsJson()},
-          {"dataset", dataset},
-          {"calibration", calibration},
-          {"options", ToJson(options)},
-          {"frames", run.frames},
-          {"skipped_frames", run.skipped},
-          {"tracked_frames", run.trajectory.size()},
-          {"lost_frames", run.lost.size()},
-          {"lost_stamps", lost},
-          {"relocalizations", run.relocalizations},
-          {"keyframes", run.keyframes.size()},
-          {"keyframes_made", run.keyframes_made},
-          {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
-          {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
-          {"milliseconds", ToJson(run.times)},
-          {"seconds", run.seconds},
-          {"peak_memory_mib", PeakMemoryMib()}};
+  nlohmann::json json = {
+      {"versions", VersionsJson()},
+      {"dataset", dataset},
+      {"calibration", calibration},
+      {"options", ToJson(options)},
+      {"frames", run.frames},
+      {"skipped_frames", run.skipped},
+      {"tracked_frames", run.trajectory.size()},
+      {"lost_frames", run.lost.size()},
+      {"lost_stamps", lost},
+      {"relocalizations", run.relocalizations},
+      {"keyframes", run.keyframes.size()},
+      {"keyframes_made", run.keyframes_made},
+      {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
+      {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
+      {"milliseconds", ToJson(run.times)},
+      {"seconds", run.seconds},
+      {"peak_memory_mib", PeakMemoryMib()}};
+  if (run.inertial) json["imu"] = ToJson(*run.inertial);
+  return json;
 }
 
 nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& run,

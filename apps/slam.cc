@@ -4,11 +4,15 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -18,6 +22,7 @@
 
 #include "commands.h"
 #include "config.h"
+#include "imu_input.h"
 #include "option_checks.h"
 #include "progress.h"
 #include "run_report.h"
@@ -35,6 +40,7 @@ struct SlamArguments {
   Weighting weighting = MeasurementOptions().weighting;
   MadRule mad_rule = LineMatcherOptions().mad_rule;
   double resolution = OctomapBuilderOptions().resolution;
+  std::string imu;  // --imu as given
   bool deterministic = false;
   bool no_map = false;
   bool json = false;
@@ -60,11 +66,56 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   return options;
 }
 
+// --imu off|paper|consistent|fixed:W; empty: what the options say.
+bool ReadImuChoice(const std::string& choice, ImuWeightingOptions* weighting) {
+  constexpr std::string_view kFixed = "fixed:";
+  if (choice == "paper") weighting->policy = ImuWeighting::kPaper;
+  if (choice == "consistent") weighting->policy = ImuWeighting::kConsistent;
+  if (choice.starts_with(kFixed)) {
+    weighting->policy = ImuWeighting::kFixed;
+    weighting->fixed_weight = std::stod(choice.substr(kFixed.size()));
+  }
+  return choice != "off";
+}
+
+// The readings of the dataset's IMU where it has one, it can be used and the user wants it.
+std::optional<ImuFeed> MakeImuFeed(const TumDataset& dataset, const RunConfig& config,
+                                   bool required) {
+  std::optional<ImuInput> input = LoadImu(dataset, config.imu);
+  if (!input) {
+    if (required) {
+      throw IoError(dataset.directory(), "has no IMU (imu.csv), but --imu asks for one");
+    }
+    return std::nullopt;
+  }
+  for (const std::string& warning : input->warnings) {
+    fmt::print(stderr, "highwall slam: warning: {}\n", warning);
+  }
+  if (!input->IsUsable()) return std::nullopt;
+  return ImuFeed{input->calibration, std::move(input->samples)};
+}
+
+void WarnOfImu(const SlamRun& run) {
+  if (!run.inertial || run.inertial->initialized) return;
+  fmt::print(
+      stderr, "highwall slam: warning: the IMU was not used: {}\n",
+      run.inertial->last.reason.empty() ? "it was never initialized" : run.inertial->last.reason);
+}
+
+void PrintInertial(const InertialSummary& inertial) {
+  if (!inertial.last.estimate) return;
+  const InertialReport& last = inertial.last;
+  fmt::print("imu         t_d {:.2f} +- {:.2f} ms, gravity +- {:.2f} deg, {} frames by it alone\n",
+             last.time_offset * 1e3, last.time_offset_sigma * 1e3,
+             last.gravity_sigma * 180.0 / M_PI, inertial.dead_reckoned);
+}
+
 void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::string& out) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
+  if (run.inertial) PrintInertial(*run.inertial);
   fmt::print("tracking    {:.1f} ms a frame (median), 95 % within {:.1f} ms\n",
              run.times.tracking.median, run.times.tracking.p95);
   fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
@@ -110,7 +161,10 @@ int RunSlamCommand(const SlamArguments& arguments) {
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
-  const SlamRunOptions options = MakeOptions(arguments);
+  SlamRunOptions options = MakeOptions(arguments);
+  if (ReadImuChoice(arguments.imu, &options.slam.inertial.weighting)) {
+    options.imu = MakeImuFeed(dataset, resolved.config, !arguments.imu.empty());
+  }
   SlamRun run;
   {
     Progress progress("tracking");
@@ -122,6 +176,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame, problem.what);
   }
+  WarnOfImu(run);
   if (run.trajectory.empty()) {
     throw IoError(arguments.dataset,
                   "no frame could be tracked: too little texture or depth to start a map (see "
@@ -166,6 +221,11 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
       ->check(Between(1e-3, 10.0))
       ->capture_default_str();
+  command
+      ->add_option("--imu", arguments->imu,
+                   "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
+                   "consistent where the dataset has an IMU)")
+      ->check(ImuChoice());
   command->add_flag("--deterministic", arguments->deterministic,
                     "One thread; the same output, bit for bit, on every run");
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");

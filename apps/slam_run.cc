@@ -37,6 +37,61 @@ struct StageSamples {
   }
 };
 
+// The readings of a recording, handed on in time for each image.
+class ImuReplay {
+ public:
+  explicit ImuReplay(const std::optional<ImuFeed>& feed) : feed_(feed) {}
+
+  void FeedUntil(Stamp image, SlamSystem& slam) {
+    if (!feed_) return;
+    // The clocks may differ by more than is known yet.
+    const Stamp until = image + FromSeconds(feed_->calibration.time_offset + 0.1);
+    for (; next_ < feed_->samples.size() && feed_->samples[next_].stamp <= until; ++next_) {
+      slam.AddImu(feed_->samples[next_]);
+    }
+  }
+
+ private:
+  const std::optional<ImuFeed>& feed_;
+  std::size_t next_ = 0;
+};
+
+// Adds up an InertialSummary.
+class InertialTally {
+ public:
+  void Add(const FrameResult& result) {
+    if (!result.inertial) return;
+    const InertialReport& report = *result.inertial;
+    summary_.last = report;
+    if (report.estimate && !summary_.initialized) summary_.initialized = result.stamp;
+    if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;
+    if (report.restarted) ++summary_.restarts;
+    if (report.weight > 0.0) {
+      weights_ += report.weight;
+      ++intervals_;
+    }
+    squared_innovation_ += report.squared_innovation;
+    dof_ += report.innovation_dof;
+  }
+
+  InertialSummary Summary() const {
+    InertialSummary summary = summary_;
+    if (intervals_ > 0) summary.mean_weight = weights_ / intervals_;
+    if (dof_ > 0) summary.mean_innovation = squared_innovation_ / dof_;
+    return summary;
+  }
+
+ private:
+  InertialSummary summary_;
+  double weights_ = 0.0, squared_innovation_ = 0.0;
+  int intervals_ = 0, dof_ = 0;
+};
+
+SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
+  if (options.imu) return SlamSystem(sensor, options.imu->calibration, options.slam);
+  return SlamSystem(sensor, options.slam);
+}
+
 DenseMap BuildDenseMap(DenseCloud& keyframe_clouds, const Map& map,
                        const DenseMapOptions& options) {
   DenseMap dense{{}, OctomapBuilder(options.octree), {}, {}, 0.0, 0.0};
@@ -82,7 +137,8 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   options.map.octree.Validate();  // used in the end only
   options.map.grid.Validate();
   const auto start = Clock::now();
-  SlamSystem slam(sensor, options.slam);
+  SlamSystem slam = MakeSystem(sensor, options);
+  ImuReplay imu(options.imu);
   const DepthUnprojector unprojector(sensor.camera);
   DenseCloud clouds(options.map.cloud.voxel_size);
   FrameReader reader(dataset,
@@ -90,16 +146,16 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
 
   SlamRun run;
   StageSamples samples;
+  InertialTally inertial;
   while (const std::optional<RgbdImage> image = reader.Next()) {
+    imu.FeedUntil(image->stamp, slam);
     const FrameResult result = slam.Track(*image);
     ++run.frames;
     samples.Add(result.times, result.mapping.has_value());
-    if (result.state == TrackingState::kTracking) {
-      run.matched_points += result.matched_points;
-      run.matched_lines += result.matched_lines;
-    } else {
-      run.lost.push_back(result.stamp);
-    }
+    inertial.Add(result);
+    run.matched_points += result.matched_points;
+    run.matched_lines += result.matched_lines;
+    if (!HasPose(result.state)) run.lost.push_back(result.stamp);
     if (result.relocalized) ++run.relocalizations;
     if (result.mapping) {
       ++run.keyframes_made;
@@ -119,6 +175,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     run.matched_points /= static_cast<double>(tracked);
     run.matched_lines /= static_cast<double>(tracked);
   }
+  if (options.imu) run.inertial = inertial.Summary();
   run.skipped = reader.count() - run.frames;
   run.trajectory = slam.trajectory();
   run.keyframes = slam.keyframe_trajectory();

@@ -21,9 +21,16 @@ struct DenseMapOptions {
   OccupancyGridOptions grid;  // its ground height is estimated from the octree
 };
 
+// The IMU of a recording: readings in the order of their stamps.
+struct ImuFeed {
+  ImuCalibration calibration;
+  std::vector<ImuSample> samples;
+};
+
 struct SlamRunOptions {
   SlamOptions slam;
-  bool dense = true;  // build cloud, octree and grid
+  std::optional<ImuFeed> imu;  // empty: RGB-D alone
+  bool dense = true;           // build cloud, octree and grid
   DenseMapOptions map;
   std::size_t begin = 0, end = SIZE_MAX;  // frames of the dataset
   std::size_t prefetch = 4;               // frames decoded ahead
@@ -53,11 +60,22 @@ struct DenseMap {
   double merge_ms = 0.0, octree_ms = 0.0;
 };
 
+// How the IMU fared over a run.
+struct InertialSummary {
+  InertialReport last;               // of the last frame
+  std::optional<Stamp> initialized;  // frame at which gravity and biases were known first
+  std::size_t dead_reckoned = 0;     // frames whose pose is that of the IMU alone
+  std::size_t restarts = 0;          // for want of readings
+  double mean_weight = 0.0;          // of the IMU factors
+  double mean_innovation = 0.0;      // squared, per degree of freedom: 1 where consistent
+};
+
 struct SlamRun {
   Trajectory trajectory, keyframes;
   std::size_t frames = 0;   // fed
   std::size_t skipped = 0;  // unusable images
   std::vector<Stamp> lost;  // frames without a pose, those before the map began included
+  std::optional<InertialSummary> inertial;  // with an IMU
   std::size_t relocalizations = 0;
   std::size_t points = 0, lines = 0;                 // landmarks in the end
   std::size_t keyframes_made = 0;                    // culled ones included

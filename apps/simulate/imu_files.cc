@@ -1,8 +1,10 @@
 #include "simulate/imu_files.h"
 
+#include <array>
+#include <charconv>
 #include <iomanip>
-#include <limits>
 #include <sstream>
+#include <utility>
 
 namespace highwall::simulate {
 namespace {
@@ -11,6 +13,13 @@ constexpr int kDecimals = 9;
 
 void Append(const Eigen::Vector3d& v, std::ostream& out) {
   out << ',' << v.x() << ',' << v.y() << ',' << v.z();
+}
+
+// The shortest text that reads back as the same number.
+std::string Shortest(double value) {
+  std::array<char, 32> text{};
+  const auto result = std::to_chars(text.data(), text.data() + text.size(), value);
+  return {text.data(), result.ptr};
 }
 
 }  // namespace
@@ -53,21 +62,25 @@ std::string StateCsv(const Simulation& simulation, const std::vector<Stamp>& sta
 }
 
 std::string ImuCalibrationYaml(const ImuSimulationOptions& options) {
-  std::ostringstream out;
-  out << std::setprecision(std::numeric_limits<double>::max_digits10) << "imu:\n  T_BC: [";
+  std::string yaml = "imu:\n  T_BC: [";
   const Eigen::Matrix4d T_BC = options.T_BC.Matrix();
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) {
-      if (row + column > 0) out << (column == 0 ? ",\n         " : ", ");
-      out << T_BC(row, column);
+      if (row + column > 0) yaml += column == 0 ? ",\n         " : ", ";
+      yaml += Shortest(T_BC(row, column));
     }
   }
-  out << "]\n  gyroscope_noise: " << options.noise.gyroscope
-      << "\n  accelerometer_noise: " << options.noise.accelerometer
-      << "\n  gyroscope_walk: " << options.noise.gyroscope_walk
-      << "\n  accelerometer_walk: " << options.noise.accelerometer_walk
-      << "\n  rate: " << options.rate << "\n  time_offset: 0\n";
-  return out.str();
+  yaml += "]\n";
+  const ImuNoise& noise = options.noise;
+  for (const auto& [key, value] : {std::pair("gyroscope_noise", noise.gyroscope),
+                                   {"accelerometer_noise", noise.accelerometer},
+                                   {"gyroscope_walk", noise.gyroscope_walk},
+                                   {"accelerometer_walk", noise.accelerometer_walk},
+                                   {"rate", options.rate},
+                                   {"time_offset", 0.0}}) {
+    yaml += std::string("  ") + key + ": " + Shortest(value) + "\n";
+  }
+  return yaml;
 }
 
 }  // namespace highwall::simulate

@@ -49,7 +49,7 @@ struct TrueState {
 };
 
 // How much the ground shakes the camera, in [0, 1], as a function of the place on the spline (its
-// seconds). It fades out where the camera stands still. Empty: nowhere.
+// seconds, any). It fades out where the camera stands still. Empty: nowhere.
 using VibrationIntensity = std::function<double(double s)>;
 
 // The readings of an IMU that rides with the camera: analytic motion, then bias, white noise and

@@ -1,5 +1,7 @@
 #include <highwall/core/prior.h>
 
+#include <cmath>
+
 #include <highwall/core/manifolds.h>
 #include <highwall/core/so3.h>
 
@@ -26,6 +28,22 @@ bool PosePrior::Evaluate(double const* const* parameters, double* residuals,
     Eigen::Matrix<double, 6, 6> dr_dpose = W_;
     dr_dpose.rightCols<3>() = W_.rightCols<3>() * so3::RightJacobianInverse(theta);  // Eq. 2
     PoseManifold::Lift<6>(parameters[0], dr_dpose, jacobians[0]);
+  }
+  return true;
+}
+
+DirectionPrior::DirectionPrior(const UnitDirection& n_0, double sigma)
+    : W_(UnitDirectionManifold::Basis(n_0.data()).transpose() / sigma) {
+  HIGHWALL_REQUIRE(std::isfinite(sigma) && sigma > 0.0, "DirectionPrior: sigma must be positive");
+}
+
+bool DirectionPrior::Evaluate(double const* const* parameters, double* residuals,
+                              double** jacobians) const {
+  Eigen::Map<Eigen::Vector2d> r(residuals);
+  r = W_ * Eigen::Map<const Eigen::Vector3d>(parameters[0]);  // Eq. 5
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[0]);
+    J = W_;
   }
   return true;
 }

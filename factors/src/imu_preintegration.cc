@@ -123,4 +123,12 @@ ImuPreintegration ImuPreintegration::Reintegrated(const ImuBias& bias) const {
   return ImuPreintegration(samples_, bias, options_);
 }
 
+ImuPreintegration ImuPreintegration::Joined(const ImuPreintegration& next) const {
+  HIGHWALL_REQUIRE(next.start() == end(),
+                   "ImuPreintegration::Joined: the next interval must start where this one ends");
+  std::vector<ImuSample> samples = samples_;
+  samples.insert(samples.end(), next.samples_.begin() + 1, next.samples_.end());
+  return ImuPreintegration(samples, delta_.bias, options_);
+}
+
 }  // namespace highwall

@@ -9,6 +9,8 @@
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/line3.h>
+#include <highwall/core/prior.h>
+#include <highwall/factors/imu_factor.h>
 #include <highwall/frontend/pose_solver.h>
 
 namespace highwall {
@@ -23,14 +25,28 @@ class Bundle {
       : map_(map),
         model_(model),
         options_(options),
+        T_CB_(model.T_BC().Inverse()),
         point_loss_(std::make_shared<ceres::HuberLoss>(options.point_huber)),
         line_loss_(std::make_shared<ceres::HuberLoss>(options.line_huber)) {}
 
   void AddKeyFrames(std::span<const KeyFrameId> ids, bool fixed) {
     for (const KeyFrameId id : ids) {
-      const Variable<Pose> pose = graph_.AddVariable(map_.keyframe(id)->T_WC);
+      const Variable<Pose> pose = graph_.AddVariable(map_.keyframe(id)->T_WC * T_CB_);
       if (fixed) graph_.Fix(pose);
       poses_.emplace(id, pose);
+    }
+  }
+
+  // The IMU between those keyframes that follow each other.
+  void AddMotions() {
+    if (!map_.gravity_W()) return;
+    std::vector<KeyFrameId> ids;
+    for (const auto& [id, pose] : poses_) ids.push_back(id);
+    std::sort(ids.begin(), ids.end());
+    for (const KeyFrameId id : ids) {
+      const std::optional<KeyFrameMotion>& motion = map_.keyframe(id)->motion;
+      if (!motion || motion->previous == kNoId || !poses_.contains(motion->previous)) continue;
+      AddMotion(id, *motion);
     }
   }
 
@@ -69,7 +85,11 @@ class Bundle {
 
   void Write() {
     for (const auto& [id, pose] : poses_) {
-      if (!graph_.IsFixed(pose)) map_.keyframe(id)->T_WC = graph_.Value(pose);
+      if (!graph_.IsFixed(pose)) map_.keyframe(id)->T_WC = graph_.Value(pose) * model_.T_BC();
+    }
+    for (const auto& [id, body] : bodies_) {
+      map_.keyframe(id)->motion->v_WB = graph_.Value(body.velocity);
+      map_.keyframe(id)->motion->bias = graph_.Value(body.bias);
     }
     for (const auto& [id, point] : points_) map_.point(id)->p_W = graph_.Value(point);
     for (const auto& [id, line] : lines_) {
@@ -91,6 +111,7 @@ class Bundle {
     report.points = static_cast<int>(points_.size());
     report.lines = static_cast<int>(lines_.size());
     report.outliers = static_cast<int>(outliers_.size());
+    report.imu_factors = imu_factors_;
     report.observations = static_cast<int>(factors_.size() + outliers_.size());
   }
 
@@ -106,7 +127,7 @@ class Bundle {
 
   // Out of its domain a factor is silent: what fell behind the camera must not pass for an inlier.
   bool InDomain(const Seen& seen) const {
-    const Pose T_CW = graph_.Value(poses_.at(seen.keyframe)).Inverse();
+    const Pose T_CW = (graph_.Value(poses_.at(seen.keyframe)) * model_.T_BC()).Inverse();
     if (!seen.is_line) {
       const Eigen::Vector3d p_C = T_CW * graph_.Value(points_.at(seen.landmark));
       return p_C.z() >= model_.projection().min_depth();
@@ -118,6 +139,39 @@ class Bundle {
     return TrimToObservation(line_C, segment.s.cast<double>(), segment.e.cast<double>(),
                              model_.projection())
         .has_value();
+  }
+
+  // Velocity and bias of a keyframe. What the oldest of a chain knew of its bias holds the chain.
+  struct Body {
+    Variable<Eigen::Vector3d> velocity;
+    Variable<ImuBias> bias;
+  };
+
+  const Body& BodyAt(KeyFrameId id) {
+    const auto found = bodies_.find(id);
+    if (found != bodies_.end()) return found->second;
+    const KeyFrameMotion& motion = *map_.keyframe(id)->motion;
+    const Body body{graph_.AddVariable(motion.v_WB), graph_.AddVariable(motion.bias)};
+    const bool first = motion.previous == kNoId || !poses_.contains(motion.previous);
+    if (first) {
+      graph_.AddFactor(std::make_unique<VectorPrior<6>>(
+                           motion.bias, motion.bias_sigma.cwiseInverse().asDiagonal()),
+                       body.bias);
+    }
+    return bodies_.emplace(id, body).first->second;
+  }
+
+  void AddMotion(KeyFrameId id, const KeyFrameMotion& motion) {
+    const Body& before = BodyAt(motion.previous);
+    const Body& after = BodyAt(id);
+    const ImuBias& bias = map_.keyframe(motion.previous)->motion->bias;
+    const ImuPreintegration& imu = *motion.from_previous;
+    graph_.AddFactor(
+        std::make_unique<ImuFactor>(imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu,
+                                    *map_.gravity_W(), motion.weight),
+        poses_.at(motion.previous), before.velocity, before.bias, poses_.at(id), after.velocity,
+        after.bias);
+    ++imu_factors_;
   }
 
   void AddPoint(const MapPoint& point) {
@@ -152,9 +206,12 @@ class Bundle {
   Map& map_;
   const MeasurementModel& model_;
   const BundleAdjustmentOptions& options_;
+  const Pose T_CB_;
   std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;
   FactorGraph graph_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
+  std::unordered_map<KeyFrameId, Body> bodies_;
+  int imu_factors_ = 0;
   std::unordered_map<PointId, Variable<Point>> points_;
   std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
   std::vector<Seen> factors_, outliers_;
@@ -188,6 +245,7 @@ BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
   Bundle bundle(map, model, options);
   bundle.AddKeyFrames(held, true);
   bundle.AddKeyFrames(moving, false);
+  bundle.AddMotions();
   bundle.AddLandmarks(free);
   const SolveSummary first = bundle.Solve(options.first_iterations);
   if (!first.IsUsable()) return report;

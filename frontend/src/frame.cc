@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <exception>
 #include <string>
 #include <thread>
@@ -50,6 +52,18 @@ DepthReading ReadDepth(const cv::Mat& depth, const cv::Point2f& uv, double min_d
   return reading;
 }
 
+// On every fourth row: blur takes the steps away.
+double Sharpness(const cv::Mat& gray) {
+  constexpr int kRowStep = 4;
+  std::int64_t sum = 0, count = 0;
+  for (int v = 0; v < gray.rows; v += kRowStep) {
+    const std::uint8_t* row = gray.ptr<std::uint8_t>(v);
+    for (int u = 1; u < gray.cols; ++u) sum += std::abs(row[u] - row[u - 1]);
+    count += gray.cols - 1;
+  }
+  return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.0;
+}
+
 }  // namespace
 
 void FrameBuilderOptions::Validate() const {
@@ -88,6 +102,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
   cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
 
   auto features = std::make_shared<FrameFeatures>();
+  features->sharpness = Sharpness(gray);
   FrameBuilderTimes elapsed;
   const auto build_lines = [&] {
     const auto start = std::chrono::steady_clock::now();

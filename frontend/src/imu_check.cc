@@ -212,7 +212,7 @@ class Checker {
 
   // Over windows of half a second in which the readings taken for rad/s turn a lot.
   bool DegreesExplainGravity() const {
-    constexpr double kWindow = 0.5, kTurn = 1.0;  // [s], [rad]
+    constexpr double kWindow = 0.5, kTurn = 1.0, kError = 0.2;  // [s], [rad], [rad]
     constexpr std::size_t kLeastReadings = 20, kLeastWindows = 3;
     std::vector<double> as_radians, as_degrees;
     for (std::size_t begin = 0, end = 0; end < usable_.size(); begin = end) {
@@ -234,7 +234,7 @@ class Checker {
       return *middle;
     };
     const double radians = median(&as_radians);
-    return radians > 0.5 && median(&as_degrees) < 0.25 * radians;
+    return radians > kError && median(&as_degrees) < 0.25 * radians;
   }
 
   std::span<const ImuSample> samples_;

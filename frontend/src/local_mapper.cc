@@ -1,8 +1,10 @@
 #include <highwall/frontend/local_mapper.h>
 
 #include <algorithm>
+#include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
 
 namespace highwall {
 
@@ -22,6 +24,7 @@ void LocalMapperOptions::Validate() const {
                    "LocalMapperOptions::min_observations must be at least 1");
   HIGHWALL_REQUIRE(redundant_share > 0.0 && redundant_share <= 1.0,
                    "LocalMapperOptions::redundant_share must be in (0, 1]");
+  HIGHWALL_REQUIRE(max_motion_gap > 0.0, "LocalMapperOptions::max_motion_gap must be positive");
   HIGHWALL_REQUIRE(max_depth_sigma > 0.0, "LocalMapperOptions::max_depth_sigma must be positive");
   HIGHWALL_REQUIRE(min_line_length > 0.0, "LocalMapperOptions::min_line_length must be positive");
 }
@@ -32,9 +35,11 @@ LocalMapper::LocalMapper(const MeasurementModel& model, int levels,
   options_.Validate();
 }
 
-LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map& map) {
+LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map& map,
+                                               std::optional<KeyFrameMotion> motion) {
   LocalMappingReport report;
   KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC);
+  keyframe.motion = std::move(motion);
   report.keyframe = keyframe.id;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
     map.ObservePoint(keyframe.id, static_cast<int>(i), tracked.points[i]);
@@ -178,10 +183,19 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
 BundleAdjustmentReport LocalMapper::AdjustAround(KeyFrameId id, Map& map) const {
   // The first keyframe is the origin of the world: it holds others in place and never moves.
   constexpr KeyFrameId kOrigin = 0;
+  // With an IMU the keyframes just before come first: it ties them even where they share no view.
+  constexpr std::size_t kChain = 5;
   std::vector<KeyFrameId> free{id};
+  for (const KeyFrame* k = map.keyframe(id); free.size() < kChain && k->motion;) {
+    k = map.keyframe(k->motion->previous);
+    if (k == nullptr || k->id == kOrigin) break;
+    free.push_back(k->id);
+  }
   for (const auto& [neighbour, shared] : map.Covisible(id, 15)) {
     if (static_cast<int>(free.size()) == options_.adjusted_keyframes) break;
-    if (neighbour != kOrigin) free.push_back(neighbour);
+    if (neighbour != kOrigin && std::find(free.begin(), free.end(), neighbour) == free.end()) {
+      free.push_back(neighbour);
+    }
   }
   std::vector<PointId> points;
   std::vector<LineId> lines;
@@ -225,6 +239,12 @@ void LocalMapper::CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport&
       if (others >= kOthers) ++redundant;
     }
     if (total == 0 || redundant < options_.redundant_share * total) continue;
+    if (const KeyFrame* next = map.Successor(id);
+        next != nullptr && keyframe.motion && keyframe.motion->from_previous != nullptr &&
+        ToSeconds(next->motion->stamp - keyframe.motion->from_previous->start()) >
+            options_.max_motion_gap) {
+      continue;
+    }
     map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
     report.culled_keyframes.push_back(id);
   }

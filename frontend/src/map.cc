@@ -240,9 +240,26 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
   const std::vector<LineId> lines = kf->lines;
   for (const PointId p : points) ForgetPointObservation(id, p);
   for (const LineId l : lines) ForgetLineObservation(id, l);
+  if (KeyFrame* next = Successor(id)) {
+    KeyFrameMotion& motion = *next->motion;
+    const bool tied = kf->motion && kf->motion->previous != kNoId;
+    motion.previous = tied ? kf->motion->previous : kNoId;
+    motion.from_previous = tied ? std::make_shared<const ImuPreintegration>(
+                                      kf->motion->from_previous->Joined(*motion.from_previous))
+                                : nullptr;
+  }
   removed_[static_cast<std::size_t>(id)] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
   keyframes_[static_cast<std::size_t>(id)].reset();
   --num_keyframes_;
+}
+
+KeyFrame* Map::Successor(KeyFrameId id) {
+  // Ids ascend with time: it is the next one alive, or none is.
+  for (std::size_t i = static_cast<std::size_t>(id) + 1; i < keyframes_.size(); ++i) {
+    KeyFrame* next = keyframes_[i].get();
+    if (next != nullptr) return next->motion && next->motion->previous == id ? next : nullptr;
+  }
+  return nullptr;
 }
 
 Pose Map::ResolvePose(KeyFrameId id) const {
@@ -255,6 +272,24 @@ Pose Map::ResolvePose(KeyFrameId id) const {
     id = removed.parent;
   }
   return keyframe(id)->T_WC * T;
+}
+
+void Map::Transform(const Pose& T_new_old) {
+  const Eigen::Quaterniond q = T_new_old.q();
+  for (const auto& keyframe : keyframes_) {
+    if (keyframe == nullptr) continue;
+    keyframe->T_WC = T_new_old * keyframe->T_WC;
+    if (keyframe->motion) keyframe->motion->v_WB = q * keyframe->motion->v_WB;
+  }
+  for (const auto& point : points_) {
+    if (point == nullptr) continue;
+    point->p_W = T_new_old * point->p_W;
+    point->normal_W = q * point->normal_W;
+  }
+  for (const auto& line : lines_) {
+    if (line != nullptr) line->segment_W = T_new_old * line->segment_W;
+  }
+  if (gravity_W_) gravity_W_ = q * *gravity_W_;
 }
 
 void Map::RefreshPoint(PointId id, double scale_factor, int levels) {

@@ -27,12 +27,15 @@ void MeasurementOptions::Validate() const {
   HIGHWALL_REQUIRE(scale_factor > 1.0, "MeasurementOptions::scale_factor must exceed 1");
 }
 
-MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options)
+MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
+                                   const Pose& T_BC)
     : options_(options),
       camera_(sensor.camera.WithoutDistortion()),
       right_{.fx = sensor.camera.fx, .baseline = options.baseline},
       noise_(sensor.depth_noise),
-      projection_(camera_, Pose(), right_) {
+      T_BC_(T_BC),
+      projection_(camera_, Pose(), right_),
+      body_projection_(camera_, T_BC, right_) {
   sensor.Validate();
   options_.Validate();
 }
@@ -103,20 +106,20 @@ std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
         Measurement(feature),
         PointSqrtInformation(options_.weighting, sigma,
                              DisparitySigma(feature.depth, feature.depth_sigma)),
-        projection_);
+        body_projection_);
   }
   return std::make_unique<PointReprojection>(
-      feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma), projection_);
+      feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma), body_projection_);
 }
 
 std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const LineFeature& feature) const {
   if (feature.segment_C) {
     return std::make_unique<OrthonormalLineReprojectionRgbd>(Measurement(feature), Noise(feature),
-                                                             options_.weighting, projection_);
+                                                             options_.weighting, body_projection_);
   }
   return std::make_unique<OrthonormalLineReprojection>(
-      End(feature.segment.s), End(feature.segment.e), options_.line_sigma, projection_);
+      End(feature.segment.s), End(feature.segment.e), options_.line_sigma, body_projection_);
 }
 
 }  // namespace highwall

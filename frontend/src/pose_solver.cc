@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <ceres/tiny_solver.h>
 
@@ -12,6 +13,7 @@ namespace highwall {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // How rows r with Jacobian J enter least squares so that it minimizes the Huber cost rho(|r|^2):
 // scaled by `factor`, with the square of `missing` added to the cost. Then cost and gradient are
@@ -78,17 +80,20 @@ class PoseProblem {
 
   PoseProblem(const Pose& T_start, const RgbdProjection& projection,
               std::span<const PosePoint> points, std::span<const PoseLine> lines,
-              const PoseSolverOptions& options)
+              const PoseSolverOptions& options, const KnownPose* known)
       : T_start_(T_start),
         projection_(projection),
         points_(points),
         lines_(lines),
         options_(options),
+        known_(known),
         point_active_(points.size(), true),
         line_active_(lines.size(), true) {}
 
   // The last one is what robust rows lack of their cost.
-  int NumResiduals() const { return 3 * active_points_ + 4 * active_lines_ + 1; }
+  int NumResiduals() const {
+    return 3 * active_points_ + 4 * active_lines_ + (known_ != nullptr ? 6 : 0) + 1;
+  }
 
   bool operator()(const double* x, double* residuals, double* jacobian) const {
     const Vector6 step = Eigen::Map<const Vector6>(x);
@@ -112,7 +117,36 @@ class PoseProblem {
       LineRows(view, lines_[i], r, jacobian != nullptr ? &J : nullptr);
       out.Append<4>(r, J, options_.line_huber);
     }
+    if (known_ != nullptr) AppendKnown(T, out);
     return out.Finish();
+  }
+
+  // What the inliers say at the solution's pose.
+  void Sum(PoseSolution& solution) const {
+    const RgbdProjection::View view = RgbdProjection::At(solution.T_WC.data());
+    int rows = 0;
+    double squares = 0.0;
+    const auto add = [&](const auto& r, const auto& J, int dimension) {
+      solution.information.noalias() += J.transpose() * J;
+      solution.gradient.noalias() += J.transpose() * r;
+      squares += r.squaredNorm();
+      rows += dimension;
+    };
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (!point_active_[i]) continue;
+      Eigen::Vector3d r;
+      Eigen::Matrix<double, 3, 6> J;
+      PointRows(view, points_[i], r, &J);
+      add(r, J, points_[i].dimension);
+    }
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (!line_active_[i]) continue;
+      Eigen::Vector4d r;
+      Eigen::Matrix<double, 4, 6> J;
+      LineRows(view, lines_[i], r, &J);
+      add(r, J, lines_[i].dimension);
+    }
+    if (rows > 6) solution.error = squares / (rows - 6);
   }
 
   // Sets aside what does not fit at T; whatever fits (again) takes part in the next round.
@@ -177,11 +211,22 @@ class PoseProblem {
     return inside;
   }
 
+  void AppendKnown(const Pose& T, Output& out) const {
+    const Eigen::Vector3d theta = so3::Log(known_->T_WC.q().conjugate() * T.q());
+    Vector6 e;
+    e << T.p() - known_->T_WC.p(), theta;
+    const Vector6 r = known_->sqrt_information * e;
+    Matrix6 J = known_->sqrt_information;
+    J.rightCols<3>() = J.rightCols<3>() * so3::RightJacobianInverse(theta);
+    out.Append<6>(r, J, std::numeric_limits<double>::infinity());
+  }
+
   Pose T_start_;
   const RgbdProjection& projection_;
   std::span<const PosePoint> points_;
   std::span<const PoseLine> lines_;
   const PoseSolverOptions& options_;
+  const KnownPose* known_;
   std::vector<bool> point_active_, line_active_;
   int active_points_ = 0, active_lines_ = 0;
 };
@@ -201,8 +246,8 @@ void PoseSolverOptions::Validate() const {
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
-                                      const PoseSolverOptions& options) {
-  PoseProblem problem(T_WC, projection, points, lines, options);
+                                      const PoseSolverOptions& options, const KnownPose* known) {
+  PoseProblem problem(T_WC, projection, points, lines, options, known);
   problem.ActivateAll();
   ceres::TinySolver<PoseProblem> solver;
   // TinySolver counts the evaluation at the start as an iteration.
@@ -221,8 +266,14 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
     problem.Classify(T);
   }
   if (problem.Support() < options.min_support) return std::nullopt;
-  return PoseSolution{T, problem.point_active(), problem.line_active(), problem.active_points(),
-                      problem.active_lines()};
+  PoseSolution solution;
+  solution.T_WC = T;
+  problem.Sum(solution);
+  solution.point_inliers = problem.point_active();
+  solution.line_inliers = problem.line_active();
+  solution.num_points = problem.active_points();
+  solution.num_lines = problem.active_lines();
+  return solution;
 }
 
 std::optional<Segment3> TrimToObservation(const PluckerLine& line_C, const Eigen::Vector2d& s,

@@ -1,6 +1,9 @@
 #include <highwall/frontend/slam_system.h>
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
+#include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
@@ -19,12 +22,8 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// W has z up and x forward for a camera held level (x right, y down, z forward).
-Pose FirstPose() {
-  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
-  T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return Pose::FromMatrix(T);
-}
+// Frames whose image tells no pose before they start a piece of map of their own.
+constexpr int kBlindFrames = 15;
 
 }  // namespace
 
@@ -34,17 +33,32 @@ void SlamOptions::Validate() const {
   tracker.Validate();
   keyframes.Validate();
   mapper.Validate();
+  inertial.Validate();
   HIGHWALL_REQUIRE(frame.orb.scale_factor == measurement.scale_factor,
                    "SlamOptions: frame.orb.scale_factor and measurement.scale_factor differ");
 }
 
-SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const Pose& T_BC, const SlamOptions& options)
     : options_((options.Validate(), options)),
-      model_(sensor, options.measurement),
+      model_(sensor, options.measurement, T_BC),
       builder_(sensor, options.frame),
       tracker_(model_, options.frame.orb.levels, options.tracker),
       policy_(options.keyframes),
       mapper_(model_, options.frame.orb.levels, options.mapper) {}
+
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
+    : SlamSystem(sensor, Pose(), options) {}
+
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const ImuCalibration& imu,
+                       const SlamOptions& options)
+    : SlamSystem(sensor, imu.T_BC, options) {
+  inertial_.emplace(imu, options.inertial);
+}
+
+ImuSampleStatus SlamSystem::AddImu(const ImuSample& sample) {
+  HIGHWALL_REQUIRE(inertial_, "SlamSystem::AddImu: the system was made without an IMU");
+  return inertial_->AddSample(sample);
+}
 
 FrameResult SlamSystem::Track(const RgbdImage& image) {
   HIGHWALL_REQUIRE(!last_stamp_ || image.stamp > *last_stamp_,
@@ -66,37 +80,118 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.lines = static_cast<int>(frame.features->lines.size());
 
   const Stopwatch tracking_watch;
-  TrackedFrame tracked = tracker_.Track(frame, map_);
-  result.times.tracking = tracking_watch.Milliseconds();
-  if (tracked.state == TrackingState::kInitializing && policy_.CanStart(*frame.features)) {
+  std::optional<KnownPose> predicted;
+  if (inertial_) predicted = inertial_->Predict(image.stamp);
+  TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
+  const bool starts =
+      tracked.state == TrackingState::kInitializing && policy_.CanStart(*frame.features);
+  if (starts) {
     tracked.state = TrackingState::kTracking;
-    tracked.T_WC = FirstPose();
-    InsertKeyFrame(tracked, result);
-  } else if (tracked.state == TrackingState::kTracking &&
-             policy_.Wants(tracked, map_, last_keyframe_index_)) {
-    InsertKeyFrame(tracked, result);
+    tracked.T_WC = FirstPose(image.stamp);
+  } else if (inertial_ && tracked.state != TrackingState::kInitializing) {
+    Fuse(tracked, result);
   }
+  result.times.tracking = tracking_watch.Milliseconds();
+  if (starts || WantsKeyFrame(tracked)) InsertKeyFrame(tracked, result);
 
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
   result.T_WC = tracked.T_WC;
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
-  if (tracked.state == TrackingState::kTracking) {
+  if (HasPose(tracked.state)) {
     tracked_.push_back({image.stamp, tracked.reference,
                         map_.keyframe(tracked.reference)->T_WC.Inverse() * tracked.T_WC});
   }
   return result;
 }
 
+Pose SlamSystem::FirstPose(Stamp stamp) const {
+  // W has z up and x forward for a camera held level (x right, y down, z forward).
+  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+  T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Pose level = Pose::FromMatrix(T);
+  if (!inertial_) return level;
+  const auto up_C = inertial_->UpInCamera(stamp);
+  if (!up_C) return level;
+  const Eigen::Vector3d up_W = level.q() * *up_C;
+  return Pose(Eigen::Quaterniond::FromTwoVectors(up_W, Eigen::Vector3d::UnitZ()) * level.q(),
+              Eigen::Vector3d::Zero());
+}
+
+void SlamSystem::Fuse(TrackedFrame& tracked, FrameResult& result) {
+  InertialOdometry::Observation observation;
+  observation.image = tracked.frame.stamp;
+  const double sharpness = tracked.frame.features->sharpness;
+  if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
+  usual_sharpness_ += (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (sharpness - usual_sharpness_);
+  if (last_points_ > 0) {
+    observation.tracked_share =
+        std::min(1.0, static_cast<double>(tracked.num_points) / last_points_);
+  }
+  last_points_ = tracked.num_points;
+  if (tracked.state == TrackingState::kTracking) {
+    last_visual_index_ = tracked.frame.index;
+    observation.visual = MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient,
+                                        tracked.error, options_.inertial.visual_noise);
+  }
+  result.inertial = inertial_->Update(observation);
+  if (const std::optional<Pose>& T_level = result.inertial->T_level) {
+    map_.Transform(*T_level);
+    tracker_.Transform(*T_level);
+  }
+  map_.SetGravity(inertial_->gravity_W());
+  if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
+    if (tracked.state == TrackingState::kLost) {
+      tracked.state = TrackingState::kInertial;
+      tracked.reference = last_keyframe_;
+    }
+    tracked.T_WC = *T_WC;
+    if (tracked.state == TrackingState::kTracking) tracker_.Correct(*T_WC);
+  }
+}
+
+bool SlamSystem::WantsKeyFrame(const TrackedFrame& tracked) const {
+  if (tracked.state == TrackingState::kTracking) {
+    return policy_.Wants(tracked, map_, last_keyframe_index_);
+  }
+  // Carried into a new place by the IMU alone: map from here.
+  return tracked.state == TrackingState::kInertial &&
+         tracked.frame.index - last_visual_index_ >= kBlindFrames &&
+         policy_.CanStart(*tracked.frame.features);
+}
+
+std::optional<KeyFrameMotion> SlamSystem::MotionSince(const KeyFrame* last) const {
+  if (!inertial_) return std::nullopt;
+  const std::optional<InertialEstimate> estimate = inertial_->estimate();
+  if (!estimate) return std::nullopt;
+  KeyFrameMotion motion;
+  motion.stamp = estimate->stamp;
+  motion.v_WB = estimate->state.v_WB;
+  motion.bias = estimate->bias;
+  motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
+  motion.weight = inertial_->weight();
+  if (last == nullptr || !last->motion) return motion;
+  if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
+    motion.previous = last->id;
+    motion.from_previous = std::make_shared<const ImuPreintegration>(*std::move(imu));
+  }
+  return motion;
+}
+
 void SlamSystem::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
-  result.mapping = mapper_.InsertKeyFrame(tracked, map_);
-  last_keyframe_index_ = tracked.frame.index;
+  const Pose T_WC = tracked.T_WC;
+  tracked.state = TrackingState::kTracking;
+  result.mapping =
+      mapper_.InsertKeyFrame(tracked, map_, MotionSince(map_.keyframe(last_keyframe_)));
+  last_keyframe_index_ = last_visual_index_ = tracked.frame.index;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
+  last_keyframe_ = keyframe.id;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;
   tracker_.Anchor(tracked, keyframe);
+  if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
   result.times.mapping = watch.Milliseconds();
 }
 

@@ -51,10 +51,16 @@ const char* ToString(TrackingState state) {
       return "initializing";
     case TrackingState::kTracking:
       return "tracking";
+    case TrackingState::kInertial:
+      return "inertial";
     case TrackingState::kLost:
       return "lost";
   }
   return "unknown";
+}
+
+bool HasPose(TrackingState state) {
+  return state == TrackingState::kTracking || state == TrackingState::kInertial;
 }
 
 void TrackerOptions::Validate() const {
@@ -64,6 +70,8 @@ void TrackerOptions::Validate() const {
   HIGHWALL_REQUIRE(min_motion_support >= 6,
                    "TrackerOptions::min_motion_support must be at least 6");
   HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
+  HIGHWALL_REQUIRE(min_predicted_support >= 6,
+                   "TrackerOptions::min_predicted_support must be at least 6");
   HIGHWALL_REQUIRE(min_motion_share >= 0.0 && min_motion_share < 1.0,
                    "TrackerOptions::min_motion_share must be in [0, 1)");
   HIGHWALL_REQUIRE(doubtful_share >= 0.0 && doubtful_share <= 1.0,
@@ -81,7 +89,8 @@ Tracker::Tracker(const MeasurementModel& model, int levels, const TrackerOptions
   options_.Validate();
 }
 
-TrackedFrame Tracker::Track(const Frame& frame, Map& map) {
+TrackedFrame Tracker::Track(const Frame& frame, Map& map,
+                            const std::optional<KnownPose>& predicted) {
   if (map.num_keyframes() == 0) {
     TrackedFrame none = Unmatched(frame, Pose());
     none.state = TrackingState::kInitializing;
@@ -90,21 +99,25 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map) {
   const bool was_tracking = last_.has_value();
   std::optional<LocalMatch> match;
   if (was_tracking) {
-    match = TrackLocalMap(TrackMotion(frame, map), map);
-    if (!match || IsDoubtful(*match)) {
+    const KnownPose* known = predicted ? &*predicted : nullptr;
+    match = TrackLocalMap(TrackMotion(frame, map, known), map, known);
+    if (!match || (known == nullptr && IsDoubtful(*match))) {
       auto other = TrackLocalMap(TrackReference(frame, map), map);
       if (other && (!match || other->Support() > match->Support())) match = std::move(other);
     }
   }
   if (!match) match = TrackLocalMap(Relocalize(frame, map), map);
   if (!match) {
-    last_.reset();
-    return Unmatched(frame, Pose());
+    // With an IMU the landmarks of the last frame can be looked for again, however long ago.
+    if (!predicted) last_.reset();
+    return Unmatched(frame, predicted ? predicted->T_WC : Pose());
   }
   match->CountSightings(map);
   TrackedFrame& tracked = match->frame;
   // Across a gap there is no motion to extrapolate.
-  velocity_ = was_tracking && !tracked.relocalized ? last_->T_WC.Inverse() * tracked.T_WC : Pose();
+  const bool consecutive =
+      was_tracking && !tracked.relocalized && last_->frame.index + 1 == frame.index;
+  velocity_ = consecutive ? last_->T_WC.Inverse() * tracked.T_WC : Pose();
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
   last_support_ = match->Support();
@@ -121,10 +134,20 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->reference = keyframe.id;
 }
 
-std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map) const {
+void Tracker::Correct(const Pose& T_WC) {
+  if (last_) last_->T_WC = T_WC;
+}
+
+void Tracker::Transform(const Pose& T_new_old) {
+  if (last_) last_->T_WC = T_new_old * last_->T_WC;
+}
+
+std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map,
+                                                 const KnownPose* predicted) const {
   // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
   for (const double radius_scale : {1.0, 2.0}) {
-    TrackedFrame tracked = Unmatched(frame, last_->T_WC * velocity_);
+    TrackedFrame tracked =
+        Unmatched(frame, predicted != nullptr ? predicted->T_WC : last_->T_WC * velocity_);
     Apply(matcher_.MatchLast(*frame.features, tracked.T_WC, map, *last_->frame.features,
                              last_->points, radius_scale),
           tracked.points);
@@ -132,7 +155,7 @@ std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& 
         matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
         tracked.lines);
     const int matched = Support(tracked);
-    if (Solve(tracked, map, options_.min_motion_support) &&
+    if (Solve(tracked, map, options_.min_motion_support, predicted) &&
         Support(tracked) >= options_.min_motion_share * matched) {
       return tracked;
     }
@@ -162,7 +185,8 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
 }
 
 std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
-                                                          const Map& map) const {
+                                                          const Map& map,
+                                                          const KnownPose* predicted) const {
   if (!rough) return std::nullopt;
   LocalMatch match{std::move(*rough), {}, {}};
   TrackedFrame& tracked = match.frame;
@@ -188,7 +212,7 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
   };
   append(match.points_in_view, first_points);
   append(match.lines_in_view, first_lines);
-  if (!Solve(tracked, map, options_.min_support)) return std::nullopt;
+  if (!Solve(tracked, map, options_.min_support, predicted)) return std::nullopt;
   tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
   return match;
 }
@@ -219,7 +243,8 @@ void Tracker::LocalMatch::CountSightings(Map& map) const {
   }
 }
 
-bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support) const {
+bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
+                    const KnownPose* predicted) const {
   const FrameFeatures& features = *tracked.frame.features;
   std::vector<PosePoint> points;
   std::vector<std::size_t> point_features;
@@ -246,8 +271,10 @@ bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support) cons
     line_features.push_back(i);
   }
   PoseSolverOptions options = options_.pose;
-  options.min_support = min_support;
-  const auto solution = SolvePose(tracked.T_WC, model_.projection(), points, lines, options);
+  options.min_support =
+      predicted != nullptr ? std::min(min_support, options_.min_predicted_support) : min_support;
+  const auto solution =
+      SolvePose(tracked.T_WC, model_.projection(), points, lines, options, predicted);
   if (!solution) return false;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!solution->point_inliers[i]) tracked.points[point_features[i]] = kNoId;
@@ -258,6 +285,9 @@ bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support) cons
   tracked.T_WC = solution->T_WC;
   tracked.num_points = solution->num_points;
   tracked.num_lines = solution->num_lines;
+  tracked.information = solution->information;
+  tracked.gradient = solution->gradient;
+  tracked.error = solution->error;
   return true;
 }
 

@@ -157,6 +157,7 @@ TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetO
     throw IoError(directory_, "no stamp of rgb.txt has one of depth.txt within " +
                                   Number(options_.max_stamp_difference) + " s");
   }
+  imu_file_ = FindImuFile(directory_);
   const std::filesystem::path groundtruth = directory_ / "groundtruth.txt";
   if (std::filesystem::exists(groundtruth)) {
     Trajectory trajectory = ReadTumTrajectory(groundtruth);
@@ -167,10 +168,6 @@ TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetO
     }
   }
   Probe();
-}
-
-std::optional<std::filesystem::path> TumDataset::imu_file() const {
-  return FindImuFile(directory_);
 }
 
 // Looks at a few frames spread over the sequence, and at all of them while none can be used.
@@ -184,8 +181,10 @@ void TumDataset::Probe() {
   for (std::size_t i = 0; i < size(); i += stride) look(i);
   for (std::size_t i = 0; i < size() && depths.empty(); ++i) look(i);
   if (depths.empty()) {
-    throw IoError(directory_, "none of its " + std::to_string(size()) +
-                                  " frames can be used; the first: " + problems().front().what);
+    const std::vector<Problem> found = problems();
+    throw IoError(directory_, "none of its " + std::to_string(size()) + " frames can be used; " +
+                                  (found.empty() ? "no depth image holds any depth"
+                                                 : "the first: " + found.front().what));
   }
   median_depth_ = Median(&depths);
   if (const auto factor = LikelyDepthFactor(median_depth_, options_.depth_factor)) {
@@ -209,7 +208,9 @@ RgbdImage TumDataset::DoLoad(std::size_t index) const {
                                   std::to_string(options_.width) + " x " +
                                   std::to_string(options_.height));
   }
-  if (cv::countNonZero(raw) == 0) throw IoError(depth.path, "holds no depth: all zero");
+  if (!imu_file_ && cv::countNonZero(raw) == 0) {
+    throw IoError(depth.path, "holds no depth: all zero");
+  }
   raw.convertTo(image.depth, CV_32F, 1.0 / options_.depth_factor);
   return image;
 }

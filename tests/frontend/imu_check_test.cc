@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <random>
 #include <string>
@@ -199,7 +200,7 @@ TEST(CheckImu, FindsAGyroscopeInDegreesByItsRate) {
 }
 
 TEST(CheckImu, FindsAGyroscopeInDegreesOfASlowMotionByTheTurningOfGravity) {
-  auto samples = HandHeld(0.15);  // 9 deg/s
+  auto samples = HandHeld(0.06);  // 3 deg/s
   for (ImuSample& sample : samples) sample.gyroscope *= 57.29578;
   ExpectFatal(Only(samples), Kind::kGyroscopeInDegrees,
               "gyroscope: taken for deg/s it explains how gravity turns, taken for rad/s it does "
@@ -224,6 +225,19 @@ TEST(CheckImu, LeavesTheSignOfGravityToTheEstimator) {
   ExpectFatal(AccelerometerReversed(), Kind::kAccelerometerReversed,
               "accelerometer: its sign is reversed, it reads gravity instead of the specific force "
               "(at rest it must point up); multiply by -1");
+}
+
+TEST(CheckImu, FindsNothingInARealRecording) {
+  const std::filesystem::path file =
+      std::filesystem::path(HIGHWALL_SHARED_DATA) / "euroc_v101" / "imu.csv";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "shared/data has no euroc_v101";
+  constexpr VideoSpan kV101{1403715273262142976, 1403715300000000000};
+  const ImuRecording imu = ReadImu(file, kV101);
+  EXPECT_EQ(imu.warning, "");
+  for (const ImuFinding& finding : CheckImu(imu.samples, kV101)) ADD_FAILURE() << finding.text;
+  std::vector<ImuSample> in_degrees = imu.samples;
+  for (ImuSample& sample : in_degrees) sample.gyroscope *= 57.29578;
+  EXPECT_EQ(CheckImu(in_degrees, kV101).at(0).kind, Kind::kGyroscopeInDegrees);
 }
 
 TEST(CheckImu, RefusesBadOptions) {

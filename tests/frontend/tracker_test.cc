@@ -274,6 +274,7 @@ TEST_F(TrackerOnLines, AreFoundAgainNearAKeyFrame) {
 TEST(TrackingState, HasANameForEach) {
   EXPECT_STREQ(ToString(TrackingState::kInitializing), "initializing");
   EXPECT_STREQ(ToString(TrackingState::kTracking), "tracking");
+  EXPECT_STREQ(ToString(TrackingState::kInertial), "inertial");
   EXPECT_STREQ(ToString(TrackingState::kLost), "lost");
 }
 

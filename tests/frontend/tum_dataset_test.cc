@@ -309,5 +309,31 @@ TEST(TumDataset, ReadsARealSequence) {
   EXPECT_TRUE(dataset.warnings().empty());
 }
 
+TEST(TumDataset, KeepsFramesWithoutDepthWhereAnImuCanBridgeThem) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());
+  cv::imwrite((folder.path() / "depth/102.png").string(), cv::Mat::zeros(48, 64, CV_16UC1));
+  EXPECT_FALSE(TumDataset(folder.path()).Load(2).has_value());
+  EXPECT_FALSE(TumDataset(folder.path()).imu_file().has_value());
+  WriteText(folder.path() / "imu.csv", "");
+  const TumDataset dataset(folder.path());
+  EXPECT_EQ(dataset.imu_file(), folder.path() / "imu.csv");
+  const auto image = dataset.Load(2);
+  ASSERT_TRUE(image.has_value());
+  EXPECT_EQ(cv::countNonZero(image->depth), 0);
+}
+
+TEST(TumDataset, RefusesFramesWithoutAnyDepthEvenWithAnImu) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path(), {.raw_depth = 0});
+  WriteText(folder.path() / "imu.csv", "");
+  try {
+    TumDataset dataset(folder.path());
+    ADD_FAILURE() << "accepted";
+  } catch (const IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("no depth image holds any depth"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace highwall

@@ -7,6 +7,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/pose.h>
+#include <highwall/core/unit_direction.h>
 #include <highwall/core/variable.h>
 
 namespace highwall {
@@ -31,6 +32,26 @@ class PosePrior final : public ceres::SizedCostFunction<6, 7> {
  private:
   const Pose T_0_;
   const Eigen::Matrix<double, 6, 6> W_;
+};
+
+// Prior knowledge of a direction, as of gravity.
+//
+//   r = B(n_0)^T n / sigma                                        docs/factors/prior.md, Eq. 5
+//
+// Blocks:  0: n  direction (3, UnitDirectionManifold); B as there
+// Domain:  less than 90 deg from n_0: |r| is the sine of the angle, and n = -n_0 has none.
+class DirectionPrior final : public ceres::SizedCostFunction<2, 3> {
+ public:
+  using Variables = VariableList<UnitDirection>;
+
+  // sigma: [rad] > 0. Throws InvalidArgument if it is not.
+  DirectionPrior(const UnitDirection& n_0, double sigma);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const Eigen::Matrix<double, 2, 3> W_;
 };
 
 // Prior knowledge of a Euclidean variable of N doubles: a point, a velocity, a bias, a scalar.

@@ -24,13 +24,15 @@ struct BundleAdjustmentOptions {
 struct BundleAdjustmentReport {
   int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;
   int observations = 0, outliers = 0;
+  int imu_factors = 0;
   double initial_cost = 0.0, final_cost = 0.0;
   bool usable = false;  // false: the solver failed and the map was not touched
 };
 
 // Moves the keyframes of `free` and every point and line that they see, so that the reprojection
 // errors of `free` and `fixed` are least; observations that remain outliers are forgotten. Lines
-// move in the orthonormal form and keep their ends where they were seen.
+// move in the orthonormal form and keep their ends where they were seen. Where the map knows
+// gravity, the IMU between keyframes takes part, with their velocities and biases as unknowns.
 // free, fixed: live, no keyframe in both; where `fixed` is empty the oldest of `free` is held.
 BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
                                     std::span<const KeyFrameId> free,

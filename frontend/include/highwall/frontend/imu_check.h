@@ -12,14 +12,14 @@
 namespace highwall {
 
 enum class ImuFindingKind {
-  kEmpty,       // no reading that could be used
-  kNotFinite,   // NaN or infinite readings
-  kOutOfOrder,  // stamps that go back in time
-  kDuplicates,  // stamps that are there twice
-  kOtherClock,  // no reading falls into the video
-  kStartsLate,  // after the video
-  kEndsEarly,   // before the video
-  kGaps,        // steps between readings that are too long
+  kEmpty,                     // no reading that could be used
+  kNotFinite,                 // NaN or infinite readings
+  kOutOfOrder,                // stamps that go back in time
+  kDuplicates,                // stamps that are there twice
+  kOtherClock,                // no reading falls into the video
+  kStartsLate,                // after the video
+  kEndsEarly,                 // before the video
+  kGaps,                      // steps between readings that are too long
   kFrozenGyroscope,           // repeats one reading
   kFrozenAccelerometer,       // likewise
   kGyroscopeInDegrees,        // deg/s instead of rad/s
@@ -41,10 +41,10 @@ struct ImuFinding {
 };
 
 struct ImuCheckOptions {
-  double max_step = 0.1;           // [s] > 0; readings farther apart than this are a gap
-  int frozen_readings = 50;        // >= 2; as many equal ones, while the other sensor changes
-  double max_bad_share = 0.1;      // in [0, 1]; of readings that are not finite
-  double max_angular_rate = 20.0;  // [rad/s] > 0; RMS; no camera that sees anything turns faster
+  double max_step = 0.1;          // [s] > 0; readings farther apart than this are a gap
+  int frozen_readings = 50;       // >= 2; as many equal ones, while the other sensor changes
+  double max_bad_share = 0.1;     // in [0, 1]; of readings that are not finite
+  double max_angular_rate = 6.0;  // [rad/s] > 0; RMS; no camera that sees anything turns faster
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

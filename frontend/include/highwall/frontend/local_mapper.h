@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -27,7 +28,10 @@ struct LocalMapperOptions {
   int min_observations = 2;       // >= 1
   // A keyframe is dropped when this share of its points is seen by at least three others at the
   // same or a finer pyramid level.
-  double redundant_share = 0.9;   // (0, 1]; 1 keeps all but exact repeats
+  double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
+  // [s] > 0: with an IMU none is dropped where that leaves keyframes farther apart than this, for
+  // the IMU ties neighbours the better the nearer they are.
+  double max_motion_gap = 1.0;
   double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
 
@@ -50,7 +54,9 @@ class LocalMapper {
   // levels: of the ORB pyramid. model: must outlive the mapper.
   LocalMapper(const MeasurementModel& model, int levels, const LocalMapperOptions& options);
 
-  LocalMappingReport InsertKeyFrame(const TrackedFrame& tracked, Map& map);
+  // motion: of the body, where an IMU tells it.
+  LocalMappingReport InsertKeyFrame(const TrackedFrame& tracked, Map& map,
+                                    std::optional<KeyFrameMotion> motion = std::nullopt);
 
  private:
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
+#include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/frame.h>
 
 namespace highwall {
@@ -53,12 +55,24 @@ struct MapLine {
   int found = 1;
 };
 
+// The body's motion at a keyframe, and the readings of the IMU since an earlier one.
+struct KeyFrameMotion {
+  Stamp stamp = 0;                                 // [ns] of the IMU's clock
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  // [m/s]
+  ImuBias bias = ImuBias::Zero();                  // [rad/s, m/s^2]
+  Eigen::Matrix<double, 6, 1> bias_sigma = Eigen::Matrix<double, 6, 1>::Ones();
+  KeyFrameId previous = kNoId;                             // kNoId: nothing ties it to one before
+  std::shared_ptr<const ImuPreintegration> from_previous;  // null with it
+  double weight = 1.0;                                     // of its IMU factor
+};
+
 struct KeyFrame {
   KeyFrameId id = kNoId;
   Frame frame;
   Pose T_WC;
-  std::vector<PointId> points;  // per point feature, kNoId where unmatched
-  std::vector<LineId> lines;    // per line feature
+  std::optional<KeyFrameMotion> motion;  // with an IMU that is initialized
+  std::vector<PointId> points;           // per point feature, kNoId where unmatched
+  std::vector<LineId> lines;             // per line feature
 };
 
 // Keyframes, points and lines, owned by id. Ids ascend and are never used again; what was removed
@@ -99,10 +113,19 @@ class Map {
   void MergePoints(PointId from, PointId into);
 
   // Removes the keyframe and its observations. Frames that hang on it follow `T_parent` instead:
-  // see ResolvePose. parent: a live keyframe.
+  // see ResolvePose. The keyframe whose motion follows from its motion is tied to the one before
+  // instead. parent: a live keyframe.
   void RemoveKeyFrame(KeyFrameId id, KeyFrameId parent);
   // The present pose of a keyframe, also of a removed one (through its parent at that time).
   Pose ResolvePose(KeyFrameId id) const;
+  // The live keyframe whose motion is tied to that of `id`; null where there is none.
+  KeyFrame* Successor(KeyFrameId id);
+
+  // Moves everything: p_new = T_new_old p_old.
+  void Transform(const Pose& T_new_old);
+  // [m/s^2] in W; empty where no IMU told.
+  const std::optional<Eigen::Vector3d>& gravity_W() const { return gravity_W_; }
+  void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W) { gravity_W_ = gravity_W; }
 
   // Descriptor, viewing direction and scale range of a point from its observations.
   // scale_factor: of the ORB pyramid, levels: its number of levels.
@@ -124,6 +147,7 @@ class Map {
   std::vector<std::unique_ptr<MapPoint>> points_;
   std::vector<std::unique_ptr<MapLine>> lines_;
   std::size_t num_keyframes_ = 0, num_points_ = 0, num_lines_ = 0;
+  std::optional<Eigen::Vector3d> gravity_W_;
 };
 
 // The landmarks that live keyframes see, each once, ascending, without those in `except` (in any

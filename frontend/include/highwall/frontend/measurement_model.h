@@ -26,14 +26,17 @@ struct MeasurementOptions {
 };
 
 // How features of one RGB-D camera weigh in an estimate: the one place where observations become
-// residual rows, for tracking, relocalization and bundle adjustment alike. B = C: poses are T_WC.
+// residual rows, for tracking, relocalization and bundle adjustment alike. Rows are of T_WC; the
+// factors are of T_WB, whose frame B is the camera's where there is no IMU.
 class MeasurementModel {
  public:
-  MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options);
+  MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
+                   const Pose& T_BC = Pose());
 
   // Without distortion.
   const PinholeCamera& camera() const { return camera_; }
   const RgbdProjection& projection() const { return projection_; }
+  const Pose& T_BC() const { return T_BC_; }
   const MeasurementOptions& options() const { return options_; }
 
   // [px] of u and v at the pyramid level.
@@ -51,9 +54,9 @@ class MeasurementModel {
   std::array<ProjectionRows<2>, 2> Rows(const LineFeature& feature) const;
   static int Dimension(const LineFeature& feature) { return feature.segment_C ? 4 : 2; }
 
-  // Blocks: T_WC, p_W.
+  // Blocks: T_WB, p_W.
   std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature) const;
-  // Blocks: T_WC, OrthonormalLine.
+  // Blocks: T_WB, OrthonormalLine.
   std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
 
  private:
@@ -65,7 +68,8 @@ class MeasurementModel {
   PinholeCamera camera_;
   VirtualRightCamera right_;
   DepthNoise noise_;
-  RgbdProjection projection_;
+  Pose T_BC_;
+  RgbdProjection projection_, body_projection_;  // of T_WC, of T_WB
 };
 
 }  // namespace highwall

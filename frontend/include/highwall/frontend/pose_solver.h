@@ -44,8 +44,20 @@ struct PoseSolverOptions {
   void Validate() const;
 };
 
+// What is known of the pose from elsewhere: rows W (T_WC [-] T_WC_0), as PosePrior.
+struct KnownPose {
+  Pose T_WC;                                      // expected
+  Eigen::Matrix<double, 6, 6> sqrt_information =  // W, in the tangent at T_WC [1/m, 1/rad]
+      Eigen::Matrix<double, 6, 6>::Zero();
+};
+
 struct PoseSolution {
   Pose T_WC;
+  // Of the inliers' rows alone, without what is known from elsewhere: J^T J and J^T r at T_WC, in
+  // the tangent of PoseManifold. Singular where they leave a direction open.
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  double error = 1.0;  // of the same rows: |r|^2 per degree of freedom, 1 where the noise is right
   std::vector<bool> point_inliers;
   std::vector<bool> line_inliers;
   int num_points = 0;  // inliers
@@ -54,11 +66,13 @@ struct PoseSolution {
 
 // Camera pose from known points and lines: robust Levenberg-Marquardt (ceres::TinySolver) in the
 // tangent space at T_WC, with outliers set aside between rounds. B = C in `projection`.
-// Empty where less than min_support remains or the steps stop being finite.
+// known: where not null, joins the least squares. Empty where less than min_support remains or the
+// steps stop being finite.
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
-                                      const PoseSolverOptions& options = {});
+                                      const PoseSolverOptions& options = {},
+                                      const KnownPose* known = nullptr);
 
 // The piece of line_C [m] that the undistorted pixels s and e see: each end is the point of the
 // line nearest to the ray. Empty where that is behind the camera or the ray runs along the line.

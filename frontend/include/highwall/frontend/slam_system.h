@@ -6,6 +6,8 @@
 
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/frame.h>
+#include <highwall/frontend/imu_calibration.h>
+#include <highwall/frontend/inertial_odometry.h>
 #include <highwall/frontend/keyframe_policy.h>
 #include <highwall/frontend/local_mapper.h>
 #include <highwall/frontend/map.h>
@@ -21,6 +23,7 @@ struct SlamOptions {
   TrackerOptions tracker{};
   KeyFramePolicyOptions keyframes{};
   LocalMapperOptions mapper{};
+  InertialOptions inertial{};  // where there is an IMU
 
   // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
   void Validate() const;
@@ -37,26 +40,34 @@ struct FrameResult {
   Stamp stamp = 0;
   TrackingState state = TrackingState::kLost;
   bool relocalized = false;
-  Pose T_WC;                  // causal estimate; meaningful in kTracking
+  Pose T_WC;                  // causal estimate; meaningful where HasPose(state)
   int points = 0, lines = 0;  // features extracted
   int matched_points = 0, matched_lines = 0;
   std::optional<LocalMappingReport> mapping;  // where the frame became a keyframe
+  std::optional<InertialReport> inertial;     // with an IMU
   FrameTimes times;
 };
 
-// Point-line RGB-D odometry with a map: images in, poses and keyframes out. Single-threaded but
-// for the extraction of features and the solver; with one thread in mapper.bundle the same input
-// gives the same output, bit for bit.
+// Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
+// keyframes out. Single-threaded but for the extraction of features and the solver; with one thread
+// in mapper.bundle the same input gives the same output, bit for bit.
 //
 // World W: origin at the first camera, x along its optical axis, z up where the camera was held
-// level. A frame that cannot be tracked is reported as lost and has no pose; the map stays, and
-// later frames are relocalized in it.
+// level; with an IMU z is up in any case, and the whole map turns a little when it has found where
+// up is. A frame that cannot be tracked is bridged by the IMU, else reported as lost and without a
+// pose; the map stays, and later frames are relocalized in it.
 class SlamSystem {
  public:
   // Throws InvalidArgument on bad options.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {});
+  // With an IMU: every reading until some 50 ms after an image goes to AddImu() before that image.
+  SlamSystem(const RgbdSensor& sensor, const ImuCalibration& imu, const SlamOptions& options = {});
   SlamSystem(const SlamSystem&) = delete;
   SlamSystem& operator=(const SlamSystem&) = delete;
+
+  // Readings may come late or twice; what became of one is returned. Throws InvalidArgument where
+  // the system was made without an IMU.
+  ImuSampleStatus AddImu(const ImuSample& sample);
 
   // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
   FrameResult Track(const RgbdImage& image);
@@ -68,6 +79,8 @@ class SlamSystem {
   Trajectory keyframe_trajectory() const;
 
   const Map& map() const { return map_; }
+  // Null without an IMU.
+  const InertialOdometry* inertial() const { return inertial_ ? &*inertial_ : nullptr; }
 
  private:
   struct Tracked {
@@ -76,7 +89,14 @@ class SlamSystem {
     Pose T_reference_C;
   };
 
+  SlamSystem(const RgbdSensor& sensor, const Pose& T_BC, const SlamOptions& options);
+
+  Pose FirstPose(Stamp stamp) const;
+  // Fuses the frame with the IMU.
+  void Fuse(TrackedFrame& tracked, FrameResult& result);
+  bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
+  std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
 
   SlamOptions options_;
   MeasurementModel model_;
@@ -84,11 +104,16 @@ class SlamSystem {
   Tracker tracker_;
   KeyFramePolicy policy_;
   LocalMapper mapper_;
+  std::optional<InertialOdometry> inertial_;
   Map map_;
   std::vector<Tracked> tracked_;
   std::optional<Stamp> last_stamp_;
   std::int64_t next_index_ = 0;
   std::int64_t last_keyframe_index_ = 0;
+  KeyFrameId last_keyframe_ = kNoId;
+  std::int64_t last_visual_index_ = 0;  // of the last frame whose image told its pose
+  int last_points_ = 0;                 // matched in the last frame
+  double usual_sharpness_ = 0.0;
 };
 
 }  // namespace highwall

@@ -16,11 +16,14 @@ namespace highwall {
 enum class TrackingState {
   kInitializing,  // no map yet: the first frames had too little depth or texture
   kTracking,
-  kLost,  // no pose for this frame; the map is kept and every new frame tries to relocalize
+  kInertial,  // the pose is that of the IMU alone: the image shows nothing that is known
+  kLost,      // no pose for this frame; the map is kept and every new frame tries to relocalize
 };
 
-// "initializing", "tracking" or "lost".
+// "initializing", "tracking", "inertial" or "lost".
 const char* ToString(TrackingState state);
+// The frame has a pose: kTracking and kInertial.
+bool HasPose(TrackingState state);
 
 struct TrackerOptions {
   PoseSolverOptions pose{};
@@ -30,6 +33,8 @@ struct TrackerOptions {
   // last frame or keyframe, and after the local map.
   int min_motion_support = 15;
   int min_support = 25;
+  // The same for both where the pose is predicted by an IMU, which tells wrong matches, >= 6.
+  int min_predicted_support = 12;
   // Share of the support of all first matches that must agree on the pose, [0, 1): where the scene
   // repeats itself, a few agree by accident on a pose that most deny.
   double min_motion_share = 0.33;
@@ -49,31 +54,41 @@ struct TrackedFrame {
   Frame frame;
   TrackingState state = TrackingState::kLost;
   bool relocalized = false;           // found again in this frame
-  Pose T_WC;                          // meaningful in kTracking
+  Pose T_WC;                          // meaningful where HasPose(state)
   KeyFrameId reference = kNoId;       // the keyframe that shares most landmarks
   std::vector<PointId> points;        // per point feature, kNoId where unmatched; inliers only
   std::vector<LineId> lines;          // per line feature
   int num_points = 0, num_lines = 0;  // matched
+  // What the matches alone say of the pose (PoseSolution).
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  double error = 1.0;
 };
 
-// Camera pose frame by frame: constant-velocity prediction, matching of the last frame's landmarks
-// by projection, pose by SolvePose, then the same with the landmarks of the local map. Falls back
-// on descriptor matching with the reference keyframe, then on relocalization. (Xiao et al. 2025,
-// figure 2, tracking.)
+// Camera pose frame by frame: prediction by an IMU or at constant velocity, matching of the last
+// frame's landmarks by projection, pose by SolvePose, then the same with the landmarks of the local
+// map. Falls back on descriptor matching with the reference keyframe, then on relocalization. (Xiao
+// et al. 2025, figure 2, tracking.)
 class Tracker {
  public:
   // levels: of the ORB pyramid. model: must outlive the tracker.
   Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options);
 
-  // Also counts in the map how often landmarks were in view and found.
-  TrackedFrame Track(const Frame& frame, Map& map);
+  // predicted: the pose that an IMU tells, where there is one. Also counts in the map how often
+  // landmarks were in view and found.
+  TrackedFrame Track(const Frame& frame, Map& map,
+                     const std::optional<KnownPose>& predicted = std::nullopt);
 
   // Tells the tracker that `tracked` became the keyframe: its landmarks, new ones included, are
   // the ones the next frame is matched to, from its pose after the adjustment.
   void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
+  // The pose of the last frame as it was found in the end, or with the whole map moved.
+  void Correct(const Pose& T_WC);
+  void Transform(const Pose& T_new_old);
 
  private:
-  std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map) const;
+  std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map,
+                                          const KnownPose* predicted) const;
   std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
   std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
   // A frame matched with the local map, and the landmarks that were to be seen from its pose.
@@ -86,10 +101,12 @@ class Tracker {
     void CountSightings(Map& map) const;
   };
   // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
-  std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map) const;
+  std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
+                                          const KnownPose* predicted = nullptr) const;
   bool IsDoubtful(const LocalMatch& match) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
-  bool Solve(TrackedFrame& tracked, const Map& map, int min_support) const;
+  bool Solve(TrackedFrame& tracked, const Map& map, int min_support,
+             const KnownPose* predicted) const;
 
   const MeasurementModel& model_;
   TrackerOptions options_;

@@ -37,7 +37,9 @@ struct TumDatasetOptions {
 };
 
 // A folder as the TUM RGB-D benchmark lays it out: rgb.txt and depth.txt, the images they name,
-// and groundtruth.txt where there is one. The stamp of a frame is that of its colour image.
+// groundtruth.txt and the readings of an IMU (FindImuFile) where they are. The stamp of a frame is
+// that of its colour image. A frame without any depth cannot be used unless there is an IMU, which
+// bridges it.
 class TumDataset final : public Dataset {
  public:
   // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, no
@@ -50,7 +52,7 @@ class TumDataset final : public Dataset {
   Stamp stamp(std::size_t index) const override { return colour_[frames_.at(index).first].stamp; }
   const Trajectory* groundtruth() const override { return groundtruth_ ? &*groundtruth_ : nullptr; }
 
-  std::optional<std::filesystem::path> imu_file() const override;
+  std::optional<std::filesystem::path> imu_file() const override { return imu_file_; }
 
   const std::filesystem::path& directory() const { return directory_; }
   const std::vector<TumImageFile>& colour_files() const { return colour_; }
@@ -66,6 +68,7 @@ class TumDataset final : public Dataset {
   TumDatasetOptions options_;
   std::vector<TumImageFile> colour_, depth_;
   std::vector<std::pair<std::size_t, std::size_t>> frames_;  // indices in colour_ and depth_
+  std::optional<std::filesystem::path> imu_file_;
   std::optional<Trajectory> groundtruth_;
   double median_depth_ = 0.0;
 };

@@ -1,0 +1,239 @@
+// highwall_bench_inertial: what an IMU is worth. Generated sequences, with exact truth, run with
+// RGB-D alone and with each way to weigh the IMU, once a seed; the table gives medians.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <unistd.h>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/tum_dataset.h>
+
+#include "config.h"
+#include "imu_input.h"
+#include "option_checks.h"
+#include "progress.h"
+#include "run_report.h"
+#include "scores.h"
+#include "sequence.h"
+#include "slam_run.h"
+
+namespace highwall::bench {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> scenes{"mine", "road", "room"};
+  std::vector<std::string> policies{"off", "paper", "consistent", "fixed:1"};
+  int seeds = 5;
+  std::optional<double> duration;  // [s]; as long as the scene is
+  double fps = 30.0;               // [Hz]
+  double time_offset = 0.0;        // [s]
+  double blackout = -1.0;          // [s] since the first frame; none where negative
+  std::string cache;
+  bool json = false;
+};
+
+constexpr double kBlackout = 2.0;  // [s]
+
+// A folder that goes with the object unless it was given.
+class CacheFolder {
+ public:
+  explicit CacheFolder(const std::string& given) : path_(given), temporary_(given.empty()) {
+    if (temporary_) {
+      path_ = std::filesystem::temp_directory_path() /
+              fmt::format("highwall_bench_inertial_{}", ::getpid());
+    }
+    std::error_code error;
+    std::filesystem::create_directories(path_, error);
+    if (error) throw IoError(path_, "cannot be made: " + error.message());
+  }
+  ~CacheFolder() {
+    std::error_code ignored;
+    if (temporary_) std::filesystem::remove_all(path_, ignored);
+  }
+  CacheFolder(const CacheFolder&) = delete;
+  CacheFolder& operator=(const CacheFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  bool temporary_;
+};
+
+ImuWeightingOptions WeightingOf(const std::string& policy) {
+  constexpr std::string_view kFixed = "fixed:";
+  ImuWeightingOptions options;
+  if (policy == "paper") options.policy = ImuWeighting::kPaper;
+  if (policy == "consistent") options.policy = ImuWeighting::kConsistent;
+  if (policy.starts_with(kFixed)) {
+    options.policy = ImuWeighting::kFixed;
+    options.fixed_weight = std::stod(policy.substr(kFixed.size()));
+  }
+  return options;
+}
+
+// The readings as a user's run gets them, their clock moved.
+apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibration>& calibration,
+                       double time_offset) {
+  std::optional<apps::ImuInput> input = apps::LoadImu(dataset, calibration);
+  if (!input || !input->IsUsable()) throw IoError(*dataset.imu_file(), "cannot be used");
+  for (ImuSample& sample : input->samples) sample.stamp += FromSeconds(time_offset);
+  return {input->calibration, std::move(input->samples)};
+}
+
+Scores RunOnce(const Sequence& sequence, const std::string& policy, const Arguments& arguments,
+               const std::string& label) {
+  const apps::RunConfig config = apps::ResolveConfig("", sequence.folder).config;
+  const TumDataset recorded(sequence.folder, {.depth_factor = config.sensor.depth_factor,
+                                              .width = config.sensor.camera.width,
+                                              .height = config.sensor.camera.height});
+  std::optional<CoveredLens> covered;
+  if (arguments.blackout >= 0.0) {
+    const Stamp begin = recorded.stamp(0) + FromSeconds(arguments.blackout);
+    covered.emplace(recorded, begin, begin + FromSeconds(kBlackout));
+  }
+  const Dataset& dataset = covered ? static_cast<const Dataset&>(*covered) : recorded;
+
+  apps::SlamRunOptions options;
+  options.dense = false;
+  options.slam.mapper.bundle.threads = 1;  // the same figures on every run
+  if (policy != "off") {
+    options.imu = MakeFeed(dataset, config.imu, arguments.time_offset);
+    options.slam.inertial.weighting = WeightingOf(policy);
+  }
+  Judge judge(sequence, arguments.time_offset);
+  apps::Progress progress(label);
+  const apps::SlamRun run = apps::RunSlam(
+      dataset, config.sensor, options,
+      [&](const FrameResult& result, const RgbdImage&, std::size_t done, std::size_t total) {
+        judge.Watch(result);
+        progress.Update(done, total);
+      });
+  return judge.Score(run);
+}
+
+void PrintHeader() {
+  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7}\n", "scene", "imu",
+             "APE m", "APE %", "RPE 1s m", "lost", "cover", "init s", "tilt", "t_d ms", "chi2");
+}
+
+void PrintRow(const std::string& scene, const std::string& policy, const Scores& scores) {
+  const auto figure = [&scores](const char* name, const char* format) {
+    const auto found = scores.find(name);
+    return found == scores.end() ? std::string("-")
+                                 : fmt::format(fmt::runtime(format), found->second);
+  };
+  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7}\n", scene, policy,
+             figure("ape_rmse_m", "{:.4f}"), figure("ape_percent", "{:.3f}"),
+             figure("rpe_1s_rmse_m", "{:.4f}"), figure("lost_frames", "{:.0f}"),
+             figure("coverage", "{:.2f}"), figure("initialized_s", "{:.1f}"),
+             figure("tilt_at_5s_deg", "{:.2f}"), figure("time_offset_error_ms", "{:.2f}"),
+             figure("innovation_chi2_per_dof", "{:.2f}"));
+  for (const auto& [name, value] : scores) {  // of marked spans
+    if (name.ends_with("_rpe_1s_rmse_m") || name.ends_with("_drift_percent")) {
+      fmt::print("{:<8} {:<12} {} {:.4f}\n", "", "", name, value);
+    }
+  }
+}
+
+int Run(const Arguments& arguments) {
+  const CacheFolder cache(arguments.cache);
+  nlohmann::json report;
+  report["versions"] = apps::VersionsJson();
+  report["time_offset_s"] = arguments.time_offset;
+  if (!arguments.json) PrintHeader();
+  for (const std::string& scene : arguments.scenes) {
+    const double duration = arguments.duration.value_or(DefaultDuration(scene));
+    std::vector<std::vector<Scores>> runs(arguments.policies.size());
+    for (int seed = 1; seed <= arguments.seeds; ++seed) {
+      apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
+      Sequence sequence = MakeSequence(
+          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps}, cache.path(),
+          [&progress](int done, int total) {
+            progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
+          });
+      if (arguments.blackout >= 0.0) {
+        sequence.spans.push_back({"blackout", arguments.blackout, arguments.blackout + kBlackout});
+      }
+      for (std::size_t i = 0; i < arguments.policies.size(); ++i) {
+        const std::string& policy = arguments.policies[i];
+        runs[i].push_back(RunOnce(sequence, policy, arguments,
+                                  fmt::format("{} seed {}: {}", scene, seed, policy)));
+        report["sequences"][scene][policy]["runs"].push_back(runs[i].back());
+        report["sequences"][scene][policy]["runs"].back()["seed"] = seed;
+      }
+    }
+    for (std::size_t i = 0; i < arguments.policies.size(); ++i) {
+      const Scores medians = Medians(runs[i]);
+      report["sequences"][scene][arguments.policies[i]]["median"] = medians;
+      if (!arguments.json) PrintRow(scene, arguments.policies[i], medians);
+    }
+  }
+  if (arguments.json) fmt::print("{}\n", report.dump(2));
+  return 0;
+}
+
+void AddOptions(CLI::App& app, Arguments& arguments) {
+  app.add_option("--scenes", arguments.scenes, "mine, road, room; separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember(SceneNames()));
+  app.add_option("--imu", arguments.policies,
+                 "off, paper, consistent, fixed:W; separated by commas")
+      ->delimiter(',')
+      ->check(apps::ImuChoice());
+  app.add_option("--seeds", arguments.seeds, "Sequences of each scene")
+      ->check(apps::Between(1.0, 1000.0));
+  app.add_option("--duration", arguments.duration, "Of a sequence [s], else a lap")
+      ->check(apps::Between(1.0, 3600.0));
+  app.add_option("--fps", arguments.fps, "Frames per second")
+      ->check(apps::Between(1.0, 240.0))
+      ->capture_default_str();
+  app.add_option("--time-offset", arguments.time_offset,
+                 "How far the IMU's clock is ahead, unknown to the system [s]")
+      ->check(apps::Between(-0.2, 0.2));
+  app.add_option("--blackout", arguments.blackout, "Cover the lens for 2 s from this time on [s]")
+      ->check(apps::Between(0.0, 3600.0));
+  app.add_option("--cache", arguments.cache,
+                 "Keep the sequences in this folder and use those that are there; empty it when "
+                 "the simulator has changed");
+  app.add_flag("--json", arguments.json, "Print one JSON object");
+  app.footer("Example: highwall_bench_inertial --scenes room --seeds 5 --cache sequences");
+}
+
+int Main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("What an IMU is worth, on generated sequences with exact truth.",
+               "highwall_bench_inertial");
+  AddOptions(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 1;
+  }
+  try {
+    return Run(arguments);
+  } catch (const IoError& error) {
+    fmt::print(stderr, "highwall_bench_inertial: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "highwall_bench_inertial: failed: {}\n", error.what());
+    return 3;
+  }
+}
+
+}  // namespace
+}  // namespace highwall::bench
+
+int main(int argc, char** argv) {
+  return highwall::bench::Main(argc, argv);
+}

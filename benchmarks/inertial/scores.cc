@@ -1,0 +1,168 @@
+#include "scores.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include <Eigen/Cholesky>
+
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+
+namespace highwall::bench {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+double PathLength(const Trajectory& trajectory) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    length += (trajectory[i].pose.p() - trajectory[i - 1].pose.p()).norm();
+  }
+  return length;
+}
+
+Trajectory Between(const Trajectory& trajectory, Stamp begin, Stamp end) {
+  Trajectory part;
+  std::copy_if(trajectory.begin(), trajectory.end(), std::back_inserter(part),
+               [&](const StampedPose& pose) { return pose.stamp >= begin && pose.stamp <= end; });
+  return part;
+}
+
+// The angle between what both take for the vertical.
+double TiltDegrees(const Pose& estimate, const Pose& truth) {
+  const Eigen::Vector3d up = estimate.q().conjugate() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d true_up = truth.q().conjugate() * Eigen::Vector3d::UnitZ();
+  return kDegrees * std::atan2(up.cross(true_up).norm(), up.dot(true_up));
+}
+
+double Rms(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+// Errors of the motion over a second, from every frame on; none where too little is tracked.
+std::vector<double> SecondErrors(const Trajectory& truth, const Trajectory& estimate, double fps) {
+  try {
+    return RelativePoseError(truth, estimate, {.delta = std::round(fps), .all_pairs = true}).errors;
+  } catch (const InvalidArgument&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+Judge::Judge(const Sequence& sequence, double time_offset)
+    : sequence_(sequence),
+      time_offset_(time_offset),
+      truth_(TrueTrajectory(*sequence.simulation)) {}
+
+double Judge::Seconds(Stamp stamp) const {
+  return ToSeconds(stamp - truth_.front().stamp);
+}
+
+void Judge::Watch(const FrameResult& result) {
+  if (HasPose(result.state)) causal_.push_back({result.stamp, result.T_WC});
+  if (!result.inertial || !result.inertial->estimate) return;
+  const InertialEstimate& estimate = *result.inertial->estimate;
+  const ImuBias error = estimate.bias - sequence_.simulation->StateAt(result.stamp).bias;
+  const Eigen::Matrix<double, 6, 6> P = estimate.covariance.bottomRightCorner<6, 6>();
+  bias_chi2_.push_back(error.dot(P.llt().solve(error)));
+  bias_sigmas_ = error.cwiseQuotient(P.diagonal().cwiseSqrt());
+}
+
+Scores Judge::Score(const apps::SlamRun& run) const {
+  Scores scores;
+  ScoreTrajectory(run, &scores);
+  ScoreSpans(run, &scores);
+  ScoreInertial(run, &scores);
+  return scores;
+}
+
+void Judge::ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const {
+  Scores& s = *scores;
+  s["lost_frames"] = static_cast<double>(run.lost.size() + run.skipped);
+  s["coverage"] = static_cast<double>(run.trajectory.size()) / static_cast<double>(truth_.size());
+  s["tracking_ms"] = run.times.tracking.median;
+  s["seconds"] = run.seconds;
+  try {
+    s["ape_rmse_m"] = AbsolutePoseError(truth_, run.trajectory).statistics.rmse;
+    s["ape_percent"] = 100.0 * s["ape_rmse_m"] / PathLength(truth_);
+  } catch (const InvalidArgument&) {  // too few poses
+  }
+  const auto errors = SecondErrors(truth_, run.trajectory, sequence_.simulation->options().fps);
+  if (!errors.empty()) s["rpe_1s_rmse_m"] = Rms(errors);
+}
+
+void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
+  std::map<std::string, std::vector<double>> errors, drifts;
+  for (const MarkedSpan& span : sequence_.spans) {
+    const Stamp begin = truth_.front().stamp + FromSeconds(span.begin);
+    const Stamp end = truth_.front().stamp + FromSeconds(span.end);
+    const auto part = SecondErrors(Between(truth_, begin, end), Between(run.trajectory, begin, end),
+                                   sequence_.simulation->options().fps);
+    errors[span.name].insert(errors[span.name].end(), part.begin(), part.end());
+
+    // From its first frame to its last, as known at the time.
+    const Trajectory causal = Between(causal_, begin, end);
+    const Trajectory truth = Between(truth_, begin, end);
+    (*scores)[span.name + "_lost_frames"] +=
+        static_cast<double>(truth.size()) - static_cast<double>(causal.size());
+    if (causal.size() < 2 || causal.back().stamp != truth.back().stamp) continue;
+    const Pose motion = causal.front().pose.Inverse() * causal.back().pose;
+    const Pose true_motion = sequence_.simulation->T_WC(causal.front().stamp).Inverse() *
+                             sequence_.simulation->T_WC(causal.back().stamp);
+    drifts[span.name].push_back(100.0 * (motion.p() - true_motion.p()).norm() / PathLength(truth));
+  }
+  for (const auto& [name, values] : errors) {
+    if (!values.empty()) (*scores)[name + "_rpe_1s_rmse_m"] = Rms(values);
+  }
+  for (const auto& [name, values] : drifts) {
+    (*scores)[name + "_drift_percent"] = *std::max_element(values.begin(), values.end());
+  }
+}
+
+void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
+  if (!run.inertial) return;
+  Scores& s = *scores;
+  const apps::InertialSummary& inertial = *run.inertial;
+  s["dead_reckoned_frames"] = static_cast<double>(inertial.dead_reckoned);
+  s["restarts"] = static_cast<double>(inertial.restarts);
+  s["mean_weight"] = inertial.mean_weight;
+  s["innovation_chi2_per_dof"] = inertial.mean_innovation;
+  if (!inertial.initialized) return;
+  s["initialized_s"] = Seconds(*inertial.initialized);
+  s["time_offset_error_ms"] = 1e3 * std::abs(inertial.last.time_offset - time_offset_);
+  s["time_offset_sigma_ms"] = 1e3 * inertial.last.time_offset_sigma;
+  // What a tilt of the first seconds does to the map is seen in the poses of later ones.
+  constexpr double kSettled = 5.0;  // [s]
+  for (const StampedPose& pose : causal_) {
+    if (Seconds(pose.stamp) < kSettled) continue;
+    const double tilt = TiltDegrees(pose.pose, sequence_.simulation->T_WC(pose.stamp));
+    s.emplace("tilt_at_5s_deg", tilt);
+    s["tilt_max_after_5s_deg"] = std::max(s["tilt_max_after_5s_deg"], tilt);
+  }
+  if (bias_sigmas_) s["bias_error_sigmas"] = bias_sigmas_->cwiseAbs().maxCoeff();
+  double chi2 = 0.0;
+  for (const double value : bias_chi2_) chi2 += value / 6.0;
+  if (!bias_chi2_.empty()) {
+    s["bias_chi2_per_dof"] = chi2 / static_cast<double>(bias_chi2_.size());
+  }
+}
+
+Scores Medians(const std::vector<Scores>& runs) {
+  std::map<std::string, std::vector<double>> values;
+  for (const Scores& run : runs) {
+    for (const auto& [name, value] : run) values[name].push_back(value);
+  }
+  Scores medians;
+  for (auto& [name, list] : values) {
+    std::sort(list.begin(), list.end());
+    medians[name] = list[list.size() / 2];
+  }
+  return medians;
+}
+
+}  // namespace highwall::bench

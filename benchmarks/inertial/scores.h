@@ -1,0 +1,46 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/frontend/slam_system.h>
+
+#include "sequence.h"
+#include "slam_run.h"
+
+namespace highwall::bench {
+
+// What one run is worth; by name, in the unit that the name ends with. A figure that could not be
+// computed is absent.
+using Scores = std::map<std::string, double>;
+
+// Watches a run frame by frame against the truth, then scores it.
+class Judge {
+ public:
+  // sequence: must outlive this. time_offset [s]: the true one.
+  Judge(const Sequence& sequence, double time_offset);
+
+  void Watch(const FrameResult& result);
+  Scores Score(const apps::SlamRun& run) const;
+
+ private:
+  void ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const;
+  void ScoreSpans(const apps::SlamRun& run, Scores* scores) const;
+  void ScoreInertial(const apps::SlamRun& run, Scores* scores) const;
+  double Seconds(Stamp stamp) const;  // since the first frame
+
+  const Sequence& sequence_;
+  double time_offset_;
+  Trajectory truth_;                    // of every frame
+  Trajectory causal_;                   // poses as they were known at the time
+  std::vector<double> bias_chi2_;       // of 6 degrees of freedom, a frame each
+  std::optional<ImuBias> bias_sigmas_;  // the last errors, in standard deviations
+};
+
+// Of each figure over the runs that have it.
+Scores Medians(const std::vector<Scores>& runs);
+
+}  // namespace highwall::bench

@@ -1,0 +1,246 @@
+#include <highwall/frontend/inertial_initializer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/prior.h>
+#include <highwall/core/so3.h>
+#include <highwall/factors/camera_pose.h>
+#include <highwall/factors/imu_factor.h>
+
+namespace highwall {
+namespace {
+
+struct Guess {
+  double time_offset = 0.0;
+  ImuBias bias = ImuBias::Zero();
+};
+
+// The images' poses as poses of the body, and the IMU between them, for one guess of t_d and bias.
+struct Motion {
+  std::vector<Stamp> stamps;  // of the IMU's clock
+  std::vector<Pose> T_WB;
+  std::vector<ImuPreintegration> imu;  // one less
+};
+
+// Mean over the whole motion: what gravity must be for the bodies' displacements to come about.
+Eigen::Vector3d MeanGravity(const Motion& motion) {
+  const std::size_t n = motion.T_WB.size();
+  const auto velocity = [&](std::size_t i) -> Eigen::Vector3d {
+    return (motion.T_WB[i + 1].p() - motion.T_WB[i].p()) / motion.imu[i].delta().duration;
+  };
+  // Between the middles of the first and the last interval.
+  Eigen::Vector3d change = velocity(n - 2) - velocity(0);
+  double seconds = 0.0;
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const double share = i == 0 || i + 2 == n ? 0.5 : 1.0;
+    change -= share * (motion.T_WB[i].q() * motion.imu[i].delta().v);
+    seconds += share * motion.imu[i].delta().duration;
+  }
+  return change / seconds;
+}
+
+// The least-squares problem of one guess.
+class Problem {
+ public:
+  Problem(const Motion& motion, const Guess& guess, const UnitDirection& gravity) {
+    gravity_ = graph_.AddVariable(gravity);
+    time_offset_ = graph_.AddVariable(guess.time_offset);
+    const std::size_t n = motion.T_WB.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t k = std::min(i, n - 2);
+      poses_.push_back(graph_.AddVariable(motion.T_WB[i]));
+      velocities_.push_back(graph_.AddVariable(Eigen::Vector3d(
+          (motion.T_WB[k + 1].p() - motion.T_WB[k].p()) / motion.imu[k].delta().duration)));
+      biases_.push_back(graph_.AddVariable(guess.bias));
+    }
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      graph_.AddFactor(std::make_unique<ImuGravityFactor>(motion.imu[i]), poses_[i], velocities_[i],
+                       biases_[i], poses_[i + 1], velocities_[i + 1], biases_[i + 1], gravity_);
+    }
+    rows_ = 15 * static_cast<int>(n - 1);
+  }
+
+  void AddImage(std::size_t i, const VisualPose& visual, const Pose& T_BC,
+                const Eigen::Vector3d& omega_B, double t_d_state) {
+    graph_.AddFactor(std::make_unique<CameraPose>(visual.T_WC, visual.sqrt_information, T_BC,
+                                                  omega_B, t_d_state),
+                     poses_[i], velocities_[i], time_offset_);
+    rows_ += 6;
+  }
+  void AddPriors(const InertialInitializerOptions& options, double time_offset, bool free) {
+    Eigen::Matrix<double, 6, 1> sigma;
+    sigma << Eigen::Vector3d::Constant(options.gyroscope_bias_sigma),
+        Eigen::Vector3d::Constant(options.accelerometer_bias_sigma);
+    graph_.AddFactor(
+        std::make_unique<VectorPrior<6>>(ImuBias::Zero(), sigma.cwiseInverse().asDiagonal()),
+        biases_.front());
+    if (free) {
+      using Scalar = Eigen::Matrix<double, 1, 1>;
+      graph_.AddFactor(
+          std::make_unique<VectorPrior<1>>(Scalar::Constant(time_offset),
+                                           Scalar::Constant(1.0 / options.time_offset_sigma)),
+          time_offset_);
+    } else {
+      graph_.Fix(time_offset_);
+    }
+  }
+
+  bool Solve() { return graph_.Solve({.max_iterations = 20}).IsUsable(); }
+  // Rows less unknowns; priors weigh out the unknowns that they hold.
+  double Error() const {
+    const int dof = rows_ - 15 * static_cast<int>(poses_.size());
+    return 2.0 * graph_.Cost() / std::max(dof, 1);
+  }
+  Guess Latest() const { return {graph_.Value(time_offset_), graph_.Value(biases_.back())}; }
+
+  InertialPrior Result(Stamp stamp) const {
+    const std::array<VariableId, 5> ids = {poses_.back(), velocities_.back(), biases_.back(),
+                                           gravity_, time_offset_};
+    const Eigen::MatrixXd covariance = graph_.Covariance(ids);
+    InertialPrior result;
+    result.estimate.stamp = stamp;
+    result.estimate.state = {graph_.Value(poses_.back()), graph_.Value(velocities_.back())};
+    result.estimate.bias = graph_.Value(biases_.back());
+    result.estimate.covariance = covariance.topLeftCorner<15, 15>();
+    result.gravity_W = graph_.Value(gravity_);
+    result.gravity_sigma = std::sqrt(std::max(covariance(15, 15), covariance(16, 16)));
+    result.time_offset = graph_.Value(time_offset_);
+    result.time_offset_sigma = std::sqrt(covariance(17, 17));
+    return result;
+  }
+
+ private:
+  FactorGraph graph_;
+  Variable<UnitDirection> gravity_;
+  Variable<double> time_offset_;
+  std::vector<Variable<Pose>> poses_;
+  std::vector<Variable<Eigen::Vector3d>> velocities_;
+  std::vector<Variable<ImuBias>> biases_;
+  int rows_ = 0;
+};
+
+}  // namespace
+
+void InertialInitializerOptions::Validate() const {
+  const auto require = [](double value, const char* field) {
+    HIGHWALL_REQUIRE(std::isfinite(value) && value > 0.0,
+                     std::string("InertialInitializerOptions::") + field + " must be positive");
+  };
+  require(interval, "interval");
+  require(min_duration, "min_duration");
+  require(gyroscope_bias_sigma, "gyroscope_bias_sigma");
+  require(accelerometer_bias_sigma, "accelerometer_bias_sigma");
+  require(time_offset_sigma, "time_offset_sigma");
+  require(max_gravity_sigma, "max_gravity_sigma");
+  require(max_error, "max_error");
+  HIGHWALL_REQUIRE(max_duration > min_duration && std::isfinite(max_duration),
+                   "InertialInitializerOptions::max_duration must exceed min_duration");
+  HIGHWALL_REQUIRE(max_gravity_error > 0.0 && max_gravity_error < 1.0,
+                   "InertialInitializerOptions::max_gravity_error must be in (0, 1)");
+}
+
+const char* ToString(InitializationStatus status) {
+  switch (status) {
+    case InitializationStatus::kTooShort:
+      return "too short";
+    case InitializationStatus::kNoImu:
+      return "no readings";
+    case InitializationStatus::kUncertain:
+      return "uncertain";
+    case InitializationStatus::kWrongGravity:
+      return "wrong gravity";
+    case InitializationStatus::kInconsistent:
+      return "inconsistent";
+    case InitializationStatus::kReady:
+      return "ready";
+  }
+  return "unknown";
+}
+
+Eigen::Vector3d RateAt(const ImuBuffer& imu, Stamp stamp, const ImuBias& bias) {
+  constexpr Stamp kHalf = 10'000'000;
+  if (imu.empty()) return Eigen::Vector3d::Zero();
+  const auto interval = imu.Between(stamp - kHalf, std::min(stamp + kHalf, imu.newest()));
+  if (!interval) return Eigen::Vector3d::Zero();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : interval->samples) mean += sample.gyroscope;
+  return mean / static_cast<double>(interval->samples.size()) - bias.head<3>();
+}
+
+InertialInitializer::InertialInitializer(const ImuCalibration& calibration,
+                                         const InertialInitializerOptions& options,
+                                         bool free_time_offset)
+    : calibration_(calibration), options_(options), free_time_offset_(free_time_offset) {
+  calibration_.Validate();
+  options_.Validate();
+}
+
+void InertialInitializer::Add(Stamp stamp, const VisualPose& visual) {
+  // Half a millisecond of jitter in the stamps must not cost an image.
+  if (!images_.empty() && ToSeconds(stamp - images_.back().stamp) < options_.interval - 5e-4) {
+    return;
+  }
+  images_.push_back({stamp, visual});
+  while (ToSeconds(stamp - images_.front().stamp) > options_.max_duration) images_.pop_front();
+}
+
+InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
+  InitializationReport report;
+  if (images_.size() < 3) return report;
+  report.duration = ToSeconds(images_.back().stamp - images_.front().stamp);
+  if (report.duration < options_.min_duration) return report;
+
+  const Pose T_CB = calibration_.T_BC.Inverse();
+  const ImuPreintegrationOptions preintegration{.noise = calibration_.noise};
+  Guess guess{calibration_.time_offset, ImuBias::Zero()};
+  // The offset moves the instants at which the readings are cut, and the biases their sums.
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    Motion motion;
+    for (const Image& image : images_) {
+      motion.stamps.push_back(image.stamp + FromSeconds(guess.time_offset));
+      motion.T_WB.push_back(image.visual.T_WC * T_CB);
+    }
+    for (std::size_t i = 0; i + 1 < motion.stamps.size(); ++i) {
+      const auto interval = imu.Between(motion.stamps[i], motion.stamps[i + 1]);
+      if (!interval || interval->HasGap()) {
+        report.status = InitializationStatus::kNoImu;
+        return report;
+      }
+      motion.imu.emplace_back(interval->samples, guess.bias, preintegration);
+    }
+    const Eigen::Vector3d gravity = MeanGravity(motion);
+    report.gravity_norm = gravity.norm();
+    if (std::abs(report.gravity_norm / kStandardGravity - 1.0) > options_.max_gravity_error) {
+      report.status = InitializationStatus::kWrongGravity;
+      return report;
+    }
+    Problem problem(motion, guess, UnitDirection(gravity));
+    for (std::size_t i = 0; i < images_.size(); ++i) {
+      problem.AddImage(i, images_[i].visual, calibration_.T_BC,
+                       RateAt(imu, motion.stamps[i], guess.bias), guess.time_offset);
+    }
+    problem.AddPriors(options_, calibration_.time_offset, free_time_offset_);
+    report.status = InitializationStatus::kInconsistent;
+    if (!problem.Solve()) return report;
+    guess = problem.Latest();
+    if (round + 1 < kRounds) continue;
+    report.error = problem.Error();
+    report.estimate = problem.Result(motion.stamps.back());
+  }
+  report.gravity_sigma = report.estimate->gravity_sigma * std::sqrt(std::max(1.0, report.error));
+  if (report.error > options_.max_error) return report;
+  report.status = report.gravity_sigma > options_.max_gravity_sigma
+                      ? InitializationStatus::kUncertain
+                      : InitializationStatus::kReady;
+  return report;
+}
+
+}  // namespace highwall

@@ -1,0 +1,67 @@
+// Runs highwall_bench_inertial as a user does, on a few generated frames.
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "../apps/run_program.h"
+
+namespace highwall {
+namespace {
+
+using nlohmann::json;
+using testing::Outcome;
+using testing::TemporaryDirectory;
+
+Outcome Bench(const std::string& options) {
+  return testing::RunProgram(HIGHWALL_BENCH_INERTIAL, options);
+}
+
+TEST(BenchInertial, JsonHoldsEverySeedAndTheMediansOfEachPolicy) {
+  const TemporaryDirectory cache;
+  const std::string options =
+      "--scenes room --seeds 1 --duration 1 --fps 6 --imu off,fixed:1 --json --cache " +
+      cache.path().string();
+  const Outcome first = Bench(options);
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(first.err, "");
+  const json report = json::parse(first.out);
+  for (const char* policy : {"off", "fixed:1"}) {
+    SCOPED_TRACE(policy);
+    const json& entry = report["sequences"]["room"][policy];
+    ASSERT_EQ(entry["runs"].size(), 1U);
+    EXPECT_EQ(entry["runs"][0]["seed"], 1);
+    EXPECT_EQ(entry["median"]["coverage"], 1.0);
+    EXPECT_EQ(entry["median"]["lost_frames"], 0.0);
+    EXPECT_LT(entry["median"]["ape_rmse_m"], 0.02);  // half a metre of the way
+    EXPECT_EQ(entry["median"].contains("mean_weight"), policy == std::string("fixed:1"));
+  }
+  // The sequence stays, and is used again.
+  const std::filesystem::path images = cache.path() / "room_seed1_1s_6fps" / "rgb";
+  ASSERT_TRUE(std::filesystem::exists(images));
+  const auto written = std::filesystem::last_write_time(images);
+  const Outcome second = Bench(options);
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_EQ(std::filesystem::last_write_time(images), written);
+  EXPECT_EQ(json::parse(second.out)["sequences"]["room"]["off"]["median"]["ape_rmse_m"],
+            report["sequences"]["room"]["off"]["median"]["ape_rmse_m"]);
+}
+
+TEST(BenchInertial, WrongUsageExitsWithOne) {
+  EXPECT_EQ(Bench("--scenes cave").exit_code, 1);
+  EXPECT_EQ(Bench("--imu always").exit_code, 1);
+  EXPECT_EQ(Bench("--seeds 0").exit_code, 1);
+  EXPECT_EQ(Bench("--time-offset 1").exit_code, 1);
+}
+
+TEST(BenchInertial, ACacheThatCannotBeMadeIsOneLineAndExitCodeTwo) {
+  const Outcome outcome = Bench("--cache /dev/null/cache --json");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+}
+
+}  // namespace
+}  // namespace highwall
