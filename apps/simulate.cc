@@ -37,6 +37,7 @@ struct SimulateArguments {
   double line_delay = 0.0;   // [us]
   double time_offset = 0.0;  // [s]
   std::string imu = "on";
+  bool moving = false;
   std::optional<double> duration, rest;
   std::optional<std::string> noise, exposure;
   std::vector<std::string> blackouts;
@@ -88,6 +89,7 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   options.duration = arguments.duration.value_or(DefaultDuration(arguments.scene));
   options.rest = arguments.rest.value_or(options.rest);
   options.camera = Scaled(options.camera, arguments.scale);
+  options.traffic = arguments.moving;
   options.line_delay = 1e-6 * arguments.line_delay;
   if (arguments.noise) {
     options.sensor.noise = *arguments.noise == "off"      ? SensorNoise::kOff

@@ -12,6 +12,7 @@
 #include "simulate/strata.h"
 #include "simulate/sunlight.h"
 #include "simulate/terrain_kit.h"
+#include "simulate/traffic.h"
 #include "simulate/vehicle.h"
 
 namespace highwall::simulate {
@@ -84,7 +85,8 @@ Simulation SimulateRoad(const SimulationOptions& options) {
 
   SplineTrajectory drive = Drive(course, surface, vehicle, random.Bits());
   VibrationIntensity vibration = VibrationOn(stretches, drive.period());
-  return Simulation(std::move(scene), std::move(drive), options, std::move(vibration), stretches);
+  return Simulation(std::move(scene), std::move(drive), options, std::move(vibration), stretches,
+                    MakeTraffic(course, surface));
 }
 
 }  // namespace highwall::simulate

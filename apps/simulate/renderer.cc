@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -157,6 +158,17 @@ Eigen::Vector3f Renderer::SkyOnRay(const View& view, const Eigen::Vector2d& ray)
   return scene_.sky.horizon + (scene_.sky.zenith - scene_.sky.horizon) * high;
 }
 
+Renderer::Backdrop Renderer::BackdropAt(const View& view, const Rendering* background, int u,
+                                        int v) const {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  if (background == nullptr) return {kFar, 0.0f, SkyOnRay(view, rays_[Index(u, v)])};
+  const float depth = background->depth.at<float>(v, u);
+  const cv::Vec3f bgr = background->bgr.at<cv::Vec3f>(v, u) / 255.0f;
+  return {depth > 0.0f ? static_cast<double>(depth) : kFar,
+          background->cosine.at<float>(v, u),
+          {bgr[0], bgr[1], bgr[2]}};
+}
+
 bool Renderer::IsInside(const Pixels& pixels, int u, int v) const {
   constexpr float kDepthStep = 0.05f, kLightStep = 0.12f;  // relative
   const Pixel& centre = pixels[Index(u, v)];
@@ -229,7 +241,8 @@ Eigen::Vector3f Renderer::ShadeEdge(const View& view, const Eigen::Vector2d& cen
   return radiance / static_cast<float>(kGrid * kGrid);
 }
 
-Eigen::Vector3f Renderer::ShadeReliefEdge(const View& view, const Eigen::Vector2d& centre) const {
+Eigen::Vector3f Renderer::ShadeReliefEdge(const View& view, const Eigen::Vector2d& centre,
+                                          const Backdrop& backdrop) const {
   std::array<Eigen::Vector3d, Raycaster::kPacket> directions;
   for (int k = 0; k < Raycaster::kPacket; ++k) {
     directions[static_cast<std::size_t>(k)] = view.Direction(centre + RookOffset(k, camera_));
@@ -240,16 +253,17 @@ Eigen::Vector3f Renderer::ShadeReliefEdge(const View& view, const Eigen::Vector2
     const Eigen::Vector2d ray = centre + RookOffset(k, camera_);
     const int triangle = triangles[static_cast<std::size_t>(k)];
     if (triangle == Raycaster::kNone) {
-      radiance += SkyOnRay(view, ray);
+      radiance += backdrop.radiance;
       continue;
     }
     const SurfacePoint point = PointOnRelief(view, ray, triangle);
-    radiance += Albedo(point) * point.look.light;
+    radiance += point.depth < backdrop.depth ? Albedo(point) * point.look.light : backdrop.radiance;
   }
   return radiance / static_cast<float>(Raycaster::kPacket);
 }
 
-void Renderer::TraceRow(const View& view, int v, Pixels* pixels) const {
+void Renderer::TraceRow(const View& view, const Rendering* background, int v,
+                        Pixels* pixels) const {
   for (int first = 0; first < camera_.width; first += Raycaster::kPacket) {
     // The last packet of a row may repeat the last pixel.
     std::array<Eigen::Vector3d, Raycaster::kPacket> directions;
@@ -263,6 +277,9 @@ void Renderer::TraceRow(const View& view, int v, Pixels* pixels) const {
       const int triangle = triangles[static_cast<std::size_t>(k)];
       if (triangle == Raycaster::kNone) continue;
       const SurfacePoint point = PointOnRay(view, rays_[index], triangle);
+      if (background != nullptr && point.depth > BackdropAt(view, background, first + k, v).depth) {
+        continue;
+      }
       (*pixels)[index] = {.triangle = triangle,
                           .surface = scene_.surface_of_triangle[static_cast<std::size_t>(triangle)],
                           .depth = static_cast<float>(point.depth),
@@ -272,45 +289,63 @@ void Renderer::TraceRow(const View& view, int v, Pixels* pixels) const {
   }
 }
 
-void Renderer::ShadeRow(const View& view, const Pixels& pixels, int v, Rendering* out) const {
+void Renderer::ShadeRow(const View& view, const Rendering* background, const Pixels& pixels, int v,
+                        Rendering* out) const {
   const bool relief = !scene_.looks.empty();
   for (int u = 0; u < camera_.width; ++u) {
     const Pixel& pixel = pixels[Index(u, v)];
     const Eigen::Vector2d& centre = rays_[Index(u, v)];
-    out->depth.at<float>(v, u) = pixel.depth;
-    out->cosine.at<float>(v, u) = pixel.cosine;
+    const bool none = pixel.surface == Raycaster::kNone, inside = IsInside(pixels, u, v);
+    Backdrop backdrop{0.0, 0.0f, {}};
+    if (none || !inside) backdrop = BackdropAt(view, background, u, v);
     Eigen::Vector3f radiance;
-    if (!IsInside(pixels, u, v)) {
-      radiance = relief ? ShadeReliefEdge(view, centre) : ShadeEdge(view, centre);
-    } else if (pixel.surface == Raycaster::kNone) {
-      radiance = SkyOnRay(view, centre);
+    if (!inside) {
+      radiance = relief ? ShadeReliefEdge(view, centre, backdrop) : ShadeEdge(view, centre);
+    } else if (none) {
+      radiance = backdrop.radiance;
     } else {
       radiance = relief ? ShadeRelief(pixels, u, v) : ShadeInside(view, centre, pixel);
     }
+    const bool far = none && std::isinf(backdrop.depth);
+    out->depth.at<float>(v, u) = none && !far ? static_cast<float>(backdrop.depth) : pixel.depth;
+    out->cosine.at<float>(v, u) = none ? backdrop.cosine : pixel.cosine;
     out->bgr.at<cv::Vec3f>(v, u) = 255.0f * cv::Vec3f(radiance.x(), radiance.y(), radiance.z());
   }
 }
 
+std::vector<Renderer::View> Renderer::MakeViews(std::span<const Pose> T_WC_of_row) const {
+  HIGHWALL_REQUIRE(T_WC_of_row.size() == static_cast<std::size_t>(camera_.height),
+                   "Renderer: needs one pose per row");
+  std::vector<View> views;
+  for (const Pose& T_WC : T_WC_of_row) views.push_back({T_WC.R(), T_WC.p()});
+  return views;
+}
+
 Rendering Renderer::Render(const Pose& T_WC, int threads) const {
   const View view{T_WC.R(), T_WC.p()};
-  return RenderViews(std::vector<View>(static_cast<std::size_t>(camera_.height), view), threads);
+  return RenderViews(std::vector<View>(static_cast<std::size_t>(camera_.height), view), nullptr,
+                     threads);
 }
 
 Rendering Renderer::Render(std::span<const Pose> T_WC_of_row, int threads) const {
-  HIGHWALL_REQUIRE(T_WC_of_row.size() == static_cast<std::size_t>(camera_.height),
-                   "Renderer::Render: needs one pose per row");
-  std::vector<View> views;
-  for (const Pose& T_WC : T_WC_of_row) views.push_back({T_WC.R(), T_WC.p()});
-  return RenderViews(views, threads);
+  return RenderViews(MakeViews(T_WC_of_row), nullptr, threads);
 }
 
-Rendering Renderer::RenderViews(std::span<const View> views, int threads) const {
+Rendering Renderer::RenderOver(const Rendering& background, std::span<const Pose> T_WC_of_row,
+                               int threads) const {
+  return RenderViews(MakeViews(T_WC_of_row), &background, threads);
+}
+
+Rendering Renderer::RenderViews(std::span<const View> views, const Rendering* background,
+                                int threads) const {
   const int w = camera_.width, h = camera_.height;
   Pixels pixels(rays_.size());
-  ParallelFor(h, threads, [&](int v) { TraceRow(views[static_cast<std::size_t>(v)], v, &pixels); });
-  Rendering out{cv::Mat(h, w, CV_32FC3), cv::Mat(h, w, CV_32FC1), cv::Mat(h, w, CV_32FC1)};
   ParallelFor(h, threads,
-              [&](int v) { ShadeRow(views[static_cast<std::size_t>(v)], pixels, v, &out); });
+              [&](int v) { TraceRow(views[static_cast<std::size_t>(v)], background, v, &pixels); });
+  Rendering out{cv::Mat(h, w, CV_32FC3), cv::Mat(h, w, CV_32FC1), cv::Mat(h, w, CV_32FC1)};
+  ParallelFor(h, threads, [&](int v) {
+    ShadeRow(views[static_cast<std::size_t>(v)], background, pixels, v, &out);
+  });
   return out;
 }
 

@@ -38,6 +38,9 @@ class Renderer {
   // A rolling shutter: every row from a pose of its own. Throws InvalidArgument unless there is one
   // per row.
   Rendering Render(std::span<const Pose> T_WC_of_row, int threads = 0) const;
+  // The same in front of another scene's rendering from there, or behind what is nearer in it.
+  Rendering RenderOver(const Rendering& background, std::span<const Pose> T_WC_of_row,
+                       int threads = 0) const;
 
  private:
   struct View;
@@ -50,9 +53,19 @@ class Renderer {
     VertexLook look;
   };
   using Pixels = std::vector<Pixel>;  // row by row
+  // What is behind the scene.
+  struct Backdrop {
+    double depth;  // [m], infinite for the sky
+    float cosine;
+    Eigen::Vector3f radiance;
+  };
 
-  Rendering RenderViews(std::span<const View> views, int threads) const;
-  void TraceRow(const View& view, int v, Pixels* pixels) const;
+  // background: the sky where null.
+  Rendering RenderViews(std::span<const View> views, const Rendering* background,
+                        int threads) const;
+  std::vector<View> MakeViews(std::span<const Pose> T_WC_of_row) const;
+  Backdrop BackdropAt(const View& view, const Rendering* background, int u, int v) const;
+  void TraceRow(const View& view, const Rendering* background, int v, Pixels* pixels) const;
   // Where the ray meets the plane of that triangle. ray: (x/z, y/z) in the camera.
   SurfacePoint PointOnRay(const View& view, const Eigen::Vector2d& ray, int triangle) const;
   SurfacePoint PointOnRelief(const View& view, const Eigen::Vector2d& ray, int triangle) const;
@@ -67,8 +80,10 @@ class Renderer {
                               const Pixel& pixel) const;
   Eigen::Vector3f ShadeRelief(const Pixels& pixels, int u, int v) const;
   Eigen::Vector3f ShadeEdge(const View& view, const Eigen::Vector2d& centre) const;
-  Eigen::Vector3f ShadeReliefEdge(const View& view, const Eigen::Vector2d& centre) const;
-  void ShadeRow(const View& view, const Pixels& pixels, int v, Rendering* out) const;
+  Eigen::Vector3f ShadeReliefEdge(const View& view, const Eigen::Vector2d& centre,
+                                  const Backdrop& backdrop) const;
+  void ShadeRow(const View& view, const Rendering* background, const Pixels& pixels, int v,
+                Rendering* out) const;
 
   Scene scene_;
   PinholeCamera camera_;

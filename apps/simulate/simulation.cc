@@ -84,12 +84,14 @@ void SimulationOptions::Validate() const {
 }
 
 Simulation::Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
-                       VibrationIntensity intensity, const std::vector<Stretch>& stretches)
+                       VibrationIntensity intensity, const std::vector<Stretch>& stretches,
+                       MovingScene moving)
     : options_((options.Validate(), options)),
       renderer_(std::move(scene), options.camera),
       path_(trajectory, options.rest),
       intensity_(std::move(intensity)),
       stretches_(LayOut(stretches, trajectory.period(), options)),
+      moving_(options.traffic ? std::move(moving) : MovingScene()),
       blur_(options.camera),
       sensor_(options.sensor, options.camera, options.seed),
       imu_(options.imu, options.seed, kFirstStamp,
@@ -108,14 +110,15 @@ Pose Simulation::T_WC(Stamp stamp) const {
 }
 
 Rendering Simulation::RenderScene(Stamp stamp, int threads) const {
-  if (options_.line_delay == 0.0) return renderer_.Render(T_WC(stamp), threads);
   const double t = ToSeconds(stamp - kFirstStamp);
   const double middle = 0.5 * (options_.camera.height - 1);
   std::vector<Pose> T_WC_of_row;
   for (int v = 0; v < options_.camera.height; ++v) {
     T_WC_of_row.push_back(path_.T_WC(t + (v - middle) * options_.line_delay));
   }
-  return renderer_.Render(T_WC_of_row, threads);
+  const Rendering still = renderer_.Render(T_WC_of_row, threads);
+  if (!moving_) return still;
+  return Renderer(moving_(t), options_.camera).RenderOver(still, T_WC_of_row, threads);
 }
 
 SimulatedFrame Simulation::Render(int i, int threads) const {

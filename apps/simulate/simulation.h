@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -38,11 +39,15 @@ struct SimulationOptions {
   ExposureOptions exposure{};
   SensorOptions sensor{};
   std::vector<Blackout> blackouts{};
+  bool traffic = false;  // something moves, in scenes that have traffic
   ImuSimulationOptions imu{};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
+
+// What moves, at t [s] since the first frame; its vertices have looks.
+using MovingScene = std::function<Scene(double t)>;
 
 // A RealSense D435i in the open, as the paper's field test has it: its intrinsics at 640 x 480, its
 // noise, depth from 0.3 to 6 m, automatic exposure, one second at rest.
@@ -63,10 +68,11 @@ struct SimulatedFrame {
 // nothing else is said; the IMU's is options().imu.time_offset ahead.
 class Simulation {
  public:
-  // intensity: of the vibration along the trajectory. stretches: of one period of the trajectory,
-  // in its seconds. Throws InvalidArgument.
+  // intensity: of the vibration along the trajectory.  stretches: of one period of the trajectory,
+  // in its seconds.  moving: rendered where options.traffic is set. Throws InvalidArgument.
   Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
-             VibrationIntensity intensity = {}, const std::vector<Stretch>& stretches = {});
+             VibrationIntensity intensity = {}, const std::vector<Stretch>& stretches = {},
+             MovingScene moving = {});
 
   const SimulationOptions& options() const { return options_; }
   const Scene& scene() const { return renderer_.scene(); }
@@ -97,6 +103,7 @@ class Simulation {
   CameraPath path_;
   VibrationIntensity intensity_;
   std::vector<Stretch> stretches_;
+  MovingScene moving_;
   MotionBlur blur_;
   Sensor sensor_;
   ImuSimulator imu_;

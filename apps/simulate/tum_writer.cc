@@ -75,10 +75,14 @@ void WritePng(const fs::path& path, const cv::Mat& image) {
   WriteBytes(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-void WriteFrame(const fs::path& folder, const SimulatedFrame& frame) {
+double DepthFactor(const SimulationOptions& options) {
+  return options.sensor.noise == SensorNoise::kD435i ? kD435iDepthFactor : kTumDepthFactor;
+}
+
+void WriteFrame(const fs::path& folder, const SimulatedFrame& frame, double depth_factor) {
   const std::string name = FormatStamp(frame.stamp) + ".png";
   cv::Mat depth;
-  frame.depth.convertTo(depth, CV_16UC1, kTumDepthFactor);
+  frame.depth.convertTo(depth, CV_16UC1, depth_factor);
   WritePng(folder / "rgb" / name, frame.bgr);
   WritePng(folder / "depth" / name, depth);
 }
@@ -120,15 +124,17 @@ std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& 
   return out.str();
 }
 
-std::string Calibration(const PinholeCamera& camera, const DepthNoise& noise) {
+std::string Calibration(const SimulationOptions& options) {
+  const PinholeCamera& camera = options.camera;
+  const DepthNoise noise = options.sensor.Noise();
   std::ostringstream out;
   out << std::setprecision(std::numeric_limits<double>::max_digits10) << "camera:\n"
       << "  width: " << camera.width << "\n  height: " << camera.height << "\n  fx: " << camera.fx
       << "\n  fy: " << camera.fy << "\n  cx: " << camera.cx << "\n  cy: " << camera.cy
       << "\n  k1: " << camera.k1 << "\n  k2: " << camera.k2 << "\n  p1: " << camera.p1
-      << "\n  p2: " << camera.p2 << "\n  k3: " << camera.k3 << "\ndepth_factor: " << kTumDepthFactor
-      << "\ndepth_noise:\n  offset: " << noise.offset << "\n  quadratic: " << noise.quadratic
-      << "\n  reference: " << noise.reference << "\n";
+      << "\n  p2: " << camera.p2 << "\n  k3: " << camera.k3
+      << "\ndepth_factor: " << DepthFactor(options) << "\ndepth_noise:\n  offset: " << noise.offset
+      << "\n  quadratic: " << noise.quadratic << "\n  reference: " << noise.reference << "\n";
   return out.str();
 }
 
@@ -176,8 +182,7 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
   }
   const std::vector<Stamp> stamps = TruthStamps(simulation);
   WriteBytes(root / "groundtruth.txt", GroundTruth(simulation, stamps));
-  std::string calibration =
-      Calibration(simulation.options().camera, simulation.options().sensor.Noise());
+  std::string calibration = Calibration(simulation.options());
   if (simulation.options().imu.enabled) {
     calibration += ImuCalibrationYaml(simulation.options().imu);
     WriteBytes(root / "imu.csv", ImuCsv(simulation.ImuSamples()));
@@ -191,7 +196,7 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
   std::mutex progress_mutex;
   int done = 0;
   ParallelFor(simulation.size(), 0, [&](int i) {
-    WriteFrame(root, simulation.Render(i, 1));
+    WriteFrame(root, simulation.Render(i, 1), DepthFactor(simulation.options()));
     const std::scoped_lock lock(progress_mutex);
     ++done;
     if (progress) progress(done, simulation.size());

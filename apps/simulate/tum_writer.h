@@ -7,8 +7,9 @@
 
 namespace highwall::simulate {
 
-// Depth images hold round(5000 z) in 16 bits, as TUM's do.
+// Depth images hold round(factor z) in 16 bits: 5000 z as TUM's do, 1000 z as a D435i's.
 constexpr double kTumDepthFactor = 5000.0;
+constexpr double kD435iDepthFactor = 1000.0;
 
 // Writes the whole sequence as a TUM RGB-D dataset (docs/simulator.md): rgb/, depth/, rgb.txt,
 // depth.txt, groundtruth.txt (T_WC at 100 Hz or more), calibration.yaml, stretches.csv (the

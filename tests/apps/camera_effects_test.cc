@@ -43,7 +43,8 @@ Rendering MakeChecker(float depth) {
   return checker;
 }
 
-Simulation FilmAWall(const SimulationOptions& options, const std::vector<Stretch>& stretches = {}) {
+Simulation FilmAWall(const SimulationOptions& options, const std::vector<Stretch>& stretches = {},
+                     MovingScene moving = {}) {
   Scene scene;
   const int texture = scene.AddTexture(
       std::make_unique<NoiseTexture>(Rgb(0.6, 0.5, 0.4), 0.5f, ValueNoise{.wavelength = 0.2f}));
@@ -53,7 +54,8 @@ Simulation FilmAWall(const SimulationOptions& options, const std::vector<Stretch
     control.push_back(
         Pose::FromTangent({0.2 * std::sin(std::numbers::pi * i / 20), 0, 0}, {0, 0, 0}));
   }
-  return Simulation(std::move(scene), SplineTrajectory(control, 4.0), options, {}, stretches);
+  return Simulation(std::move(scene), SplineTrajectory(control, 4.0), options, {}, stretches,
+                    std::move(moving));
 }
 
 SimulationOptions SmallOptions() {
@@ -245,6 +247,32 @@ TEST(Simulation, ACoveredLensSeesNothing) {
     EXPECT_GT(cv::mean(frame.bgr)[0], 50.0);
     EXPECT_GT(cv::countNonZero(frame.depth), 160 * 120 / 2);
   }
+}
+
+// A white plate 0.4 m wide at depth z [m] before the camera's first place.
+Scene MakePlate(double z) {
+  Scene scene;
+  const int white =
+      scene.AddTexture(std::make_unique<NoiseTexture>(Rgb(1, 1, 1), 0.0f, ValueNoise{}));
+  scene.AddRectangle({-0.2, -0.2, z}, {0.4, 0, 0}, {0, 0.4, 0}, white);
+  scene.looks.resize(scene.mesh.vertices.size());
+  return scene;
+}
+
+TEST(Simulation, WhatMovesIsInFrontOfWhatIsFartherAndBehindWhatIsNearer) {
+  SimulationOptions options = SmallOptions();
+  options.sensor.noise = SensorNoise::kOff;
+  options.exposure.mode = ExposureMode::kIdeal;
+  const auto approach = [](double t) { return MakePlate(2.5 - t); };  // the wall is 2 m away
+  const SimulatedFrame without = FilmAWall(options, {}, approach).Render(21);
+  options.traffic = true;
+  const Simulation film = FilmAWall(options, {}, approach);
+  const SimulatedFrame behind = film.Render(3), before = film.Render(21);  // 2.4 m and 1.8 m
+  EXPECT_NEAR(behind.depth.at<float>(60, 80), 2.0f, 1e-6f);
+  EXPECT_NEAR(before.depth.at<float>(60, 80), 1.8f, 1e-6f);
+  cv::Mat moved = before.depth != without.depth;
+  // 0.4 m at 1.8 m are 34.2 px.
+  EXPECT_NEAR(cv::countNonZero(moved), 34.2 * 34.2, 2.0 * 34.2);
 }
 
 TEST(Simulation, DeepShadowIsTakenLongAndWithGain) {

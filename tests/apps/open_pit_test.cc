@@ -37,7 +37,7 @@ TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
   for (double t = 2.0; t < options.duration; t += 0.1) {
     const Pose here = at(t);
     // Over a second: bumps swing the camera to and fro.
-    EXPECT_NEAR((at(t + 1.0).p() - here.p()).head<2>().norm(), 0.6, 0.15) << t;
+    EXPECT_NEAR((at(t + 1.0).p() - here.p()).head<2>().norm(), 0.6, 0.2) << t;
     // The ground lies about 0.8 m below, and nothing within 0.4 m.
     EXPECT_FALSE(raycaster.IsFree(here.p(), -Eigen::Vector3d::UnitZ(), 1.0)) << t;
     EXPECT_TRUE(raycaster.IsFree(here.p(), -Eigen::Vector3d::UnitZ(), 0.65)) << t;
