@@ -1,6 +1,7 @@
 #include <highwall/frontend/slam_system.h>
 
 #include <chrono>
+#include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
@@ -34,6 +35,7 @@ void SlamOptions::Validate() const {
   tracker.Validate();
   keyframes.Validate();
   mapper.Validate();
+  loops.Validate();
   HIGHWALL_REQUIRE(frame.orb.scale_factor == measurement.scale_factor,
                    "SlamOptions: frame.orb.scale_factor and measurement.scale_factor differ");
 }
@@ -44,7 +46,8 @@ SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
       builder_(sensor, options.frame),
       tracker_(model_, options.frame.orb.levels, options.tracker),
       policy_(options.keyframes),
-      mapper_(model_, options.frame.orb.levels, options.mapper) {}
+      mapper_(model_, options.frame.orb.levels, options.mapper),
+      loop_closer_(model_, options.frame.orb.levels, options.loops) {}
 
 FrameResult SlamSystem::Track(const RgbdImage& image) {
   HIGHWALL_REQUIRE(!last_stamp_ || image.stamp > *last_stamp_,
@@ -64,6 +67,10 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(frame.features->points.size());
   result.lines = static_cast<int>(frame.features->lines.size());
+
+  const Stopwatch loops_watch;
+  result.loops = UpdateLoops();
+  result.times.loops = loops_watch.Milliseconds();
 
   const Stopwatch tracking_watch;
   TrackedFrame tracked = tracker_.Track(frame, map_);
@@ -98,6 +105,30 @@ void SlamSystem::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
   tracked.reference = keyframe.id;
   tracker_.Anchor(tracked, keyframe);
   result.times.mapping = watch.Milliseconds();
+
+  const Stopwatch loops_watch;
+  if (loop_closer_.InsertKeyFrame(map_, keyframe.id)) {
+    // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
+    for (LoopReport& report : UpdateLoops()) result.loops.push_back(std::move(report));
+    tracked.T_WC = keyframe.T_WC;
+  }
+  result.times.loops += loops_watch.Milliseconds();
+}
+
+std::vector<LoopReport> SlamSystem::UpdateLoops() {
+  const auto reference = tracker_.reference();
+  const Pose before = reference ? map_.ResolvePose(*reference) : Pose();
+  auto reports = loop_closer_.Update(&map_);
+  if (reference && !reports.empty()) tracker_.Move(map_.ResolvePose(*reference) * before.Inverse());
+  return reports;
+}
+
+std::vector<LoopReport> SlamSystem::Finish() {
+  return loop_closer_.Finish(&map_);
+}
+
+BundleAdjustmentReport SlamSystem::AdjustAll() {
+  return AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle);
 }
 
 Trajectory SlamSystem::trajectory() const {

@@ -121,6 +121,14 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->reference = keyframe.id;
 }
 
+std::optional<KeyFrameId> Tracker::reference() const {
+  return last_ ? std::optional(last_->reference) : std::nullopt;
+}
+
+void Tracker::Move(const Pose& D_W) {
+  if (last_) last_->T_WC = D_W * last_->T_WC;
+}
+
 std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map) const {
   // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
   for (const double radius_scale : {1.0, 2.0}) {

@@ -158,7 +158,6 @@ TEST(RelocalizerOptions, ErrorsNameTheField) {
   };
   EXPECT_NO_THROW(RelocalizerOptions().Validate());
   expect_error({.candidates = 0}, "candidates");
-  expect_error({.query_features = 9}, "query_features");
   expect_error({.max_hamming = -1}, "max_hamming");
   expect_error({.ratio = 0.0}, "ratio");
   expect_error({.min_matches = 2}, "min_matches");

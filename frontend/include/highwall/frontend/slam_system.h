@@ -8,6 +8,7 @@
 #include <highwall/frontend/frame.h>
 #include <highwall/frontend/keyframe_policy.h>
 #include <highwall/frontend/local_mapper.h>
+#include <highwall/frontend/loop_closer.h>
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/measurement_model.h>
 #include <highwall/frontend/sensor.h>
@@ -21,6 +22,7 @@ struct SlamOptions {
   TrackerOptions tracker{};
   KeyFramePolicyOptions keyframes{};
   LocalMapperOptions mapper{};
+  LoopCloserOptions loops{};
 
   // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
   void Validate() const;
@@ -31,6 +33,7 @@ struct FrameTimes {
   double points = 0.0, lines = 0.0, features = 0.0;
   double tracking = 0.0;  // pose estimation, features not included
   double mapping = 0.0;   // local mapping, on keyframes
+  double loops = 0.0;     // what loops take from the caller's time
 };
 
 struct FrameResult {
@@ -41,12 +44,13 @@ struct FrameResult {
   int points = 0, lines = 0;  // features extracted
   int matched_points = 0, matched_lines = 0;
   std::optional<LocalMappingReport> mapping;  // where the frame became a keyframe
+  std::vector<LoopReport> loops;              // what was applied to the map since the last frame
   FrameTimes times;
 };
 
-// Point-line RGB-D odometry with a map: images in, poses and keyframes out. Single-threaded but
-// for the extraction of features and the solver; with one thread in mapper.bundle the same input
-// gives the same output, bit for bit.
+// Point-line RGB-D odometry with a map: images in, poses and keyframes out. Loops are
+// closed in the background and applied between frames. With loops.background = false and one thread
+// in mapper.bundle and loops the same input gives the same output, bit for bit.
 //
 // World W: origin at the first camera, x along its optical axis, z up where the camera was held
 // level. A frame that cannot be tracked is reported as lost and has no pose; the map stays, and
@@ -60,6 +64,11 @@ class SlamSystem {
 
   // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
   FrameResult Track(const RgbdImage& image);
+
+  // Waits for the loop that is being closed, if any, and applies it to the map.
+  std::vector<LoopReport> Finish();
+  // After Finish(): one more adjustment of all keyframes and landmarks together. Frames follow.
+  BundleAdjustmentReport AdjustAll();
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
   // the keyframe it was tracked against.
@@ -77,6 +86,8 @@ class SlamSystem {
   };
 
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
+  // Applies what loops have come to, and lets the tracker follow.
+  std::vector<LoopReport> UpdateLoops();
 
   SlamOptions options_;
   MeasurementModel model_;
@@ -84,6 +95,7 @@ class SlamSystem {
   Tracker tracker_;
   KeyFramePolicy policy_;
   LocalMapper mapper_;
+  LoopCloser loop_closer_;
   Map map_;
   std::vector<Tracked> tracked_;
   std::optional<Stamp> last_stamp_;

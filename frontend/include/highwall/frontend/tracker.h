@@ -72,6 +72,11 @@ class Tracker {
   // the ones the next frame is matched to, from its pose after the adjustment.
   void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
 
+  // The keyframe that the last tracked frame shares most landmarks with; empty when lost.
+  std::optional<KeyFrameId> reference() const;
+  // Follows a correction that moved the map about here: x_W <- D_W x_W.
+  void Move(const Pose& D_W);
+
  private:
   std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map) const;
   std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
