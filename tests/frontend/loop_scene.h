@@ -16,8 +16,8 @@ struct LoopSceneOptions {
   int points = 3000;
   int lines = 300;
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // [m] in C, from a keyframe to the next
-  bool shuffled_return = false;  // in the second lap descriptors have changed places
-  bool connected = false;        // the second lap sees the landmarks of the first
+  bool shuffled_return = false;  // before the start is in view again, descriptors change places
+  bool connected = false;        // the map never forgets: no loop is left to find
 };
 
 class LoopScene {
@@ -63,7 +63,7 @@ class LoopScene {
 
   // Keyframe i, in order; landmarks as seen from where the map believes it is.
   KeyFrameId Add(int i) {
-    const bool back = i >= kPerLap;
+    const bool back = i >= kPerLap - 10;
     if (!options_.connected) ForgetOldLandmarks(i);
     const Pose T_true = TruePose(i);
     const Pose T_WC = i == 0 ? T_true
