@@ -32,6 +32,7 @@ simulate::Simulation MakeRoom(int seed, double seconds) {
 struct RoomRun {
   int true_loops = 0, false_loops = 0, rejected = 0, lost = 0;
   double first_loop_s = -1.0;  // after the return to the start of the path
+  double worst_chi2 = 0.0;
   double rmse = 0.0, path = 0.0;
   std::vector<double> seconds;
 };
@@ -78,6 +79,7 @@ RoomRun RunRoom(const simulate::Simulation& room, bool loops) {
         continue;
       }
       ++(IsTrue(report, slam.map(), room) ? run.true_loops : run.false_loops);
+      run.worst_chi2 = std::max(run.worst_chi2, report.loop.chi2);
       const double at = i / room.options().fps - lap;
       if (run.first_loop_s < 0.0) run.first_loop_s = at;
     }
@@ -101,9 +103,10 @@ nlohmann::json BenchRooms(int seeds, double seconds) {
     worst_share = std::max(worst_share, with.rmse / with.path);
     fmt::print(stderr,
                "room {:>2}: {} true, {} false, {} refused loops, first {:.1f} s after the return, "
+               "chi2 up to {:.1f}, "
                "{} lost; APE {:.4f} m, {:.4f} m without loops, path {:.1f} m\n",
-               seed, with.true_loops, with.false_loops, with.rejected, with.first_loop_s, with.lost,
-               with.rmse, without.rmse, with.path);
+               seed, with.true_loops, with.false_loops, with.rejected, with.first_loop_s,
+               with.worst_chi2, with.lost, with.rmse, without.rmse, with.path);
     report["runs"].push_back({{"seed", seed},
                               {"true_loops", with.true_loops},
                               {"false_loops", with.false_loops},

@@ -81,15 +81,17 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
         {static_cast<std::int64_t>(i), map.keyframe(result.keyframes[i])->T_WC, i == 0});
   }
   for (std::size_t i = 1; i < result.keyframes.size(); ++i) {
+    const std::size_t first = graph.edges.size();
     graph.edges.push_back(PresentEdge(graph, i - 1, i, options));
-    int joined = 0;
     for (const auto& [id, shared] : map.Covisible(result.keyframes[i], options.min_shared)) {
-      if (joined == options.neighbours) break;
+      if (graph.edges.size() - first > static_cast<std::size_t>(options.neighbours)) break;
       if (id >= result.keyframes[i - 1]) continue;
       graph.edges.push_back(
           PresentEdge(graph, static_cast<std::size_t>(result.NodeOf(id)), i, options));
-      ++joined;
     }
+    // They come of the same landmarks: together they know no more than one of them.
+    const auto count = static_cast<double>(graph.edges.size() - first);
+    for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
   }
   for (const LoopEdge& loop : loops) {
     if (map.keyframe(loop.match) == nullptr || map.keyframe(loop.keyframe) == nullptr) continue;

@@ -19,7 +19,7 @@ class LoopDetectorTest : public ::testing::Test {
   // Feeds the keyframes as they are added; the first loop found.
   std::optional<Loop> Feed(LoopScene& scene, const LoopDetectorOptions& options = {}) {
     LoopDetector detector(scene.model, testing::kLevels, options);
-    for (int i = 0; i < LoopScene::kKeyFrames; ++i) {
+    for (int i = 0; i < scene.size(); ++i) {
       auto loop = detector.Detect(scene.map, scene.Add(i), {});
       if (loop) return loop;
     }

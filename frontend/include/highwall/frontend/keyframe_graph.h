@@ -18,8 +18,8 @@ struct LoopEdge {
 
 // How far the transforms between keyframes may be off: standard deviations.
 struct KeyFrameGraphOptions {
-  double drift_translation = 0.03;  // > 0: share of the distance between two keyframes
-  double drift_rotation = 0.03;     // > 0: share of the angle between them
+  double drift_translation = 0.05;  // > 0: share of the distance between two keyframes
+  double drift_rotation = 0.05;     // > 0: share of the angle between them
   double step_translation = 0.005;  // [m] > 0: of every transform besides
   double step_rotation = 0.003;     // [rad] > 0
   double loop_translation = 0.02;   // [m] > 0: of a loop
@@ -43,8 +43,8 @@ struct KeyFrameGraph {
 };
 
 // Odometry joins each keyframe with the next, covisibility with those it shares most landmarks
-// with, both as the map has them now; loops join as measured. A loop is left out where one of its
-// keyframes is no more. map: at least two keyframes.
+// with, both as the map has them now, sharing the information of one; loops join as measured. A
+// loop is left out where one of its keyframes is no more. map: at least two keyframes.
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
                                 const KeyFrameGraphOptions& options = {});
 
