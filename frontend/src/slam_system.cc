@@ -49,6 +49,13 @@ SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
       mapper_(model_, options.frame.orb.levels, options.mapper),
       loop_closer_(model_, options.frame.orb.levels, options.loops) {}
 
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options, Map map)
+    : SlamSystem(sensor, options) {
+  map_ = std::move(map);
+  const auto ids = map_.keyframe_ids();
+  if (!ids.empty()) first_own_keyframe_ = ids.back() + 1;
+}
+
 FrameResult SlamSystem::Track(const RgbdImage& image) {
   HIGHWALL_REQUIRE(!last_stamp_ || image.stamp > *last_stamp_,
                    "SlamSystem::Track: stamp " + FormatStamp(image.stamp) + " is not after " +
@@ -143,6 +150,7 @@ Trajectory SlamSystem::trajectory() const {
 Trajectory SlamSystem::keyframe_trajectory() const {
   Trajectory trajectory;
   for (const KeyFrameId id : map_.keyframe_ids()) {
+    if (id < first_own_keyframe_) continue;
     trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
   }
   return trajectory;

@@ -131,7 +131,7 @@ TEST(LoopCloser, WithoutAdjustmentThePoseGraphAloneIsApplied) {
     EXPECT_TRUE(report.accepted);
     EXPECT_FALSE(report.bundle);
   }
-  EXPECT_LT(scene.Rmse(), 0.5 * DriftedRmse());
+  EXPECT_LT(scene.Rmse(), 0.6 * DriftedRmse());
 }
 
 // The loop that the detector finds, in a map with nothing corrected yet.
@@ -165,9 +165,9 @@ TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
   const double before = scene.Rmse();
   ASSERT_TRUE(
       CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, options, &scene.map).accepted);
-  EXPECT_LT(scene.Rmse(), 0.5 * before);
+  EXPECT_LT(scene.Rmse(), 0.75 * before);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
-    // The edge that holds gravity has a sigma of 1e-4 rad.
+    // The edge that holds gravity has a sigma of 1e-3 rad.
     EXPECT_LT(
         (scene.map.keyframe(id)->T_WC.R().row(2).transpose() - up[static_cast<std::size_t>(id)])
             .norm(),

@@ -14,8 +14,8 @@ namespace highwall::testing {
 
 struct LoopSceneOptions {
   int per_lap = 48;  // keyframes; a quarter of a metre from each to the next
-  int points = 1500;
-  int lines = 200;
+  int points = 1000;
+  int lines = 150;
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // [m] in C, from a keyframe to the next
   bool shuffled_return = false;  // before the start is in view again, descriptors change places
   bool connected = false;        // the map never forgets: no loop is left to find

@@ -59,6 +59,8 @@ class SlamSystem {
  public:
   // Throws InvalidArgument on bad options.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {});
+  // Goes on in a map of the same camera (LoadMap): lost until a frame is recognized.
+  SlamSystem(const RgbdSensor& sensor, const SlamOptions& options, Map map);
   SlamSystem(const SlamSystem&) = delete;
   SlamSystem& operator=(const SlamSystem&) = delete;
 
@@ -73,7 +75,7 @@ class SlamSystem {
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
   // the keyframe it was tracked against.
   Trajectory trajectory() const;
-  // T_WC of the live keyframes.
+  // T_WC of the live keyframes of this run, without those of a map that was given.
   Trajectory keyframe_trajectory() const;
 
   const Map& map() const { return map_; }
@@ -99,6 +101,7 @@ class SlamSystem {
   Map map_;
   std::vector<Tracked> tracked_;
   std::optional<Stamp> last_stamp_;
+  KeyFrameId first_own_keyframe_ = 0;  // those before came with the map
   std::int64_t next_index_ = 0;
   std::int64_t last_keyframe_index_ = 0;
 };
