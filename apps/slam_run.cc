@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <utility>
 
+#include <highwall/core/error.h>
 #include <highwall/frontend/frame_reader.h>
+#include <highwall/frontend/map_io.h>
 #include <highwall/mapping/depth_unprojector.h>
 
 namespace highwall::apps {
@@ -64,6 +67,27 @@ DenseMap BuildDenseMap(DenseCloud& keyframe_clouds, const Map& map,
   return dense;
 }
 
+Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {
+  if (path.empty()) return {};
+  SavedMap saved = LoadMap(path);
+  const PinholeCamera& of_map = saved.camera;
+  const bool same = of_map.width == camera.width && of_map.height == camera.height &&
+                    of_map.fx == camera.fx && of_map.fy == camera.fy && of_map.cx == camera.cx &&
+                    of_map.cy == camera.cy;
+  if (!same) throw IoError(path, "is a map of another camera");
+  return std::move(saved.map);
+}
+
+void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
+  for (const LoopReport& report : reports) {
+    counts->worst_seconds = std::max(counts->worst_seconds, report.seconds);
+    if (report.bundle) continue;  // of a loop that was counted
+    ++(report.accepted ? counts->closed : counts->refused);
+    counts->fused_points += static_cast<std::size_t>(report.fused_points);
+    counts->fused_lines += static_cast<std::size_t>(report.fused_lines);
+  }
+}
+
 }  // namespace
 
 Milliseconds Summarize(std::vector<double> samples) {
@@ -82,7 +106,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   options.map.octree.Validate();  // used in the end only
   options.map.grid.Validate();
   const auto start = Clock::now();
-  SlamSystem slam(sensor, options.slam);
+  SlamSystem slam(sensor, options.slam, LoadMapFor(options.load_map, sensor.camera));
   const DepthUnprojector unprojector(sensor.camera);
   DenseCloud clouds(options.map.cloud.voxel_size);
   FrameReader reader(dataset,
@@ -94,7 +118,9 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     const FrameResult result = slam.Track(*image);
     ++run.frames;
     samples.Add(result.times, result.mapping.has_value());
+    Count(result.loops, &run.loops);
     if (result.state == TrackingState::kTracking) {
+      run.causal.push_back({result.stamp, result.T_WC});
       run.matched_points += result.matched_points;
       run.matched_lines += result.matched_lines;
     } else {
@@ -120,7 +146,13 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     run.matched_lines /= static_cast<double>(tracked);
   }
   run.skipped = reader.count() - run.frames;
+  Count(slam.Finish(), &run.loops);
   run.trajectory = slam.trajectory();
+  if (options.adjust_all && slam.map().num_keyframes() > 1) {
+    slam.AdjustAll();
+    run.adjusted = slam.trajectory();
+  }
+  if (!options.save_map.empty()) SaveMap(options.save_map, sensor.camera, slam.map());
   run.keyframes = slam.keyframe_trajectory();
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
