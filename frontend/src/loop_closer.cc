@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -36,9 +37,17 @@ class LoopCloser::Job {
   }
 
   ~Job() {
-    stop_ = true;
+    Stop();
+    Wait();
+  }
+
+  // Gives up as soon as the iteration that runs is over.
+  void Stop() { stop_ = true; }
+  void Wait() {
     if (thread_.joinable()) thread_.join();
   }
+  // Nothing is worked on any more, and all that came out can be taken.
+  bool IsDone() const { return done_; }
 
   // The loop itself, not the adjustment after it, is still being closed, or waits to be taken.
   bool IsClosing() const { return !corrected_taken_; }
@@ -49,12 +58,20 @@ class LoopCloser::Job {
     return std::exchange(results_, {});
   }
 
-  void Wait() {
-    if (thread_.joinable()) thread_.join();
-  }
-
  private:
   void Run() {
+    try {
+      Close();
+    } catch (const std::exception& error) {  // would end the process on a thread of its own
+      Result failed;
+      failed.report.message = error.what();
+      Put(std::move(failed));
+    }
+    map_ = Map();  // as large as the map itself
+    done_ = true;
+  }
+
+  void Close() {
     MapGeometry before = GeometryOf(map_);
     LoopCorrectionResult closed =
         CorrectLoops(old_loops_, {&loop_, 1}, model_, levels_, options_.correction, &map_);
@@ -95,7 +112,7 @@ class LoopCloser::Job {
   const int levels_;
   LoopCloserOptions options_;
   bool corrected_taken_ = false;
-  std::atomic<bool> stop_ = false;
+  std::atomic<bool> stop_ = false, done_ = false;
   std::mutex mutex_;
   std::vector<Result> results_;
   std::thread thread_;
@@ -120,27 +137,35 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
   if (!options_.enabled || (job_ && job_->IsClosing())) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
-  job_.reset();  // ends the adjustment after an older loop
+  if (job_) {
+    // The adjustment after an older loop: its thread need not be waited for.
+    job_->Stop();
+    ending_.push_back(std::move(job_));
+  }
   job_ = std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, levels_, options_);
   return true;
 }
 
 std::vector<LoopReport> LoopCloser::Update(Map* map) {
+  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
   std::vector<LoopReport> reports;
   if (!job_) return reports;
+  const bool done = job_->IsDone();
   for (Result& result : job_->Take()) {
-    Apply(result.correction, map);
-    if (result.report.accepted && !result.report.bundle) loops_.push_back(result.report.loop.edge);
+    if (result.report.accepted) {
+      // Of an adjustment that failed nothing is to be applied.
+      if (!result.report.bundle || result.report.bundle->usable) Apply(result.correction, map);
+      if (!result.report.bundle) loops_.push_back(result.report.loop.edge);
+    }
     reports.push_back(std::move(result.report));
   }
+  if (done) job_.reset();
   return reports;
 }
 
 std::vector<LoopReport> LoopCloser::Finish(Map* map) {
   if (job_) job_->Wait();
-  auto reports = Update(map);
-  job_.reset();
-  return reports;
+  return Update(map);
 }
 
 }  // namespace highwall

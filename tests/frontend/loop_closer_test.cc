@@ -89,6 +89,29 @@ TEST(LoopCloser, InTheBackgroundTheMapGoesOnAndNewerKeyFramesFollow) {
   EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
 }
 
+TEST(LoopCloser, ANewerLoopDoesNotWaitForTheAdjustmentAfterAnOlderOne) {
+  LoopScene scene(kDrifting);
+  LoopCloserOptions options = Lockstep();
+  options.background = true;
+  options.bundle.first_iterations = options.bundle.second_iterations = 1000;
+  LoopCloser closer(scene.model, testing::kLevels, options);
+  std::size_t corrections = 0, adjustments = 0;
+  const auto count = [&](const std::vector<LoopReport>& reports) {
+    for (const LoopReport& report : reports) ++(report.bundle ? adjustments : corrections);
+  };
+  for (int i = 0; i < scene.size(); ++i) {
+    const bool found = closer.InsertKeyFrame(scene.map, scene.Add(i));
+    const std::size_t before = corrections;
+    while (found && corrections == before) count(closer.Update(&scene.map));
+  }
+  count(closer.Finish(&scene.map));
+  EXPECT_GE(corrections, 2u) << "the scene has two loops at least";
+  EXPECT_EQ(closer.loops().size(), corrections);
+  EXPECT_GE(adjustments, 1u);
+  EXPECT_LE(adjustments, corrections);
+  EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
+}
+
 TEST(LoopCloser, WorkThatIsNotWaitedForIsGivenUp) {
   LoopScene scene(kDrifting);
   LoopCloserOptions options = Lockstep();

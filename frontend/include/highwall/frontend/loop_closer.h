@@ -69,6 +69,7 @@ class LoopCloser {
   LoopDetector detector_;
   std::vector<LoopEdge> loops_;
   std::unique_ptr<Job> job_;
+  std::vector<std::unique_ptr<Job>> ending_;  // given up, their threads still to end
 };
 
 }  // namespace highwall
