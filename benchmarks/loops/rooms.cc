@@ -1,6 +1,8 @@
 #include "bench_loops.h"
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include <fmt/core.h>
@@ -29,14 +31,6 @@ simulate::Simulation MakeRoom(int seed, double seconds) {
   return simulate::SimulateRoom(options);
 }
 
-struct RoomRun {
-  int true_loops = 0, false_loops = 0, rejected = 0, lost = 0;
-  double first_loop_s = -1.0;  // after the return to the start of the path
-  double worst_chi2 = 0.0;
-  double rmse = 0.0, path = 0.0;
-  std::vector<double> seconds;
-};
-
 bool IsTrue(const LoopReport& report, const Map& map, const simulate::Simulation& room) {
   const LoopEdge& edge = report.loop.edge;
   const KeyFrame* match = map.keyframe(edge.match);
@@ -55,39 +49,40 @@ double RmseOf(const Trajectory& truth, const Trajectory& estimate) {
   }
 }
 
-RoomRun RunRoom(const simulate::Simulation& room, bool loops) {
-  SlamOptions options;
-  options.loops.enabled = loops;
-  options.loops.background = false;
-  SlamSystem slam({.camera = SmallCamera()}, options);
-  RoomRun run;
-  Trajectory truth;
-  const double lap = room.options().duration / 2.0;
-  for (int i = 0; i < room.size(); ++i) {
-    const auto frame = room.Render(i);
-    truth.push_back({frame.stamp, frame.T_WC});
-    if (i > 0) run.path += (frame.T_WC.p() - truth[truth.size() - 2].pose.p()).norm();
-    const FrameResult result = slam.Track({frame.stamp, frame.bgr, frame.depth});
-    if (result.state != TrackingState::kTracking) ++run.lost;
+// One system on its way through a room.
+class Walk {
+ public:
+  Walk(const simulate::Simulation& room, bool loops) : room_(room) {
+    SlamOptions options;
+    options.loops.enabled = loops;
+    options.loops.background = false;
+    slam_ = std::make_unique<SlamSystem>(RgbdSensor{.camera = SmallCamera()}, options);
+  }
+
+  void Track(const simulate::SimulatedFrame& frame, double time) {
+    const FrameResult result = slam_->Track({frame.stamp, frame.bgr, frame.depth});
+    if (result.state != TrackingState::kTracking) ++lost;
     for (const LoopReport& report : result.loops) {
-      if (report.bundle) {
-        run.seconds.push_back(report.seconds);
-        continue;
-      }
+      if (report.bundle) continue;  // of a loop that was counted
       if (!report.accepted) {
-        ++run.rejected;
+        ++refused;
         continue;
       }
-      ++(IsTrue(report, slam.map(), room) ? run.true_loops : run.false_loops);
-      run.worst_chi2 = std::max(run.worst_chi2, report.loop.chi2);
-      const double at = i / room.options().fps - lap;
-      if (run.first_loop_s < 0.0) run.first_loop_s = at;
+      ++(IsTrue(report, slam_->map(), room_) ? true_loops : false_loops);
+      worst_chi2 = std::max(worst_chi2, report.loop.chi2);
+      if (!first_loop_s) first_loop_s = time;
     }
   }
-  slam.Finish();
-  run.rmse = RmseOf(truth, slam.trajectory());
-  return run;
-}
+  double Rmse(const Trajectory& truth) const { return RmseOf(truth, slam_->trajectory()); }
+
+  int true_loops = 0, false_loops = 0, refused = 0, lost = 0;
+  double worst_chi2 = 0.0;
+  std::optional<double> first_loop_s;  // on the way
+
+ private:
+  const simulate::Simulation& room_;
+  std::unique_ptr<SlamSystem> slam_;
+};
 
 }  // namespace
 
@@ -97,22 +92,34 @@ nlohmann::json BenchRooms(int seeds, double seconds) {
   double worst_share = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const simulate::Simulation room = MakeRoom(seed, seconds);
-    const RoomRun without = RunRoom(room, false), with = RunRoom(room, true);
+    Walk with(room, true), without(room, false);
+    Trajectory truth;
+    double path = 0.0;
+    for (int i = 0; i < room.size(); ++i) {
+      const auto frame = room.Render(i);
+      if (i > 0) path += (frame.T_WC.p() - truth.back().pose.p()).norm();
+      truth.push_back({frame.stamp, frame.T_WC});
+      with.Track(frame, i / room.options().fps);
+      without.Track(frame, i / room.options().fps);
+    }
+    const double rmse = with.Rmse(truth), rmse_without = without.Rmse(truth);
     found += with.true_loops > 0 ? 1 : 0;
     false_loops += with.false_loops;
-    worst_share = std::max(worst_share, with.rmse / with.path);
-    fmt::print(stderr,
-               "room {:>2}: {} true, {} false, {} refused loops, first {:.1f} s after the return, "
-               "chi2 up to {:.1f}, "
-               "{} lost; APE {:.4f} m, {:.4f} m without loops, path {:.1f} m\n",
-               seed, with.true_loops, with.false_loops, with.rejected, with.first_loop_s,
-               with.worst_chi2, with.lost, with.rmse, without.rmse, with.path);
+    worst_share = std::max(worst_share, rmse / path);
+    fmt::print(
+        stderr,
+        "room {:>2}: {} true, {} false, {} refused loops, first after {:.1f} s, chi2 {:.1f}, "
+        "{} lost; APE {:.4f} m, {:.4f} m without loops, path {:.1f} m\n",
+        seed, with.true_loops, with.false_loops, with.refused, with.first_loop_s.value_or(-1.0),
+        with.worst_chi2, with.lost, rmse, rmse_without, path);
     report["runs"].push_back({{"seed", seed},
                               {"true_loops", with.true_loops},
                               {"false_loops", with.false_loops},
-                              {"ape_rmse_m", with.rmse},
-                              {"ape_rmse_without_m", without.rmse},
-                              {"path_m", with.path}});
+                              {"refused_loops", with.refused},
+                              {"lost_frames", with.lost},
+                              {"ape_rmse_m", rmse},
+                              {"ape_rmse_without_m", rmse_without},
+                              {"path_m", path}});
   }
   report["recall"] = static_cast<double>(found) / seeds;
   report["false_loops"] = false_loops;

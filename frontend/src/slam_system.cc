@@ -126,7 +126,8 @@ std::vector<LoopReport> SlamSystem::UpdateLoops() {
   const auto reference = tracker_.reference();
   const Pose before = reference ? map_.ResolvePose(*reference) : Pose();
   auto reports = loop_closer_.Update(&map_);
-  if (reference && !reports.empty()) tracker_.Move(map_.ResolvePose(*reference) * before.Inverse());
+  if (reference && !reports.empty())
+    tracker_.Transform(map_.ResolvePose(*reference) * before.Inverse());
   return reports;
 }
 

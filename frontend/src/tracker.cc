@@ -125,8 +125,8 @@ std::optional<KeyFrameId> Tracker::reference() const {
   return last_ ? std::optional(last_->reference) : std::nullopt;
 }
 
-void Tracker::Move(const Pose& D_W) {
-  if (last_) last_->T_WC = D_W * last_->T_WC;
+void Tracker::Transform(const Pose& T_new_old) {
+  if (last_) last_->T_WC = T_new_old * last_->T_WC;
 }
 
 std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map) const {

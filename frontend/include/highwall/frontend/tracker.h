@@ -74,8 +74,8 @@ class Tracker {
 
   // The keyframe that the last tracked frame shares most landmarks with; empty when lost.
   std::optional<KeyFrameId> reference() const;
-  // Follows a correction that moved the map about here: x_W <- D_W x_W.
-  void Move(const Pose& D_W);
+  // Follows the map, which has moved about here: p_new = T_new_old p_old.
+  void Transform(const Pose& T_new_old);
 
  private:
   std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map) const;
