@@ -52,6 +52,11 @@ class LoopCloser::Job {
   // The loop itself, not the adjustment after it, is still being closed, or waits to be taken.
   bool IsClosing() const { return !corrected_taken_; }
 
+  bool HasResults() const {
+    const std::lock_guard lock(mutex_);
+    return !results_.empty();
+  }
+
   std::vector<Result> Take() {
     const std::lock_guard lock(mutex_);
     corrected_taken_ = corrected_taken_ || !results_.empty();
@@ -113,7 +118,7 @@ class LoopCloser::Job {
   LoopCloserOptions options_;
   bool corrected_taken_ = false;
   std::atomic<bool> stop_ = false, done_ = false;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::vector<Result> results_;
   std::thread thread_;
 };
@@ -133,6 +138,7 @@ LoopCloser::LoopCloser(const MeasurementModel& model, int levels, const LoopClos
 LoopCloser::~LoopCloser() = default;
 
 bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
+  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
   // Until the map is corrected, the keyframes that follow see the same loop.
   if (!options_.enabled || (job_ && job_->IsClosing())) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
@@ -146,8 +152,11 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
   return true;
 }
 
+bool LoopCloser::HasNews() const {
+  return job_ && job_->HasResults();
+}
+
 std::vector<LoopReport> LoopCloser::Update(Map* map) {
-  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
   std::vector<LoopReport> reports;
   if (!job_) return reports;
   const bool done = job_->IsDone();

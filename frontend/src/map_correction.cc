@@ -38,6 +38,10 @@ class Moves {
   }
 
   const Pose& operator[](KeyFrameId id) const { return moves_[static_cast<std::size_t>(id)]; }
+  // Of a landmark: with the first keyframe that sees it.
+  Pose Of(const std::vector<Observation>& observations) const {
+    return observations.empty() ? Pose() : (*this)[observations.front().keyframe];
+  }
 
  private:
   std::vector<Pose> moves_;
@@ -74,13 +78,13 @@ void Apply(const MapCorrection& correction, Map* map) {
   const Moves moves(correction, *map);
   for (const PointId id : map->point_ids()) {
     MapPoint& point = *map->point(id);
-    const Pose& D = moves[point.observations.front().keyframe];
+    const Pose D = moves.Of(point.observations);
     point.p_W = Moved(point.p_W, D, At(before.points, id), At(after.points, id));
     point.normal_W = D.R() * point.normal_W;
   }
   for (const LineId id : map->line_ids()) {
     MapLine& line = *map->line(id);
-    const Pose& D = moves[line.observations.front().keyframe];
+    const Pose D = moves.Of(line.observations);
     const auto& from = At(before.lines, id);
     const auto& to = At(after.lines, id);
     if (from && to) {

@@ -122,21 +122,27 @@ void SlamSystem::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
   result.times.loops += loops_watch.Milliseconds();
 }
 
-std::vector<LoopReport> SlamSystem::UpdateLoops() {
+template <class Change>
+auto SlamSystem::WithTracker(const Change& change) {
   const auto reference = tracker_.reference();
   const Pose before = reference ? map_.ResolvePose(*reference) : Pose();
-  auto reports = loop_closer_.Update(&map_);
-  if (reference && !reports.empty())
-    tracker_.Transform(map_.ResolvePose(*reference) * before.Inverse());
-  return reports;
+  auto result = change();
+  if (reference) tracker_.Transform(map_.ResolvePose(*reference) * before.Inverse());
+  return result;
+}
+
+std::vector<LoopReport> SlamSystem::UpdateLoops() {
+  if (!loop_closer_.HasNews()) return {};
+  return WithTracker([&] { return loop_closer_.Update(&map_); });
 }
 
 std::vector<LoopReport> SlamSystem::Finish() {
-  return loop_closer_.Finish(&map_);
+  return WithTracker([&] { return loop_closer_.Finish(&map_); });
 }
 
 BundleAdjustmentReport SlamSystem::AdjustAll() {
-  return AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle);
+  return WithTracker(
+      [&] { return AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle); });
 }
 
 Trajectory SlamSystem::trajectory() const {

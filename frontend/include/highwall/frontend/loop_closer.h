@@ -52,6 +52,8 @@ class LoopCloser {
 
   // Looks for a loop of a new keyframe of the map and begins to close it. True where one was found.
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe);
+  // Is anything ready to be applied?
+  bool HasNews() const;
   // Applies what is ready to the map; between frames. What moves: MapCorrection.
   std::vector<LoopReport> Update(Map* map);
   // Waits for the work to end and applies it.

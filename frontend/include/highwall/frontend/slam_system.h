@@ -88,7 +88,10 @@ class SlamSystem {
   };
 
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
-  // Applies what loops have come to, and lets the tracker follow.
+  // Changes the map and lets the tracker follow its reference keyframe.
+  template <class Change>
+  auto WithTracker(const Change& change);
+  // Applies what loops have come to.
   std::vector<LoopReport> UpdateLoops();
 
   SlamOptions options_;
