@@ -89,6 +89,9 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"virtual_baseline_m", options.slam.measurement.baseline},
           {"parallel_features", frame.parallel},
           {"solver_threads", options.slam.mapper.bundle.threads},
+          {"loops", options.slam.loops.enabled},
+          {"loops_in_background", options.slam.loops.background},
+          {"loaded_map", options.load_map.string()},
           {"octree_resolution_m", options.map.octree.resolution},
           {"voxel_m", options.map.cloud.voxel_size},
           {"imu", options.imu ? ToString(options.slam.inertial.weighting.policy) : "off"}};
@@ -138,6 +141,12 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"lost_frames", run.lost.size()},
       {"lost_stamps", lost},
       {"relocalizations", run.relocalizations},
+      {"loops",
+       {{"closed", run.loops.closed},
+        {"refused", run.loops.refused},
+        {"fused_points", run.loops.fused_points},
+        {"fused_lines", run.loops.fused_lines},
+        {"worst_seconds", run.loops.worst_seconds}}},
       {"keyframes", run.keyframes.size()},
       {"keyframes_made", run.keyframes_made},
       {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
@@ -155,6 +164,12 @@ nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& r
   std::filesystem::create_directories(directory, error);
   if (error) throw IoError(directory, "cannot be made: " + error.message());
   WriteTumTrajectory(directory / "trajectory.txt", run.trajectory);
+  WriteTumTrajectory(directory / "trajectory_causal.txt", run.causal);
+  if (run.adjusted.empty()) {
+    RemoveStale(directory / "trajectory_adjusted.txt");
+  } else {
+    WriteTumTrajectory(directory / "trajectory_adjusted.txt", run.adjusted);
+  }
   WriteTumTrajectory(directory / "keyframes.txt", run.keyframes);
   nlohmann::json json = run_json;
   WriteDense(directory, run.dense);

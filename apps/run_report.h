@@ -20,10 +20,11 @@ nlohmann::json VersionsJson();
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration);
 
-// trajectory.txt, keyframes.txt, run.json and, where the run has a dense map, cloud.ply, map.bt,
-// grid.pgm and grid.yaml. The folder is made where it is missing; each file is replaced whole, and
-// maps of an earlier run that this one does not replace are removed.
-// Returns what run.json says: run_json and the sizes of the map. Throws IoError.
+// trajectory.txt, trajectory_causal.txt, keyframes.txt, run.json, where the run has them
+// trajectory_adjusted.txt and, of a dense map, cloud.ply, map.bt, grid.pgm and grid.yaml. The
+// folder is made where it is missing; each file is replaced whole, and maps of an earlier run that
+// this one does not replace are removed. Returns what run.json says: run_json and the sizes of the
+// map. Throws IoError.
 nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& run,
                         const nlohmann::json& run_json);
 

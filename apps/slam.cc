@@ -34,7 +34,7 @@ namespace {
 enum class Features { kPoints, kLines, kBoth };
 
 struct SlamArguments {
-  std::string dataset, config, out;
+  std::string dataset, config, out, load_map, save_map;
   Features features = Features::kBoth;
   LineDetector detector = LineExtractorOptions().detector;
   Weighting weighting = MeasurementOptions().weighting;
@@ -43,6 +43,8 @@ struct SlamArguments {
   std::string imu;  // --imu as given
   bool deterministic = false;
   bool no_map = false;
+  bool no_loops = false;
+  bool adjust_all = false;
   bool json = false;
 };
 
@@ -57,10 +59,17 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.slam.mapper.matcher.lines.mad_rule = arguments.mad_rule;
   options.map.octree.resolution = arguments.resolution;
   options.dense = !arguments.no_map;
+  options.slam.loops.enabled = !arguments.no_loops;
+  options.adjust_all = arguments.adjust_all;
+  options.load_map = arguments.load_map;
+  options.save_map = arguments.save_map;
   if (arguments.deterministic) {
     // A sum that several threads form may round differently from run to run.
     options.slam.frame.parallel = false;
     options.slam.mapper.bundle.threads = 1;
+    options.slam.loops.background = false;
+    options.slam.loops.correction.threads = 1;
+    options.slam.loops.bundle.threads = 1;
     options.prefetch = 0;
   }
   return options;
@@ -116,6 +125,7 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::stri
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
   if (run.inertial) PrintInertial(*run.inertial);
+  fmt::print("loops       {} closed, {} refused\n", run.loops.closed, run.loops.refused);
   fmt::print("tracking    {:.1f} ms a frame (median), 95 % within {:.1f} ms\n",
              run.times.tracking.median, run.times.tracking.p95);
   fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
@@ -153,6 +163,9 @@ void RequireFolder(const std::filesystem::path& out) {
 
 int RunSlamCommand(const SlamArguments& arguments) {
   RequireFolder(arguments.out);
+  if (!arguments.save_map.empty()) {
+    RequireFolder(std::filesystem::absolute(arguments.save_map).parent_path());
+  }
   const ResolvedConfig resolved = ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = resolved.config.sensor;
   const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor,
@@ -228,6 +241,13 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
       ->check(ImuChoice());
   command->add_flag("--deterministic", arguments->deterministic,
                     "One thread; the same output, bit for bit, on every run");
+  command->add_option("--load-map", arguments->load_map, "Go on in a map that --save-map wrote");
+  command->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
+      ->check(NotEmpty());
+  command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
+  command->add_flag("--adjust-all", arguments->adjust_all,
+                    "In the end adjust all keyframes and landmarks together, and write "
+                    "trajectory_adjusted.txt");
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
   command->footer(

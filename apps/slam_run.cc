@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <utility>
 
+#include <highwall/core/error.h>
 #include <highwall/frontend/frame_reader.h>
+#include <highwall/frontend/map_io.h>
 #include <highwall/mapping/depth_unprojector.h>
 
 namespace highwall::apps {
@@ -87,11 +90,6 @@ class InertialTally {
   int intervals_ = 0, dof_ = 0;
 };
 
-SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
-  if (options.imu) return SlamSystem(sensor, options.imu->calibration, options.slam);
-  return SlamSystem(sensor, options.slam);
-}
-
 DenseMap BuildDenseMap(DenseCloud& keyframe_clouds, const Map& map,
                        const DenseMapOptions& options) {
   DenseMap dense{{}, OctomapBuilder(options.octree), {}, {}, 0.0, 0.0};
@@ -117,6 +115,33 @@ DenseMap BuildDenseMap(DenseCloud& keyframe_clouds, const Map& map,
   if (dense.ground_height) grid.ground_height = *dense.ground_height;
   dense.grid = ProjectToGrid(dense.octree, grid);
   return dense;
+}
+
+Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {
+  if (path.empty()) return {};
+  SavedMap saved = LoadMap(path);
+  const PinholeCamera& of_map = saved.camera;
+  const bool same = of_map.width == camera.width && of_map.height == camera.height &&
+                    of_map.fx == camera.fx && of_map.fy == camera.fy && of_map.cx == camera.cx &&
+                    of_map.cy == camera.cy;
+  if (!same) throw IoError(path, "is a map of another camera");
+  return std::move(saved.map);
+}
+
+SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
+  return SlamSystem(sensor, options.slam,
+                    options.imu ? std::optional(options.imu->calibration) : std::nullopt,
+                    LoadMapFor(options.load_map, sensor.camera));
+}
+
+void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
+  for (const LoopReport& report : reports) {
+    counts->worst_seconds = std::max(counts->worst_seconds, report.seconds);
+    if (report.bundle) continue;  // of a loop that was counted
+    ++(report.accepted ? counts->closed : counts->refused);
+    counts->fused_points += static_cast<std::size_t>(report.fused_points);
+    counts->fused_lines += static_cast<std::size_t>(report.fused_lines);
+  }
 }
 
 }  // namespace
@@ -153,9 +178,14 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     ++run.frames;
     samples.Add(result.times, result.mapping.has_value());
     inertial.Add(result);
+    Count(result.loops, &run.loops);
     run.matched_points += result.matched_points;
     run.matched_lines += result.matched_lines;
-    if (!HasPose(result.state)) run.lost.push_back(result.stamp);
+    if (HasPose(result.state)) {
+      run.causal.push_back({result.stamp, result.T_WC});
+    } else {
+      run.lost.push_back(result.stamp);
+    }
     if (result.relocalized) ++run.relocalizations;
     if (result.mapping) {
       ++run.keyframes_made;
@@ -177,7 +207,13 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   }
   if (options.imu) run.inertial = inertial.Summary();
   run.skipped = reader.count() - run.frames;
+  Count(slam.Finish(), &run.loops);
   run.trajectory = slam.trajectory();
+  if (options.adjust_all && slam.map().num_keyframes() > 1) {
+    slam.AdjustAll();
+    run.adjusted = slam.trajectory();
+  }
+  if (!options.save_map.empty()) SaveMap(options.save_map, sensor.camera, slam.map());
   run.keyframes = slam.keyframe_trajectory();
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -34,6 +35,9 @@ struct SlamRunOptions {
   DenseMapOptions map;
   std::size_t begin = 0, end = SIZE_MAX;  // frames of the dataset
   std::size_t prefetch = 4;               // frames decoded ahead
+  std::filesystem::path load_map;         // to go on in; empty: none
+  std::filesystem::path save_map;         // to write in the end; empty: none
+  bool adjust_all = false;                // all keyframes and landmarks together, in the end
 };
 
 // Mean, median and 95th percentile of samples [ms]; zeros for none.
@@ -70,8 +74,19 @@ struct InertialSummary {
   double mean_innovation = 0.0;      // squared, per degree of freedom: 1 where consistent
 };
 
+// What loops came to in a run.
+struct LoopCounts {
+  std::size_t closed = 0, refused = 0;
+  std::size_t fused_points = 0, fused_lines = 0;
+  double worst_seconds = 0.0;  // from the detection of a loop to the adjusted map
+};
+
 struct SlamRun {
-  Trajectory trajectory, keyframes;
+  Trajectory causal;      // each pose as it was when its frame had been tracked
+  Trajectory trajectory;  // after the loops and local adjustments of the whole run
+  Trajectory adjusted;    // after the final adjustment as well, where asked for
+  Trajectory keyframes;
+  LoopCounts loops;
   std::size_t frames = 0;   // fed
   std::size_t skipped = 0;  // unusable images
   std::vector<Stamp> lost;  // frames without a pose, those before the map began included
@@ -89,7 +104,8 @@ struct SlamRun {
 using FrameCallback = std::function<void(const FrameResult& result, const RgbdImage& image,
                                          std::size_t done, std::size_t total)>;
 
-// Feeds a dataset to SlamSystem, and the keyframes to the dense map.
+// Feeds a dataset to SlamSystem, and the keyframes to the dense map. Throws IoError for a map that
+// cannot be loaded, is of another camera, or cannot be saved.
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const FrameCallback& on_frame = {});
 

@@ -73,6 +73,7 @@ class Bundle {
     SolveOptions solve;
     solve.max_iterations = iterations;
     solve.threads = options_.threads;
+    solve.stop = options_.stop;
     return graph_.Solve(solve);
   }
 

@@ -35,6 +35,14 @@ std::vector<std::int32_t> LiveIds(const std::vector<std::unique_ptr<T>>& slots) 
   return ids;
 }
 
+template <class T>
+std::vector<std::unique_ptr<T>> Copy(const std::vector<std::unique_ptr<T>>& slots) {
+  std::vector<std::unique_ptr<T>> copies;
+  copies.reserve(slots.size());
+  for (const auto& slot : slots) copies.push_back(slot ? std::make_unique<T>(*slot) : nullptr);
+  return copies;
+}
+
 bool Sees(const std::vector<Observation>& observations, KeyFrameId keyframe) {
   return std::any_of(observations.begin(), observations.end(),
                      [&](const Observation& o) { return o.keyframe == keyframe; });
@@ -122,6 +130,18 @@ BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index) {
   return d;
 }
 
+Map Map::Clone() const {
+  Map clone;
+  clone.keyframes_ = Copy(keyframes_);
+  clone.removed_ = removed_;
+  clone.points_ = Copy(points_);
+  clone.lines_ = Copy(lines_);
+  clone.num_keyframes_ = num_keyframes_;
+  clone.num_points_ = num_points_;
+  clone.num_lines_ = num_lines_;
+  return clone;
+}
+
 KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC) {
   KeyFrame& keyframe = Add(keyframes_, num_keyframes_);
   removed_.emplace_back();
@@ -129,6 +149,7 @@ KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC) {
   keyframe.T_WC = T_WC;
   keyframe.points.assign(frame.features->points.size(), kNoId);
   keyframe.lines.assign(frame.features->lines.size(), kNoId);
+  index_.Add(keyframe.id, *frame.features);
   return keyframe;
 }
 
@@ -230,6 +251,15 @@ void Map::MergePoints(PointId from, PointId into) {
   for (const Observation& o : moved) ObservePoint(o.keyframe, o.index, into);
 }
 
+void Map::MergeLines(LineId from, LineId into) {
+  if (from == into || line(from) == nullptr || line(into) == nullptr) return;
+  const std::vector<Observation> moved = line(from)->observations;
+  line(into)->visible += line(from)->visible;
+  line(into)->found += line(from)->found;
+  RemoveLine(from);
+  for (const Observation& o : moved) ObserveLine(o.keyframe, o.index, into);
+}
+
 void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
   KeyFrame* kf = keyframe(id);
   if (kf == nullptr) return;
@@ -249,6 +279,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
                                 : nullptr;
   }
   removed_[static_cast<std::size_t>(id)] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
+  index_.Remove(id, *kf->frame.features);
   keyframes_[static_cast<std::size_t>(id)].reset();
   --num_keyframes_;
 }

@@ -23,6 +23,33 @@ struct Pair {
   std::optional<Eigen::Vector3d> p_C;  // from the feature's depth
 };
 
+// A line of the map and the feature that it may be.
+struct LinePair {
+  int feature = 0;
+  const MapLine* line = nullptr;
+  const LineFeature* seen = nullptr;
+};
+
+// Lines of the frame that look like lines of the keyframe.
+std::vector<LinePair> PairLines(const FrameFeatures& features, const Map& map,
+                                const KeyFrame& keyframe, const LineMatcherOptions& options) {
+  const FrameFeatures& seen = *keyframe.frame.features;
+  if (features.line_descriptors.empty() || seen.line_descriptors.empty()) return {};
+  const auto as_features = [](const FrameFeatures& frame) {
+    LineFeatures lines{{}, frame.line_descriptors};
+    for (const LineFeature& line : frame.lines) lines.segments.push_back(line.segment);
+    return lines;
+  };
+  std::vector<LinePair> pairs;
+  for (const FeatureMatch& match :
+       MatchLargeMotion(as_features(features), as_features(seen), options)) {
+    const MapLine* line = map.line(keyframe.lines[static_cast<std::size_t>(match.train)]);
+    if (line == nullptr) continue;
+    pairs.push_back({match.query, line, &features.lines[static_cast<std::size_t>(match.query)]});
+  }
+  return pairs;
+}
+
 // The rigid transform that brings three p_C to their p_W; empty for a thin triangle, or where the
 // triangles are not alike.
 std::optional<Pose> PoseFromTriangle(const std::array<const Pair*, kSampleSize>& sample) {
@@ -54,10 +81,26 @@ int CountInliers(const Pose& T_WC, const std::vector<PosePoint>& points,
   }));
 }
 
-// The pose from three pairs that most points fit; empty where fewer than min_inliers do.
-// points[i] belongs to pairs[i].
+// The same of lines, each seen from the pose that is asked about.
+int CountInliers(const Pose& T_WC, const std::vector<LinePair>& lines,
+                 const MeasurementModel& model) {
+  constexpr double kBound = 9.0 * 9.488;
+  const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+  return static_cast<int>(std::count_if(lines.begin(), lines.end(), [&](const LinePair& pair) {
+    const auto line = MakePoseLine(model, *pair.line, *pair.seen, T_WC);
+    if (!line) return false;
+    Eigen::Vector2d p, q;
+    const RgbdProjection& projection = model.projection();
+    return projection.Evaluate<2>(view, line->rows[0], line->segment_W.p(), &p, nullptr, nullptr) &&
+           projection.Evaluate<2>(view, line->rows[1], line->segment_W.q(), &q, nullptr, nullptr) &&
+           p.squaredNorm() + q.squaredNorm() <= kBound;
+  }));
+}
+
+// The pose from three pairs that most points and lines fit, a line as two; empty where fewer than
+// min_inliers do. points[i] belongs to pairs[i].
 std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector<PosePoint>& points,
-                               const RgbdProjection& projection,
+                               const std::vector<LinePair>& lines, const MeasurementModel& model,
                                const RelocalizerOptions& options) {
   std::vector<const Pair*> with_depth;
   for (const Pair& pair : pairs) {
@@ -72,7 +115,8 @@ std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector
     for (const Pair*& s : sample) s = with_depth[rng() % with_depth.size()];
     const auto T_WC = PoseFromTriangle(sample);
     if (!T_WC) continue;
-    const int inliers = CountInliers(*T_WC, points, projection);
+    const int inliers =
+        CountInliers(*T_WC, points, model.projection()) + 2 * CountInliers(*T_WC, lines, model);
     if (inliers > best_inliers) {
       best_inliers = inliers;
       best = T_WC;
@@ -81,11 +125,36 @@ std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector
   return best;
 }
 
+// The pose from all pairs, outliers set aside.
+std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& rough,
+                                     const std::vector<Pair>& pairs,
+                                     const std::vector<PosePoint>& points,
+                                     const std::vector<LinePair>& line_pairs, KeyFrameId keyframe,
+                                     const PoseSolverOptions& solver) {
+  std::vector<PoseLine> lines;
+  std::vector<std::pair<int, LineId>> line_matches;
+  for (const LinePair& pair : line_pairs) {
+    if (const auto line = MakePoseLine(model, *pair.line, *pair.seen, rough)) {
+      lines.push_back(*line);
+      line_matches.emplace_back(pair.feature, pair.line->id);
+    }
+  }
+  const auto solution = SolvePose(rough, model.projection(), points, lines, solver);
+  if (!solution) return std::nullopt;
+  Relocalization result{solution->T_WC, keyframe, {}, {}};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (solution->point_inliers[i]) result.points.emplace_back(pairs[i].feature, pairs[i].point);
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (solution->line_inliers[i]) result.lines.push_back(line_matches[i]);
+  }
+  return result;
+}
+
 }  // namespace
 
 void RelocalizerOptions::Validate() const {
   HIGHWALL_REQUIRE(candidates >= 1, "RelocalizerOptions::candidates must be at least 1");
-  HIGHWALL_REQUIRE(query_features >= 10, "RelocalizerOptions::query_features must be at least 10");
   HIGHWALL_REQUIRE(max_hamming >= 0 && max_hamming <= 256,
                    "RelocalizerOptions::max_hamming must be in [0, 256]");
   HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "RelocalizerOptions::ratio must be in (0, 1]");
@@ -105,44 +174,12 @@ Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions
 
 std::optional<Relocalization> Relocalizer::Relocalize(const FrameFeatures& features,
                                                       const Map& map) const {
-  for (const KeyFrameId id : RankKeyFrames(features, map)) {
+  int verified = 0;
+  for (const auto& [id, score] : map.index().Query(features)) {
+    if (verified++ == options_.candidates) break;
     if (auto found = MatchKeyFrame(features, map, id, map.keyframe(id)->T_WC)) return found;
   }
   return std::nullopt;
-}
-
-std::vector<KeyFrameId> Relocalizer::RankKeyFrames(const FrameFeatures& features,
-                                                   const Map& map) const {
-  // How many of the query's features have a like one in the keyframe.
-  const auto count_votes = [&](const cv::Mat& query, const cv::Mat& train) {
-    // Features are ordered by level and strength: an even stride takes of every kind.
-    const int stride = std::max(1, query.rows / options_.query_features);
-    int count = 0;
-    for (int i = 0; i < query.rows; i += stride) {
-      for (int j = 0; j < train.rows; ++j) {
-        if (HammingDistance(query.ptr(i), train.ptr(j)) <= options_.max_hamming) {
-          ++count;
-          break;
-        }
-      }
-    }
-    return count;
-  };
-  std::vector<std::pair<int, KeyFrameId>> votes;
-  for (const KeyFrameId id : map.keyframe_ids()) {
-    const FrameFeatures& seen = *map.keyframe(id)->frame.features;
-    votes.emplace_back(count_votes(features.point_descriptors, seen.point_descriptors) +
-                           count_votes(features.line_descriptors, seen.line_descriptors),
-                       id);
-  }
-  // Of equal votes the newest first: where the camera was last is where it is likely to be.
-  std::sort(votes.rbegin(), votes.rend());
-  std::vector<KeyFrameId> best;
-  for (const auto& [count, id] : votes) {
-    if (static_cast<int>(best.size()) == options_.candidates) break;
-    best.push_back(id);
-  }
-  return best;
 }
 
 std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& features,
@@ -156,35 +193,11 @@ std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& fe
 std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& features, const Map& map,
                                                       const KeyFrame& keyframe,
                                                       const Pose& guess) const {
-  const FrameFeatures& seen = *keyframe.frame.features;
-  if (features.line_descriptors.empty() || seen.line_descriptors.empty()) return std::nullopt;
-  const auto as_features = [](const FrameFeatures& frame) {
-    LineFeatures lines{{}, frame.line_descriptors};
-    for (const LineFeature& line : frame.lines) lines.segments.push_back(line.segment);
-    return lines;
-  };
-  std::vector<PoseLine> lines;
-  std::vector<std::pair<int, LineId>> matches;
-  for (const FeatureMatch& match :
-       MatchLargeMotion(as_features(features), as_features(seen), options_.lines)) {
-    const MapLine* line = map.line(keyframe.lines[static_cast<std::size_t>(match.train)]);
-    if (line == nullptr) continue;
-    const auto& feature = features.lines[static_cast<std::size_t>(match.query)];
-    if (const auto pose_line = MakePoseLine(model_, *line, feature, guess)) {
-      lines.push_back(*pose_line);
-      matches.emplace_back(match.query, line->id);
-    }
-  }
+  const auto pairs = PairLines(features, map, keyframe, options_.lines);
   PoseSolverOptions solver;
   solver.min_support = 2 * options_.min_line_inliers;
   solver.max_iterations = 15;
-  const auto solution = SolvePose(guess, model_.projection(), {}, lines, solver);
-  if (!solution) return std::nullopt;
-  Relocalization result{solution->T_WC, keyframe.id, {}, {}};
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (solution->line_inliers[i]) result.lines.push_back(matches[i]);
-  }
-  return result;
+  return Refine(model_, guess, {}, {}, pairs, keyframe.id, solver);
 }
 
 std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& features,
@@ -204,17 +217,12 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
     points.push_back(MakePosePoint(model_, *point, feature));
   }
   if (static_cast<int>(pairs.size()) < options_.min_matches) return std::nullopt;
-  const auto rough = RansacPose(pairs, points, model_.projection(), options_);
+  const auto lines = PairLines(features, map, keyframe, options_.lines);
+  const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
   PoseSolverOptions solver;
   solver.min_support = options_.min_inliers;
-  const auto solution = SolvePose(*rough, model_.projection(), points, {}, solver);
-  if (!solution) return std::nullopt;
-  Relocalization result{solution->T_WC, keyframe.id, {}, {}};
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (solution->point_inliers[i]) result.points.emplace_back(pairs[i].feature, pairs[i].point);
-  }
-  return result;
+  return Refine(model_, *rough, pairs, points, lines, keyframe.id, solver);
 }
 
 }  // namespace highwall

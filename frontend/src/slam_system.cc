@@ -34,25 +34,27 @@ void SlamOptions::Validate() const {
   keyframes.Validate();
   mapper.Validate();
   inertial.Validate();
+  loops.Validate();
   HIGHWALL_REQUIRE(frame.orb.scale_factor == measurement.scale_factor,
                    "SlamOptions: frame.orb.scale_factor and measurement.scale_factor differ");
 }
 
-SlamSystem::SlamSystem(const RgbdSensor& sensor, const Pose& T_BC, const SlamOptions& options)
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
+    : SlamSystem(sensor, options, std::nullopt) {}
+
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
+                       const std::optional<ImuCalibration>& imu, Map map)
     : options_((options.Validate(), options)),
-      model_(sensor, options.measurement, T_BC),
+      model_(sensor, options.measurement, imu ? imu->T_BC : Pose()),
       builder_(sensor, options.frame),
       tracker_(model_, options.frame.orb.levels, options.tracker),
       policy_(options.keyframes),
-      mapper_(model_, options.frame.orb.levels, options.mapper) {}
-
-SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
-    : SlamSystem(sensor, Pose(), options) {}
-
-SlamSystem::SlamSystem(const RgbdSensor& sensor, const ImuCalibration& imu,
-                       const SlamOptions& options)
-    : SlamSystem(sensor, imu.T_BC, options) {
-  inertial_.emplace(imu, options.inertial);
+      mapper_(model_, options.frame.orb.levels, options.mapper),
+      loop_closer_(model_, options.frame.orb.levels, options.loops),
+      map_(std::move(map)) {
+  if (imu) inertial_.emplace(*imu, options.inertial);
+  const auto ids = map_.keyframe_ids();
+  if (!ids.empty()) first_own_keyframe_ = ids.back() + 1;
 }
 
 ImuSampleStatus SlamSystem::AddImu(const ImuSample& sample) {
@@ -78,6 +80,10 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(frame.features->points.size());
   result.lines = static_cast<int>(frame.features->lines.size());
+
+  const Stopwatch loops_watch;
+  result.loops = UpdateLoops();
+  result.times.loops = loops_watch.Milliseconds();
 
   const Stopwatch tracking_watch;
   std::optional<KnownPose> predicted;
@@ -193,6 +199,41 @@ void SlamSystem::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
   tracker_.Anchor(tracked, keyframe);
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
   result.times.mapping = watch.Milliseconds();
+
+  const Stopwatch loops_watch;
+  if (loop_closer_.InsertKeyFrame(map_, keyframe.id)) {
+    // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
+    for (LoopReport& report : UpdateLoops()) result.loops.push_back(std::move(report));
+    tracked.T_WC = keyframe.T_WC;
+  }
+  result.times.loops += loops_watch.Milliseconds();
+}
+
+template <class Change>
+auto SlamSystem::WithTracker(const Change& change) {
+  const auto reference = tracker_.reference();
+  const Pose before = reference ? map_.ResolvePose(*reference) : Pose();
+  auto result = change();
+  if (reference) {
+    const Pose T_new_old = map_.ResolvePose(*reference) * before.Inverse();
+    tracker_.Transform(T_new_old);
+    if (inertial_) inertial_->MoveMap(T_new_old);
+  }
+  return result;
+}
+
+std::vector<LoopReport> SlamSystem::UpdateLoops() {
+  if (!loop_closer_.HasNews()) return {};
+  return WithTracker([&] { return loop_closer_.Update(&map_); });
+}
+
+std::vector<LoopReport> SlamSystem::Finish() {
+  return WithTracker([&] { return loop_closer_.Finish(&map_); });
+}
+
+BundleAdjustmentReport SlamSystem::AdjustAll() {
+  return WithTracker(
+      [&] { return AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle); });
 }
 
 Trajectory SlamSystem::trajectory() const {
@@ -207,6 +248,7 @@ Trajectory SlamSystem::trajectory() const {
 Trajectory SlamSystem::keyframe_trajectory() const {
   Trajectory trajectory;
   for (const KeyFrameId id : map_.keyframe_ids()) {
+    if (id < first_own_keyframe_) continue;
     trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
   }
   return trajectory;

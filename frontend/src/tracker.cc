@@ -138,6 +138,10 @@ void Tracker::Correct(const Pose& T_WC) {
   if (last_) last_->T_WC = T_WC;
 }
 
+std::optional<KeyFrameId> Tracker::reference() const {
+  return last_ ? std::optional(last_->reference) : std::nullopt;
+}
+
 void Tracker::Transform(const Pose& T_new_old) {
   if (last_) last_->T_WC = T_new_old * last_->T_WC;
 }

@@ -212,6 +212,49 @@ TEST_F(SlamCommand, DeterministicRunsAreEqualToTheByte) {
   }
 }
 
+TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
+  Film(30);
+  const fs::path map = dataset().parent_path() / "room.hwmap";
+  ASSERT_EQ(SlamOnDataset("--no-map --save-map " + map.string()).exit_code, 0);
+  const Trajectory first = ReadTumTrajectory(run() / "trajectory.txt");
+  const Outcome outcome = SlamOnDataset("--no-map --json --load-map " + map.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["relocalizations"], 1);
+  EXPECT_EQ(report["lost_frames"], 0);
+  EXPECT_EQ(report["options"]["loaded_map"], map.string());
+  const Trajectory second = ReadTumTrajectory(run() / "trajectory.txt");
+  ASSERT_EQ(second.size(), first.size());
+  // In the same world, to the accuracy of either run.
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.01) << i;
+  }
+
+  const std::string bytes = ReadText(map);
+  WriteText(map, bytes.substr(0, bytes.size() / 2));
+  ExpectRefused({"room.hwmap: is cut short"}, "--load-map " + map.string());
+  ExpectRefused({"none.hwmap: cannot be read"}, "--load-map none.hwmap");
+  WriteText(map, bytes);
+  WriteText(dataset() / "other.yaml",
+            "camera: {width: 320, height: 240, fx: 300, fy: 300, cx: 160, cy: 120}\n"
+            "depth_factor: 5000\n");
+  ExpectRefused({"room.hwmap: is a map of another camera"},
+                "--load-map " + map.string() + " --config " + (dataset() / "other.yaml").string());
+}
+
+TEST_F(SlamCommand, WritesTheCausalAndTheAdjustedTrajectoryBesideTheFirst) {
+  Film(20);
+  ASSERT_EQ(SlamOnDataset("--no-map --adjust-all").exit_code, 0);
+  const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
+  for (const char* name : {"trajectory.txt", "trajectory_causal.txt", "trajectory_adjusted.txt"}) {
+    const Trajectory trajectory = ReadTumTrajectory(run() / name);
+    EXPECT_EQ(trajectory.size(), 20U) << name;
+    EXPECT_LT(AbsolutePoseError(truth, trajectory).statistics.rmse, 0.02) << name;
+  }
+  ASSERT_EQ(SlamOnDataset("--no-map").exit_code, 0);
+  EXPECT_FALSE(fs::exists(run() / "trajectory_adjusted.txt")) << "of the earlier run";
+}
+
 TEST_F(SlamCommand, JsonIsOneObjectAndTheSameAsTheFile) {
   Film(5);
   const Outcome outcome = SlamOnDataset("--json");

@@ -154,6 +154,26 @@ TEST(Map, MergesObservationsAndCountsInTheOrderOfKeyFrames) {
   EXPECT_EQ(map.keyframe(1)->points[0], kNoId);
 }
 
+TEST(Map, MergesLinesAsItDoesPoints) {
+  Map map;
+  for (int i = 0; i < 3; ++i) map.AddKeyFrame(FrameOf(0, 2), Pose());
+  const Segment3 segment({0, 0, 1}, {1, 0, 1});
+  const LineId from = map.AddLine(segment, 0).id, into = map.AddLine(segment, 0).id;
+  map.ObserveLine(0, 0, from);
+  map.ObserveLine(1, 0, from);
+  map.ObserveLine(1, 1, into);
+  map.ObserveLine(2, 1, into);
+  map.MergeLines(from, into);
+  map.MergeLines(from, into);
+  map.MergeLines(into, into);
+  EXPECT_EQ(map.line(from), nullptr);
+  ASSERT_NE(map.line(into), nullptr);
+  EXPECT_EQ(map.line(into)->observations.size(), 3u);
+  EXPECT_EQ(map.line(into)->found, 2);
+  EXPECT_EQ(map.keyframe(0)->lines[0], into);
+  EXPECT_EQ(map.keyframe(1)->lines[0], kNoId) << "it has its own sight of `into`";
+}
+
 TEST(Map, MergingWithItselfOrNothingChangesNothing) {
   Map map;
   map.AddKeyFrame(FrameOf(1), Pose());

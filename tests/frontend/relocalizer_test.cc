@@ -115,6 +115,26 @@ TEST_F(RelocalizerTest, NeedsDepthAndEnoughMatches) {
   EXPECT_FALSE(sure.Relocalize(*view.features, scene_map.map));
 }
 
+TEST(RelocalizerOnLines, CountWherePointsAreFew) {
+  const Scene scene = MakeScene(8, 130, 150);
+  const MeasurementModel model(IdealSensor(), {});
+  SceneMap scene_map(scene);
+  const SyntheticView keyframe = Look(scene, IdealSensor(), kKeyFrames[2]);
+  scene_map.Add(keyframe, kKeyFrames[2]);
+  const SyntheticView view = Look(scene, IdealSensor(), kQuery);
+  auto points_only = std::make_shared<FrameFeatures>(*view.features);
+  points_only->lines.clear();
+  points_only->line_descriptors = cv::Mat();
+  // More than all points that both see, fewer than with their lines.
+  const Relocalizer relocalizer(model, {.min_inliers = static_cast<int>(view.points.size()) + 1});
+  EXPECT_FALSE(relocalizer.Relocalize(*points_only, scene_map.map));
+  const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->points.size(), 15u);
+  EXPECT_GT(found->lines.size(), 5u);
+  EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-6);  // float pixels of lines
+}
+
 TEST(RelocalizerOnLines, FindsThePoseFromAGuessNearby) {
   const Scene scene = MakeScene(6, 0, 120);
   const MeasurementModel model(IdealSensor(), {});
@@ -158,7 +178,6 @@ TEST(RelocalizerOptions, ErrorsNameTheField) {
   };
   EXPECT_NO_THROW(RelocalizerOptions().Validate());
   expect_error({.candidates = 0}, "candidates");
-  expect_error({.query_features = 9}, "query_features");
   expect_error({.max_hamming = -1}, "max_hamming");
   expect_error({.ratio = 0.0}, "ratio");
   expect_error({.min_matches = 2}, "min_matches");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct BundleAdjustmentOptions {
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
   int threads = 2;            // >= 1; with more than one the last bits vary from run to run
+  // Ends early once *stop is true, with what was reached. May be null; not owned.
+  const std::atomic<bool>* stop = nullptr;
 
   void Validate() const;
 };

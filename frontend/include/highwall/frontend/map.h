@@ -14,13 +14,10 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/frame.h>
+#include <highwall/frontend/keyframe_index.h>
+#include <highwall/frontend/map_ids.h>
 
 namespace highwall {
-
-using KeyFrameId = std::int32_t;
-using PointId = std::int32_t;
-using LineId = std::int32_t;
-inline constexpr std::int32_t kNoId = -1;
 
 // 256-bit binary descriptor (ORB of a point, LBD of a line).
 using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
@@ -79,6 +76,10 @@ struct KeyFrame {
 // answers nullptr. Not thread-safe: its owner guards it.
 class Map {
  public:
+  // The same keyframes and landmarks under the same ids, features shared, without the index: to
+  // work on while this map goes on.
+  Map Clone() const;
+
   KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC);
   MapPoint& AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index);
   MapLine& AddLine(const Segment3& segment_W, std::int64_t frame_index);
@@ -98,6 +99,8 @@ class Map {
   std::size_t num_keyframes() const { return num_keyframes_; }
   std::size_t num_points() const { return num_points_; }
   std::size_t num_lines() const { return num_lines_; }
+  // Of the live keyframes.
+  const KeyFrameIndex& index() const { return index_; }
 
   // Feature `index` of the keyframe sees the landmark. A keyframe sees a landmark once: where it
   // does already, or where the feature is taken, nothing happens and false is returned.
@@ -111,6 +114,7 @@ class Map {
   void RemoveLine(LineId id);
   // Every observation of `from` goes to `into`, where its keyframe does not see `into` already.
   void MergePoints(PointId from, PointId into);
+  void MergeLines(LineId from, LineId into);
 
   // Removes the keyframe and its observations. Frames that hang on it follow `T_parent` instead:
   // see ResolvePose. The keyframe whose motion follows from its motion is tied to the one before
@@ -148,6 +152,7 @@ class Map {
   std::vector<std::unique_ptr<MapLine>> lines_;
   std::size_t num_keyframes_ = 0, num_points_ = 0, num_lines_ = 0;
   std::optional<Eigen::Vector3d> gravity_W_;
+  KeyFrameIndex index_;
 };
 
 // The landmarks that live keyframes see, each once, ascending, without those in `except` (in any

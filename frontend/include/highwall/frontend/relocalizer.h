@@ -14,12 +14,11 @@
 namespace highwall {
 
 struct RelocalizerOptions {
-  int candidates = 5;           // >= 1: keyframes verified, best votes first
-  int query_features = 200;     // >= 10: features of the frame that vote
+  int candidates = 5;           // >= 1: keyframes verified, most alike first
   int max_hamming = 60;         // [bit] of a match
   double ratio = 0.8;           // (0, 1]: best against second best
   int min_matches = 15;         // >= 3: with a keyframe, to verify it
-  int min_inliers = 20;         // >= 6: points after RANSAC and refinement
+  int min_inliers = 20;         // >= 6: points plus twice the lines, after RANSAC and refinement
   int min_line_inliers = 8;     // >= 4: lines after refinement, where there are too few points
   LineMatcherOptions lines{};   // large motion
   int ransac_iterations = 200;  // >= 1
@@ -31,14 +30,15 @@ struct RelocalizerOptions {
 struct Relocalization {
   Pose T_WC;
   KeyFrameId keyframe = kNoId;
-  // Feature -> landmark, inliers: points, or lines where points were too few.
+  // Feature -> landmark, inliers; lines alone where points were too few.
   std::vector<std::pair<int, PointId>> points;
   std::vector<std::pair<int, LineId>> lines;
 };
 
-// Pose of a frame from the keyframes alone, without a prediction: descriptor votes choose
-// keyframes, 3-D to 3-D RANSAC on the matched points verifies them, SolvePose refines. Where points
-// do not do it, lines matched by LBD are solved from a guess near the keyframe.
+// Pose of a frame from the keyframes alone, without a prediction: the map's index names keyframes
+// that look alike, 3-D to 3-D RANSAC on the matched points, in which matched lines count,
+// verifies them, SolvePose refines with both. Where points do not do it, lines matched by LBD are
+// solved from a guess near the keyframe.
 class Relocalizer {
  public:
   Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options);
@@ -50,7 +50,6 @@ class Relocalizer {
                                               KeyFrameId keyframe, const Pose& guess) const;
 
  private:
-  std::vector<KeyFrameId> RankKeyFrames(const FrameFeatures& features, const Map& map) const;
   std::optional<Relocalization> MatchPoints(const FrameFeatures& features, const Map& map,
                                             const KeyFrame& keyframe) const;
   std::optional<Relocalization> MatchLines(const FrameFeatures& features, const Map& map,

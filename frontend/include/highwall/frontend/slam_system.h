@@ -10,6 +10,7 @@
 #include <highwall/frontend/inertial_odometry.h>
 #include <highwall/frontend/keyframe_policy.h>
 #include <highwall/frontend/local_mapper.h>
+#include <highwall/frontend/loop_closer.h>
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/measurement_model.h>
 #include <highwall/frontend/sensor.h>
@@ -24,6 +25,7 @@ struct SlamOptions {
   KeyFramePolicyOptions keyframes{};
   LocalMapperOptions mapper{};
   InertialOptions inertial{};  // where there is an IMU
+  LoopCloserOptions loops{};
 
   // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
   void Validate() const;
@@ -34,6 +36,7 @@ struct FrameTimes {
   double points = 0.0, lines = 0.0, features = 0.0;
   double tracking = 0.0;  // pose estimation, features not included
   double mapping = 0.0;   // local mapping, on keyframes
+  double loops = 0.0;     // what loops take from the caller's time
 };
 
 struct FrameResult {
@@ -45,12 +48,14 @@ struct FrameResult {
   int matched_points = 0, matched_lines = 0;
   std::optional<LocalMappingReport> mapping;  // where the frame became a keyframe
   std::optional<InertialReport> inertial;     // with an IMU
+  std::vector<LoopReport> loops;              // what was applied to the map since the last frame
   FrameTimes times;
 };
 
 // Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
-// keyframes out. Single-threaded but for the extraction of features and the solver; with one thread
-// in mapper.bundle the same input gives the same output, bit for bit.
+// keyframes out. Loops are closed in the background and applied between frames. With
+// loops.background = false and one thread in mapper.bundle and loops the same input gives the same
+// output, bit for bit.
 //
 // World W: origin at the first camera, x along its optical axis, z up where the camera was held
 // level; with an IMU z is up in any case, and the whole map turns a little when it has found where
@@ -60,8 +65,10 @@ class SlamSystem {
  public:
   // Throws InvalidArgument on bad options.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {});
-  // With an IMU: every reading until some 50 ms after an image goes to AddImu() before that image.
-  SlamSystem(const RgbdSensor& sensor, const ImuCalibration& imu, const SlamOptions& options = {});
+  // imu: with one every reading until some 50 ms after an image goes to AddImu() before that image.
+  // map: of the same camera, to go on in (LoadMap): lost until a frame is recognized.
+  SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
+             const std::optional<ImuCalibration>& imu, Map map = {});
   SlamSystem(const SlamSystem&) = delete;
   SlamSystem& operator=(const SlamSystem&) = delete;
 
@@ -72,10 +79,15 @@ class SlamSystem {
   // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
   FrameResult Track(const RgbdImage& image);
 
+  // Waits for the loop that is being closed, if any, and applies it to the map.
+  std::vector<LoopReport> Finish();
+  // After Finish(): one more adjustment of all keyframes and landmarks together. Frames follow.
+  BundleAdjustmentReport AdjustAll();
+
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
   // the keyframe it was tracked against.
   Trajectory trajectory() const;
-  // T_WC of the live keyframes.
+  // T_WC of the live keyframes of this run, without those of a map that was given.
   Trajectory keyframe_trajectory() const;
 
   const Map& map() const { return map_; }
@@ -89,14 +101,17 @@ class SlamSystem {
     Pose T_reference_C;
   };
 
-  SlamSystem(const RgbdSensor& sensor, const Pose& T_BC, const SlamOptions& options);
-
   Pose FirstPose(Stamp stamp) const;
   // Fuses the frame with the IMU.
   void Fuse(TrackedFrame& tracked, FrameResult& result);
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
+  // Changes the map and lets the tracker follow its reference keyframe.
+  template <class Change>
+  auto WithTracker(const Change& change);
+  // Applies what loops have come to.
+  std::vector<LoopReport> UpdateLoops();
 
   SlamOptions options_;
   MeasurementModel model_;
@@ -105,9 +120,11 @@ class SlamSystem {
   KeyFramePolicy policy_;
   LocalMapper mapper_;
   std::optional<InertialOdometry> inertial_;
+  LoopCloser loop_closer_;
   Map map_;
   std::vector<Tracked> tracked_;
   std::optional<Stamp> last_stamp_;
+  KeyFrameId first_own_keyframe_ = 0;  // those before came with the map
   std::int64_t next_index_ = 0;
   std::int64_t last_keyframe_index_ = 0;
   KeyFrameId last_keyframe_ = kNoId;

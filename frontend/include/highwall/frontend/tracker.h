@@ -82,8 +82,11 @@ class Tracker {
   // Tells the tracker that `tracked` became the keyframe: its landmarks, new ones included, are
   // the ones the next frame is matched to, from its pose after the adjustment.
   void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
-  // The pose of the last frame as it was found in the end, or with the whole map moved.
+  // The pose of the last frame as it was found in the end.
   void Correct(const Pose& T_WC);
+  // The keyframe that the last tracked frame shares most landmarks with; empty when lost.
+  std::optional<KeyFrameId> reference() const;
+  // Follows the map, which has moved about here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
  private:

@@ -1,0 +1,62 @@
+// highwall_bench_loops: what place recognition and loop closing find, and what they take.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <exception>
+#include <set>
+#include <string>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include "bench_loops.h"
+
+int main(int argc, char** argv) {
+  std::vector<std::string> parts{"rooms", "kidnapped", "index", "correction"};
+  int seeds = 20, index_keyframes = 2000, corrected_keyframes = 500;
+  double seconds = 40.0;
+  bool json = false;
+  CLI::App app("Loops, relocalization and place recognition in generated rooms.",
+               "highwall_bench_loops");
+  app.add_option("--parts", parts, "rooms, kidnapped, index, correction; separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rooms", "kidnapped", "index", "correction"}));
+  app.add_option("--seeds", seeds, "Rooms")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--seconds", seconds, "Of each walk; it has laps of at most 20 s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--index-keyframes", index_keyframes, "Keyframes that a query is made among")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--corrected-keyframes", corrected_keyframes, "Keyframes that a loop goes over")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("--json", json, "Print one JSON object");
+  app.footer("Example: highwall_bench_loops --parts rooms --seeds 20");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 1;
+  }
+  try {
+    using namespace highwall::bench;
+    const std::set<std::string> wanted(parts.begin(), parts.end());
+    nlohmann::json report;
+    if (wanted.contains("index")) report["index"] = BenchIndex(index_keyframes);
+    if (wanted.contains("correction")) report["correction"] = BenchCorrection(corrected_keyframes);
+    if (wanted.contains("kidnapped")) report["kidnapped"] = BenchKidnapped(seeds);
+    if (wanted.contains("rooms")) report["rooms"] = BenchRooms(seeds, seconds);
+    if (json) {
+      fmt::print("{}\n", report.dump(2));
+    } else {
+      for (auto& [part, figures] : report.items()) {
+        figures.erase("runs");
+        fmt::print("{}: {}\n", part, figures.dump());
+      }
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "highwall_bench_loops: failed: {}\n", error.what());
+    return 3;
+  }
+}

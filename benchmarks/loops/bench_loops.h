@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <highwall/frontend/frame.h>
+
+namespace highwall::bench {
+
+// Rooms with 2 laps and more: is every return found, is anything false, how good is the trajectory?
+nlohmann::json BenchRooms(int seeds, double seconds);
+
+// The camera is blinded and put down elsewhere in the room: how many frames until it knows where?
+nlohmann::json BenchKidnapped(int seeds);
+
+// Recall and time of a query among `keyframes` keyframes: ours, OpenCV's FLANN LSH, faiss.
+nlohmann::json BenchIndex(int keyframes);
+
+// Time to close a loop over `keyframes` keyframes that have drifted.
+nlohmann::json BenchCorrection(int keyframes);
+
+// Descriptors of all keyframes, one below the other, and what a query finds among them.
+struct DescriptorSet {
+  std::vector<std::shared_ptr<const FrameFeatures>> keyframes;
+  std::vector<int> keyframe_of;  // of every row
+  cv::Mat descriptors;           // N x 32 CV_8U
+};
+struct Query {
+  std::shared_ptr<const FrameFeatures> features;
+  int place = 0;  // keyframe / copies
+};
+
+// Shares of right places and times of faiss' binary indexes; empty without faiss.
+std::vector<nlohmann::json> BenchFaiss(const DescriptorSet& set, const std::vector<Query>& queries,
+                                       int copies);
+
+// Right where the keyframe with most votes is of the place asked for. votes: a row of neighbours
+// (row numbers, -1 for none) of every query descriptor.
+int BestKeyFrame(const DescriptorSet& set, const std::vector<std::vector<int>>& neighbours);
+
+}  // namespace highwall::bench

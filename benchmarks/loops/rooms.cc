@@ -1,0 +1,168 @@
+#include "bench_loops.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+#include <highwall/frontend/slam_system.h>
+#include <simulate/room.h>
+
+namespace highwall::bench {
+namespace {
+
+// The pixels of a Kinect halved: rendering is what the benchmark would else spend its time on.
+PinholeCamera SmallCamera() {
+  return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+}
+
+simulate::Simulation MakeRoom(int seed, double seconds) {
+  simulate::SimulationOptions options;
+  options.seed = static_cast<std::uint64_t>(seed);
+  options.duration = seconds;
+  options.fps = 10.0;
+  options.camera = SmallCamera();
+  options.sensor.noise = simulate::SensorNoise::kKinect;
+  return simulate::SimulateRoom(options);
+}
+
+bool IsTrue(const LoopReport& report, const Map& map, const simulate::Simulation& room) {
+  const LoopEdge& edge = report.loop.edge;
+  const KeyFrame* match = map.keyframe(edge.match);
+  const KeyFrame* keyframe = map.keyframe(edge.keyframe);
+  if (match == nullptr || keyframe == nullptr) return true;  // culled since
+  const Pose truth = room.T_WC(match->frame.stamp).Inverse() * room.T_WC(keyframe->frame.stamp);
+  const Pose error = truth.Inverse() * edge.Z;
+  return error.p().norm() < 0.1 && error.Angle() < 0.05;
+}
+
+double RmseOf(const Trajectory& truth, const Trajectory& estimate) {
+  try {
+    return AbsolutePoseError(truth, estimate).statistics.rmse;
+  } catch (const InvalidArgument&) {  // too few poses
+    return -1.0;
+  }
+}
+
+// One system on its way through a room.
+class Walk {
+ public:
+  Walk(const simulate::Simulation& room, bool loops) : room_(room) {
+    SlamOptions options;
+    options.loops.enabled = loops;
+    options.loops.background = false;
+    slam_ = std::make_unique<SlamSystem>(RgbdSensor{.camera = SmallCamera()}, options);
+  }
+
+  void Track(const simulate::SimulatedFrame& frame, double time) {
+    const FrameResult result = slam_->Track({frame.stamp, frame.bgr, frame.depth});
+    if (result.state != TrackingState::kTracking) ++lost;
+    for (const LoopReport& report : result.loops) {
+      if (report.bundle) continue;  // of a loop that was counted
+      if (!report.accepted) {
+        ++refused;
+        continue;
+      }
+      ++(IsTrue(report, slam_->map(), room_) ? true_loops : false_loops);
+      worst_chi2 = std::max(worst_chi2, report.loop.chi2);
+      if (!first_loop_s) first_loop_s = time;
+    }
+  }
+  double Rmse(const Trajectory& truth) const { return RmseOf(truth, slam_->trajectory()); }
+
+  int true_loops = 0, false_loops = 0, refused = 0, lost = 0;
+  double worst_chi2 = 0.0;
+  std::optional<double> first_loop_s;  // on the way
+
+ private:
+  const simulate::Simulation& room_;
+  std::unique_ptr<SlamSystem> slam_;
+};
+
+}  // namespace
+
+nlohmann::json BenchRooms(int seeds, double seconds) {
+  nlohmann::json report;
+  int found = 0, false_loops = 0;
+  double worst_share = 0.0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const simulate::Simulation room = MakeRoom(seed, seconds);
+    Walk with(room, true), without(room, false);
+    Trajectory truth;
+    double path = 0.0;
+    for (int i = 0; i < room.size(); ++i) {
+      const auto frame = room.Render(i);
+      if (i > 0) path += (frame.T_WC.p() - truth.back().pose.p()).norm();
+      truth.push_back({frame.stamp, frame.T_WC});
+      with.Track(frame, i / room.options().fps);
+      without.Track(frame, i / room.options().fps);
+    }
+    const double rmse = with.Rmse(truth), rmse_without = without.Rmse(truth);
+    found += with.true_loops > 0 ? 1 : 0;
+    false_loops += with.false_loops;
+    worst_share = std::max(worst_share, rmse / path);
+    fmt::print(
+        stderr,
+        "room {:>2}: {} true, {} false, {} refused loops, first after {:.1f} s, chi2 {:.1f}, "
+        "{} lost; APE {:.4f} m, {:.4f} m without loops, path {:.1f} m\n",
+        seed, with.true_loops, with.false_loops, with.refused, with.first_loop_s.value_or(-1.0),
+        with.worst_chi2, with.lost, rmse, rmse_without, path);
+    report["runs"].push_back({{"seed", seed},
+                              {"true_loops", with.true_loops},
+                              {"false_loops", with.false_loops},
+                              {"refused_loops", with.refused},
+                              {"lost_frames", with.lost},
+                              {"ape_rmse_m", rmse},
+                              {"ape_rmse_without_m", rmse_without},
+                              {"path_m", path}});
+  }
+  report["recall"] = static_cast<double>(found) / seeds;
+  report["false_loops"] = false_loops;
+  report["worst_ape_over_path"] = worst_share;
+  return report;
+}
+
+nlohmann::json BenchKidnapped(int seeds) {
+  constexpr int kBefore = 160, kBlind = 5;
+  nlohmann::json report;
+  int found = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const simulate::Simulation room = MakeRoom(seed, 20.0);
+    SlamSystem slam({.camera = SmallCamera()});
+    for (int i = 0; i < kBefore; ++i) {
+      const auto frame = room.Render(i);
+      slam.Track({frame.stamp, frame.bgr, frame.depth});
+    }
+    slam.Finish();
+    Stamp stamp = room.StampOf(kBefore);
+    const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar::all(128));
+    const cv::Mat flat(240, 320, CV_32FC1, 2.0F);
+    for (int i = 0; i < kBlind; ++i) slam.Track({stamp += 100'000'000, blank, flat});
+    // On the way again, half the way round from where it went blind.
+    int needed = -1;
+    double error = 0.0;
+    for (int i = 0; i < 10 && needed < 0; ++i) {
+      const auto frame = room.Render(kBefore / 2 + i);
+      const FrameResult result = slam.Track({stamp += 100'000'000, frame.bgr, frame.depth});
+      if (result.state != TrackingState::kTracking) continue;
+      needed = i + 1;
+      // In the frame of the first camera, as the map is.
+      const Pose truth = room.T_WC(room.StampOf(0)).Inverse() * frame.T_WC;
+      const Pose estimate = slam.trajectory().front().pose.Inverse() * result.T_WC;
+      error = (truth.p() - estimate.p()).norm();
+    }
+    const bool good = needed > 0 && error < 0.1;
+    found += good ? 1 : 0;
+    fmt::print(stderr, "kidnapped {:>2}: {} frames, {:.3f} m off\n", seed, needed, error);
+  }
+  report["relocalized"] = found;
+  report["seeds"] = seeds;
+  return report;
+}
+
+}  // namespace highwall::bench

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/pose_graph.h>
+#include <highwall/frontend/map.h>
+
+namespace highwall {
+
+// Where a keyframe was seen to be from another one that the map did not connect it with.
+struct LoopEdge {
+  KeyFrameId match = kNoId;     // the older one
+  KeyFrameId keyframe = kNoId;  // the newer one
+  Pose Z;                       // measured T_match_keyframe
+};
+
+// How far the transforms between keyframes may be off: standard deviations.
+struct KeyFrameGraphOptions {
+  double drift_translation = 0.05;  // > 0: share of the distance between two keyframes
+  double drift_rotation = 0.05;     // > 0: share of the angle between them
+  double step_translation = 0.005;  // [m] > 0: of every transform besides
+  double step_rotation = 0.003;     // [rad] > 0
+  double loop_translation = 0.02;   // [m] > 0: of a loop
+  double loop_rotation = 0.01;      // [rad] > 0
+  int min_shared = 50;              // >= 1: landmarks that make an edge between keyframes
+  int neighbours = 3;               // >= 0: most such edges of a keyframe to older ones
+  // Rotations keep their direction of gravity, W's z axis: four degrees of freedom are left.
+  bool hold_gravity = false;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// The live keyframes as a pose graph.
+struct KeyFrameGraph {
+  PoseGraph graph;                      // the node of keyframes[i] has the id i
+  std::vector<KeyFrameId> keyframes;    // ascending
+  std::vector<std::size_t> loop_edges;  // places in graph.edges, of the loops in their order
+
+  std::int64_t NodeOf(KeyFrameId keyframe) const;
+};
+
+// Odometry joins each keyframe with the next, covisibility with those it shares most landmarks
+// with, both as the map has them now, sharing the information of one; loops join as measured. A
+// loop is left out where one of its keyframes is no more. map: at least two keyframes.
+KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
+                                const KeyFrameGraphOptions& options = {});
+
+// Squared Mahalanobis distance (6 degrees of freedom) between where the map has loop.keyframe and
+// where the loop says it is, given the drift that the way between them may have gathered.
+double LoopChi2(const Map& map, const LoopEdge& loop, std::span<const LoopEdge> other_loops,
+                const KeyFrameGraphOptions& options = {});
+
+}  // namespace highwall

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <cstdint>
+
+namespace highwall {
+
+// What names the parts of a Map: they ascend and are never used again.
+using KeyFrameId = std::int32_t;
+using PointId = std::int32_t;
+using LineId = std::int32_t;
+inline constexpr std::int32_t kNoId = -1;
+
+}  // namespace highwall

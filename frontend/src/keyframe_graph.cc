@@ -1,0 +1,123 @@
+#include <highwall/frontend/keyframe_graph.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+Matrix6 Information(double sigma_translation, double sigma_rotation) {
+  Vector6 variances;
+  variances << Eigen::Vector3d::Constant(sigma_translation * sigma_translation),
+      Eigen::Vector3d::Constant(sigma_rotation * sigma_rotation);
+  return variances.cwiseInverse().asDiagonal();
+}
+
+// The transform between two nodes as their poses have it.
+PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
+                          const KeyFrameGraphOptions& options) {
+  const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
+  return {graph.nodes[i].id, graph.nodes[j].id, Z,
+          Information(options.step_translation + options.drift_translation * Z.p().norm(),
+                      options.step_rotation + options.drift_rotation * Z.Angle())};
+}
+
+// Holds roll and pitch of every node by an edge from a node that never moves: what the edge
+// measures is known to `sigma` about the horizontal axes of W, as they lie in C, and to nothing
+// otherwise.
+void HoldGravity(PoseGraph* graph) {
+  constexpr double kSigma = 1e-3;          // [rad]
+  constexpr double kNoInformation = 1e-6;  // [1/m^2], [1/rad^2]: next to none, but positive definite
+  const std::size_t keyframes = graph->nodes.size();
+  const auto world = static_cast<std::int64_t>(keyframes) + 1;  // not next to the last keyframe
+  graph->nodes.push_back({world, Pose(), true});
+  for (std::size_t i = 0; i < keyframes; ++i) {
+    const Pose& T_WC = graph->nodes[i].pose;
+    const Eigen::Vector3d up_C = T_WC.R().transpose() * Eigen::Vector3d::UnitZ();
+    Matrix6 information = kNoInformation * Matrix6::Identity();
+    information.bottomRightCorner<3, 3>() +=
+        (Eigen::Matrix3d::Identity() - up_C * up_C.transpose()) / (kSigma * kSigma);
+    graph->edges.push_back({world, graph->nodes[i].id, T_WC, information});
+  }
+}
+
+}  // namespace
+
+void KeyFrameGraphOptions::Validate() const {
+  HIGHWALL_REQUIRE(drift_translation > 0.0 && drift_rotation > 0.0,
+                   "KeyFrameGraphOptions::drift_translation and drift_rotation must be positive");
+  HIGHWALL_REQUIRE(step_translation > 0.0 && step_rotation > 0.0,
+                   "KeyFrameGraphOptions::step_translation and step_rotation must be positive");
+  HIGHWALL_REQUIRE(loop_translation > 0.0 && loop_rotation > 0.0,
+                   "KeyFrameGraphOptions::loop_translation and loop_rotation must be positive");
+  HIGHWALL_REQUIRE(min_shared >= 1, "KeyFrameGraphOptions::min_shared must be at least 1");
+  HIGHWALL_REQUIRE(neighbours >= 0, "KeyFrameGraphOptions::neighbours must not be negative");
+}
+
+std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
+  const auto found = std::lower_bound(keyframes.begin(), keyframes.end(), keyframe);
+  HIGHWALL_REQUIRE(found != keyframes.end() && *found == keyframe,
+                   "KeyFrameGraph::NodeOf: no such keyframe");
+  return found - keyframes.begin();
+}
+
+KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
+                                const KeyFrameGraphOptions& options) {
+  options.Validate();
+  HIGHWALL_REQUIRE(map.num_keyframes() >= 2, "MakeKeyFrameGraph: less than two keyframes");
+  KeyFrameGraph result;
+  result.keyframes = map.keyframe_ids();
+  PoseGraph& graph = result.graph;
+  for (std::size_t i = 0; i < result.keyframes.size(); ++i) {
+    graph.nodes.push_back(
+        {static_cast<std::int64_t>(i), map.keyframe(result.keyframes[i])->T_WC, i == 0});
+  }
+  for (std::size_t i = 1; i < result.keyframes.size(); ++i) {
+    const std::size_t first = graph.edges.size();
+    graph.edges.push_back(PresentEdge(graph, i - 1, i, options));
+    for (const auto& [id, shared] : map.Covisible(result.keyframes[i], options.min_shared)) {
+      if (graph.edges.size() - first > static_cast<std::size_t>(options.neighbours)) break;
+      if (id >= result.keyframes[i - 1]) continue;
+      graph.edges.push_back(
+          PresentEdge(graph, static_cast<std::size_t>(result.NodeOf(id)), i, options));
+    }
+    // They come of the same landmarks: together they know no more than one of them.
+    const auto count = static_cast<double>(graph.edges.size() - first);
+    for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
+  }
+  for (const LoopEdge& loop : loops) {
+    if (map.keyframe(loop.match) == nullptr || map.keyframe(loop.keyframe) == nullptr) continue;
+    result.loop_edges.push_back(graph.edges.size());
+    graph.edges.push_back({result.NodeOf(loop.match), result.NodeOf(loop.keyframe), loop.Z,
+                           Information(options.loop_translation, options.loop_rotation)});
+  }
+  if (options.hold_gravity) HoldGravity(&graph);
+  return result;
+}
+
+double LoopChi2(const Map& map, const LoopEdge& loop, std::span<const LoopEdge> other_loops,
+                const KeyFrameGraphOptions& options) {
+  KeyFrameGraph graph = MakeKeyFrameGraph(map, other_loops, options);
+  const std::int64_t match = graph.NodeOf(loop.match), keyframe = graph.NodeOf(loop.keyframe);
+  graph.graph.nodes.front().fixed = false;
+  graph.graph.nodes[static_cast<std::size_t>(match)].fixed = true;
+  const Pose& T = map.keyframe(loop.keyframe)->T_WC;
+  const Pose measured = map.keyframe(loop.match)->T_WC * loop.Z;
+  Vector6 error;
+  error << measured.p() - T.p(), so3::Log(T.q().conjugate() * measured.q());
+  const std::int64_t ids[] = {keyframe};
+  const Matrix6 covariance =
+      PoseGraphCovariance(graph.graph, ids) +
+      Matrix6(Information(options.loop_translation, options.loop_rotation).inverse());
+  return error.dot(covariance.llt().solve(error));
+}
+
+}  // namespace highwall

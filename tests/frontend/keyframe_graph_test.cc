@@ -1,0 +1,80 @@
+#include <highwall/frontend/keyframe_graph.h>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "loop_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::LoopScene;
+
+class KeyFrameGraphTest : public ::testing::Test {
+ protected:
+  KeyFrameGraphTest() {
+    for (int i = 0; i < 20; ++i) scene.Add(i);
+  }
+  Map& map() { return scene.map; }
+
+  LoopScene scene{{}};
+};
+
+TEST_F(KeyFrameGraphTest, OdometryAndCovisibilityHoldTheMapAsItIs) {
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map(), {}, {.min_shared = 20, .neighbours = 2});
+  EXPECT_EQ(graph.graph.nodes.size(), 20u);
+  EXPECT_TRUE(graph.graph.nodes[0].fixed);
+  EXPECT_GT(graph.graph.edges.size(), 19u + 17u);
+  EXPECT_LE(graph.graph.edges.size(), 3u * 19u);
+  EXPECT_NO_THROW(graph.graph.Validate());
+  EXPECT_LT(Chi2(graph.graph), 1e-12);  // rounding
+}
+
+TEST_F(KeyFrameGraphTest, SeveralEdgesOfAKeyFrameShareTheInformationOfOne) {
+  const KeyFrameGraphOptions alone{.neighbours = 0}, shared{.min_shared = 20, .neighbours = 1};
+  const auto odometry = [&](const KeyFrameGraphOptions& options) {
+    const KeyFrameGraph graph = MakeKeyFrameGraph(map(), {}, options);
+    double information = 0.0;
+    for (const PoseGraphEdge& edge : graph.graph.edges) {
+      if (edge.i == 9 && edge.j == 10) information = edge.information(0, 0);
+    }
+    return information;
+  };
+  EXPECT_NEAR(odometry(shared), odometry(alone) / 2.0, 1e-9 * odometry(alone));
+}
+
+TEST_F(KeyFrameGraphTest, NodesCountOnAcrossRemovedKeyFrames) {
+  map().RemoveKeyFrame(5, 4);
+  const std::vector<LoopEdge> loops{{0, 19, Pose()}, {5, 19, Pose()}};
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops, {.neighbours = 0});
+  EXPECT_EQ(graph.NodeOf(6), 5);
+  EXPECT_THROW(graph.NodeOf(5), InvalidArgument);
+  ASSERT_EQ(graph.loop_edges.size(), 1u) << "one of its keyframes is no more";
+  EXPECT_EQ(graph.graph.edges[graph.loop_edges[0]].j, 18);
+  EXPECT_EQ(graph.graph.edges.size(), 18u + 1u);
+}
+
+TEST_F(KeyFrameGraphTest, WhatALoopSaysIsJudgedByTheWayBetween) {
+  const Pose truth = map().keyframe(0)->T_WC.Inverse() * map().keyframe(19)->T_WC;
+  const Pose off = truth * Pose::FromTangent({0.05, 0.0, 0.0}, {0.0, 0.0, 0.0});
+  const double chi2 = LoopChi2(map(), {0, 19, off}, {});
+  EXPECT_LT(LoopChi2(map(), {0, 19, truth}, {}), 1e-9);
+  EXPECT_GT(chi2, 0.01);
+  // Twice as far off is four times as unlikely: the covariance does not depend on the measurement.
+  const Pose twice = truth * Pose::FromTangent({0.1, 0.0, 0.0}, {0.0, 0.0, 0.0});
+  EXPECT_NEAR(LoopChi2(map(), {0, 19, twice}, {}), 4.0 * chi2, 1e-6 * chi2);
+  // Over a shorter way less drift is possible.
+  const Pose near = map().keyframe(15)->T_WC.Inverse() * map().keyframe(19)->T_WC *
+                    Pose::FromTangent({0.05, 0.0, 0.0}, {0.0, 0.0, 0.0});
+  EXPECT_GT(LoopChi2(map(), {15, 19, near}, {}), 2.0 * chi2);
+  // Nor is much possible where a loop has joined both ends before.
+  const std::vector<LoopEdge> before{{0, 19, truth}};
+  EXPECT_GT(LoopChi2(map(), {0, 19, off}, before), 2.0 * chi2);
+}
+
+TEST_F(KeyFrameGraphTest, NeedsTwoKeyFrames) {
+  EXPECT_THROW(MakeKeyFrameGraph(Map(), {}), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,220 @@
+#include <highwall/frontend/loop_closer.h>
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "loop_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::LoopScene;
+using testing::LoopSceneOptions;
+
+const LoopSceneOptions kDrifting{.drift = {0.01, 0.005, 0.0}};
+
+LoopCloserOptions Lockstep() {
+  LoopCloserOptions options;
+  options.background = false;
+  options.correction.threads = 1;
+  options.bundle.threads = 1;
+  return options;
+}
+
+std::vector<LoopReport> Walk(LoopScene& scene, const LoopCloserOptions& options) {
+  LoopCloser closer(scene.model, testing::kLevels, options);
+  std::vector<LoopReport> reports;
+  const auto keep = [&](std::vector<LoopReport> more) {
+    for (LoopReport& report : more) reports.push_back(std::move(report));
+  };
+  for (int i = 0; i < scene.size(); ++i) {
+    const KeyFrameId id = scene.Add(i);
+    closer.InsertKeyFrame(scene.map, id);
+    keep(closer.Update(&scene.map));
+  }
+  keep(closer.Finish(&scene.map));
+  return reports;
+}
+
+double DriftedRmse() {
+  LoopScene scene(kDrifting);
+  for (int i = 0; i < scene.size(); ++i) scene.Add(i);
+  return scene.Rmse();
+}
+
+TEST(LoopCloser, TakesTheDriftOutOfTheLoop) {
+  LoopScene scene(kDrifting);
+  const auto reports = Walk(scene, Lockstep());
+  ASSERT_GE(reports.size(), 2u);
+  EXPECT_TRUE(reports[0].accepted) << reports[0].message;
+  EXPECT_FALSE(reports[0].bundle);
+  EXPECT_GT(reports[0].fused_points, 50);
+  EXPECT_GT(reports[0].fused_lines, 3);
+  ASSERT_TRUE(reports[1].bundle);
+  EXPECT_TRUE(reports[1].bundle->usable);
+  // The keyframes after the loop drift on.
+  EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
+}
+
+TEST(LoopCloser, ConnectsTheTwoSides) {
+  LoopScene scene(kDrifting);
+  const auto reports = Walk(scene, Lockstep());
+  const LoopEdge& edge = reports.at(0).loop.edge;
+  bool connected = false;
+  for (const auto& [id, shared] : scene.map.Covisible(edge.keyframe, 30)) {
+    connected = connected || id == edge.match;
+  }
+  EXPECT_TRUE(connected);
+}
+
+TEST(LoopCloser, InTheBackgroundTheMapGoesOnAndNewerKeyFramesFollow) {
+  LoopScene scene(kDrifting);
+  LoopCloserOptions options = Lockstep();
+  options.background = true;
+  LoopCloser closer(scene.model, testing::kLevels, options);
+  int i = 0;
+  while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
+  // Nothing is applied before Update, whatever the other thread has come to.
+  const double drifted = scene.Rmse();
+  for (++i; i < scene.size(); ++i) {
+    EXPECT_FALSE(closer.InsertKeyFrame(scene.map, scene.Add(i))) << "one at a time";
+  }
+  EXPECT_GT(scene.Rmse(), drifted);
+  const auto reports = closer.Finish(&scene.map);
+  ASSERT_EQ(reports.size(), 2u);
+  EXPECT_EQ(closer.loops().size(), 1u);
+  EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
+}
+
+TEST(LoopCloser, ANewerLoopDoesNotWaitForTheAdjustmentAfterAnOlderOne) {
+  LoopScene scene(kDrifting);
+  LoopCloserOptions options = Lockstep();
+  options.background = true;
+  options.bundle.first_iterations = options.bundle.second_iterations = 1000;
+  LoopCloser closer(scene.model, testing::kLevels, options);
+  std::size_t corrections = 0, adjustments = 0;
+  const auto count = [&](const std::vector<LoopReport>& reports) {
+    for (const LoopReport& report : reports) ++(report.bundle ? adjustments : corrections);
+  };
+  for (int i = 0; i < scene.size(); ++i) {
+    const bool found = closer.InsertKeyFrame(scene.map, scene.Add(i));
+    const std::size_t before = corrections;
+    while (found && corrections == before) count(closer.Update(&scene.map));
+  }
+  count(closer.Finish(&scene.map));
+  EXPECT_GE(corrections, 2u) << "the scene has two loops at least";
+  EXPECT_EQ(closer.loops().size(), corrections);
+  EXPECT_GE(adjustments, 1u);
+  EXPECT_LE(adjustments, corrections);
+  EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
+}
+
+TEST(LoopCloser, WorkThatIsNotWaitedForIsGivenUp) {
+  LoopScene scene(kDrifting);
+  LoopCloserOptions options = Lockstep();
+  options.background = true;
+  double before = 0.0;
+  {
+    LoopCloser closer(scene.model, testing::kLevels, options);
+    int i = 0;
+    while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
+    before = scene.Rmse();
+  }
+  EXPECT_EQ(scene.Rmse(), before);
+}
+
+TEST(LoopCloser, RepeatsBitForBitInLockstep) {
+  LoopScene first(kDrifting), second(kDrifting);
+  Walk(first, Lockstep());
+  Walk(second, Lockstep());
+  for (const KeyFrameId id : first.map.keyframe_ids()) {
+    EXPECT_EQ(first.map.keyframe(id)->T_WC.Matrix(), second.map.keyframe(id)->T_WC.Matrix()) << id;
+  }
+  EXPECT_EQ(first.map.num_points(), second.map.num_points());
+}
+
+TEST(LoopCloser, MayBeSwitchedOff) {
+  LoopScene scene(kDrifting);
+  LoopCloserOptions options = Lockstep();
+  options.enabled = false;
+  EXPECT_TRUE(Walk(scene, options).empty());
+  EXPECT_EQ(scene.Rmse(), DriftedRmse());
+}
+
+TEST(LoopCloser, WithoutAdjustmentThePoseGraphAloneIsApplied) {
+  LoopScene scene(kDrifting);
+  LoopCloserOptions options = Lockstep();
+  options.adjust = false;
+  const auto reports = Walk(scene, options);
+  ASSERT_FALSE(reports.empty());
+  for (const LoopReport& report : reports) {
+    EXPECT_TRUE(report.accepted);
+    EXPECT_FALSE(report.bundle);
+  }
+  EXPECT_LT(scene.Rmse(), 0.6 * DriftedRmse());
+}
+
+// The loop that the detector finds, in a map with nothing corrected yet.
+Loop FindLoop(LoopScene& scene) {
+  LoopDetector detector(scene.model, testing::kLevels);
+  for (int i = 0; i < scene.size(); ++i) {
+    if (auto loop = detector.Detect(scene.map, scene.Add(i), {})) return *loop;
+  }
+  throw InvalidArgument("no loop");
+}
+
+TEST(LoopCorrection, RefusesALoopThatTheGraphDenies) {
+  LoopScene scene(kDrifting);
+  Loop loop = FindLoop(scene);
+  loop.edge.Z = loop.edge.Z * Pose::FromTangent({4.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
+  const double before = scene.Rmse();
+  const auto result = CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, {}, &scene.map);
+  EXPECT_FALSE(result.accepted);
+  EXPECT_EQ(scene.Rmse(), before);
+}
+
+TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
+  LoopScene scene(kDrifting);
+  const Loop loop = FindLoop(scene);
+  std::vector<Eigen::Vector3d> up;
+  for (const KeyFrameId id : scene.map.keyframe_ids()) {
+    up.push_back(scene.map.keyframe(id)->T_WC.R().row(2));
+  }
+  LoopCorrectionOptions options;
+  options.graph.hold_gravity = true;
+  const double before = scene.Rmse();
+  ASSERT_TRUE(
+      CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, options, &scene.map).accepted);
+  EXPECT_LT(scene.Rmse(), 0.75 * before);
+  for (const KeyFrameId id : scene.map.keyframe_ids()) {
+    // The edge that holds gravity has a sigma of 1e-3 rad.
+    EXPECT_LT(
+        (scene.map.keyframe(id)->T_WC.R().row(2).transpose() - up[static_cast<std::size_t>(id)])
+            .norm(),
+        1e-3);
+  }
+}
+
+TEST(LoopCloserOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const LoopCloserOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(LoopCloserOptions().Validate());
+  expect_error({.detector = {.candidates = 0}}, "candidates");
+  expect_error({.correction = {.fused_keyframes = -1}}, "fused_keyframes");
+  expect_error({.correction = {.threads = 0}}, "threads");
+  expect_error({.bundle = {.threads = 0}}, "threads");
+  expect_error({.correction = {.graph = {.loop_rotation = 0.0}}}, "loop_rotation");
+  expect_error({.correction = {.graph = {.neighbours = -1}}}, "neighbours");
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,103 @@
+#include <highwall/frontend/loop_detector.h>
+
+#include <string>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "loop_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::AngleError;
+using testing::LoopScene;
+using testing::PositionError;
+
+class LoopDetectorTest : public ::testing::Test {
+ protected:
+  // Feeds the keyframes as they are added; the first loop found.
+  std::optional<Loop> Feed(LoopScene& scene, const LoopDetectorOptions& options = {}) {
+    LoopDetector detector(scene.model, testing::kLevels, options);
+    for (int i = 0; i < scene.size(); ++i) {
+      auto loop = detector.Detect(scene.map, scene.Add(i), {});
+      if (loop) return loop;
+    }
+    return std::nullopt;
+  }
+};
+
+TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
+  LoopScene scene({.drift = {0.02, 0.0, 0.01}});
+  const auto loop = Feed(scene);
+  ASSERT_TRUE(loop);
+  const Pose truth = scene.truth[static_cast<std::size_t>(loop->edge.match)].Inverse() *
+                     scene.truth[static_cast<std::size_t>(loop->edge.keyframe)];
+  // 0.7 px over some 100 points at 3 m: about a millimetre; the landmarks of the place have drifted
+  // against each other by centimetres.
+  EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
+  EXPECT_LT(AngleError(loop->edge.Z, truth), 0.01);
+  EXPECT_LT(loop->edge.match, 6);
+  EXPECT_GT(loop->edge.keyframe, 40) << "only then the start comes into view";
+  EXPECT_GT(loop->points.size(), 30u);
+  EXPECT_GT(loop->lines.size(), 3u);
+}
+
+TEST_F(LoopDetectorTest, LinesAloneWillDo) {
+  LoopScene scene({.points = 0, .lines = 1500, .drift = {0.005, 0.0, 0.0}});
+  const auto loop = Feed(scene);
+  ASSERT_TRUE(loop);
+  EXPECT_TRUE(loop->points.empty());
+  const Pose truth = scene.truth[static_cast<std::size_t>(loop->edge.match)].Inverse() *
+                     scene.truth[static_cast<std::size_t>(loop->edge.keyframe)];
+  EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
+}
+
+TEST_F(LoopDetectorTest, OneKeyFrameIsNoReasonToBelieve) {
+  LoopScene scene({});
+  EXPECT_FALSE(Feed(scene, {.consistency = 30}));
+}
+
+TEST_F(LoopDetectorTest, ATwinOfThePlaceBeyondAnyDriftIsRefused) {
+  // A stair of ten centimetres a keyframe: the way back ends five metres below where it began.
+  LoopScene scene({.drift = {0.0, 0.1, 0.0}});
+  EXPECT_FALSE(Feed(scene));
+  LoopScene again({.drift = {0.0, 0.1, 0.0}});
+  EXPECT_TRUE(Feed(again, {.max_chi2 = 1e9})) << "it is the gate that refuses";
+}
+
+TEST_F(LoopDetectorTest, TheSameLooksInOtherPlacesAreNoLoop) {
+  // From keyframe 38 on, before the start comes into view.
+  LoopScene scene({.shuffled_return = true});
+  EXPECT_FALSE(Feed(scene));
+}
+
+TEST_F(LoopDetectorTest, WhatTheMapConnectsIsNoLoop) {
+  LoopScene scene({.connected = true});
+  EXPECT_FALSE(Feed(scene));
+}
+
+TEST(LoopDetectorOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const LoopDetectorOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(LoopDetectorOptions().Validate());
+  expect_error({.min_shared = 0}, "min_shared");
+  expect_error({.candidates = 0}, "candidates");
+  expect_error({.min_score = 2.0}, "min_score");
+  expect_error({.score_share = -1.0}, "score_share");
+  expect_error({.consistency = 0}, "consistency");
+  expect_error({.place_keyframes = -1}, "place_keyframes");
+  expect_error({.min_support = 5}, "min_support");
+  expect_error({.min_found = 1.1}, "min_found");
+  expect_error({.max_chi2 = 0.0}, "max_chi2");
+  expect_error({.graph = {.min_shared = 0}}, "min_shared");
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include <highwall/frontend/map.h>
+#include <highwall/frontend/measurement_model.h>
+
+#include "synthetic_scene.h"
+
+// A walk round a ring of points and lines, camera looking outwards, that ends where it began; the
+// map drifts on the way and does not know that it is back.
+namespace highwall::testing {
+
+struct LoopSceneOptions {
+  int per_lap = 48;  // keyframes; a quarter of a metre from each to the next
+  int points = 1000;
+  int lines = 150;
+  Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // [m] in C, from a keyframe to the next
+  bool shuffled_return = false;  // before the start is in view again, descriptors change places
+  bool connected = false;        // the map never forgets: no loop is left to find
+};
+
+class LoopScene {
+ public:
+  // Of the first lap and the beginning of the second.
+  int size() const { return options_.per_lap + 12; }
+  explicit LoopScene(const LoopSceneOptions& options) : options_(options) {
+    std::mt19937 rng(11);
+    const auto on_ring = [&] {
+      const double azimuth = Uniform(rng, 0.0, 2.0 * M_PI);
+      const double radius = Radius() + Uniform(rng, 2.5, 4.5);
+      return Eigen::Vector3d(radius * std::cos(azimuth), radius * std::sin(azimuth),
+                             Uniform(rng, -1.6, 1.6));
+    };
+    for (int i = 0; i < options.points; ++i) {
+      const Eigen::Vector3d p_W = on_ring();
+      const double reach = Uniform(rng, 3.0, 9.0);
+      scene.points.push_back({p_W, RandomDescriptor(rng), reach});
+    }
+    for (int i = 0; i < options.lines; ++i) {
+      const Eigen::Vector3d p_W = on_ring();
+      const Eigen::Vector3d along = UniformInBox(rng, {-1, -1, -1}, {1, 1, 1}).normalized();
+      const double length = Uniform(rng, 0.4, 1.0);
+      scene.lines.push_back({Segment3(p_W, p_W + length * along), RandomDescriptor(rng)});
+    }
+    shuffled_ = scene;
+    for (std::size_t i = 0; i < scene.points.size(); ++i) {
+      shuffled_.points[i].descriptor = scene.points[(i * 7 + 3) % scene.points.size()].descriptor;
+    }
+    for (std::size_t i = 0; i < scene.lines.size(); ++i) {
+      shuffled_.lines[i].descriptor = scene.lines[(i * 7 + 3) % scene.lines.size()].descriptor;
+    }
+  }
+
+  Pose TruePose(int i) const {
+    const double azimuth = 2.0 * M_PI * i / options_.per_lap;
+    const Eigen::Vector3d z(std::cos(azimuth), std::sin(azimuth), 0.0), y(0.0, 0.0, -1.0);
+    Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+    T.topLeftCorner<3, 3>() << y.cross(z), y, z;
+    T.topRightCorner<3, 1>() = Radius() * z;
+    return Pose::FromMatrix(T);
+  }
+
+  // Keyframe i, in order; landmarks as seen from where the map believes it is.
+  KeyFrameId Add(int i) {
+    const bool back = i >= options_.per_lap - 10;
+    if (!options_.connected) ForgetOldLandmarks(i);
+    const Pose T_true = TruePose(i);
+    const Pose T_WC = i == 0 ? T_true
+                             : map.keyframe(i - 1)->T_WC * truth.back().Inverse() * T_true *
+                                   Pose(Eigen::Quaterniond::Identity(), options_.drift);
+    truth.push_back(T_true);
+    const Scene& seen = back && options_.shuffled_return ? shuffled_ : scene;
+    const SyntheticView view = Look(seen, model_sensor, T_true,
+                                    {.px = 0.7, .depth = false, .seed = static_cast<unsigned>(i)});
+    const KeyFrameId id = map.AddKeyFrame(MakeFrame(view, i), T_WC).id;
+    const Pose T_W_true = T_WC * T_true.Inverse();
+    for (std::size_t f = 0; f < view.points.size(); ++f) {
+      const auto s = static_cast<std::size_t>(view.points[f]);
+      if (point_ids_[s] == kNoId) {
+        point_ids_[s] = map.AddPoint(T_W_true * scene.points[s].p_W, i).id;
+        all_points_[s].push_back(point_ids_[s]);
+      }
+      map.ObservePoint(id, static_cast<int>(f), point_ids_[s]);
+      map.RefreshPoint(point_ids_[s], kScaleFactor, kLevels);
+    }
+    for (std::size_t f = 0; f < view.lines.size(); ++f) {
+      const auto s = static_cast<std::size_t>(view.lines[f]);
+      if (line_ids_[s] == kNoId) {
+        MapLine& line = map.AddLine(T_W_true * scene.lines[s].segment_W, i);
+        line.descriptor = seen.lines[s].descriptor;
+        line.has_descriptor = true;
+        line_ids_[s] = line.id;
+        all_lines_[s].push_back(line.id);
+      }
+      map.ObserveLine(id, static_cast<int>(f), line_ids_[s]);
+    }
+    return id;
+  }
+
+  const RgbdSensor model_sensor = IdealSensor();
+  const MeasurementModel model{model_sensor, {}};
+  Scene scene;
+  Map map;
+  std::vector<Pose> truth;  // T_WC by keyframe
+
+  // RMSE of the positions of the live keyframes [m]; the first keyframe is where it is in truth.
+  double Rmse() const {
+    double sum = 0.0;
+    const auto ids = map.keyframe_ids();
+    for (const KeyFrameId id : ids) {
+      sum += (map.keyframe(id)->T_WC.p() - truth[static_cast<std::size_t>(id)].p()).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(ids.size()));
+  }
+
+ private:
+  double Radius() const { return 2.0 * options_.per_lap / 48; }  // [m]
+
+  // What has not been in view for a while is not looked for any more; what was made one with an
+  // older landmark goes on as that.
+  void ForgetOldLandmarks(int keyframe) {
+    constexpr int kWhile = 10;
+    const auto current = [&](const std::vector<std::int32_t>& ids, const auto& find) {
+      for (std::size_t i = ids.size(); i-- > 0;) {
+        const auto* landmark = find(ids[i]);
+        if (landmark == nullptr) continue;
+        const bool old = landmark->observations.back().keyframe < keyframe - kWhile;
+        return old ? kNoId : ids[i];
+      }
+      return kNoId;
+    };
+    for (std::size_t s = 0; s < point_ids_.size(); ++s) {
+      point_ids_[s] = current(all_points_[s], [&](PointId id) { return map.point(id); });
+    }
+    for (std::size_t s = 0; s < line_ids_.size(); ++s) {
+      line_ids_[s] = current(all_lines_[s], [&](LineId id) { return map.line(id); });
+    }
+  }
+
+  LoopSceneOptions options_;
+  Scene shuffled_;
+  std::vector<PointId> point_ids_ =
+      std::vector<PointId>(static_cast<std::size_t>(options_.points), kNoId);
+  std::vector<LineId> line_ids_ =
+      std::vector<LineId>(static_cast<std::size_t>(options_.lines), kNoId);
+  std::vector<std::vector<PointId>> all_points_ = decltype(all_points_)(point_ids_.size());
+  std::vector<std::vector<LineId>> all_lines_ = decltype(all_lines_)(line_ids_.size());
+};
+
+}  // namespace highwall::testing

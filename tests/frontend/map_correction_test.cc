@@ -1,0 +1,135 @@
+#include <highwall/frontend/map_correction.h>
+
+#include <gtest/gtest.h>
+
+#include "synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::IdealSensor;
+using testing::Look;
+using testing::MakeScene;
+using testing::PositionError;
+using testing::Scene;
+using testing::SceneMap;
+
+const Pose kPoses[] = {Pose::FromTangent({0, 0, 0}, {0, -0.2, 0}),
+                       Pose::FromTangent({0.2, 0, 0}, {0, 0.0, 0}),
+                       Pose::FromTangent({0.3, 0.1, 0}, {0, 0.2, 0})};
+const Pose kMove = Pose::FromTangent({0.3, -0.1, 0.2}, {0.02, 0.1, -0.03});
+
+class MapCorrectionTest : public ::testing::Test {
+ protected:
+  MapCorrectionTest() {
+    for (int i = 0; i < 2; ++i) scene_map.Add(Look(scene, IdealSensor(), kPoses[i]), kPoses[i]);
+  }
+
+  Map& map() { return scene_map.map; }
+
+  const Scene scene = MakeScene(5, 300, 30);
+  SceneMap scene_map{scene};
+};
+
+TEST_F(MapCorrectionTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
+  const auto before = GeometryOf(map());
+  MoveKeyFrames({0, 1}, {kPoses[0], kMove * kPoses[1]}, &map());
+  EXPECT_LT(PositionError(map().keyframe(1)->T_WC, kMove * kPoses[1]), 1e-12);
+  for (const PointId id : map().point_ids()) {
+    const MapPoint& point = *map().point(id);
+    const Eigen::Vector3d& old = *before.points[static_cast<std::size_t>(id)];
+    const Eigen::Vector3d expected = point.observations.front().keyframe == 0 ? old : kMove * old;
+    EXPECT_LT((point.p_W - expected).norm(), 1e-12);
+  }
+  for (const LineId id : map().line_ids()) {
+    const MapLine& line = *map().line(id);
+    const Segment3& old = *before.lines[static_cast<std::size_t>(id)];
+    const Segment3 expected = line.observations.front().keyframe == 0 ? old : kMove * old;
+    EXPECT_LT((line.segment_W.p() - expected.p()).norm(), 1e-12);
+  }
+}
+
+TEST_F(MapCorrectionTest, WhatHappenedSinceTheCopyIsKept) {
+  MapCorrection correction;
+  correction.before = GeometryOf(map());
+  Map copy = map().Clone();
+  MoveKeyFrames({0, 1}, {kPoses[0], kMove * kPoses[1]}, &copy);
+  const PointId moved = copy.keyframe(1)->points.front();
+  copy.point(moved)->p_W += Eigen::Vector3d(0.01, 0.02, 0.03);
+  correction.after = GeometryOf(copy);
+
+  // Meanwhile a keyframe came with landmarks of its own, another was improved, a point was lost.
+  scene_map.Add(Look(scene, IdealSensor(), kPoses[2]), kPoses[2]);
+  const PointId fresh = map().AddPoint({1, 2, 3}, 2).id;
+  int free = 0;
+  while (map().keyframe(2)->points[static_cast<std::size_t>(free)] != kNoId) {
+    if (++free == static_cast<int>(map().keyframe(2)->points.size())) {
+      map().ForgetPointObservation(2, map().keyframe(2)->points[0]);
+      free = 0;
+    }
+  }
+  ASSERT_TRUE(map().ObservePoint(2, free, fresh));
+  const Pose improvement = Pose::FromTangent({0.001, 0, 0}, {0, 0.002, 0});
+  map().keyframe(1)->T_WC = map().keyframe(1)->T_WC * improvement;
+  const PointId lost = map().keyframe(0)->points.back();
+  map().RemovePoint(lost);
+
+  Apply(correction, &map());
+  EXPECT_EQ(map().keyframe(0)->T_WC.Matrix(), kPoses[0].Matrix());
+  EXPECT_LT(PositionError(map().keyframe(1)->T_WC, kMove * kPoses[1] * improvement), 1e-12);
+  EXPECT_LT(PositionError(map().keyframe(2)->T_WC, kMove * kPoses[2]), 1e-12);
+  EXPECT_LT((map().point(fresh)->p_W - kMove * Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+  EXPECT_EQ(map().point(lost), nullptr);
+  if (map().point(moved) != nullptr) {
+    EXPECT_LT((map().point(moved)->p_W - copy.point(moved)->p_W).norm(), 1e-12);
+  }
+}
+
+TEST_F(MapCorrectionTest, TwofoldLandmarksBecomeOne) {
+  const PointId from = map().keyframe(1)->points.back(), into = map().keyframe(0)->points[0];
+  const LineId line = map().keyframe(0)->lines[0];
+  ASSERT_NE(from, into);
+  MapFusion fusion;
+  fusion.points = {{from, into}, {from, into}, {12345, into}};
+  fusion.lines = {{54321, line}};
+  fusion.point_sights = {{99, 0, into}};
+  Apply(fusion, &map());
+  EXPECT_EQ(map().point(from), nullptr);
+  ASSERT_NE(map().point(into), nullptr);
+  EXPECT_NE(map().line(line), nullptr);
+}
+
+TEST_F(MapCorrectionTest, FindsLandmarksOfAnotherPartInAKeyFrame) {
+  // A second map of the same scene in the same world: what a loop looks like once it is closed.
+  const MeasurementModel model(IdealSensor(), {});
+  const MapMatcher matcher(model, testing::kLevels, {});
+  SceneMap other(scene);
+  other.map = map().Clone();
+  const KeyFrameId id = other.Add(Look(scene, IdealSensor(), kPoses[1]), kPoses[1]);
+  const KeyFrame& keyframe = *other.map.keyframe(id);
+  const std::vector<KeyFrameId> old{0, 1};
+  const auto points = PointsSeenBy(other.map, old, keyframe.points);
+  const auto lines = LinesSeenBy(other.map, old, keyframe.lines);
+  const MapFusion fusion = FindInKeyFrame(other.map, id, points, lines, matcher, model);
+  EXPECT_GT(fusion.points.size(), keyframe.points.size() / 2);
+  EXPECT_GT(fusion.lines.size(), 3u);
+  EXPECT_TRUE(fusion.point_sights.empty()) << "every feature had a landmark";
+  for (const auto& [from, into] : fusion.points) {
+    EXPECT_LT((other.map.point(from)->p_W - other.map.point(into)->p_W).norm(), 0.02);
+  }
+  const std::size_t before = other.map.num_points();
+  Apply(fusion, &other.map);
+  EXPECT_EQ(other.map.num_points(), before - fusion.points.size());
+}
+
+TEST_F(MapCorrectionTest, ACloneIsAMapOfItsOwn) {
+  Map clone = map().Clone();
+  clone.keyframe(0)->T_WC = kMove;
+  clone.RemovePoint(clone.point_ids().front());
+  EXPECT_EQ(map().keyframe(0)->T_WC.Matrix(), kPoses[0].Matrix());
+  EXPECT_EQ(map().num_points(), clone.num_points() + 1);
+  EXPECT_EQ(clone.keyframe(1)->frame.features, map().keyframe(1)->frame.features);
+}
+
+}  // namespace
+}  // namespace highwall

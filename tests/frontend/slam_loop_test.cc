@@ -1,0 +1,105 @@
+// A walk round a room and on: SlamSystem with loops. Takes some ten seconds.
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <highwall/core/trajectory_error.h>
+#include <highwall/frontend/slam_system.h>
+#include <simulate/room.h>
+
+namespace highwall {
+namespace {
+
+constexpr double kLap = 10.0, kSeconds = 13.0;
+
+class SlamLoopTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    simulate::SimulationOptions options;
+    options.seed = 5;
+    options.duration = kSeconds;
+    options.fps = 10.0;
+    options.camera = Camera();
+    options.sensor.noise = simulate::SensorNoise::kKinect;
+    const simulate::Simulation room(simulate::MakeRoom(options.seed),
+                                    simulate::MakeRoomTrajectory(kLap, options.seed), options);
+    auto images = std::make_unique<std::vector<RgbdImage>>();
+    auto truth = std::make_unique<Trajectory>();
+    for (int i = 0; i < room.size(); ++i) {
+      const auto frame = room.Render(i);
+      images->push_back({frame.stamp, frame.bgr, frame.depth});
+      truth->push_back({frame.stamp, frame.T_WC});
+    }
+    images_ = std::move(images);
+    truth_ = std::move(truth);
+  }
+  static void TearDownTestSuite() {
+    images_.reset();
+    truth_.reset();
+  }
+
+  static PinholeCamera Camera() {
+    return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+  }
+
+  struct Run {
+    std::vector<LoopReport> loops;
+    int lost = 0;
+    double rmse = 0.0;
+    std::vector<Eigen::Matrix4d> poses;
+  };
+  static Run Walk(const LoopCloserOptions& loops) {
+    SlamOptions options;
+    options.loops = loops;
+    options.mapper.bundle.threads = 1;
+    SlamSystem slam({.camera = Camera()}, options);
+    Run run;
+    const auto keep = [&](const std::vector<LoopReport>& reports) {
+      run.loops.insert(run.loops.end(), reports.begin(), reports.end());
+    };
+    for (const RgbdImage& image : *images_) {
+      const FrameResult result = slam.Track(image);
+      if (result.state != TrackingState::kTracking) ++run.lost;
+      keep(result.loops);
+    }
+    keep(slam.Finish());
+    for (const StampedPose& pose : slam.trajectory()) run.poses.push_back(pose.pose.Matrix());
+    run.rmse = AbsolutePoseError(*truth_, slam.trajectory()).statistics.rmse;
+    return run;
+  }
+
+  static std::unique_ptr<const std::vector<RgbdImage>> images_;
+  static std::unique_ptr<const Trajectory> truth_;
+};
+
+std::unique_ptr<const std::vector<RgbdImage>> SlamLoopTest::images_;
+std::unique_ptr<const Trajectory> SlamLoopTest::truth_;
+
+TEST_F(SlamLoopTest, ClosesTheLoopAndTheTrackerFollows) {
+  LoopCloserOptions closing;
+  closing.background = false;
+  closing.correction.threads = closing.bundle.threads = 1;
+  const Run with = Walk(closing);
+  ASSERT_GE(with.loops.size(), 2u);
+  for (const LoopReport& report : with.loops) EXPECT_TRUE(report.accepted) << report.message;
+  EXPECT_GT(with.loops[0].fused_points, 20);
+  EXPECT_EQ(with.lost, 0) << "the tracker went on in the corrected map";
+  LoopCloserOptions off;
+  off.enabled = false;
+  const Run without = Walk(off);
+  EXPECT_TRUE(without.loops.empty());
+  EXPECT_LT(with.rmse, 0.006);
+  EXPECT_LT(with.rmse, without.rmse);
+  EXPECT_EQ(Walk(closing).poses, with.poses) << "bit for bit";
+}
+
+TEST_F(SlamLoopTest, ClosesTheLoopInTheBackground) {
+  const Run run = Walk({});
+  ASSERT_FALSE(run.loops.empty());
+  EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
+  EXPECT_EQ(run.lost, 0);
+  EXPECT_LT(run.rmse, 0.006);
+}
+
+}  // namespace
+}  // namespace highwall
