@@ -13,6 +13,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/frontend/imu_vibration.h>
 
 namespace highwall {
 namespace {
@@ -198,7 +199,6 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   if (report.duration < options_.min_duration) return report;
 
   const Pose T_CB = calibration_.T_BC.Inverse();
-  const ImuPreintegrationOptions preintegration{.noise = calibration_.noise};
   Guess guess{calibration_.time_offset, ImuBias::Zero()};
   // The offset moves the instants at which the readings are cut, and the biases their sums.
   constexpr int kRounds = 3;
@@ -214,7 +214,9 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
         report.status = InitializationStatus::kNoImu;
         return report;
       }
-      motion.imu.emplace_back(interval->samples, guess.bias, preintegration);
+      motion.imu.emplace_back(
+          interval->samples, guess.bias,
+          ImuPreintegrationOptions{.noise = ShakenNoise(calibration_.noise, interval->samples)});
     }
     const Eigen::Vector3d gravity = MeanGravity(motion);
     report.gravity_norm = gravity.norm();

@@ -9,6 +9,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/frontend/imu_vibration.h>
 
 namespace highwall {
 namespace {
@@ -129,7 +130,8 @@ std::optional<ImuPreintegration> InertialOdometry::Between(Stamp from, Stamp to)
   if (from >= to || buffer_.empty()) return std::nullopt;
   const auto interval = buffer_.Between(from, to);
   if (!interval || interval->HasGap()) return std::nullopt;
-  return ImuPreintegration(interval->samples, bias_, {.noise = calibration_.noise});
+  return ImuPreintegration(interval->samples, bias_,
+                           {.noise = ShakenNoise(calibration_.noise, interval->samples, getenv("SH")?atof(getenv("SH")):0.25)});
 }
 
 std::optional<KnownPose> InertialOdometry::Predict(Stamp image) const {
