@@ -190,6 +190,8 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
       ->add_option("--rest", arguments->rest,
                    "How long the camera stands still at first [s] [default: 1, room 0]")
       ->check(Between(0.0, 60.0));
+  command->add_flag("--moving", arguments->moving,
+                    "Let a worker walk ahead and a truck come along (mine and road)");
   AddCameraOptions(command, arguments.get());
   AddImuOptions(command, arguments.get());
   command->footer("Example: highwall simulate mine --out mine --duration 20");

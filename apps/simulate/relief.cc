@@ -95,8 +95,8 @@ void AddBoulder(const Pose& T_WB, const BoulderOptions& options, int texture,
     cuts.push_back({RandomDirection(random), random->Uniform(0.55, 0.9)});
   }
   const Eigen::Vector3d up(0.0, 0.0, (1.0 - options.sunk) * options.radii.z());
-  const Eigen::Vector2f place(static_cast<float>(random->Uniform(1.0, 3.0)),
-                              static_cast<float>(random->Uniform(1.0, 3.0)));
+  const Eigen::Vector2f place{static_cast<float>(random->Uniform(1.0, 3.0)),
+                              static_cast<float>(random->Uniform(1.0, 3.0))};
   const int surface = scene->AddRelief(texture);
   for (Triangle& triangle : triangles) {
     for (Eigen::Vector3d& p : triangle) {

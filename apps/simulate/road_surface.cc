@@ -51,7 +51,7 @@ double RoadSurface::Height(double s, double left) const {
   }
   if (const double shaken = At(StretchKind::kBlurred, s); shaken > 0.0) {
     constexpr double kWashboard = 0.2;  // [m] from crest to crest
-    height += 0.011 * shaken * std::sin(2.0 * std::numbers::pi * s / kWashboard);
+    height += 0.015 * shaken * std::sin(2.0 * std::numbers::pi * s / kWashboard);
   }
   const double shoulder = Step((beside - kEdge) / 0.9);
   return height + shoulder * (0.28 + 0.16 * Noise(shoulder_, s, left));

@@ -70,7 +70,7 @@ int AddSignFace(const Vector2d& size, RandomSequence* random, Scene* scene) {
 }
 
 void AddSign(const Pose& T_WB, int metal, RandomSequence* random, Scene* scene) {
-  const Vector2d size(random->Uniform(0.5, 0.75), random->Uniform(0.4, 0.55));
+  const Vector2d size{random->Uniform(0.5, 0.75), random->Uniform(0.4, 0.55)};
   // Its front, -y, towards those who come.
   const Pose T_WS =
       T_WB * Pose(Eigen::Quaterniond(Eigen::AngleAxisd(-0.5 * std::numbers::pi, Vector3d::UnitZ())),
@@ -105,6 +105,29 @@ void AddTube(const Course& course, double s_begin, double s_end, double radius, 
       scene);
 }
 
+namespace {
+
+// Sagging from pole to pole, all around.
+void AddCable(const Course& course, const RoadSurface& surface, const RoadsideOptions& options,
+              int wood, int rubber, Scene* scene) {
+  constexpr double kHeight = 1.35, kSag = 0.22, kThick = 0.018;  // [m]
+  const double left = options.left + 0.2;
+  const int poles = static_cast<int>(course.length() / options.pole_spacing);
+  const double span = course.length() / poles;
+  for (int i = 0; i < poles; ++i) {
+    const Pose foot = OnGround(course, surface, span * i, left, 0.0) *
+                      Pose(Eigen::Quaterniond::Identity(), Vector3d(0, 0, -0.2));
+    scene->AddBox(foot, {0.09, 0.09, kHeight + 0.3}, {wood, wood, wood});
+  }
+  const auto hang = [&](double s) {
+    const double x = s / span - std::floor(s / span);
+    return Vector2d(left, kHeight - 4.0 * kSag * x * (1.0 - x));
+  };
+  AddTube(course, 0.0, course.length(), kThick, rubber, hang, scene);
+}
+
+}  // namespace
+
 void AddRoadside(const Course& course, const RoadSurface& surface, const RoadsideOptions& options,
                  std::uint64_t seed, Scene* scene) {
   RandomSequence random(Mix(seed));
@@ -129,25 +152,11 @@ void AddRoadside(const Course& course, const RoadSurface& surface, const Roadsid
     if (is_bare(s)) continue;
     AddSign(OnGround(course, surface, s, lane, random.Uniform(-0.25, 0.25)), metal, &random, scene);
   }
-
-  const int poles = static_cast<int>(length / options.pole_spacing);
-  const double span = length / poles;
-  constexpr double kCableHeight = 1.35, kSag = 0.22;  // [m]
-  const double cable_left = options.left + 0.2;
-  for (int i = 0; i < poles; ++i) {
-    const double s = span * i;
-    const Pose foot = OnGround(course, surface, s, cable_left, 0.0) *
-                      Pose(Eigen::Quaterniond::Identity(), Vector3d(0, 0, -0.2));
-    scene->AddBox(foot, {0.09, 0.09, kCableHeight + 0.3}, {wood, wood, wood});
-  }
-  const auto hang = [&](double s) {
-    const double x = s / span - std::floor(s / span);
-    return Vector2d(cable_left, kCableHeight - 4.0 * kSag * x * (1.0 - x));
-  };
-  AddTube(course, 0.0, length, 0.018, rubber, hang, scene);
+  AddCable(course, surface, options, wood, rubber, scene);
   if (!options.pipe) return;
+  const double pipe_left = options.left - 0.05;
   const auto lie = [&](double s) {
-    return Vector2d(options.left - 0.05, surface.Height(s, options.left - 0.05) + 0.1);
+    return Vector2d(pipe_left, surface.Height(s, pipe_left) + 0.1);
   };
   AddTube(course, 0.0, length, 0.07, rust, lie, scene);
 }
@@ -160,8 +169,8 @@ void AddDebris(const Course& course, const RoadSurface& surface, const DebrisOpt
     const double s = random.Uniform(0.0, length), yaw = random.Uniform(-3.1, 3.1);
     const double dust = surface.Dust(s, left);
     if (dust > kBare && random.Index(12) != 0) return;
-    const Vector3d radii = size * Vector3d(random.Uniform(0.75, 1.3), random.Uniform(0.7, 1.0),
-                                           random.Uniform(0.5, 0.85));
+    const Vector3d radii = size * Vector3d{random.Uniform(0.75, 1.3), random.Uniform(0.7, 1.0),
+                                           random.Uniform(0.5, 0.85)};
     AddBoulder(OnGround(course, surface, s, left, yaw),
                {.radii = radii,
                 .level = level,

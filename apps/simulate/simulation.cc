@@ -124,7 +124,8 @@ Rendering Simulation::RenderScene(Stamp stamp, int threads) const {
 SimulatedFrame Simulation::Render(int i, int threads) const {
   HIGHWALL_REQUIRE(i >= 0 && i < size(), "Simulation::Render: no frame " + std::to_string(i));
   constexpr double kHazeDensity = 0.5;  // [1/m] in the midst of a dusty stretch
-  constexpr double kShadow = 0.05;      // share of the light that is left in deep shadow
+  // Shares of the light that are left in deep shadow, and where images are to blur.
+  constexpr double kShadow = 0.05, kShade = 0.4;
   SimulatedFrame frame;
   frame.stamp = StampOf(i);
   frame.T_WC = T_WC(frame.stamp);
@@ -140,8 +141,10 @@ SimulatedFrame Simulation::Render(int i, int threads) const {
   AddHaze({.density = kHazeDensity * Intensity(stretches_, StretchKind::kDust, t),
            .seed = static_cast<std::uint32_t>(options_.seed)},
           t, &rendering);
-  const double shade = Intensity(stretches_, StretchKind::kLowLight, t);
-  if (shade > 0.0) rendering.bgr *= 1.0 - (1.0 - kShadow) * shade;
+  const double light =
+      std::min(1.0 - (1.0 - kShadow) * Intensity(stretches_, StretchKind::kLowLight, t),
+               1.0 - (1.0 - kShade) * Intensity(stretches_, StretchKind::kBlurred, t));
+  if (light < 1.0) rendering.bgr *= light;
 
   frame.exposure = ChooseExposure(options_.exposure, rendering.bgr);
   Expose(options_.exposure, frame.exposure, &rendering.bgr);

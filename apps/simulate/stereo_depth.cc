@@ -16,7 +16,7 @@ namespace {
 constexpr int kBlock = 8;          // [px] over which contrast is judged
 constexpr float kFlat = 2.5f;      // [grey levels] of contrast below which matches begin to fail
 constexpr float kFlatLoss = 0.7f;  // share of them that fails where there is none at all
-constexpr float kGrazingSure = 0.10f, kGrazingPossible = 0.26f;  // cosines, as for the Kinect
+constexpr float kGrazingSure = 0.05f, kGrazingPossible = 0.13f;  // cosines: nothing, everything
 constexpr int kGrain = 4;        // [px] spacing of the noise that neighbours share
 constexpr float kShared = 0.8f;  // share of the variance
 

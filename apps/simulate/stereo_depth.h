@@ -26,7 +26,7 @@ struct StereoOptions {
 
 // Depth as such a pair reports it: noise that grows with the square of the distance and is alike
 // within some pixels, as the matching windows overlap; nothing where the second camera, to the
-// right of the first, cannot see; little where there is nothing to match, and beyond 75 degrees of
+// right of the first, cannot see; little where there is nothing to match, and beyond 82 degrees of
 // incidence.
 class StereoDepth {
  public:

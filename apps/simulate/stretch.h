@@ -9,7 +9,7 @@ namespace highwall::simulate {
 // What makes a part of a sequence hard.
 enum class StretchKind {
   kBumpy,       // the vehicle bounces on bumps
-  kBlurred,     // it shakes so fast that images blur
+  kBlurred,     // it shakes fast, in shade that asks for long exposures: images blur
   kLowTexture,  // dust covers ground and walls
   kLowLight,    // deep shadow: long exposures, then noise
   kDust,        // dust in the air hides what is far

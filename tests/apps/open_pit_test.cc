@@ -22,6 +22,18 @@ class OpenPit : public ::testing::TestWithParam<std::string> {
   static Simulation Film(const SimulationOptions& options) {
     return GetParam() == "mine" ? SimulateMine(options) : SimulateRoad(options);
   }
+  // By rotation, within half a second about t, exposed as the image at t is [px of 640 x 480].
+  static double LongestBlur(const Simulation& film, double t) {
+    const Stamp middle = film.StampOf(0) + FromSeconds(t);
+    const double exposure = film.Render(static_cast<int>(t * film.options().fps)).exposure.time;
+    double fastest = 0.0;  // [rad/s]
+    for (int k = -25; k < 25; ++k) {
+      const Stamp begin = middle + k * 10'000'000;
+      const Pose turn = film.T_WC(begin).Inverse() * film.T_WC(begin + 2'000'000);
+      fastest = std::max(fastest, turn.Angle() / 0.002);
+    }
+    return 615.0 * fastest * exposure;
+  }
   static double Lap() { return GetParam() == "mine" ? 84.0 : 76.0; }  // [s] about
 };
 
@@ -109,11 +121,14 @@ TEST_P(OpenPit, IsRichInFeaturesExceptUnderDust) {
     EXPECT_GE(rich.corners, 600u) << t;
     EXPECT_GE(rich.segments, 10) << t;
   }
-  const auto dusty =
-      std::find_if(film.stretches().begin(), film.stretches().end(),
-                   [](const Stretch& s) { return s.kind == StretchKind::kLowTexture; });
-  ASSERT_NE(dusty, film.stretches().end());
-  EXPECT_LE(count(0.5 * (dusty->begin + dusty->end)).corners, count(5.0).corners / 3);
+  const auto middle_of = [&film](StretchKind kind) {
+    const auto found = std::find_if(film.stretches().begin(), film.stretches().end(),
+                                    [kind](const Stretch& s) { return s.kind == kind; });
+    return found == film.stretches().end() ? 0.0 : 0.5 * (found->begin + found->end);
+  };
+  EXPECT_LE(count(middle_of(StretchKind::kLowTexture)).corners, count(5.0).corners / 3);
+  EXPECT_GT(LongestBlur(film, middle_of(StretchKind::kBlurred)), 4.0);
+  EXPECT_LT(LongestBlur(film, 5.0), 1.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, OpenPit, ::testing::Values("road", "mine"),

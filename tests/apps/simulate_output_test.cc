@@ -263,6 +263,37 @@ TEST(SimulateCommand, MovesTheClockOfTheImuAndRestsAtFirst) {
   for (const ImuSample& sample : imu.samples) EXPECT_EQ(sample.gyroscope.norm(), 0.0);
 }
 
+TEST(SimulateCommand, FilmsTheRoadWithADepthCameraInTheOpen) {
+  const TemporaryDirectory folder;
+  const fs::path road = folder.path() / "road";
+  const Outcome run = Highwall("simulate road --duration 3 --fps 1 --scale 0.25 --blackout 1:0.5 " +
+                               std::string("--rolling-shutter 30 --moving --out ") + road.string());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(CountEntries(road / "rgb"), 3);
+  EXPECT_EQ(ReadText(road / "stretches.csv"),
+            "#kind,begin [s],end [s]\nblackout,2.000000,2.500000\n");
+  const RgbdSensor sensor = apps::LoadConfig(apps::CalibrationFile(road)).sensor;
+  EXPECT_EQ(sensor.camera.width, 160);
+  EXPECT_EQ(sensor.camera.fx, 153.75);
+  EXPECT_EQ(sensor.camera.cx, 79.5);  // the middle of the image is still the middle
+  EXPECT_EQ(sensor.depth_factor, 1000.0);
+  EXPECT_NEAR(sensor.depth_noise.Sigma(2.0), 0.08 * 4.0 / (425.0 * 0.05), 1e-12);
+  const TumDataset dataset(road);
+  ASSERT_EQ(dataset.size(), 3u);
+  EXPECT_EQ(cv::countNonZero(dataset.Load(1)->depth), 0);  // the lens is covered
+  EXPECT_GT(cv::countNonZero(dataset.Load(2)->depth), 160 * 120 / 3);
+}
+
+TEST(SimulateCommand, BlackoutsAndShuttersOutOfRangeAreUsageErrors) {
+  const TemporaryDirectory folder;
+  const std::string command = "simulate road --out " + (folder.path() / "x").string();
+  for (const char* bad : {" --blackout 3", " --blackout 3:0", " --blackout x:1", " --blackout 3:1s",
+                          " --rolling-shutter -1", " --scale 0", " --exposure long"}) {
+    EXPECT_EQ(Highwall(command + bad).exit_code, 1) << bad;
+  }
+  EXPECT_EQ(CountEntries(folder.path()), 0);
+}
+
 TEST(SimulateCommand, RefusesToOverwriteWithOneLine) {
   const TemporaryDirectory folder;
   WriteText(folder.path() / "mine.txt", "precious");
