@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -101,10 +102,16 @@ class Problem {
   }
   Guess Latest() const { return {graph_.Value(time_offset_), graph_.Value(biases_.back())}; }
 
-  InertialPrior Result(Stamp stamp) const {
+  // Empty where the images leave a direction open all the time.
+  std::optional<InertialPrior> Result(Stamp stamp) const {
     const std::array<VariableId, 5> ids = {poses_.back(), velocities_.back(), biases_.back(),
                                            gravity_, time_offset_};
-    const Eigen::MatrixXd covariance = graph_.Covariance(ids);
+    Eigen::MatrixXd covariance;
+    try {
+      covariance = graph_.Covariance(ids);
+    } catch (const InvalidArgument&) {  // rank-deficient
+      return std::nullopt;
+    }
     InertialPrior result;
     result.estimate.stamp = stamp;
     result.estimate.state = {graph_.Value(poses_.back()), graph_.Value(velocities_.back())};
@@ -167,7 +174,7 @@ const char* ToString(InitializationStatus status) {
 
 Eigen::Vector3d RateAt(const ImuBuffer& imu, Stamp stamp, const ImuBias& bias) {
   constexpr Stamp kHalf = 10'000'000;
-  if (imu.empty()) return Eigen::Vector3d::Zero();
+  if (imu.empty() || imu.newest() <= stamp - kHalf) return Eigen::Vector3d::Zero();
   const auto interval = imu.Between(stamp - kHalf, std::min(stamp + kHalf, imu.newest()));
   if (!interval) return Eigen::Vector3d::Zero();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -236,6 +243,11 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     if (round + 1 < kRounds) continue;
     report.error = problem.Error();
     report.estimate = problem.Result(motion.stamps.back());
+  }
+  if (!report.estimate) {
+    report.status = InitializationStatus::kUncertain;
+    report.gravity_sigma = M_PI;
+    return report;
   }
   report.gravity_sigma = report.estimate->gravity_sigma * std::sqrt(std::max(1.0, report.error));
   if (report.error > options_.max_error) return report;

@@ -22,14 +22,14 @@ const ImuBias kBias = (ImuBias() << 0.008, -0.01, 0.005, 0.05, -0.08, 0.06).fini
 // A map whose z is far from up.
 const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.5, -0.8, 1.3});
 
-struct Run {
+struct Trial {
   InitializationReport report;
   ImuState truth;
   ImuBias bias;
 };
 
 // Images at 10 Hz over `duration` [s], from 0.5 s on. change: of a reading, before it is added.
-Run Initialize(
+Trial Initialize(
     const InertialSceneOptions& scene_options, double duration,
     const std::function<void(ImuSample&)>& change = [](ImuSample&) {},
     const InertialInitializerOptions& options = {}) {
@@ -57,7 +57,7 @@ TEST(InertialInitializer, FindsGravityBiasesVelocityAndOffsetInMotion) {
   for (const double time_offset : {0.0, 0.02, -0.03}) {
     SCOPED_TRACE(time_offset);
     const InertialSceneOptions scene{.bias = kBias, .time_offset = time_offset, .T_WN = kTilted};
-    const Run run = Initialize(scene, 4.0);
+    const Trial run = Initialize(scene, 4.0);
     ASSERT_EQ(run.report.status, InitializationStatus::kReady) << run.report.error;
     ASSERT_TRUE(run.report.estimate);
     const InertialPrior& prior = *run.report.estimate;
@@ -82,7 +82,7 @@ TEST(InertialInitializer, FindsTheDirectionOfGravityAtRest) {
   // At rest a tilt looks like a bias of the accelerometer, so the latter has to be small.
   const ImuBias bias = (ImuBias() << 0.008, -0.01, 0.005, 0.01, -0.02, 0.03).finished();
   const InertialSceneOptions scene{.motion = 0.0, .bias = bias, .T_WN = kTilted};
-  const Run run = Initialize(scene, 2.0);
+  const Trial run = Initialize(scene, 2.0);
   ASSERT_EQ(run.report.status, InitializationStatus::kReady) << run.report.error;
   const InertialPrior& prior = *run.report.estimate;
   EXPECT_LT(AngleBetween(prior.gravity_W.vector(), kTilted.q() * kGravity), 0.3 * kDegree);
@@ -97,7 +97,7 @@ TEST(InertialInitializer, FindsTheDirectionOfGravityAtRest) {
 TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {
   // Normalised estimation error squared of velocity and biases, 9 degrees of freedom: over N runs
   // its mean is 9 +- sqrt(18 / N).
-  constexpr int kRuns = 30;
+  constexpr int kRuns = 20;
   double sum = 0.0;
   std::mt19937 rng(3);
   std::normal_distribution<double> normal;
@@ -109,7 +109,7 @@ TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {
       scene.bias(i) =
           normal(rng) * (i < 3 ? options.gyroscope_bias_sigma : options.accelerometer_bias_sigma);
     }
-    const Run result = Initialize(scene, 2.0);
+    const Trial result = Initialize(scene, 1.2);
     ASSERT_TRUE(result.report.estimate);
     const InertialEstimate& estimate = result.report.estimate->estimate;
     const Eigen::Matrix<double, 9, 1> error =
@@ -147,7 +147,7 @@ TEST(InertialInitializer, SaysWhereReadingsAreMissing) {
 TEST(InertialInitializer, IsUncertainAsLongAsGravityIs) {
   InertialInitializerOptions options;
   options.max_gravity_sigma = 1e-4;
-  const Run run = Initialize(
+  const Trial run = Initialize(
       {}, 1.5, [](ImuSample&) {}, options);
   EXPECT_EQ(run.report.status, InitializationStatus::kUncertain);
   EXPECT_GT(run.report.gravity_sigma, 1e-4);
@@ -156,8 +156,8 @@ TEST(InertialInitializer, IsUncertainAsLongAsGravityIs) {
 
 TEST(InertialInitializer, ReadingsInGHaveAWrongGravity) {
   for (const double motion : {0.0, 1.0}) {
-    const Run run = Initialize({.motion = motion}, 2.0,
-                               [](ImuSample& reading) { reading.accelerometer /= 9.80665; });
+    const Trial run = Initialize({.motion = motion}, 2.0,
+                                 [](ImuSample& reading) { reading.accelerometer /= 9.80665; });
     EXPECT_EQ(run.report.status, InitializationStatus::kWrongGravity) << motion;
     EXPECT_LT(run.report.gravity_norm, 9.81 * 0.9) << motion;
     EXPECT_FALSE(run.report.estimate);
@@ -165,14 +165,14 @@ TEST(InertialInitializer, ReadingsInGHaveAWrongGravity) {
 }
 
 TEST(InertialInitializer, ANegatedAccelerometerContradictsTheImagesInMotion) {
-  const Run run = Initialize({}, 4.0, [](ImuSample& reading) { reading.accelerometer *= -1.0; });
+  const Trial run = Initialize({}, 4.0, [](ImuSample& reading) { reading.accelerometer *= -1.0; });
   EXPECT_TRUE(run.report.status == InitializationStatus::kInconsistent ||
               run.report.status == InitializationStatus::kWrongGravity)
       << ToString(run.report.status);
 }
 
 TEST(InertialInitializer, DegreesASecondContradictTheImages) {
-  const Run run =
+  const Trial run =
       Initialize({}, 4.0, [](ImuSample& reading) { reading.gyroscope *= 180.0 / M_PI; });
   EXPECT_TRUE(run.report.status == InitializationStatus::kInconsistent ||
               run.report.status == InitializationStatus::kWrongGravity)
@@ -194,7 +194,7 @@ TEST(InertialInitializer, ImagesThatLeaveADirectionOpenAreNoFailure) {
     }
     InitializationReport report;
     ASSERT_NO_THROW(report = initializer.Solve(buffer)) << blind;
-    EXPECT_NE(report.status, InitializationStatus::kReady) << blind;
+    EXPECT_EQ(report.status, InitializationStatus::kUncertain) << blind;
   }
 }
 

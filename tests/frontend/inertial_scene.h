@@ -30,7 +30,7 @@ struct InertialSceneOptions {
                  .accelerometer_walk = 1e-3};
   ImuBias bias = ImuBias::Zero();
   double time_offset = 0.0;  // [s] t_imu = t_cam + t_d
-  Pose T_WN;                 // of N, whose z is up, in the frame W of the images' poses
+  Pose T_WN{};                 // of N, whose z is up, in the frame W of the images' poses
   double position_sigma = 1e-3, rotation_sigma = 3e-4;  // [m], [rad] of the images' poses
   unsigned seed = 1;
 };

@@ -194,23 +194,24 @@ Driven Drive(const InertialSceneOptions& options, int images, const StartSigma& 
   return driven;
 }
 
-TEST(InertialWindow, TracksTheTruthFromPerfectImages) {
-  const InertialSceneOptions scene{.noise = {.gyroscope = 1e-5,
-                                             .accelerometer = 1e-5,
-                                             .gyroscope_walk = 1e-8,
-                                             .accelerometer_walk = 1e-8},
+TEST(InertialWindow, TracksTheTruthFromGoodImages) {
+  const InertialSceneOptions scene{.noise = {.gyroscope = 2e-5,
+                                             .accelerometer = 1.5e-4,
+                                             .gyroscope_walk = 2e-6,
+                                             .accelerometer_walk = 1e-4},
                                    .bias = (ImuBias() << 0.01, 0, -0.01, 0.1, -0.1, 0).finished(),
-                                   .position_sigma = 1e-6,
-                                   .rotation_sigma = 1e-6};
+                                   .position_sigma = 1e-4,
+                                   .rotation_sigma = 1e-4};
   const Driven driven = Drive(scene, 40, {}, true, 10);
   const Vector15 error = EstimateError(driven.truth, driven.bias, driven.window->newest());
-  EXPECT_LT(error.head<3>().norm(), 1e-5);       // [m]
-  EXPECT_LT(error.segment<3>(3).norm(), 1e-5);   // [rad]
-  EXPECT_LT(error.segment<3>(6).norm(), 1e-4);   // [m/s]
-  EXPECT_LT(error.segment<3>(9).norm(), 1e-4);   // [rad/s]
-  EXPECT_LT(error.segment<3>(12).norm(), 2e-3);  // [m/s^2]
-  EXPECT_NEAR(driven.window->time_offset(), 0.0, 2e-5);
-  EXPECT_LT(testing::AngleBetween(driven.window->gravity_W().vector(), kGravity), 2e-4);
+  // The images' own noise, and what follows from it over the second of the window.
+  EXPECT_LT(error.head<3>().norm(), 3e-4);       // [m]
+  EXPECT_LT(error.segment<3>(3).norm(), 3e-4);   // [rad]
+  EXPECT_LT(error.segment<3>(6).norm(), 2e-3);   // [m/s]
+  EXPECT_LT(error.segment<3>(9).norm(), 5e-4);   // [rad/s]
+  EXPECT_LT(error.segment<3>(12).norm(), 0.01);  // [m/s^2]
+  EXPECT_NEAR(driven.window->time_offset(), 0.0, 1e-4);
+  EXPECT_LT(testing::AngleBetween(driven.window->gravity_W().vector(), kGravity), 1e-3);
 }
 
 TEST(InertialWindow, IsConsistentOverFiftySeeds) {

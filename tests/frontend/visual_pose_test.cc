@@ -16,16 +16,16 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 const Pose kPose = Pose::FromTangent({1, 2, 3}, {0.1, -0.4, 0.3});
-// A common noise that hides nothing and landmarks that are believed as they are.
-const VisualNoise kExact{.position = 1e-9, .rotation = 1e-9, .scale = 1.0, .min_error = 1e-6};
+// Landmarks that are believed as they are, and a common noise that hides next to nothing.
+const VisualNoise kExact{.position = 1e-5, .rotation = 1e-5, .scale = 1.0, .min_error = 1e-6};
 
-// Positive definite, with 1 / sigma^2 of some millimetres and milliradians.
+// Positive definite, of some tenths of a millimetre and of a milliradian.
 Matrix6 RandomInformation(unsigned seed) {
   std::mt19937 rng(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   Matrix6 A;
   for (int i = 0; i < 36; ++i) A.data()[i] = uniform(rng);
-  return 1e5 * (A * A.transpose() + 0.1 * Matrix6::Identity());
+  return 1e7 * (A * A.transpose() + 0.1 * Matrix6::Identity());
 }
 
 Matrix6 Information(const VisualPose& visual) {
@@ -36,8 +36,8 @@ TEST(VisualPose, KeepsInformationOfFullRank) {
   const Matrix6 information = RandomInformation(1);
   const VisualPose visual = MakeVisualPose(kPose, information, Vector6::Zero(), 1.0, kExact);
   EXPECT_TRUE(visual.T_WC.Matrix().isApprox(kPose.Matrix(), 1e-15));
-  // The common noise of 1e-9 leaves 1e-18 times the information, 1e-13.
-  EXPECT_TRUE(Information(visual).isApprox(information, 1e-9));
+  const Matrix6 covariance = information.inverse() + 1e-10 * Matrix6::Identity();
+  EXPECT_TRUE(Information(visual).isApprox(covariance.inverse(), 1e-9));
 }
 
 TEST(VisualPose, MovesToWhereTheGradientVanishes) {
@@ -61,8 +61,8 @@ TEST(VisualPose, AnOpenDirectionStaysOpenAndUnmoved) {
   const Matrix6 information = P * RandomInformation(3) * P;
   Vector6 gradient = P * Vector6::Constant(10.0);
   const VisualPose visual = MakeVisualPose(kPose, information, gradient, 1.0, kExact);
-  EXPECT_LT((visual.sqrt_information * u).norm(), 1e-4 * visual.sqrt_information.norm());
-  EXPECT_TRUE(Information(visual).isApprox(information, 1e-6));
+  EXPECT_LT((visual.sqrt_information * u).norm(), 1e-6 * visual.sqrt_information.norm());
+  EXPECT_TRUE(Information(visual).isApprox(information, 0.01));
   Vector6 step;
   step << visual.T_WC.p() - kPose.p(), Eigen::Vector3d::Zero();
   const Eigen::Quaterniond turn = kPose.q().conjugate() * visual.T_WC.q();
@@ -103,13 +103,13 @@ TEST(VisualPose, CommonNoiseAddsToTheCovariance) {
 TEST(VisualPose, TheFitOfTheLandmarksScalesTheirCovariance) {
   const Matrix6 information = RandomInformation(5);
   const auto scaled = [&](double error, double scale) {
-    const VisualNoise noise{.position = 1e-9, .rotation = 1e-9, .scale = scale, .min_error = 0.02};
+    const VisualNoise noise{.position = 1e-6, .rotation = 1e-6, .scale = scale, .min_error = 0.02};
     return Information(MakeVisualPose(kPose, information, Vector6::Zero(), error, noise));
   };
-  EXPECT_TRUE(scaled(4.0, 1.0).isApprox(information / 4.0, 1e-8));
-  EXPECT_TRUE(scaled(0.5, 3.0).isApprox(information / 1.5, 1e-8));
+  EXPECT_TRUE(scaled(4.0, 1.0).isApprox(information / 4.0, 1e-3));
+  EXPECT_TRUE(scaled(0.5, 3.0).isApprox(information / 1.5, 1e-3));
   // Three landmarks that happen to fit exactly prove little.
-  EXPECT_TRUE(scaled(0.0, 1.0).isApprox(information / 0.02, 1e-8));
+  EXPECT_TRUE(scaled(0.0, 1.0).isApprox(information / 0.02, 0.02));
 }
 
 TEST(VisualNoise, ErrorsNameTheField) {

@@ -44,7 +44,8 @@ struct InitializationReport {
   double gravity_norm = 0.0;   // [m/s^2] as measured
   double gravity_sigma = 0.0;  // [rad]
   double error = 0.0;          // chi-squared per degree of freedom
-  // In kReady, kUncertain and kInconsistent: the newest state, biases, gravity, t_d.
+  // In kReady, and in kUncertain and kInconsistent where the images leave no direction open: the
+  // newest state, biases, gravity, t_d.
   std::optional<InertialPrior> estimate;
 };
 
