@@ -132,16 +132,22 @@ TEST(InertialInitializer, SaysWhereReadingsAreMissing) {
   for (int k = 0; k <= 20; ++k)
     initializer.Add(FromSeconds(0.5 + 0.1 * k), scene.See(0.5 + 0.1 * k));
   EXPECT_EQ(initializer.Solve(ImuBuffer()).status, InitializationStatus::kNoImu);
-  ImuBuffer early, late, gap;
+  ImuBuffer early, late, gap, long_ago;
   for (const ImuSample& reading : scene.Readings(0.0, 3.0)) {
     const double t = ToSeconds(reading.stamp);
     if (t < 2.0) early.Add(reading);
-    if (t > 1.0) late.Add(reading);
-    if (t < 1.0 || t > 1.2) gap.Add(reading);
+    if (t > 2.0) late.Add(reading);
+    if (t < 1.8 || t > 2.0) gap.Add(reading);
+    if (t < 0.7 || t > 0.9) long_ago.Add(reading);
   }
   EXPECT_EQ(initializer.Solve(early).status, InitializationStatus::kNoImu);
   EXPECT_EQ(initializer.Solve(late).status, InitializationStatus::kNoImu);
   EXPECT_EQ(initializer.Solve(gap).status, InitializationStatus::kNoImu);
+  // What came after the gap is enough.
+  const InitializationReport report = initializer.Solve(long_ago);
+  EXPECT_NE(report.status, InitializationStatus::kNoImu);
+  EXPECT_TRUE(report.estimate);
+  EXPECT_NEAR(report.duration, 1.6, 0.11);
 }
 
 TEST(InertialInitializer, IsUncertainAsLongAsGravityIs) {
