@@ -275,7 +275,7 @@ TEST(Map, RefreshTakesNormalAndScaleRange) {
 std::vector<ImuSample> MapReadings(int begin, int end) {
   std::vector<ImuSample> samples;
   for (int i = 10 * begin; i <= 10 * end; ++i) {
-    samples.push_back({i * 100'000'000, {0.1 * i, 0, 0}, {0, 0, 9.81 + i}});
+    samples.push_back({Stamp{i} * 100'000'000, {0.1 * i, 0, 0}, {0, 0, 9.81 + i}});
   }
   return samples;
 }
@@ -284,7 +284,7 @@ Map TiedMap(int keyframes) {
   Map map;
   for (int k = 0; k < keyframes; ++k) {
     KeyFrame& keyframe = map.AddKeyFrame(FrameOf(1), At(k, 0, 0));
-    KeyFrameMotion motion{.stamp = k * 1'000'000'000, .v_WB = {1, 0.1 * k, 0}};
+    KeyFrameMotion motion{.stamp = Stamp{k} * 1'000'000'000, .v_WB = {1, 0.1 * k, 0}};
     if (k > 0) {
       motion.previous = k - 1;
       motion.from_previous =
