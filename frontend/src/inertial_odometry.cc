@@ -131,7 +131,7 @@ std::optional<ImuPreintegration> InertialOdometry::Between(Stamp from, Stamp to)
   const auto interval = buffer_.Between(from, to);
   if (!interval || interval->HasGap()) return std::nullopt;
   return ImuPreintegration(interval->samples, bias_,
-                           {.noise = ShakenNoise(calibration_.noise, interval->samples, getenv("SH")?atof(getenv("SH")):0.25)});
+                           {.noise = ShakenNoise(calibration_.noise, interval->samples)});
 }
 
 std::optional<KnownPose> InertialOdometry::Predict(Stamp image) const {
