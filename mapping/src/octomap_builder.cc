@@ -87,6 +87,7 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unproj
     scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
                      min_depth, R_WC, p_WC);
   }
+  scan.CastRays();
   impl_->tree.Apply(scan.Finish());
 }
 
@@ -110,6 +111,7 @@ void OctomapBuilder::InsertWorld(std::span<const Eigen::Vector3f> points_W,
   internal::ScanVoxels& scan = impl_->scan;
   if (!scan.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
   scan.AddPoints(points_W);
+  scan.CastRays();
   impl_->tree.Apply(scan.Finish());
 }
 

@@ -7,7 +7,7 @@ namespace {
 constexpr unsigned kBrickDepth = 13;  // of 16: a brick is three levels high
 }
 
-void ScanOctree::Apply(std::span<const VoxelBrick> bricks) {
+void ScanOctree::Apply(std::span<const VoxelBrick* const> bricks) {
   if (bricks.empty()) return;
   const bool created = root == nullptr;
   if (created) {
@@ -19,19 +19,20 @@ void ScanOctree::Apply(std::span<const VoxelBrick> bricks) {
 }
 
 void ScanOctree::ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
-                             std::span<const VoxelBrick> bricks) {
-  if (depth == kBrickDepth) return ApplyBrick(node, created, bricks.front());
+                             std::span<const VoxelBrick* const> bricks) {
+  if (depth == kBrickDepth) return ApplyBrick(node, created, *bricks.front());
   if (!created && !nodeHasChildren(node)) {
-    const bool any_free = std::ranges::any_of(bricks, &VoxelBrick::any_free);
-    const bool any_occupied = std::ranges::any_of(bricks, &VoxelBrick::any_occupied);
+    const bool any_free = std::ranges::any_of(bricks, [](auto* brick) { return brick->any_free; });
+    const bool any_occupied =
+        std::ranges::any_of(bricks, [](auto* brick) { return brick->any_occupied; });
     if (IsSaturated(node, any_free, any_occupied)) return;
     expandNode(node);
   }
   const unsigned shift = 3 * (kBrickDepth - 1 - depth);
   while (!bricks.empty()) {
-    const std::uint64_t prefix = bricks.front().morton >> shift;
+    const std::uint64_t prefix = bricks.front()->morton >> shift;
     const auto end = std::ranges::find_if(
-        bricks, [&](const VoxelBrick& brick) { return brick.morton >> shift != prefix; });
+        bricks, [&](const VoxelBrick* brick) { return brick->morton >> shift != prefix; });
     const auto count = static_cast<std::size_t>(end - bricks.begin());
     bool child_created = false;
     octomap::OcTreeNode* const child =
@@ -48,10 +49,10 @@ void ScanOctree::ApplyBrick(octomap::OcTreeNode* node, bool created, const Voxel
     expandNode(node);
   }
   for (unsigned i = 0; i < 8; ++i) {
-    if ((brick.free[i] | brick.occupied[i]) == 0) continue;
+    if ((brick.free.words[i] | brick.occupied.words[i]) == 0) continue;
     bool child_created = false;
     octomap::OcTreeNode* const child = Child(node, i, child_created);
-    ApplyBits(child, child_created, 64, brick.free[i], brick.occupied[i]);
+    ApplyBits(child, child_created, 64, brick.free.words[i], brick.occupied.words[i]);
   }
   Close(node);
 }

@@ -5,7 +5,7 @@
 
 #include <octomap/OcTree.h>
 
-#include "scan_voxels.h"
+#include "voxel_brick.h"
 
 namespace highwall::internal {
 
@@ -17,13 +17,13 @@ class ScanOctree final : public octomap::OcTree {
   using octomap::OcTree::OcTree;
 
   // bricks: in Morton order, each with some bit set.
-  void Apply(std::span<const VoxelBrick> bricks);
+  void Apply(std::span<const VoxelBrick* const> bricks);
 
  private:
   // `created`: the node was made by this scan and holds no value yet; a node without children that
   // is not, is a leaf that stands for all voxels below.
   void ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
-                   std::span<const VoxelBrick> bricks);
+                   std::span<const VoxelBrick* const> bricks);
   void ApplyBrick(octomap::OcTreeNode* node, bool created, const VoxelBrick& brick);
   // The 8, 64 or 1 voxels (`width` bits) below a node.
   void ApplyBits(octomap::OcTreeNode* node, bool created, unsigned width, std::uint64_t free,
