@@ -10,13 +10,15 @@
 #include <highwall/frontend/dataset.h>
 #include <highwall/frontend/slam_system.h>
 #include <highwall/mapping/dense_cloud.h>
+#include <highwall/mapping/keyframe_cloud.h>
+#include <highwall/mapping/keyframe_octree.h>
 #include <highwall/mapping/occupancy_grid.h>
 #include <highwall/mapping/octomap_builder.h>
 
 namespace highwall::apps {
 
 struct DenseMapOptions {
-  DenseCloudOptions cloud{.max_depth = 4.0};
+  KeyframeCloudOptions cloud{.max_depth = 4.0};
   OctomapBuilderOptions octree;
   OccupancyGridOptions grid;  // its ground height is estimated from the octree
 };

@@ -8,9 +8,8 @@
 
 #include <highwall/core/error.h>
 
+#include "octomap_builder_impl.h"
 #include "octree_io.h"
-#include "scan_octree.h"
-#include "scan_voxels.h"
 
 namespace highwall {
 namespace {
@@ -37,29 +36,45 @@ void OctomapBuilderOptions::Validate() const {
   RequireBetween(clamp_min, 0.0, 0.5, "clamp_min");
   RequireBetween(clamp_max, 0.5, 1.0, "clamp_max");
   RequireBetween(occupancy_threshold, 0.0, 1.0, "occupancy_threshold");
+  HIGHWALL_REQUIRE(
+      threads >= 1 && threads <= 256,
+      "OctomapBuilderOptions::threads must lie in [1, 256], is " + std::to_string(threads));
 }
 
-struct OctomapBuilder::Impl {
-  explicit Impl(const OctomapBuilderOptions& o)
-      : options(o), tree(o.resolution), scan(o.resolution, o.max_range) {
-    tree.setProbHit(o.hit);
-    tree.setProbMiss(o.miss);
-    tree.setClampingThresMin(o.clamp_min);
-    tree.setClampingThresMax(o.clamp_max);
-    tree.setOccupancyThres(o.occupancy_threshold);
-  }
+OctomapBuilder::Impl::Impl(const OctomapBuilderOptions& o)
+    : options(o),
+      tree(o.resolution),
+      scans(static_cast<std::size_t>(o.threads), internal::ScanVoxels(o.resolution, o.max_range)) {
+  tree.setProbHit(o.hit);
+  tree.setProbMiss(o.miss);
+  tree.setClampingThresMin(o.clamp_min);
+  tree.setClampingThresMax(o.clamp_max);
+  tree.setOccupancyThres(o.occupancy_threshold);
+}
 
-  // Null where nothing is known, or outside of the map.
-  const octomap::OcTreeNode* Find(const Eigen::Vector3d& p_W) const {
-    octomap::OcTreeKey key;
-    if (!p_W.allFinite() || !tree.coordToKeyChecked(p_W.x(), p_W.y(), p_W.z(), key)) return nullptr;
-    return tree.search(key);
-  }
+const octomap::OcTreeNode* OctomapBuilder::Impl::Find(const Eigen::Vector3d& p_W) const {
+  octomap::OcTreeKey key;
+  if (!p_W.allFinite() || !tree.coordToKeyChecked(p_W.x(), p_W.y(), p_W.z(), key)) return nullptr;
+  return tree.search(key);
+}
 
-  OctomapBuilderOptions options;
-  internal::ScanOctree tree;
-  internal::ScanVoxels scan;
-};
+bool OctomapBuilder::Impl::GatherPoints(std::span<const Eigen::Vector3f> points_W,
+                                        const Eigen::Vector3f& origin_W) {
+  return Gather({origin_W.x(), origin_W.y(), origin_W.z()},
+                [&](std::size_t part, internal::ScanVoxels& scan) {
+                  const std::size_t begin = points_W.size() * part / scans.size();
+                  const std::size_t end = points_W.size() * (part + 1) / scans.size();
+                  scan.AddPoints(points_W.subspan(begin, end - begin));
+                });
+}
+
+void OctomapBuilder::Impl::KeepBricks(std::span<const std::uint64_t> mortons) {
+  auto at = mortons.begin();
+  std::erase_if(bricks, [&](const internal::VoxelBrick* brick) {
+    at = std::lower_bound(at, mortons.end(), brick->morton);
+    return at == mortons.end() || *at != brick->morton;
+  });
+}
 
 OctomapBuilder::OctomapBuilder(const OctomapBuilderOptions& options) {
   options.Validate();
@@ -81,14 +96,18 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unproj
   const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
   const auto min_depth =
       std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
-  internal::ScanVoxels& scan = impl_->scan;
-  if (!scan.Start({p_WC.x(), p_WC.y(), p_WC.z()})) return;
-  for (int v = 0; v < depth.rows; ++v) {
-    scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
-                     min_depth, R_WC, p_WC);
-  }
-  scan.CastRays();
-  impl_->tree.Apply(scan.Finish());
+  const int parts = impl_->options.threads;
+  const auto fill = [&](std::size_t part, internal::ScanVoxels& scan) {
+    const int begin = depth.rows * static_cast<int>(part) / parts;
+    const int end = depth.rows * (static_cast<int>(part) + 1) / parts;
+    for (int v = begin; v < end; ++v) {
+      scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
+                       min_depth, R_WC, p_WC);
+    }
+  };
+  if (!impl_->Gather({p_WC.x(), p_WC.y(), p_WC.z()}, fill)) return;
+  impl_->FinishScan();
+  impl_->Apply();
 }
 
 void OctomapBuilder::Insert(const cv::Mat& depth, const PinholeCamera& camera, const Pose& T_WC) {
@@ -108,11 +127,9 @@ void OctomapBuilder::Insert(std::span<const Eigen::Vector3f> points_C, const Pos
 void OctomapBuilder::InsertWorld(std::span<const Eigen::Vector3f> points_W,
                                  const Eigen::Vector3f& origin_W) {
   HIGHWALL_REQUIRE(origin_W.allFinite(), "the origin of the scan is not finite");
-  internal::ScanVoxels& scan = impl_->scan;
-  if (!scan.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
-  scan.AddPoints(points_W);
-  scan.CastRays();
-  impl_->tree.Apply(scan.Finish());
+  if (!impl_->GatherPoints(points_W, origin_W)) return;
+  impl_->FinishScan();
+  impl_->Apply();
 }
 
 void OctomapBuilder::Clear() {

@@ -18,6 +18,9 @@ class ScanOctree final : public octomap::OcTree {
 
   // bricks: in Morton order, each with some bit set.
   void Apply(std::span<const VoxelBrick* const> bricks);
+  // Puts in the place of each brick what `source` holds there, be it nothing. mortons: of the
+  // bricks, ascending, each once.
+  void ReplaceBricks(std::span<const std::uint64_t> mortons, const ScanOctree& source);
 
  private:
   // `created`: the node was made by this scan and holds no value yet; a node without children that
@@ -32,6 +35,14 @@ class ScanOctree final : public octomap::OcTree {
   bool IsSaturated(const octomap::OcTreeNode* leaf, bool any_free, bool any_occupied) const;
   octomap::OcTreeNode* Child(octomap::OcTreeNode* node, unsigned i, bool& created);
   void Close(octomap::OcTreeNode* inner);
+  // created: as above. from: what `source` holds at the same place, null for nothing. False if
+  // nothing is left of the node.
+  bool Replace(octomap::OcTreeNode* node, bool created, unsigned depth,
+               std::span<const std::uint64_t> mortons, const ScanOctree& source,
+               const octomap::OcTreeNode* from);
+  void Copy(const ScanOctree& source, const octomap::OcTreeNode* from, octomap::OcTreeNode* to);
+  // Turns an inner node into a leaf, of no value.
+  void RemoveChildren(octomap::OcTreeNode* node);
 };
 
 }  // namespace highwall::internal

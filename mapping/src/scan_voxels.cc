@@ -120,7 +120,7 @@ void ScanVoxels::Merge(ScanVoxels& other) {
   }
 }
 
-std::span<const VoxelBrick* const> ScanVoxels::Finish() {
+std::vector<const VoxelBrick*> ScanVoxels::Finish() {
   std::vector<std::pair<std::uint64_t, const VoxelBrick*>> order;
   for (VoxelBrick& brick : bricks_.bricks()) {
     for (std::size_t i = 0; i < 8; ++i) {
@@ -131,9 +131,10 @@ std::span<const VoxelBrick* const> ScanVoxels::Finish() {
     if (brick.any_free || brick.any_occupied) order.emplace_back(brick.morton, &brick);
   }
   std::sort(order.begin(), order.end());
-  sorted_.clear();
-  for (const auto& [morton, brick] : order) sorted_.push_back(brick);
-  return sorted_;
+  std::vector<const VoxelBrick*> sorted;
+  sorted.reserve(order.size());
+  for (const auto& [morton, brick] : order) sorted.push_back(brick);
+  return sorted;
 }
 
 }  // namespace highwall::internal

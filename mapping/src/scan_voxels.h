@@ -33,7 +33,7 @@ class ScanVoxels {
   // Adds what another part of the same scan saw, its rays cast like those of this one.
   void Merge(ScanVoxels& other);
   // The bricks with any bit set, in Morton order; valid until Start(). Call last.
-  std::span<const VoxelBrick* const> Finish();
+  std::vector<const VoxelBrick*> Finish();
 
  private:
   void AddEndpoint(const VoxelKey& key);
@@ -53,7 +53,6 @@ class ScanVoxels {
   BrickTable bricks_;
   RayBatch rays_{};
   int ray_count_ = 0;
-  std::vector<const VoxelBrick*> sorted_;
 };
 
 }  // namespace highwall::internal

@@ -98,7 +98,8 @@ INSTANTIATE_TEST_SUITE_P(
                       OctomapBuilderOptions{.resolution = 0.2,
                                             .clamp_min = 0.3,
                                             .clamp_max = 0.7,
-                                            .occupancy_threshold = 0.65}));
+                                            .occupancy_threshold = 0.65},
+                      OctomapBuilderOptions{.resolution = 0.05, .threads = 3}));
 
 TEST(OctomapBuilder, EqualsStockOctomapWhereTheViewStandsStill) {
   // Saturated space, regions of equal voxels that split and merge again.
@@ -281,6 +282,7 @@ TEST(OctomapBuilderOptions, RefusesValuesOutOfRange) {
   refuses({.clamp_min = 0.0});
   refuses({.clamp_max = 1.0});
   refuses({.occupancy_threshold = 1.0});
+  refuses({.threads = 0});
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ struct OctomapBuilderOptions {
   double clamp_min = 0.12;           // probability in (0, 0.5), floor of a voxel
   double clamp_max = 0.97;           // probability in (0.5, 1), ceiling of a voxel
   double occupancy_threshold = 0.5;  // probability in (0, 1); occupied at or above it
+  int threads = 1;                   // [1, 256] that gather a scan; the map does not depend on them
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -105,6 +106,7 @@ class OctomapBuilder {
                              const OctomapBuilderOptions& options = {});
 
  private:
+  friend class KeyframeOctree;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
