@@ -114,6 +114,13 @@ void KeyframeOctree::RemoveKeyframe(std::int64_t id) {
   round_.reset();
 }
 
+OctomapBuilder KeyframeOctree::TakeMap() {
+  keyframes_.clear();
+  orphaned_.clear();
+  round_.reset();
+  return std::exchange(map_, OctomapBuilder(options_.octree));
+}
+
 std::size_t KeyframeOctree::ScanBytes() const {
   std::size_t bytes = 0;
   for (const auto& [id, keyframe] : keyframes_) {

@@ -65,6 +65,8 @@ class KeyframeOctree {
   bool IsCurrent() const;
 
   const OctomapBuilder& map() const { return map_; }
+  // Hands the map over and forgets all keyframes.
+  OctomapBuilder TakeMap();
   std::size_t KeyframeCount() const { return keyframes_.size(); }
   // Bytes of the stored scans and lists of bricks.
   std::size_t ScanBytes() const;

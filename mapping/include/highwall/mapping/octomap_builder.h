@@ -107,6 +107,7 @@ class OctomapBuilder {
 
  private:
   friend class KeyframeOctree;
+  friend class OctreeSearch;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
