@@ -125,11 +125,12 @@ cv::Mat DrawCloud(const DenseMap& dense, const Trajectory& trajectory, MapView v
   Canvas canvas(ViewRotation(view) * dense.R_GW.toRotationMatrix(), WithPath(points, trajectory),
                 size);
   cv::Mat nearest(canvas.image().size(), CV_64FC1, cv::Scalar(1e300));
+  const int splat = std::clamp(static_cast<int>(std::lround(0.01 * canvas.scale())) + 1, 2, 8);
   for (const ColoredPoint& point : dense.cloud) {
     const Eigen::Vector3d p = canvas.Project(point.p.cast<double>());
     const int u = static_cast<int>(std::lround(p.x())), v = static_cast<int>(std::lround(p.y()));
-    for (int dv = 0; dv < 2; ++dv) {
-      for (int du = 0; du < 2; ++du) {
+    for (int dv = 0; dv < splat; ++dv) {
+      for (int du = 0; du < splat; ++du) {
         if (u + du >= nearest.cols || v + dv >= nearest.rows) continue;
         double& depth = nearest.at<double>(v + dv, u + du);
         if (p.z() >= depth) continue;

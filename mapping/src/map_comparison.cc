@@ -42,19 +42,37 @@ std::vector<Eigen::Vector3f> Finite(std::span<const Eigen::Vector3f> points) {
   return finite;
 }
 
-// Points of a triangle on a lattice of that spacing or a bit less, borders included.
-void SampleTriangle(const std::array<Eigen::Vector3f, 3>& t, double spacing,
-                    std::vector<Eigen::Vector3f>& samples) {
-  const Eigen::Vector3f ab = t[1] - t[0], ac = t[2] - t[0];
-  const auto steps = [&](float length) {
-    return std::max(1, static_cast<int>(std::ceil(static_cast<double>(length) / spacing)));
-  };
-  const int n = std::max({steps(ab.norm()), steps(ac.norm()), steps((t[2] - t[1]).norm())});
-  for (int i = 0; i <= n; ++i) {
-    for (int j = 0; i + j <= n; ++j) {
-      const float u = static_cast<float>(i) / static_cast<float>(n);
-      const float v = static_cast<float>(j) / static_cast<float>(n);
-      samples.push_back(t[0] + u * ab + v * ac);
+// The two shorter edges, from the corner where they meet.
+struct Legs {
+  Eigen::Vector3f corner, u, v;
+
+  explicit Legs(const std::array<Eigen::Vector3f, 3>& t) {
+    std::size_t i = 0;  // opposite to the longest edge
+    const auto opposite = [&](std::size_t k) {
+      return (t[(k + 1) % 3] - t[(k + 2) % 3]).squaredNorm();
+    };
+    for (std::size_t k = 1; k < 3; ++k) {
+      if (opposite(k) > opposite(i)) i = k;
+    }
+    corner = t[i];
+    u = t[(i + 1) % 3] - corner;
+    v = t[(i + 2) % 3] - corner;
+  }
+};
+
+double Steps(const Eigen::Vector3f& edge, double spacing) {
+  return std::max(1.0, std::ceil(static_cast<double>(edge.norm()) / spacing));
+}
+
+// Points of a triangle on a lattice of that spacing or a bit less, corners included.
+void SampleTriangle(const Legs& legs, double spacing, std::vector<Eigen::Vector3f>& samples) {
+  const int n_u = static_cast<int>(Steps(legs.u, spacing));
+  const int n_v = static_cast<int>(Steps(legs.v, spacing));
+  for (int i = 0; i <= n_u; ++i) {
+    const float u = static_cast<float>(i) / static_cast<float>(n_u);
+    for (int j = 0; j <= n_v; ++j) {
+      const float v = static_cast<float>(j) / static_cast<float>(n_v);
+      if (u + v <= 1.0f) samples.push_back(legs.corner + u * legs.u + v * legs.v);
     }
   }
 }
@@ -94,17 +112,16 @@ ReferenceSurface::ReferenceSurface(const TriangleMesh& mesh, double spacing) {
   for (const auto& indices : mesh.triangles) {
     std::array<Eigen::Vector3f, 3> triangle;
     for (std::size_t i = 0; i < 3; ++i) triangle[i] = mesh.vertices.at(indices[i]).p;
-    const Eigen::Vector3f ab = triangle[1] - triangle[0], ac = triangle[2] - triangle[0];
-    if (!ab.allFinite() || !ac.allFinite()) continue;
-    const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
-    expected += (longest / spacing + 2.0) * (longest / spacing + 2.0) / 2.0;
+    const Legs legs(triangle);
+    if (!legs.u.allFinite() || !legs.v.allFinite()) continue;
+    expected += 0.5 * (Steps(legs.u, spacing) + 2.0) * (Steps(legs.v, spacing) + 2.0);
     triangles_.push_back(triangle);
   }
   HIGHWALL_REQUIRE(!triangles_.empty(), "the reference has no triangle");
   HIGHWALL_REQUIRE(expected < kMaxSamples,
                    "a spacing of " + std::to_string(spacing) + " m makes too many samples");
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    SampleTriangle(triangles_[i], spacing, points_);
+    SampleTriangle(Legs(triangles_[i]), spacing, points_);
     triangle_of_point_.resize(points_.size(), static_cast<std::uint32_t>(i));
   }
   // Triangles that are cut fine have more corners than area: thinned out, so that no place counts
