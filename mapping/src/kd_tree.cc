@@ -2,11 +2,16 @@
 
 #include <algorithm>
 
-#include <Eigen/Geometry>
-
 namespace highwall::internal {
+namespace {
 
-KdTree::KdTree(std::vector<Eigen::Vector3f> points) : axes_(points.size()) {
+std::size_t Middle(std::size_t begin, std::size_t end) {
+  return begin + (end - begin) / 2;
+}
+
+}  // namespace
+
+KdTree::KdTree(std::vector<Eigen::Vector3f> points) : boxes_(points.size()) {
   points_.reserve(points.size());
   for (const Eigen::Vector3f& p : points) {
     points_.push_back({p, static_cast<std::uint32_t>(points_.size())});
@@ -15,16 +20,15 @@ KdTree::KdTree(std::vector<Eigen::Vector3f> points) : axes_(points.size()) {
 }
 
 void KdTree::Build(std::size_t begin, std::size_t end) {
-  if (end - begin < 2) return;
-  Eigen::AlignedBox3f box;
+  if (begin == end) return;
+  const std::size_t middle = Middle(begin, end);
+  Eigen::AlignedBox3f& box = boxes_[middle];
   for (std::size_t i = begin; i < end; ++i) box.extend(points_[i].p);
   Eigen::Index axis;
   box.sizes().maxCoeff(&axis);
-  const std::size_t middle = begin + (end - begin) / 2;
   const auto at = [&](std::size_t i) { return points_.begin() + static_cast<std::ptrdiff_t>(i); };
   std::nth_element(at(begin), at(middle), at(end),
                    [axis](const Node& a, const Node& b) { return a.p[axis] < b.p[axis]; });
-  axes_[middle] = static_cast<std::uint8_t>(axis);
   Build(begin, middle);
   Build(middle + 1, end);
 }
@@ -32,20 +36,33 @@ void KdTree::Build(std::size_t begin, std::size_t end) {
 template <typename Offer>
 void KdTree::Search(std::size_t begin, std::size_t end, const Eigen::Vector3f& p,
                     const Offer& offer, const float& bound) const {
-  if (begin == end) return;
-  const std::size_t middle = begin + (end - begin) / 2;
+  const std::size_t middle = Middle(begin, end);
   const Node& node = points_[middle];
   offer({(node.p - p).squaredNorm(), node.index});
-  const float offset = p[axes_[middle]] - node.p[axes_[middle]];
-  const bool below = offset < 0.0f;
-  below ? Search(begin, middle, p, offer, bound) : Search(middle + 1, end, p, offer, bound);
-  if (offset * offset > bound) return;
-  below ? Search(middle + 1, end, p, offer, bound) : Search(begin, middle, p, offer, bound);
+  const auto distance = [&](std::size_t from, std::size_t to) {
+    return from == to ? std::numeric_limits<float>::infinity()
+                      : boxes_[Middle(from, to)].squaredExteriorDistance(p);
+  };
+  const float below = distance(begin, middle), above = distance(middle + 1, end);
+  const auto search_below = [&] {
+    if (begin != middle && below <= bound) Search(begin, middle, p, offer, bound);
+  };
+  const auto search_above = [&] {
+    if (middle + 1 != end && above <= bound) Search(middle + 1, end, p, offer, bound);
+  };
+  if (below <= above) {
+    search_below();
+    search_above();
+  } else {
+    search_above();
+    search_below();
+  }
 }
 
 KdTree::Neighbour KdTree::Nearest(const Eigen::Vector3f& p, float max_distance) const {
   Neighbour best;
   float bound = max_distance * max_distance;
+  if (points_.empty()) return best;
   Search(
       0, points_.size(), p,
       [&](const Neighbour& candidate) {
@@ -63,6 +80,7 @@ void KdTree::Nearest(const Eigen::Vector3f& p, std::size_t k, std::vector<Neighb
     return a.squared_distance < b.squared_distance;
   };
   float bound = std::numeric_limits<float>::infinity();
+  if (points_.empty()) return;
   Search(
       0, points_.size(), p,
       [&](const Neighbour& candidate) {

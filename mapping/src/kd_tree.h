@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace highwall::internal {
 
@@ -33,14 +34,16 @@ class KdTree {
     Eigen::Vector3f p;
     std::uint32_t index;
   };
-  // Both search [begin, end), whose middle is the root, split along the axis noted there.
+  // Searches [begin, end), whose middle is the root, in front of the halves to both sides.
   template <typename Offer>
   void Search(std::size_t begin, std::size_t end, const Eigen::Vector3f& p, const Offer& offer,
               const float& bound) const;
   void Build(std::size_t begin, std::size_t end);
 
   std::vector<Node> points_;
-  std::vector<std::uint8_t> axes_;
+  // Of the points below a root, and no more: a query far from all points then passes over what lies
+  // behind the nearest.
+  std::vector<Eigen::AlignedBox3f> boxes_;
 };
 
 }  // namespace highwall::internal

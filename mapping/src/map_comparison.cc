@@ -124,11 +124,11 @@ ReferenceSurface::ReferenceSurface(const TriangleMesh& mesh, double spacing) {
     SampleTriangle(Legs(triangles_[i]), spacing, points_);
     triangle_of_point_.resize(points_.size(), static_cast<std::uint32_t>(i));
   }
-  // Triangles that are cut fine have more corners than area: thinned out, so that no place counts
-  // more than another.
+  // Edges belong to two triangles, and small triangles have more corners than area: thinned out, so
+  // that no place counts much more than another.
   std::vector<ColoredPoint> all;
   for (const Eigen::Vector3f& p : points_) all.push_back({.p = p});
-  for (const ColoredPoint& point : FilterVoxels(all, spacing)) samples_.push_back(point.p);
+  for (const ColoredPoint& point : FilterVoxels(all, 0.5 * spacing)) samples_.push_back(point.p);
 }
 
 void ReferenceSurface::KeepSamples(const std::vector<char>& keep) {
