@@ -190,8 +190,9 @@ int RunMap(const MapArguments& arguments) {
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall map: skipped frame {}: {}\n", problem.frame, problem.what);
   }
-  if (dense.octree.NodeCount() == 0) {
-    throw IoError(source.dataset, "no frame has depth between 0.3 m and --max-range");
+  if (dense.octree.LeafCount().occupied == 0) {
+    throw IoError(source.dataset,
+                  "no frame has depth between 0.3 m and --max-range (see highwall info)");
   }
   const nlohmann::ordered_json report = Write(arguments.out, dense, trajectory, posed.size());
   if (arguments.json) {

@@ -23,13 +23,13 @@ using testing::Outcome;
 // A filmed room, and the map of its exact poses.
 class MapCommand : public ::testing::Test {
  protected:
-  void SetUp() override { testing::FilmSmallRoom(Dataset(), 40); }
+  void SetUp() override { testing::FilmSmallRoom(Dataset(), 20); }
 
   std::string Path(const std::string& name) const { return folder_.path() / name; }
   std::string Dataset() const { return Path("room"); }
   std::string Out() const { return Path("map"); }
   Outcome Build() const {
-    return Map(Dataset() + " --resolution 0.05 --every 3 --json --out " + Out());
+    return Map(Dataset() + " --resolution 0.05 --every 2 --json --out " + Out());
   }
   static Outcome Map(const std::string& arguments) {
     return testing::RunProgram(HIGHWALL_BINARY, "map " + arguments);
@@ -52,7 +52,7 @@ TEST_F(MapCommand, WritesEveryFormAndItsReport) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
   EXPECT_EQ(report, json::parse(testing::ReadText(Out() + "/map.json")));
-  EXPECT_EQ(report["frames"], 14);
+  EXPECT_EQ(report["frames"], 10);
   EXPECT_EQ(ReadPly(Out() + "/cloud.ply").size(), report["cloud"]["points"]);
   EXPECT_EQ(ReadPcd(Out() + "/cloud.pcd").size(), report["cloud"]["points"]);
   EXPECT_EQ(OctomapBuilder::Read(Out() + "/map.bt").options().resolution, 0.05);
@@ -74,7 +74,7 @@ TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
   ASSERT_EQ(Build().exit_code, 0);
   const Outcome outcome =
       Map("compare " + Out() + "/cloud.ply " + Dataset() +
-          "/surface.ply --spacing 0.03 --every 3 --json --seen-by " + Dataset());
+          "/surface.ply --spacing 0.03 --every 2 --json --seen-by " + Dataset());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json result = json::parse(outcome.out);
   EXPECT_LT(result["accuracy"]["median"], 0.015);
@@ -109,7 +109,7 @@ TEST_F(MapCommand, MapsARunByItsKeyframes) {
   std::ofstream(run + "/run.json") << json{{"dataset", Dataset()}}.dump();
   std::filesystem::copy_file(Dataset() + "/groundtruth.txt", run + "/keyframes.txt");
   const Outcome outcome =
-      Map(run + " --resolution 0.2 --every 20 --raw --json --out " + Path("run_map"));
+      Map(run + " --resolution 0.2 --every 10 --raw --json --out " + Path("run_map"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(json::parse(outcome.out)["frames"], 2);
   std::ofstream(run + "/run.json") << json{{"dataset", "/nowhere"}}.dump();
