@@ -114,6 +114,10 @@ void KeyframeOctree::RemoveKeyframe(std::int64_t id) {
   round_.reset();
 }
 
+void KeyframeOctree::SetChangeCallback(OctomapBuilder::ChangeCallback on_change) {
+  map_.SetChangeCallback(std::move(on_change));
+}
+
 OctomapBuilder KeyframeOctree::TakeMap() {
   keyframes_.clear();
   orphaned_.clear();
@@ -202,6 +206,18 @@ void KeyframeOctree::FinishRound() {
     tree.swapContent(round_->map.impl_->tree);
   } else {
     tree.ReplaceBricks(round_->region, round_->map.impl_->tree);
+  }
+  if (map_.impl_->on_change) {
+    // All of the map: the region from here on includes where its keyframes were and are.
+    if (round_->whole) {
+      for (const auto& [id, keyframe] : keyframes_) {
+        round_->region = Union(round_->region, keyframe.bricks);
+      }
+      for (const auto& [id, move] : round_->moves) {
+        round_->region = Union(round_->region, move.bricks);
+      }
+    }
+    map_.impl_->ReportChange(round_->region);
   }
   for (auto& [id, move] : round_->moves) {
     Keyframe& keyframe = keyframes_.at(id);

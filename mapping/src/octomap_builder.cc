@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/error.h>
@@ -33,6 +34,9 @@ void OctomapBuilderOptions::Validate() const {
                                         std::to_string(max_range));
   RequireBetween(hit, 0.5, 1.0, "hit");
   RequireBetween(miss, 0.0, 0.5, "miss");
+  HIGHWALL_REQUIRE(far_range > 0.0, "OctomapBuilderOptions::far_range must be positive, is " +
+                                        std::to_string(far_range));
+  RequireBetween(far_hit, 0.5, 1.0, "far_hit");
   RequireBetween(clamp_min, 0.0, 0.5, "clamp_min");
   RequireBetween(clamp_max, 0.5, 1.0, "clamp_max");
   RequireBetween(occupancy_threshold, 0.0, 1.0, "occupancy_threshold");
@@ -44,7 +48,8 @@ void OctomapBuilderOptions::Validate() const {
 OctomapBuilder::Impl::Impl(const OctomapBuilderOptions& o)
     : options(o),
       tree(o.resolution),
-      scans(static_cast<std::size_t>(o.threads), internal::ScanVoxels(o.resolution, o.max_range)) {
+      scans(static_cast<std::size_t>(o.threads),
+            internal::ScanVoxels(o.resolution, o.max_range, o.far_range)) {
   tree.setProbHit(o.hit);
   tree.setProbMiss(o.miss);
   tree.setClampingThresMin(o.clamp_min);
@@ -74,6 +79,42 @@ void OctomapBuilder::Impl::KeepBricks(std::span<const std::uint64_t> mortons) {
     at = std::lower_bound(at, mortons.end(), brick->morton);
     return at == mortons.end() || *at != brick->morton;
   });
+}
+
+void OctomapBuilder::Impl::Apply() {
+  if (!std::isfinite(options.far_range)) {
+    tree.Apply(bricks);
+  } else {
+    using internal::VoxelBrick;
+    std::vector<VoxelBrick*> touched = bricks;
+    std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_free && !b->any_occupied; });
+    tree.Apply(touched);
+    // Voxels of their own: they take their turn as the hits of a second, weaker scan.
+    for (VoxelBrick* brick : bricks) brick->KeepFarHits();
+    touched = bricks;
+    std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_occupied; });
+    tree.setProbHit(options.far_hit);
+    tree.Apply(touched);
+    tree.setProbHit(options.hit);
+  }
+  if (!on_change) return;
+  std::vector<std::uint64_t> mortons;
+  for (const internal::VoxelBrick* brick : bricks) mortons.push_back(brick->morton);
+  ReportChange(mortons);
+}
+
+void OctomapBuilder::Impl::ReportChange(std::span<const std::uint64_t> mortons) const {
+  if (!on_change || mortons.empty()) return;
+  Eigen::AlignedBox3d box;
+  for (const std::uint64_t morton : mortons) {
+    for (int corner : {0, 8}) {
+      const auto key = internal::FirstVoxel(morton);
+      const Eigen::Vector3d voxel(key[0] + corner, key[1] + corner, key[2] + corner);
+      const Eigen::Vector3d origin = Eigen::Vector3d::Constant(internal::kKeyOffset);
+      box.extend((options.resolution * (voxel - origin)).eval());
+    }
+  }
+  on_change(box);
 }
 
 OctomapBuilder::OctomapBuilder(const OctomapBuilderOptions& options) {
@@ -132,8 +173,14 @@ void OctomapBuilder::InsertWorld(std::span<const Eigen::Vector3f> points_W,
   impl_->Apply();
 }
 
+void OctomapBuilder::SetChangeCallback(ChangeCallback on_change) {
+  impl_->on_change = std::move(on_change);
+}
+
 void OctomapBuilder::Clear() {
+  const Eigen::AlignedBox3d known = impl_->on_change ? Bounds() : Eigen::AlignedBox3d();
   impl_->tree.clear();
+  if (!known.isEmpty()) impl_->on_change(known);
 }
 
 std::optional<double> OctomapBuilder::Occupancy(const Eigen::Vector3d& p_W) const {

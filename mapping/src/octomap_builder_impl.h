@@ -44,13 +44,16 @@ struct OctomapBuilder::Impl {
   void FinishScan() { bricks = scans.front().Finish(); }
   // Drops all others from the list. mortons: ascending.
   void KeepBricks(std::span<const std::uint64_t> mortons);
-  // Merges the listed bricks into the tree.
-  void Apply() { tree.Apply(bricks); }
+  // Merges the listed bricks into the tree. Call once a scan.
+  void Apply();
+  // Tells the callback. mortons: ascending.
+  void ReportChange(std::span<const std::uint64_t> mortons) const;
 
   OctomapBuilderOptions options;
   internal::ScanOctree tree;
   std::vector<internal::ScanVoxels> scans;
-  std::vector<const internal::VoxelBrick*> bricks;  // of the last scan, in Morton order
+  std::vector<internal::VoxelBrick*> bricks;  // of the last scan, in Morton order
+  ChangeCallback on_change;
 };
 
 }  // namespace highwall

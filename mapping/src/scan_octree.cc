@@ -7,7 +7,7 @@ namespace {
 constexpr unsigned kBrickDepth = 13;  // of 16: a brick is three levels high
 }
 
-void ScanOctree::Apply(std::span<const VoxelBrick* const> bricks) {
+void ScanOctree::Apply(std::span<VoxelBrick* const> bricks) {
   if (bricks.empty()) return;
   const bool created = root == nullptr;
   if (created) {
@@ -19,7 +19,7 @@ void ScanOctree::Apply(std::span<const VoxelBrick* const> bricks) {
 }
 
 void ScanOctree::ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
-                             std::span<const VoxelBrick* const> bricks) {
+                             std::span<VoxelBrick* const> bricks) {
   if (depth == kBrickDepth) return ApplyBrick(node, created, *bricks.front());
   if (!created && !nodeHasChildren(node)) {
     const bool any_free = std::ranges::any_of(bricks, [](auto* brick) { return brick->any_free; });

@@ -16,8 +16,8 @@ class ScanOctree final : public octomap::OcTree {
  public:
   using octomap::OcTree::OcTree;
 
-  // bricks: in Morton order, each with some bit set.
-  void Apply(std::span<const VoxelBrick* const> bricks);
+  // bricks: in Morton order, each with some bit set, free or occupied.
+  void Apply(std::span<VoxelBrick* const> bricks);
   // Puts in the place of each brick what `source` holds there, be it nothing. mortons: of the
   // bricks, ascending, each once.
   void ReplaceBricks(std::span<const std::uint64_t> mortons, const ScanOctree& source);
@@ -26,7 +26,7 @@ class ScanOctree final : public octomap::OcTree {
   // `created`: the node was made by this scan and holds no value yet; a node without children that
   // is not, is a leaf that stands for all voxels below.
   void ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
-                   std::span<const VoxelBrick* const> bricks);
+                   std::span<VoxelBrick* const> bricks);
   void ApplyBrick(octomap::OcTreeNode* node, bool created, const VoxelBrick& brick);
   // The 8, 64 or 1 voxels (`width` bits) below a node.
   void ApplyBits(octomap::OcTreeNode* node, bool created, unsigned width, std::uint64_t free,

@@ -7,8 +7,11 @@
 
 namespace highwall::internal {
 
-ScanVoxels::ScanVoxels(double resolution, double max_range)
-    : resolution_(resolution), inverse_resolution_(1.0 / resolution), max_range_(max_range) {}
+ScanVoxels::ScanVoxels(double resolution, double max_range, double far_range)
+    : resolution_(resolution),
+      inverse_resolution_(1.0 / resolution),
+      max_range_(max_range),
+      far_range_(far_range) {}
 
 bool ScanVoxels::Start(const octomap::point3d& origin_W) {
   origin_ = origin_W;
@@ -59,9 +62,11 @@ void ScanVoxels::CastRays() {
   for (const VoxelKey& key : endpoints_) {
     end = Center(key);
     const octomap::point3d ray = end - origin_;
-    if (ray.norm() <= max_range_) {
+    const double range = ray.norm();
+    if (range <= max_range_) {
       const std::uint64_t voxel = Morton(key);
-      bricks_.BrickOf(voxel).occupied.Set(voxel);
+      VoxelBrick& brick = bricks_.BrickOf(voxel);
+      (range <= far_range_ ? brick.occupied : brick.far).Set(voxel);
     } else {
       end = origin_ + ray.normalized() * static_cast<float>(max_range_);
     }
@@ -116,22 +121,21 @@ void ScanVoxels::Merge(ScanVoxels& other) {
     for (std::size_t i = 0; i < 8; ++i) {
       ours.free.words[i] |= theirs.free.words[i];
       ours.occupied.words[i] |= theirs.occupied.words[i];
+      ours.far.words[i] |= theirs.far.words[i];
     }
   }
 }
 
-std::vector<const VoxelBrick*> ScanVoxels::Finish() {
-  std::vector<std::pair<std::uint64_t, const VoxelBrick*>> order;
+std::vector<VoxelBrick*> ScanVoxels::Finish() {
+  std::vector<std::pair<std::uint64_t, VoxelBrick*>> order;
   for (VoxelBrick& brick : bricks_.bricks()) {
-    for (std::size_t i = 0; i < 8; ++i) {
-      brick.free.words[i] &= ~brick.occupied.words[i];
-      brick.any_free |= brick.free.words[i] != 0;
-      brick.any_occupied |= brick.occupied.words[i] != 0;
+    brick.Finish();
+    if (brick.any_free || brick.any_occupied || brick.any_far) {
+      order.emplace_back(brick.morton, &brick);
     }
-    if (brick.any_free || brick.any_occupied) order.emplace_back(brick.morton, &brick);
   }
   std::sort(order.begin(), order.end());
-  std::vector<const VoxelBrick*> sorted;
+  std::vector<VoxelBrick*> sorted;
   sorted.reserve(order.size());
   for (const auto& [morton, brick] : order) sorted.push_back(brick);
   return sorted;

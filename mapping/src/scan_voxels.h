@@ -18,8 +18,8 @@ namespace highwall::internal {
 // to their centres traverse, disjoint (hits win), every voxel once.
 class ScanVoxels {
  public:
-  // Both [m] > 0; max_range may be infinite.
-  ScanVoxels(double resolution, double max_range);
+  // All [m] > 0; the ranges may be infinite.
+  ScanVoxels(double resolution, double max_range, double far_range);
 
   // Begins a scan; false if the origin lies outside of the map.
   bool Start(const octomap::point3d& origin_W);
@@ -33,7 +33,7 @@ class ScanVoxels {
   // Adds what another part of the same scan saw, its rays cast like those of this one.
   void Merge(ScanVoxels& other);
   // The bricks with any bit set, in Morton order; valid until Start(). Call last.
-  std::vector<const VoxelBrick*> Finish();
+  std::vector<VoxelBrick*> Finish();
 
  private:
   void AddEndpoint(const VoxelKey& key);
@@ -46,6 +46,7 @@ class ScanVoxels {
   double resolution_;
   double inverse_resolution_;
   double max_range_;
+  double far_range_;
   octomap::point3d origin_;
   VoxelKey origin_key_{};
   PixelVoxels pixels_;

@@ -28,6 +28,9 @@ inline std::uint64_t Morton(const std::array<int, 3>& k) {
   return Spread(k[0]) | Spread(k[1]) << 1 | Spread(k[2]) << 2;
 }
 
+// The voxel of a brick that comes first along each axis. morton: of the brick.
+std::array<int, 3> FirstVoxel(std::uint64_t morton);
+
 // 8^3 bits, one a voxel of the subtree of an octree node three levels above the leaves. Bit i of
 // word w is the voxel with Morton index 64 w + i: a word is the subtree two levels up, a byte one.
 struct VoxelBits {
@@ -47,10 +50,17 @@ struct VoxelBits {
 struct alignas(64) VoxelBrick {
   VoxelBits free;
   VoxelBits occupied;
+  VoxelBits far;             // occupied, as seen from too far to be sure
   VoxelBits seen;            // an endpoint lies in it, whether in range or not
   std::uint64_t morton = 0;  // 39 bits, the path from the root
   bool any_occupied = false;
   bool any_free = false;
+  bool any_far = false;
+
+  // Makes the sets disjoint: hits win over misses, near hits over far ones.
+  void Finish();
+  // Leaves the far hits alone, as hits.
+  void KeepFarHits();
 };
 
 // The bricks that a scan touches, in the order of first touch.

@@ -189,6 +189,20 @@ TEST(KeyframeOctree, ForgetsRemovedKeyframesAndTakesReplacedAndLateOnes) {
   EXPECT_EQ(octree.map().NodeCount(), 0u);
 }
 
+TEST(KeyframeOctree, TellsWhereItChanged) {
+  for (const std::size_t moved : {1, 12}) {
+    KeyframeOctree octree(Options());
+    Fill(Corridor(12), octree);
+    std::vector<Eigen::AlignedBox3d> boxes;
+    octree.SetChangeCallback([&](const Eigen::AlignedBox3d& box) { boxes.push_back(box); });
+    Move(Corridor(12, 0.2), 0, moved, octree);
+    EXPECT_TRUE(octree.Rebuild());
+    ASSERT_EQ(boxes.size(), 1u);
+    EXPECT_EQ(boxes[0].contains(octree.map().Bounds()), moved == 12);
+    EXPECT_TRUE(boxes[0].contains(Corridor(1)[0].p()));
+  }
+}
+
 TEST(KeyframeOctree, IgnoresMovesBelowTheThreshold) {
   KeyframeOctree octree(Options());
   Fill(Corridor(2), octree);

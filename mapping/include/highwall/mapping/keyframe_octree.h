@@ -65,6 +65,8 @@ class KeyframeOctree {
   bool IsCurrent() const;
 
   const OctomapBuilder& map() const { return map_; }
+  // As OctomapBuilder::SetChangeCallback(); after a round it gets the box of the region.
+  void SetChangeCallback(OctomapBuilder::ChangeCallback on_change);
   // Hands the map over and forgets all keyframes.
   OctomapBuilder TakeMap();
   std::size_t KeyframeCount() const { return keyframes_.size(); }
