@@ -13,6 +13,7 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 #include <highwall/frontend/tum_dataset.h>
+#include <highwall/mapping/color_octree.h>
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/octree_size.h>
 #include <highwall/mapping/point_cloud_io.h>
@@ -115,6 +116,7 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
   WritePcd(out / "cloud.pcd", dense.cloud);
   dense.octree.WriteBinary(out / "map.bt");
   dense.octree.Write(out / "map.ot");
+  WriteColorOctree(out / "map_color.ot", dense.octree, dense.cloud);
   if (dense.grid.width > 0) WriteOccupancyGrid(out / "grid.yaml", dense.grid);
   const OccupancyGrid drivable = TraversabilityGrid(dense.octree, {.R_GW = dense.R_GW});
   if (drivable.width > 0) WriteOccupancyGrid(out / "traversability.yaml", drivable);

@@ -58,6 +58,8 @@ TEST_F(MapCommand, WritesEveryFormAndItsReport) {
   EXPECT_EQ(OctomapBuilder::Read(Out() + "/map.bt").options().resolution, 0.05);
   EXPECT_EQ(OctomapBuilder::Read(Out() + "/map.ot").LeafCount().occupied,
             report["octree"]["occupied_leaves"]);
+  EXPECT_TRUE(testing::ReadText(Out() + "/map_color.ot")
+                  .starts_with("# Octomap OcTree file\nid ColorOcTree\n"));
   for (const char* name : {"cloud.png", "cloud_top.png", "octree.png", "octree_top.png"}) {
     const cv::Mat picture = cv::imread(Out() + "/" + name);
     EXPECT_EQ(std::max(picture.cols, picture.rows), 1200) << name;
