@@ -69,12 +69,6 @@ void DenseMapper::SetPose(std::int64_t id, const Pose& T_WC) {
   poses_[id] = T_WC;
 }
 
-void DenseMapper::Rebuild(double budget) {
-  const std::chrono::duration<double> half(0.5 * budget);
-  cloud_.Rebuild(half);
-  octree_.Rebuild(half);
-}
-
 DenseMap DenseMapper::Finish() {
   DenseMap dense;
   const auto merge_start = Clock::now();

@@ -51,8 +51,6 @@ class DenseMapper {
   void RemoveKeyframe(std::int64_t id);
   // Does nothing where there is no such keyframe.
   void SetPose(std::int64_t id, const Pose& T_WC);
-  // Works at what has moved, for `budget` [s] or a bit longer.
-  void Rebuild(double budget);
   // Puts everything in place. Call once.
   DenseMap Finish();
 
