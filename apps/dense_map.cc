@@ -18,13 +18,17 @@ double MillisecondsSince(Clock::time_point start) {
 
 }  // namespace
 
-void AddGrid(const Eigen::Vector3d& camera_up_W, const OccupancyGridOptions& options,
-             DenseMap& dense) {
+void AddGrid(std::span<const Pose> cameras, const OccupancyGridOptions& options, DenseMap& dense) {
   constexpr double kLevelCosine = 0.5;  // 60 degrees
+  Eigen::Vector3d camera_up_W = Eigen::Vector3d::Zero(), viewpoint_W = Eigen::Vector3d::Zero();
+  for (const Pose& T_WC : cameras) {
+    camera_up_W -= T_WC.R().col(1);
+    viewpoint_W += T_WC.p() / static_cast<double>(cameras.size());
+  }
   OccupancyGridOptions grid = options;
   if (!camera_up_W.isZero(1e-6) && camera_up_W.normalized().z() < kLevelCosine) {
     const auto plane =
-        FitGroundPlane(OccupiedCentres(dense.octree), camera_up_W,
+        FitGroundPlane(OccupiedCentres(dense.octree), camera_up_W, viewpoint_W,
                        {.max_tilt = 60.0, .thickness = dense.octree.options().resolution});
     grid.R_GW = UprightRotation(plane ? plane->up_W : camera_up_W);
   }
@@ -79,9 +83,9 @@ DenseMap DenseMapper::Finish() {
   octree_.Rebuild();
   dense.octree = octree_.TakeMap();
   dense.octree_ms = MillisecondsSince(octree_start);
-  Eigen::Vector3d up_W = Eigen::Vector3d::Zero();
-  for (const auto& [id, T_WC] : poses_) up_W -= T_WC.R().col(1);
-  AddGrid(up_W, options_.grid, dense);
+  std::vector<Pose> cameras;
+  for (const auto& [id, T_WC] : poses_) cameras.push_back(T_WC);
+  AddGrid(cameras, options_.grid, dense);
   return dense;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -34,12 +35,11 @@ struct DenseMap {
   double merge_ms = 0.0, octree_ms = 0.0;
 };
 
-// Estimates up and the ground, and fills grid, R_GW and ground_height. camera_up_W: the mean of the
-// cameras' upward axes. A world whose z axis is within 60 degrees of it is taken as level (a sensor
-// with IMU, a surveyed trajectory); else a plane is fitted (a world that begins as the first camera
-// stands).
-void AddGrid(const Eigen::Vector3d& camera_up_W, const OccupancyGridOptions& options,
-             DenseMap& dense);
+// Estimates up and the ground, and fills grid, R_GW and ground_height. cameras: T_WC of those that
+// saw the map, at least one. A world whose z axis is within 60 degrees of their mean upward axis is
+// taken as level (a sensor with IMU, a surveyed trajectory); else a plane is fitted (a world that
+// begins as the first camera stands).
+void AddGrid(std::span<const Pose> cameras, const OccupancyGridOptions& options, DenseMap& dense);
 
 // The dense map of a run: follows its keyframes.
 class DenseMapper {

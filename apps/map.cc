@@ -153,7 +153,7 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
   const KeyframeCloudOptions cloud_options{.max_depth = arguments.max_range,
                                            .voxel_size = arguments.voxel};
   DenseCloud cloud({.voxel_size = arguments.voxel});
-  Eigen::Vector3d up_W = Eigen::Vector3d::Zero();
+  std::vector<Pose> cameras;
   Progress progress("mapping");
   std::size_t done = 0;
   frames.ForEach([&](const RgbdImage& image, const Pose& T_WC) {
@@ -161,11 +161,11 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
     cloud.SetKeyframe(id, MakeKeyframeCloud(image.depth, image.bgr, unprojector, cloud_options));
     cloud.SetPose(id, T_WC);
     dense.octree.Insert(image.depth, unprojector, T_WC);
-    up_W -= T_WC.R().col(1);
+    cameras.push_back(T_WC);
     progress.Update(++done, count);
   });
   dense.cloud = arguments.raw ? cloud.Merged() : RemoveOutliers(cloud.Merged());
-  AddGrid(up_W, {}, dense);
+  AddGrid(cameras, {}, dense);
   return dense;
 }
 

@@ -61,10 +61,12 @@ void GroundPlaneOptions::Validate() const {
 
 std::optional<GroundPlane> FitGroundPlane(std::span<const Eigen::Vector3f> points_W,
                                           const Eigen::Vector3d& expected_up_W,
+                                          const Eigen::Vector3d& viewpoint_W,
                                           const GroundPlaneOptions& options) {
   options.Validate();
   HIGHWALL_REQUIRE(expected_up_W.allFinite() && !expected_up_W.isZero(0.0),
                    "expected_up_W must be a direction");
+  HIGHWALL_REQUIRE(viewpoint_W.allFinite(), "viewpoint_W is not finite");
   Points points;
   const std::size_t stride = std::max<std::size_t>(1, points_W.size() / kMaxPoints);
   for (std::size_t i = 0; i < points_W.size(); i += stride) {
@@ -84,6 +86,7 @@ std::optional<GroundPlane> FitGroundPlane(std::span<const Eigen::Vector3f> point
     if (up.dot(expected) < 0.0) up = -up;
     if (up.dot(expected) < min_cosine) continue;
     const GroundPlane plane{up, up.dot(a)};
+    if (up.dot(viewpoint_W) < plane.height) continue;
     const auto count = static_cast<std::size_t>(std::ranges::count_if(
         points, [&](const Eigen::Vector3d& p) { return IsOn(plane, p, options.thickness); }));
     if (count <= best_count) continue;

@@ -126,19 +126,24 @@ TEST(FitGroundPlane, FindsTheFloorAmongWallsAndNoise) {
   const Eigen::Vector3d up = R_WG.col(2);
   // What the camera takes for up is off by 20 degrees.
   const Eigen::Vector3d expected = so3::Exp(Eigen::Vector3d(0.35, 0, 0)) * up;
-  const auto plane = FitGroundPlane(points, expected);
+  const Eigen::Vector3d eye = Eigen::Vector3d::Zero();
+  const auto plane = FitGroundPlane(points, expected, eye);
   ASSERT_TRUE(plane);
   // 3000 points of 5 mm noise, and some clutter between them, over 6 m.
   EXPECT_LT(std::acos(std::min(1.0, plane->up_W.dot(up))), 2e-3);
   EXPECT_NEAR(plane->height, -1.2, 3e-3);
-  EXPECT_EQ(FitGroundPlane(points, -expected)->up_W, -plane->up_W);
-  EXPECT_FALSE(FitGroundPlane(points, expected, {.min_share = 0.9}));
-  EXPECT_FALSE(FitGroundPlane({}, expected));
-  EXPECT_THROW(FitGroundPlane(points, Eigen::Vector3d::Zero()), InvalidArgument);
-  EXPECT_THROW(FitGroundPlane(points, expected, {.max_tilt = 90.0}), InvalidArgument);
-  EXPECT_THROW(FitGroundPlane(points, expected, {.thickness = 0.0}), InvalidArgument);
-  EXPECT_THROW(FitGroundPlane(points, expected, {.min_share = 0.0}), InvalidArgument);
-  EXPECT_THROW(FitGroundPlane(points, expected, {.trials = 0}), InvalidArgument);
+  // The wall has as many points, and a direction that could be up.
+  const auto wall = FitGroundPlane(points, R_WG.col(0) + 0.2 * up, 10.0 * R_WG.col(0));
+  ASSERT_TRUE(wall);
+  EXPECT_GT(wall->up_W.dot(R_WG.col(0)), 0.999);
+  EXPECT_FALSE(FitGroundPlane(points, R_WG.col(0), eye, {.max_tilt = 20.0, .min_share = 0.2}));
+  EXPECT_FALSE(FitGroundPlane(points, expected, eye, {.min_share = 0.9}));
+  EXPECT_FALSE(FitGroundPlane({}, expected, eye));
+  EXPECT_THROW(FitGroundPlane(points, Eigen::Vector3d::Zero(), eye), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.max_tilt = 90.0}), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.thickness = 0.0}), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.min_share = 0.0}), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.trials = 0}), InvalidArgument);
 }
 
 using Cell = std::pair<int, int>;

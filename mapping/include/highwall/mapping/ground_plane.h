@@ -24,11 +24,14 @@ struct GroundPlaneOptions {
 };
 
 // The ground where no IMU tells what is up: among the planes that are level within max_tilt of
-// `expected_up_W` (not zero) the one with the most points, by RANSAC (Fischler and Bolles 1981) and
-// a least-squares fit to its points. The same points give the same plane. Empty where there is
-// none. Throws InvalidArgument for bad options or a zero direction.
+// `expected_up_W` (not zero) and lie below `viewpoint_W`, from where they were seen (a wall ahead
+// of a camera that looks down does not), the one with the most points, by RANSAC (Fischler and
+// Bolles 1981) and a least-squares fit to its points. The same points give the same plane. Empty
+// where there is none. Throws InvalidArgument for bad options or vectors that are not finite or no
+// direction.
 std::optional<GroundPlane> FitGroundPlane(std::span<const Eigen::Vector3f> points_W,
                                           const Eigen::Vector3d& expected_up_W,
+                                          const Eigen::Vector3d& viewpoint_W,
                                           const GroundPlaneOptions& options = {});
 
 }  // namespace highwall
