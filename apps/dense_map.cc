@@ -18,15 +18,15 @@ double MillisecondsSince(Clock::time_point start) {
 
 }  // namespace
 
-void AddGrid(std::span<const Pose> cameras, const OccupancyGridOptions& options, DenseMap& dense) {
-  constexpr double kLevelCosine = 0.5;  // 60 degrees
+void AddGrid(std::span<const Pose> cameras, bool level, const OccupancyGridOptions& options,
+             DenseMap& dense) {
   Eigen::Vector3d camera_up_W = Eigen::Vector3d::Zero(), viewpoint_W = Eigen::Vector3d::Zero();
   for (const Pose& T_WC : cameras) {
     camera_up_W -= T_WC.R().col(1);
     viewpoint_W += T_WC.p() / static_cast<double>(cameras.size());
   }
   OccupancyGridOptions grid = options;
-  if (!camera_up_W.isZero(1e-6) && camera_up_W.normalized().z() < kLevelCosine) {
+  if (!level && !camera_up_W.isZero(1e-6)) {
     const auto plane =
         FitGroundPlane(OccupiedCentres(dense.octree), camera_up_W, viewpoint_W,
                        {.max_tilt = 60.0, .thickness = dense.octree.options().resolution});
@@ -85,7 +85,7 @@ DenseMap DenseMapper::Finish() {
   dense.octree_ms = MillisecondsSince(octree_start);
   std::vector<Pose> cameras;
   for (const auto& [id, T_WC] : poses_) cameras.push_back(T_WC);
-  AddGrid(cameras, options_.grid, dense);
+  AddGrid(cameras, options_.level, options_.grid, dense);
   return dense;
 }
 

@@ -24,6 +24,7 @@ struct DenseMapOptions {
   KeyframeCloudOptions cloud{.max_depth = 4.0};
   OctomapBuilderOptions octree;
   OccupancyGridOptions grid;  // its R_GW and ground height are estimated
+  bool level = false;         // z of W points up, as it does with an IMU
 };
 
 struct DenseMap {
@@ -36,10 +37,10 @@ struct DenseMap {
 };
 
 // Estimates up and the ground, and fills grid, R_GW and ground_height. cameras: T_WC of those that
-// saw the map, at least one. A world whose z axis is within 60 degrees of their mean upward axis is
-// taken as level (a sensor with IMU, a surveyed trajectory); else a plane is fitted (a world that
-// begins as the first camera stands).
-void AddGrid(std::span<const Pose> cameras, const OccupancyGridOptions& options, DenseMap& dense);
+// saw the map, at least one. level: z of W points up (a sensor with IMU, a surveyed trajectory);
+// else a plane is fitted below the cameras.
+void AddGrid(std::span<const Pose> cameras, bool level, const OccupancyGridOptions& options,
+             DenseMap& dense);
 
 // The dense map of a run: follows its keyframes.
 class DenseMapper {

@@ -146,8 +146,10 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
   return json;
 }
 
+// level: z of W points up.
 DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::size_t count,
-               const DepthUnprojector& unprojector, const OctomapBuilderOptions& octree) {
+               bool level, const DepthUnprojector& unprojector,
+               const OctomapBuilderOptions& octree) {
   DenseMap dense;
   dense.octree = OctomapBuilder(octree);
   const KeyframeCloudOptions cloud_options{.max_depth = arguments.max_range,
@@ -165,7 +167,7 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
     progress.Update(++done, count);
   });
   dense.cloud = arguments.raw ? cloud.Merged() : RemoveOutliers(cloud.Merged());
-  AddGrid(cameras, {}, dense);
+  AddGrid(cameras, level, {}, dense);
   return dense;
 }
 
@@ -188,7 +190,8 @@ int RunMap(const MapArguments& arguments) {
                                      .max_range = arguments.max_range,
                                      .threads = arguments.threads};
   RequireFits(arguments, frames, unprojector, octree);
-  const DenseMap dense = Build(arguments, frames, posed.size(), unprojector, octree);
+  const DenseMap dense =
+      Build(arguments, frames, posed.size(), !source.keyframes, unprojector, octree);
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall map: skipped frame {}: {}\n", problem.frame, problem.what);
   }
