@@ -1,7 +1,6 @@
 // The dense map of a sequence with ground-truth poses: what a keyframe costs, what a correction
 // after a loop costs and whether it is right, and how large cloud and octree are.
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -91,35 +90,35 @@ bool SameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
   return same && i == leaves.size();
 }
 
-nlohmann::ordered_json Run(const Arguments& arguments) {
+// Reads the keyframes and adds each to the maps; returns the seconds that took, sorted.
+std::vector<double> AddKeyframes(const Arguments& arguments, std::vector<Keyframe>& keyframes,
+                                 Maps& maps) {
   const apps::ResolvedConfig config = apps::ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = config.config.sensor;
   const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor});
   if (dataset.groundtruth() == nullptr) throw IoError(arguments.dataset, "has no ground truth");
   const std::size_t every = std::max<std::size_t>(1, dataset.size() / arguments.keyframes);
-  const auto frames = apps::PosedFrames(dataset, *dataset.groundtruth(), every);
-
   const DepthUnprojector unprojector(sensor.camera);
   const KeyframeCloudOptions cloud_options{.max_depth = arguments.max_range,
                                            .voxel_size = arguments.voxel};
-  Maps maps(arguments);
-  std::vector<Keyframe> keyframes;
-  std::vector<double> keyframe_seconds;
-  for (const apps::PosedFrame& frame : frames) {
+  std::vector<double> seconds;
+  for (const apps::PosedFrame& frame : apps::PosedFrames(dataset, *dataset.groundtruth(), every)) {
     const auto image = dataset.Load(frame.index);
     if (!image || keyframes.size() == arguments.keyframes) continue;
     Keyframe& keyframe = keyframes.emplace_back();
     keyframe.T_WC = frame.T_WC;
-    keyframe_seconds.push_back(Seconds([&] {
+    seconds.push_back(Seconds([&] {
       keyframe.cloud_C = MakeKeyframeCloud(image->depth, image->bgr, unprojector, cloud_options);
       for (const ColoredPoint& point : keyframe.cloud_C) keyframe.points_C.push_back(point.p);
       maps.Add(keyframes.size() - 1, keyframe, keyframe.T_WC);
     }));
   }
   if (keyframes.empty()) throw IoError(arguments.dataset, "no frame has a ground-truth pose");
-  std::ranges::sort(keyframe_seconds);
+  std::ranges::sort(seconds);
+  return seconds;
+}
 
-  // Sizes, of what has been seen with true poses.
+nlohmann::ordered_json Sizes(const Maps& maps) {
   const auto folder = std::filesystem::temp_directory_path();
   const auto ply = folder / "highwall_bench_dense.ply", bt = folder / "highwall_bench_dense.bt";
   WritePly(ply, maps.cloud.Merged());
@@ -128,39 +127,47 @@ nlohmann::ordered_json Run(const Arguments& arguments) {
   const double octree_mb = static_cast<double>(std::filesystem::file_size(bt)) / 1e6;
   std::filesystem::remove(ply);
   std::filesystem::remove(bt);
-  const std::size_t scan_bytes = maps.octree.ScanBytes(), cloud_bytes = maps.cloud.MemoryBytes();
-
-  const auto pose = [&](std::size_t i) {
-    const double share = 1.0 - static_cast<double>(i) / static_cast<double>(keyframes.size());
-    return Corrected(keyframes[i].T_WC, share);
-  };
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    maps.octree.SetPose(static_cast<std::int64_t>(i), pose(i));
-    maps.cloud.SetPose(static_cast<std::int64_t>(i), pose(i));
-  }
-  const double octree_seconds = Seconds([&] { maps.octree.Rebuild(); });
-  const double cloud_seconds = Seconds([&] { maps.cloud.Rebuild(); });
-  Maps fresh(arguments);
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    // A pose that moved too little stays, as it does in the maps above.
-    const Pose moved = keyframes[i].T_WC.Inverse() * pose(i);
-    const bool stays = moved.p().norm() <= 0.01 && moved.Angle() <= 0.5 * 0.01745329;
-    const auto id = static_cast<std::int64_t>(i);
-    fresh.octree.SetKeyframe(id, keyframes[i].points_C, stays ? keyframes[i].T_WC : pose(i));
-  }
-  return {{"keyframes", keyframes.size()},
-          {"resolution_m", arguments.resolution},
-          {"keyframe_ms_median", 1e3 * keyframe_seconds[keyframe_seconds.size() / 2]},
-          {"keyframe_ms_worst", 1e3 * keyframe_seconds.back()},
-          {"correction_s", octree_seconds + cloud_seconds},
-          {"correction_octree_s", octree_seconds},
-          {"correction_cloud_s", cloud_seconds},
-          {"octree_equals_one_from_scratch", SameLeaves(maps.octree.map(), fresh.octree.map())},
-          {"stored_scans_mb", static_cast<double>(scan_bytes) / 1e6},
-          {"stored_cloud_mb", static_cast<double>(cloud_bytes) / 1e6},
+  return {{"stored_scans_mb", static_cast<double>(maps.octree.ScanBytes()) / 1e6},
+          {"stored_cloud_mb", static_cast<double>(maps.cloud.MemoryBytes()) / 1e6},
           {"cloud_file_mb", cloud_mb},
           {"octree_file_mb", octree_mb},
           {"cloud_over_octree", cloud_mb / octree_mb}};
+}
+
+nlohmann::ordered_json Correct(const Arguments& arguments, const std::vector<Keyframe>& keyframes,
+                               Maps& maps) {
+  Maps fresh(arguments);
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const auto id = static_cast<std::int64_t>(i);
+    const Pose& T_WC = keyframes[i].T_WC;
+    const double share = 1.0 - static_cast<double>(i) / static_cast<double>(keyframes.size());
+    const Pose target = Corrected(T_WC, share);
+    maps.octree.SetPose(id, target);
+    maps.cloud.SetPose(id, target);
+    // A pose that moved too little stays, as it does in the maps above.
+    const Pose moved = T_WC.Inverse() * target;
+    const bool stays = moved.p().norm() <= 0.01 && moved.Angle() <= 0.5 * 0.01745329;
+    fresh.octree.SetKeyframe(id, keyframes[i].points_C, stays ? T_WC : target);
+  }
+  const double octree_seconds = Seconds([&] { maps.octree.Rebuild(); });
+  const double cloud_seconds = Seconds([&] { maps.cloud.Rebuild(); });
+  return {{"correction_s", octree_seconds + cloud_seconds},
+          {"correction_octree_s", octree_seconds},
+          {"correction_cloud_s", cloud_seconds},
+          {"octree_equals_one_from_scratch", SameLeaves(maps.octree.map(), fresh.octree.map())}};
+}
+
+nlohmann::ordered_json Run(const Arguments& arguments) {
+  Maps maps(arguments);
+  std::vector<Keyframe> keyframes;
+  const std::vector<double> seconds = AddKeyframes(arguments, keyframes, maps);
+  nlohmann::ordered_json report = {{"keyframes", keyframes.size()},
+                                   {"resolution_m", arguments.resolution},
+                                   {"keyframe_ms_median", 1e3 * seconds[seconds.size() / 2]},
+                                   {"keyframe_ms_worst", 1e3 * seconds.back()}};
+  report.update(Sizes(maps));
+  report.update(Correct(arguments, keyframes, maps));
+  return report;
 }
 
 }  // namespace
