@@ -38,6 +38,12 @@ Pose YawAndShift(const Pose& T, const Eigen::Vector3d& p) {
   return Pose(yaw, T * p - yaw * p);
 }
 
+ImuCalibration WithFasterWalks(ImuCalibration calibration, double factor) {
+  calibration.noise.gyroscope_walk *= factor;
+  calibration.noise.accelerometer_walk *= factor;
+  return calibration;
+}
+
 std::string Decimals(double value) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(2) << value;
@@ -81,6 +87,8 @@ void InertialOptions::Validate() const {
   require(max_dead_reckoning, "max_dead_reckoning");
   require(restart_velocity_sigma, "restart_velocity_sigma");
   require(stationary_speed, "stationary_speed");
+  HIGHWALL_REQUIRE(walk_inflation >= 1.0 && std::isfinite(walk_inflation),
+                   "InertialOptions::walk_inflation must be at least 1");
   HIGHWALL_REQUIRE(prediction_inflation >= 1.0 && std::isfinite(prediction_inflation),
                    "InertialOptions::prediction_inflation must be at least 1");
   HIGHWALL_REQUIRE(max_attempts >= 1, "InertialOptions::max_attempts must be at least 1");
@@ -104,10 +112,11 @@ const char* ToString(InertialStatus status) {
 
 InertialOdometry::InertialOdometry(const ImuCalibration& calibration,
                                    const InertialOptions& options)
-    : calibration_((calibration.Validate(), calibration)),
-      options_((options.Validate(), options)),
+    : calibration_(WithFasterWalks((calibration.Validate(), calibration),
+                                   (options.Validate(), options.walk_inflation))),
+      options_(options),
       buffer_(options.buffer),
-      initializer_(calibration, options.initializer, options.estimate_time_offset),
+      initializer_(calibration_, options.initializer, options.estimate_time_offset),
       weight_(options.weighting),
       time_offset_(calibration.time_offset) {}
 

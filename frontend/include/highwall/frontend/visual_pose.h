@@ -20,7 +20,7 @@ struct VisualNoise {
   double position = 3e-4;  // [m] > 0
   double rotation = 5e-5;  // [rad] > 0
   // Of the landmarks' own part of the covariance, > 0: their errors are not independent.
-  double scale = 2.0;
+  double scale = 4.0;
   double min_error = 0.02;  // > 0; the least |r|^2 per degree of freedom that is believed
 
   // Throws InvalidArgument naming the field.
