@@ -9,6 +9,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/frontend/imu_check.h>
 #include <highwall/frontend/imu_vibration.h>
 
 namespace highwall {
@@ -204,6 +205,9 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
   last_attempt_ = observation.image;
   reason_ = report.reason = Explain(solution);
   if (solution.status != InitializationStatus::kReady) {
+    if (solution.status == InitializationStatus::kInconsistent && FitsReversed()) {
+      reason_ = report.reason = AccelerometerReversed().text;
+    }
     const bool contradiction = solution.status == InitializationStatus::kInconsistent ||
                                solution.status == InitializationStatus::kWrongGravity;
     if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;
@@ -228,6 +232,18 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
   time_offset_ = window_->time_offset();
   status_ = InertialStatus::kRunning;
   reason_.clear();
+}
+
+bool InertialOdometry::FitsReversed() const {
+  const auto all = buffer_.Between(buffer_.oldest(), buffer_.newest());
+  if (!all) return false;
+  ImuBuffer reversed(options_.buffer);
+  for (ImuSample sample : all->samples) {
+    sample.accelerometer = -sample.accelerometer;
+    reversed.Add(sample);
+  }
+  const InitializationStatus status = initializer_.Solve(reversed).status;
+  return status == InitializationStatus::kReady || status == InitializationStatus::kUncertain;
 }
 
 void InertialOdometry::Advance(const Observation& observation, InertialReport& report) {

@@ -124,6 +124,8 @@ class InertialOdometry {
 
  private:
   void Initialize(const Observation& observation, InertialReport& report);
+  // The images agree with the readings once the accelerometer's sign is turned.
+  bool FitsReversed() const;
   void Advance(const Observation& observation, InertialReport& report);
   void Restart(const Observation& observation, InertialReport& report);
   void Stop();
