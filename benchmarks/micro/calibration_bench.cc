@@ -1,5 +1,6 @@
 #include <memory>
 
+#include <highwall/factors/camera_pose.h>
 #include <highwall/factors/extrinsic_reprojection.h>
 #include <highwall/factors/time_offset_reprojection.h>
 
@@ -33,9 +34,21 @@ void Register(const std::string& suffix) {
                    {pose, point, {rig.T_BC.data(), rig.T_BC.data() + Pose::kSize}});
 }
 
+void RegisterCameraPose() {
+  const Pose T_WC_0 = Pose::FromTangent({1.0, 2.0, 0.5}, {0.4, 1.0, -0.7});
+  const Pose T_BC = Pose::FromTangent({0.05, 0.0, 0.1}, {0.3, -0.5, 0.2});
+  const Pose T_WB = Pose::FromTangent({0.9, 2.1, 0.5}, {0.1, 1.2, -0.8});
+  const Eigen::Matrix<double, 6, 6> W = 2.0 * Eigen::Matrix<double, 6, 6>::Identity();
+  const Eigen::Vector3d omega_B(0.1, -0.2, 0.3);
+  RegisterEvaluate("CameraPose", std::make_shared<CameraPose>(T_WC_0, W, T_BC, omega_B, 0.01),
+                   twins::MakeCameraPose({T_WC_0, W, T_BC, omega_B, 0.01}),
+                   {{T_WB.data(), T_WB.data() + Pose::kSize}, {1.0, 0.5, -0.2}, {0.02}});
+}
+
 const bool registered = [] {
   Register<2>("");
   Register<3>("Rgbd");
+  RegisterCameraPose();
   return true;
 }();
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -101,10 +102,16 @@ class Problem {
   }
   Guess Latest() const { return {graph_.Value(time_offset_), graph_.Value(biases_.back())}; }
 
-  InertialPrior Result(Stamp stamp) const {
+  // Empty where the images leave a direction open all the time.
+  std::optional<InertialPrior> Result(Stamp stamp) const {
     const std::array<VariableId, 5> ids = {poses_.back(), velocities_.back(), biases_.back(),
                                            gravity_, time_offset_};
-    const Eigen::MatrixXd covariance = graph_.Covariance(ids);
+    Eigen::MatrixXd covariance;
+    try {
+      covariance = graph_.Covariance(ids);
+    } catch (const InvalidArgument&) {  // rank-deficient
+      return std::nullopt;
+    }
     InertialPrior result;
     result.estimate.stamp = stamp;
     result.estimate.state = {graph_.Value(poses_.back()), graph_.Value(velocities_.back())};
@@ -167,7 +174,7 @@ const char* ToString(InitializationStatus status) {
 
 Eigen::Vector3d RateAt(const ImuBuffer& imu, Stamp stamp, const ImuBias& bias) {
   constexpr Stamp kHalf = 10'000'000;
-  if (imu.empty()) return Eigen::Vector3d::Zero();
+  if (imu.empty() || imu.newest() <= stamp - kHalf) return Eigen::Vector3d::Zero();
   const auto interval = imu.Between(stamp - kHalf, std::min(stamp + kHalf, imu.newest()));
   if (!interval) return Eigen::Vector3d::Zero();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -192,28 +199,41 @@ void InertialInitializer::Add(Stamp stamp, const VisualPose& visual) {
   while (ToSeconds(stamp - images_.front().stamp) > options_.max_duration) images_.pop_front();
 }
 
+std::size_t InertialInitializer::FirstImage(const ImuBuffer& imu, double time_offset) const {
+  const Stamp offset = FromSeconds(time_offset);
+  for (std::size_t i = images_.size(); i-- > 1;) {
+    const auto interval = imu.Between(images_[i - 1].stamp + offset, images_[i].stamp + offset);
+    if (!interval || interval->HasGap()) return i;
+  }
+  return 0;
+}
+
 InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   InitializationReport report;
-  if (images_.size() < 3) return report;
-  report.duration = ToSeconds(images_.back().stamp - images_.front().stamp);
-  if (report.duration < options_.min_duration) return report;
+  const auto is_short = [&](std::size_t first) {
+    if (images_.size() < first + 3) return true;
+    report.duration = ToSeconds(images_.back().stamp - images_[first].stamp);
+    return report.duration < options_.min_duration;
+  };
+  if (is_short(0)) return report;
 
   const Pose T_CB = calibration_.T_BC.Inverse();
   Guess guess{calibration_.time_offset, ImuBias::Zero()};
   // The offset moves the instants at which the readings are cut, and the biases their sums.
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
+    const std::size_t first = FirstImage(imu, guess.time_offset);
+    if (is_short(first)) {
+      report.status = InitializationStatus::kNoImu;
+      return report;
+    }
     Motion motion;
-    for (const Image& image : images_) {
-      motion.stamps.push_back(image.stamp + FromSeconds(guess.time_offset));
-      motion.T_WB.push_back(image.visual.T_WC * T_CB);
+    for (std::size_t i = first; i < images_.size(); ++i) {
+      motion.stamps.push_back(images_[i].stamp + FromSeconds(guess.time_offset));
+      motion.T_WB.push_back(images_[i].visual.T_WC * T_CB);
     }
     for (std::size_t i = 0; i + 1 < motion.stamps.size(); ++i) {
       const auto interval = imu.Between(motion.stamps[i], motion.stamps[i + 1]);
-      if (!interval || interval->HasGap()) {
-        report.status = InitializationStatus::kNoImu;
-        return report;
-      }
       motion.imu.emplace_back(
           interval->samples, guess.bias,
           ImuPreintegrationOptions{.noise = ShakenNoise(calibration_.noise, interval->samples)});
@@ -225,8 +245,8 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
       return report;
     }
     Problem problem(motion, guess, UnitDirection(gravity));
-    for (std::size_t i = 0; i < images_.size(); ++i) {
-      problem.AddImage(i, images_[i].visual, calibration_.T_BC,
+    for (std::size_t i = 0; i < motion.stamps.size(); ++i) {
+      problem.AddImage(i, images_[first + i].visual, calibration_.T_BC,
                        RateAt(imu, motion.stamps[i], guess.bias), guess.time_offset);
     }
     problem.AddPriors(options_, calibration_.time_offset, free_time_offset_);
@@ -236,6 +256,11 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     if (round + 1 < kRounds) continue;
     report.error = problem.Error();
     report.estimate = problem.Result(motion.stamps.back());
+  }
+  if (!report.estimate) {
+    report.status = InitializationStatus::kUncertain;
+    report.gravity_sigma = M_PI;
+    return report;
   }
   report.gravity_sigma = report.estimate->gravity_sigma * std::sqrt(std::max(1.0, report.error));
   if (report.error > options_.max_error) return report;

@@ -286,6 +286,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
 }
 
 KeyFrame* Map::Successor(KeyFrameId id) {
+  if (id < 0) return nullptr;
   // Ids ascend with time: it is the next one alive, or none is.
   for (std::size_t i = static_cast<std::size_t>(id) + 1; i < keyframes_.size(); ++i) {
     KeyFrame* next = keyframes_[i].get();

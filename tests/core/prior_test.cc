@@ -1,6 +1,8 @@
 #include <highwall/core/prior.h>
 
+#include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -114,6 +116,76 @@ TEST(PosePrior, RefusesNonFiniteArguments) {
   Pose T;
   T.data()[0] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(PosePrior(T, Matrix6::Identity()), InvalidArgument);
+}
+
+Eigen::Vector2d Residual(const DirectionPrior& factor, const UnitDirection& n) {
+  const double* blocks[] = {n.data()};
+  Eigen::Vector2d r;
+  EXPECT_TRUE(factor.Evaluate(blocks, r.data(), nullptr));
+  return r;
+}
+
+TEST(DirectionPrior, IsTheSineOfTheAngleOverSigma) {
+  const UnitDirection down;
+  const DirectionPrior factor(down, 0.1);
+  EXPECT_EQ(Residual(factor, down).norm(), 0.0);
+  for (const double angle : {1e-8, 0.2, 1.5}) {
+    for (const double turn : {0.0, 1.0, 2.5}) {
+      const UnitDirection n(Eigen::Vector3d(std::sin(angle) * std::cos(turn),
+                                            std::sin(angle) * std::sin(turn), -std::cos(angle)));
+      EXPECT_NEAR(Residual(factor, n).norm(), std::sin(angle) / 0.1, 1e-14) << angle;
+    }
+  }
+}
+
+TEST(DirectionPrior, JacobiansMatchCentralDifferences) {
+  RandomStates random(10);
+  const UnitDirectionManifold manifold;
+  for (int i = 0; i < 50; ++i) {
+    const DirectionPrior factor(UnitDirection(random.Direction()), random.Uniform(0.01, 1.0));
+    const Eigen::Vector3d n = random.Direction();
+    const auto result = testing::CheckJacobians(factor, {{n.x(), n.y(), n.z()}}, {&manifold});
+    EXPECT_TRUE(result) << result.message;
+  }
+}
+
+TEST(DirectionPrior, TurningDirectionAndExpectationTogetherKeepsTheNorm) {
+  RandomStates random(11);
+  const Eigen::Vector3d n_0 = random.Direction(), n = random.Direction();
+  const Eigen::Matrix3d R = random.RandomPose().R();
+  const double norm = Residual(DirectionPrior(UnitDirection(n_0), 0.1), UnitDirection(n)).norm();
+  const double turned =
+      Residual(DirectionPrior(UnitDirection(R * n_0), 0.1), UnitDirection(R * n)).norm();
+  EXPECT_NEAR(norm, turned, 1e-13);
+}
+
+TEST(DirectionPrior, SolvingRecoversTheExpectedDirection) {
+  RandomStates random(12);
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Vector3d n_0 = random.Direction();
+    FactorGraph graph;
+    // Up to 60 degrees away.
+    const auto n = graph.AddVariable(
+        UnitDirection(Pose::FromTangent({0, 0, 0}, random.Vector(0.6)).R() * n_0));
+    graph.AddFactor(std::make_unique<DirectionPrior>(UnitDirection(n_0), 0.1), n);
+    ASSERT_TRUE(graph.Solve({.function_tolerance = 0.0, .parameter_tolerance = 1e-14}).IsUsable());
+    EXPECT_LT((graph.Value(n).vector() - n_0).norm(), 1e-8);
+  }
+}
+
+TEST(DirectionPrior, SigmaIsTheStandardDeviationInEitherTangent) {
+  FactorGraph graph;
+  const UnitDirection n_0(Eigen::Vector3d(1, 2, -3));
+  const auto n = graph.AddVariable(n_0);
+  graph.AddFactor(std::make_unique<DirectionPrior>(n_0, 0.1), n);
+  EXPECT_LT((graph.Covariance(n) - 0.01 * Eigen::Matrix2d::Identity()).norm(), 1e-14);
+}
+
+TEST(DirectionPrior, RefusesASigmaThatIsNotPositive) {
+  for (const double sigma : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(DirectionPrior(UnitDirection(), sigma), InvalidArgument) << sigma;
+  }
 }
 
 TEST(VectorPrior, IsTheWeightedDifference) {

@@ -5,9 +5,10 @@
 #include <ceres/autodiff_cost_function.h>
 #include <Eigen/Core>
 
+#include "imu_twins.h"
 #include "reprojection_twins.h"
 
-// Autodiff twins of the reprojection factors with a calibration block.
+// Autodiff twins of the factors with a calibration block.
 namespace highwall::twins {
 
 template <int kRows>
@@ -44,6 +45,29 @@ struct Extrinsics {
   }
 };
 
+struct CameraPose {
+  highwall::Pose T_WC_0;
+  Eigen::Matrix<double, 6, 6> W;
+  highwall::Pose T_BC;
+  Eigen::Vector3d omega_B;
+  double t_d_state;
+
+  template <typename T>
+  bool operator()(const T* T_WB, const T* v_WB, const T* t_d, T* residuals) const {
+    const Eigen::Map<const Vector3<T>> p(T_WB), v(v_WB);
+    const Eigen::Map<const Eigen::Quaternion<T>> q(T_WB + 3);
+    const T d = *t_d - T(t_d_state);
+    const Eigen::Quaternion<T> q_d = q * Rotation<T>(omega_B.cast<T>() * d);
+    const Vector3<T> p_C = p + v * d + q_d * T_BC.p().cast<T>();
+    Eigen::Matrix<T, 6, 1> e;
+    e << p_C - T_WC_0.p().cast<T>(),
+        RotationVector<T>(T_WC_0.q().conjugate().cast<T>() * q_d * T_BC.q().cast<T>());
+    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
+    r = W.cast<T>() * e;
+    return true;
+  }
+};
+
 template <int kRows>
 std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<kRows>& twin) {
   using Cost = ceres::AutoDiffCostFunction<TimeOffset<kRows>, kRows, 7, 3, 1>;
@@ -54,6 +78,11 @@ template <int kRows>
 std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twin) {
   using Cost = ceres::AutoDiffCostFunction<Extrinsics<kRows>, kRows, 7, 3, 7>;
   return std::make_unique<Cost>(new Extrinsics<kRows>(twin));
+}
+
+inline std::unique_ptr<ceres::CostFunction> MakeCameraPose(const CameraPose& twin) {
+  using Cost = ceres::AutoDiffCostFunction<CameraPose, 6, 7, 3, 1>;
+  return std::make_unique<Cost>(new CameraPose(twin));
 }
 
 }  // namespace highwall::twins

@@ -187,6 +187,37 @@ TEST(ImuPreintegration, AsksForReintegrationOnceTheBiasIsFar) {
   EXPECT_EQ(again.end(), imu.end());
 }
 
+TEST(ImuPreintegration, JoinedIntervalsAreTheSameAsOne) {
+  const auto samples = SinusoidalMotion(2.0).Samples(200.0, 1.0);
+  const ImuPreintegrationOptions options{.noise = {.gyroscope = 2e-3, .accelerometer = 2e-2}};
+  const std::span<const ImuSample> all = samples;
+  const ImuPreintegration whole(all, TestBias(), options);
+  // The next one may be preintegrated with another bias: its readings count, nothing else.
+  const ImuPreintegration first(all.first(81), TestBias(), options);
+  const ImuPreintegration next(all.subspan(80), ImuBias::Zero());
+  const ImuPreintegration joined = first.Joined(next);
+  EXPECT_EQ(joined.start(), whole.start());
+  EXPECT_EQ(joined.end(), whole.end());
+  EXPECT_EQ(joined.samples().size(), whole.samples().size());
+  // The same readings in the same order: not a bit differs.
+  EXPECT_EQ(joined.delta().bias, whole.delta().bias);
+  EXPECT_EQ(joined.delta().duration, whole.delta().duration);
+  EXPECT_EQ(joined.delta().q.coeffs(), whole.delta().q.coeffs());
+  EXPECT_EQ(joined.delta().v, whole.delta().v);
+  EXPECT_EQ(joined.delta().p, whole.delta().p);
+  EXPECT_EQ(joined.delta().bias_jacobian, whole.delta().bias_jacobian);
+  EXPECT_EQ(joined.covariance(), whole.covariance());
+}
+
+TEST(ImuPreintegration, JoinsOnlyWhatFollows) {
+  const auto samples = SinusoidalMotion().Samples(200.0, 0.5);
+  const std::span<const ImuSample> all = samples;
+  const ImuPreintegration first(all.first(41), ImuBias::Zero());
+  EXPECT_THROW(first.Joined(ImuPreintegration(all.subspan(41), ImuBias::Zero())), InvalidArgument);
+  EXPECT_THROW(first.Joined(ImuPreintegration(all.subspan(39), ImuBias::Zero())), InvalidArgument);
+  EXPECT_THROW(first.Joined(first), InvalidArgument);
+}
+
 TEST(ImuPreintegration, CovarianceMatchesTenThousandNoisyRuns) {
   // Walks strong enough that every block of the 15 x 15 counts.
   const ImuPreintegrationOptions options{.noise = {.gyroscope = 2e-3,

@@ -1,6 +1,8 @@
 #include <highwall/frontend/map.h>
 
+#include <memory>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
@@ -267,6 +269,99 @@ TEST(Map, RefreshTakesNormalAndScaleRange) {
   const double distance = 2.0 * std::numbers::sqrt2;
   EXPECT_DOUBLE_EQ(point.max_distance, distance * 1.2 * 1.2 * 1.2);
   EXPECT_NEAR(point.min_distance, distance / std::pow(1.2, 4), 1e-14);
+}
+
+// Keyframes one second apart, each tied to the one before by the readings between.
+std::vector<ImuSample> MapReadings(int begin, int end) {
+  std::vector<ImuSample> samples;
+  for (int i = 10 * begin; i <= 10 * end; ++i) {
+    samples.push_back({i * 100'000'000, {0.1 * i, 0, 0}, {0, 0, 9.81 + i}});
+  }
+  return samples;
+}
+
+Map TiedMap(int keyframes) {
+  Map map;
+  for (int k = 0; k < keyframes; ++k) {
+    KeyFrame& keyframe = map.AddKeyFrame(FrameOf(1), At(k, 0, 0));
+    KeyFrameMotion motion{.stamp = k * 1'000'000'000, .v_WB = {1, 0.1 * k, 0}};
+    if (k > 0) {
+      motion.previous = k - 1;
+      motion.from_previous =
+          std::make_shared<const ImuPreintegration>(MapReadings(k - 1, k), ImuBias::Zero());
+    }
+    keyframe.motion = motion;
+  }
+  return map;
+}
+
+TEST(Map, SuccessorIsTheKeyFrameWhoseMotionFollows) {
+  Map map = TiedMap(3);
+  ASSERT_NE(map.Successor(0), nullptr);
+  EXPECT_EQ(map.Successor(0)->id, 1);
+  EXPECT_EQ(map.Successor(1)->id, 2);
+  EXPECT_EQ(map.Successor(2), nullptr) << "the last one";
+  EXPECT_EQ(map.Successor(kNoId), nullptr);
+  map.keyframe(1)->motion->previous = kNoId;
+  map.keyframe(1)->motion->from_previous = nullptr;
+  EXPECT_EQ(map.Successor(0), nullptr) << "readings were missing";
+  map.keyframe(2)->motion.reset();
+  EXPECT_EQ(map.Successor(1), nullptr) << "without an IMU";
+}
+
+TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
+  Map map = TiedMap(4);
+  map.RemoveKeyFrame(1, 0);
+  map.RemoveKeyFrame(2, 3);
+  const KeyFrameMotion& motion = *map.keyframe(3)->motion;
+  EXPECT_EQ(motion.previous, 0);
+  EXPECT_EQ(map.Successor(0)->id, 3);
+  ASSERT_NE(motion.from_previous, nullptr);
+  const ImuPreintegration whole(MapReadings(0, 3), ImuBias::Zero());
+  EXPECT_EQ(motion.from_previous->start(), whole.start());
+  EXPECT_EQ(motion.from_previous->end(), motion.stamp);
+  EXPECT_EQ(motion.from_previous->samples().size(), whole.samples().size());
+  EXPECT_TRUE(motion.from_previous->delta().p.isApprox(whole.delta().p, 1e-13));
+  EXPECT_TRUE(motion.from_previous->covariance().isApprox(whole.covariance(), 1e-13));
+}
+
+TEST(Map, RemovingTheFirstOfAChainUnties) {
+  Map map = TiedMap(3);
+  map.RemoveKeyFrame(0, 1);
+  EXPECT_EQ(map.keyframe(1)->motion->previous, kNoId);
+  EXPECT_EQ(map.keyframe(1)->motion->from_previous, nullptr);
+  EXPECT_EQ(map.Successor(1)->id, 2) << "the others stay";
+  map.RemoveKeyFrame(2, 1);
+  EXPECT_EQ(map.Successor(1), nullptr);
+}
+
+TEST(Map, TransformMovesEverything) {
+  Map map = TiedMap(3);
+  map.RemoveKeyFrame(1, 0);
+  const PointId p = map.AddPoint({1, 2, 3}, 0).id;
+  map.point(p)->normal_W = {0, 0.6, 0.8};
+  const Segment3 segment({1, 0, 0}, {0, 1, 2});
+  const LineId l = map.AddLine(segment, 0).id;
+  map.SetGravity(Eigen::Vector3d(0.1, 0, -9.8));
+  const KeyFrameMotion before = *map.keyframe(2)->motion;
+  const Pose T = Pose::FromTangent({0.5, -1, 2}, {0.3, -0.7, 1.1});
+  map.Transform(T);
+  // Each is a handful of products.
+  const auto is_at = [&](KeyFrameId id, const Pose& before_T) {
+    return map.ResolvePose(id).Matrix().isApprox((T * before_T).Matrix(), 1e-14);
+  };
+  EXPECT_TRUE(is_at(0, At(0, 0, 0)));
+  EXPECT_TRUE(is_at(1, At(1, 0, 0))) << "one that was removed, through its parent";
+  EXPECT_TRUE(is_at(2, At(2, 0, 0)));
+  EXPECT_TRUE(map.point(p)->p_W.isApprox(T * Eigen::Vector3d(1, 2, 3), 1e-14));
+  EXPECT_TRUE(map.point(p)->normal_W.isApprox(T.q() * Eigen::Vector3d(0, 0.6, 0.8), 1e-14));
+  EXPECT_TRUE(map.line(l)->segment_W.p().isApprox(T * segment.p(), 1e-14));
+  EXPECT_TRUE(map.line(l)->segment_W.q().isApprox(T * segment.q(), 1e-14));
+  EXPECT_TRUE(map.gravity_W()->isApprox(T.q() * Eigen::Vector3d(0.1, 0, -9.8), 1e-14));
+  const KeyFrameMotion& after = *map.keyframe(2)->motion;
+  EXPECT_TRUE(after.v_WB.isApprox(T.q() * before.v_WB, 1e-14));
+  EXPECT_EQ(after.from_previous, before.from_previous) << "of the body's own frame";
+  EXPECT_EQ(after.bias, before.bias);
 }
 
 TEST(Map, OrdersObserversByCountThenId) {

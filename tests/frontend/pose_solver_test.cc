@@ -1,5 +1,6 @@
 #include <highwall/frontend/pose_solver.h>
 
+#include <cmath>
 #include <memory>
 
 #include <ceres/loss_function.h>
@@ -275,6 +276,107 @@ TEST_F(PoseSolver, ErrorIsConsistentWithTheNoise) {
   }
   const double sigma = std::sqrt(12.0 / kTrials);
   EXPECT_NEAR(sum / kTrials, 6.0, 4.0 * sigma);
+}
+
+// J^T J and J^T r of points that all have depth, at a pose.
+struct NormalEquations {
+  Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> g = Eigen::Matrix<double, 6, 1>::Zero();
+};
+NormalEquations Sum(const std::vector<PosePoint>& points, const RgbdProjection& projection,
+                    const Pose& T_WC) {
+  NormalEquations sum;
+  for (const PosePoint& point : points) {
+    Eigen::Vector3d r;
+    Eigen::Matrix<double, 3, 6> J;
+    EXPECT_TRUE(projection.Evaluate<3>(RgbdProjection::At(T_WC.data()), point.rows, point.p_W, &r,
+                                       &J, nullptr));
+    sum.H += J.transpose() * J;
+    sum.g += J.transpose() * r;
+  }
+  return sum;
+}
+
+TEST_F(PoseSolver, WhatIsKnownDecidesWhereTheImageLeavesADirectionOpen) {
+  // Parallel lines: nothing tells how far along them the camera is.
+  std::mt19937 rng(51);
+  Scene scene = MakeScene(51, 0, 30);
+  for (auto& line : scene.lines) {
+    const Eigen::Vector3d p = line.segment_W.p();
+    line.segment_W = Segment3(p, p + Eigen::Vector3d(testing::Uniform(rng, 0.4, 1.0), 0, 0));
+  }
+  const Problem problem = MakeProblem(scene, Look(scene, IdealSensor(), kTruth), model, kTruth);
+  ASSERT_GT(problem.lines.size(), 8u);
+  const KnownPose known{
+      kTruth.Plus((Eigen::Matrix<double, 6, 1>() << 0.02, 0, 0, 0, 0, 0).finished()),
+      100.0 * Eigen::Matrix<double, 6, 6>::Identity()};
+  const auto solution =
+      SolvePose(kTruth, model.projection(), problem.points, problem.lines, {}, &known);
+  ASSERT_TRUE(solution);
+  // A millimetre of the prior's centimetre gives way to what the lines know better.
+  EXPECT_NEAR(solution->T_WC.p().x(), kTruth.p().x() + 0.02, 1e-3);
+  EXPECT_LT((solution->T_WC.p() - kTruth.p()).tail<2>().norm(), 1e-3);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-3);
+  // The lines themselves still know nothing of it.
+  EXPECT_LT(solution->information(0, 0), 1e-6 * solution->information(1, 1));
+}
+
+TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
+  const Scene scene = MakeScene(52, 60, 0);
+  const Problem problem = MakeProblem(
+      scene, Look(scene, IdealSensor(), kTruth, {.px = 0.5, .depth = true}), model, kTruth);
+  // Strong, and a millimetre away.
+  const KnownPose known{
+      kTruth.Plus((Eigen::Matrix<double, 6, 1>() << 1e-3, 0, 0, 0, 5e-4, 0).finished()),
+      1e4 * Eigen::Matrix<double, 6, 6>::Identity()};
+  const PoseSolverOptions plain{
+      .point_huber = 1e6, .chi2_2 = 1e9, .chi2_3 = 1e9, .rounds = 1, .max_iterations = 20};
+  const auto alone = Solve(problem, kTruth, plain);
+  const auto held =
+      SolvePose(kTruth, model.projection(), problem.points, problem.lines, plain, &known);
+  ASSERT_TRUE(alone && held);
+  ASSERT_EQ(held->num_points, static_cast<int>(problem.points.size()));
+  ASSERT_EQ(alone->num_points, held->num_points);
+  const NormalEquations sum = Sum(problem.points, model.projection(), held->T_WC);
+  EXPECT_TRUE(held->information.isApprox(sum.H, 1e-12));
+  EXPECT_TRUE(held->gradient.isApprox(sum.g, 1e-9));
+  EXPECT_GT(PositionError(alone->T_WC, held->T_WC), 5e-4) << "it must be held";
+  // One step of Gauss and Newton leads to where the image alone would have it: its error is of
+  // second order in the millimetre.
+  const Pose stepped = held->T_WC.Plus(-held->information.ldlt().solve(held->gradient));
+  EXPECT_LT(PositionError(alone->T_WC, stepped), 0.02 * PositionError(alone->T_WC, held->T_WC));
+}
+
+TEST_F(PoseSolver, WithoutWeightWhatIsKnownChangesNothing) {
+  const Problem problem = Exact(60, 10);
+  const KnownPose nothing{Pose::FromTangent({9, 9, 9}, {1, 1, 1})};
+  const auto alone = Solve(problem);
+  const auto with =
+      SolvePose(kStart, model.projection(), problem.points, problem.lines, {}, &nothing);
+  ASSERT_TRUE(alone && with);
+  EXPECT_LT(PositionError(alone->T_WC, with->T_WC), 1e-9);
+  EXPECT_EQ(alone->point_inliers, with->point_inliers);
+}
+
+TEST_F(PoseSolver, FitIsOneForTheNoiseThatTheRowsState) {
+  constexpr int kTrials = 30;
+  const PoseSolverOptions plain{.point_huber = 1e6, .chi2_2 = 1e9, .chi2_3 = 1e9, .rounds = 1};
+  const Scene scene = MakeScene(53, 60, 0);
+  double sum = 0.0, dof = 0.0;
+  for (unsigned trial = 1; trial <= kTrials; ++trial) {
+    const SyntheticView view =
+        Look(scene, IdealSensor(), kTruth, {.px = 1.0, .depth = true, .seed = trial});
+    const Problem problem = MakeProblem(scene, view, model, kTruth);
+    const auto solution = Solve(problem, kTruth, plain);
+    ASSERT_TRUE(solution);
+    sum += solution->error;
+    dof += 3.0 * static_cast<double>(problem.points.size()) - 6.0;
+  }
+  // Chi-squared of all degrees of freedom together.
+  EXPECT_NEAR(sum / kTrials, 1.0, 4.0 * std::sqrt(2.0 / dof));
+  const auto exact = Solve(Exact(60, 0));
+  ASSERT_TRUE(exact);
+  EXPECT_LT(exact->error, 1e-8);
 }
 
 TEST(TrimToObservation, CutsWhereTheObservedEndsLook) {

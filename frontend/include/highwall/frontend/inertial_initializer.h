@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <optional>
 
@@ -30,7 +31,7 @@ struct InertialInitializerOptions {
 
 enum class InitializationStatus {
   kTooShort,      // images with a pose over less than min_duration
-  kNoImu,         // the readings do not cover the images, or have a gap
+  kNoImu,         // readings are missing, or were so less than min_duration ago
   kUncertain,     // gravity is not known well enough yet
   kWrongGravity,  // the readings' gravity is not 9.81 m/s^2: their unit?
   kInconsistent,  // images and IMU contradict each other: extrinsics, clocks, sign of an axis?
@@ -44,7 +45,8 @@ struct InitializationReport {
   double gravity_norm = 0.0;   // [m/s^2] as measured
   double gravity_sigma = 0.0;  // [rad]
   double error = 0.0;          // chi-squared per degree of freedom
-  // In kReady, kUncertain and kInconsistent: the newest state, biases, gravity, t_d.
+  // In kReady, and in kUncertain and kInconsistent where the images leave no direction open: the
+  // newest state, biases, gravity, t_d.
   std::optional<InertialPrior> estimate;
 };
 
@@ -70,6 +72,8 @@ class InertialInitializer {
     Stamp stamp;
     VisualPose visual;
   };
+  // The one from which on no readings are missing.
+  std::size_t FirstImage(const ImuBuffer& imu, double time_offset) const;
 
   ImuCalibration calibration_;
   InertialInitializerOptions options_;

@@ -1,0 +1,230 @@
+// Runs `highwall slam` on a dataset with an IMU: its weights, and how it meets bad readings.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/core/trajectory_error.h>
+
+#include "../frontend/generated_tum.h"
+#include "run_program.h"
+#include "simulate/room.h"
+#include "simulate/tum_writer.h"
+
+namespace highwall {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::Outcome;
+using testing::ReadText;
+using testing::TemporaryDirectory;
+using testing::WriteText;
+
+std::size_t CountLines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// A walk with an IMU whose readings are good until the test spoils them.
+class SlamWithImu : public ::testing::Test {
+ protected:
+  static constexpr int kFrames = 12;  // at 6 Hz: two seconds
+
+  void SetUp() override {
+    simulate::SimulationOptions options;
+    options.camera = {
+        .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+    options.fps = 6.0;
+    options.duration = kFrames / options.fps;
+    simulate::WriteTum(simulate::SimulateRoom(options), dataset());
+  }
+
+  fs::path dataset() const { return folder_.path() / "dataset"; }
+  fs::path run() const { return folder_.path() / "run"; }
+  Outcome SlamOnDataset(const std::string& options) const {
+    return testing::RunProgram(HIGHWALL_BINARY, "slam --dataset " + dataset().string() + " --out " +
+                                                    run().string() + " " + options);
+  }
+
+  fs::path imu_file() const { return dataset() / "imu.csv"; }
+
+  // Writes every reading anew, as the numbers of its line; false: it is left out.
+  void Spoil(const std::function<bool(std::vector<double>& reading)>& change) const {
+    std::istringstream in(ReadText(imu_file()));
+    std::ostringstream out;
+    out.precision(17);
+    for (std::string line; std::getline(in, line);) {
+      if (line.starts_with('#')) continue;
+      std::istringstream columns(line);
+      std::vector<double> reading;
+      for (std::string column; std::getline(columns, column, ',');) {
+        reading.push_back(std::stod(column));
+      }
+      ASSERT_EQ(reading.size(), 7u) << line;
+      if (!change(reading)) continue;
+      out << static_cast<std::int64_t>(reading[0]);
+      for (std::size_t i = 1; i < reading.size(); ++i) out << ',' << reading[i];
+      out << '\n';
+    }
+    WriteText(imu_file(), out.str());
+  }
+
+  // RGB-D alone: exit code 0, a warning that holds every part, every frame tracked.
+  void ExpectFallback(const std::vector<std::string>& parts) const {
+    const Outcome outcome = SlamOnDataset("--no-map --json");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("highwall slam: warning: ")) << outcome.err;
+    for (const std::string& part : parts) EXPECT_TRUE(Contains(outcome.err, part)) << outcome.err;
+    const json report = json::parse(outcome.out);
+    EXPECT_EQ(report["lost_frames"], 0);
+    EXPECT_EQ(report["frames"], kFrames);
+    EXPECT_FALSE(report.contains("imu") && report["imu"].contains("initialized")) << report;
+    const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
+    EXPECT_LT(AbsolutePoseError(truth, ReadTumTrajectory(run() / "trajectory.txt")).statistics.rmse,
+              0.02);
+  }
+
+  // One line that holds every part, exit code 2, nothing written.
+  void ExpectRefused(const std::vector<std::string>& parts, const std::string& options = "") const {
+    const Outcome outcome = SlamOnDataset(options);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(CountLines(outcome.err), 1u) << outcome.err;
+    for (const std::string& part : parts) EXPECT_TRUE(Contains(outcome.err, part)) << outcome.err;
+    EXPECT_FALSE(fs::exists(run()));
+  }
+
+ private:
+  TemporaryDirectory folder_;
+};
+
+TEST_F(SlamWithImu, TakesTheImuByDefaultAndEachOfItsWeights) {
+  for (const char* choice : {"", "--imu paper", "--imu consistent", "--imu fixed:2"}) {
+    const Outcome outcome = SlamOnDataset("--no-map --json " + std::string(choice));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    EXPECT_TRUE(report["imu"].contains("initialized")) << choice << outcome.err;
+    const std::string policy = *choice == '\0' ? "consistent" : std::string(choice).substr(6);
+    EXPECT_EQ(report["options"]["imu"], policy.substr(0, policy.find(':'))) << choice;
+    EXPECT_EQ(report["lost_frames"], 0) << choice;
+    if (policy == "fixed:2") {
+      EXPECT_EQ(report["imu"]["mean_weight"], 2.0);
+    }
+  }
+  const Outcome outcome = SlamOnDataset("--no-map --json --imu off");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const json report = json::parse(outcome.out);
+  EXPECT_FALSE(report.contains("imu"));
+  EXPECT_EQ(report["options"]["imu"], "off");
+}
+
+TEST_F(SlamWithImu, RefusesOtherWeightsInOneLine) {
+  for (const char* choice : {"on", "fixed", "fixed:", "fixed:0", "fixed:-1", "fixed:nan",
+                             "fixed:1e9", "fixed:2x", "Paper", "''"}) {
+    const Outcome outcome = SlamOnDataset("--imu " + std::string(choice));
+    EXPECT_EQ(outcome.exit_code, 1) << choice;
+    EXPECT_EQ(CountLines(outcome.err), 1u) << outcome.err;
+    EXPECT_TRUE(Contains(outcome.err, "--imu")) << outcome.err;
+  }
+}
+
+TEST_F(SlamWithImu, AnImuThatIsAskedForMustBeThere) {
+  fs::remove(imu_file());
+  ExpectRefused({dataset().string(), "has no IMU"}, "--imu paper");
+  EXPECT_EQ(SlamOnDataset("--no-map").exit_code, 0);
+}
+
+TEST_F(SlamWithImu, GoesOnWithoutAnImuThatIsNotANumber) {
+  Spoil([](std::vector<double>& reading) {
+    reading[4] = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  });
+  ExpectFallback({"imu.csv", "the IMU is not used"});
+}
+
+TEST_F(SlamWithImu, GoesOnWithoutAnImuThatIsFrozen) {
+  std::vector<double> first;
+  Spoil([&](std::vector<double>& reading) {
+    if (first.empty()) first = reading;
+    std::copy(first.begin() + 1, first.end(), reading.begin() + 1);
+    return true;
+  });
+  ExpectFallback({"imu.csv", "the IMU is not used"});
+}
+
+TEST_F(SlamWithImu, ConvertsReadingsInGWithAWarning) {
+  Spoil([](std::vector<double>& reading) {
+    for (int i = 4; i < 7; ++i) reading[static_cast<std::size_t>(i)] /= 9.80665;
+    return true;
+  });
+  const Outcome outcome = SlamOnDataset("--no-map --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, " g")) << outcome.err;
+  EXPECT_TRUE(json::parse(outcome.out)["imu"].contains("initialized")) << outcome.err;
+}
+
+TEST_F(SlamWithImu, GoesOnWithoutAGyroscopeInDegrees) {
+  Spoil([](std::vector<double>& reading) {
+    for (int i = 1; i < 4; ++i) reading[static_cast<std::size_t>(i)] *= 180.0 / M_PI;
+    return true;
+  });
+  ExpectFallback({"imu.csv", "deg/s"});
+}
+
+TEST_F(SlamWithImu, GoesOnWithoutAnAccelerometerOfTheWrongSign) {
+  Spoil([](std::vector<double>& reading) {
+    for (int i = 4; i < 7; ++i) reading[static_cast<std::size_t>(i)] *= -1.0;
+    return true;
+  });
+  ExpectFallback({"the IMU was not used"});
+}
+
+TEST_F(SlamWithImu, GoesOnWhereTheReadingsHaveGaps) {
+  int line = 0;
+  Spoil([&](std::vector<double>&) { return ++line % 120 < 70; });
+  const Outcome outcome = SlamOnDataset("--no-map --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "gap")) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["lost_frames"], 0);
+}
+
+TEST_F(SlamWithImu, GoesOnWhereTheImuIsShorterThanTheVideo) {
+  int line = 0;
+  Spoil([&](std::vector<double>&) { return ++line < 350; });
+  const Outcome outcome = SlamOnDataset("--no-map --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "imu.csv")) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["lost_frames"], 0);
+  EXPECT_EQ(report["frames"], kFrames);
+}
+
+TEST_F(SlamWithImu, RefusesStampsOfAnotherClock) {
+  Spoil([](std::vector<double>& reading) {
+    reading[0] += 1e15;
+    return true;
+  });
+  ExpectRefused({"imu.csv"});
+  EXPECT_EQ(SlamOnDataset("--no-map --imu off").exit_code, 0) << "the way out";
+}
+
+TEST_F(SlamWithImu, RefusesAMalformedImu) {
+  WriteText(imu_file(), "1000000000,0,0,0,0,0\n");
+  ExpectRefused({"imu.csv:1: "});
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,101 @@
+#include <highwall/frontend/imu_vibration.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "../factors/imu_scene.h"
+
+namespace highwall {
+namespace {
+
+// White noise of one sigma on every axis of the accelerometer.
+std::vector<ImuSample> Shaken(std::vector<ImuSample> samples, double sigma) {
+  std::mt19937 rng(7);
+  std::normal_distribution<double> normal(0.0, sigma);
+  for (ImuSample& sample : samples) {
+    for (double& a : sample.accelerometer) a += normal(rng);
+  }
+  return samples;
+}
+
+TEST(AccelerometerShake, IsTheStandardDeviationOfWhiteNoise) {
+  const std::vector<ImuSample> rest = SinusoidalMotion(0.0).Samples(200.0, 10.0);
+  // Of 6000 second differences, each with a variance known to sqrt(2 / n) times 1.8 for their
+  // correlation.
+  EXPECT_NEAR(AccelerometerShake(Shaken(rest, 0.5)), 0.5, 4.0 * 0.5 * 0.018);
+}
+
+TEST(AccelerometerShake, SmoothMotionAndAnyConstantAreNoShaking) {
+  EXPECT_LT(AccelerometerShake(SinusoidalMotion(0.0).Samples(200.0, 1.0)), 1e-13);
+  const auto moving = SinusoidalMotion(1.0).Samples(200.0, 2.0);
+  // a w^2 h^2 / sqrt(18): some 10 m/s^2 at 3 rad/s and 5 ms.
+  EXPECT_LT(AccelerometerShake(moving), 1e-3);
+  const ImuBias bias = (ImuBias() << 0, 0, 0, 1, -2, 3).finished();
+  EXPECT_NEAR(AccelerometerShake(WithBias(moving, bias)), AccelerometerShake(moving), 1e-13);
+}
+
+TEST(AccelerometerShake, IsZeroForTooFewReadings) {
+  const auto samples = Shaken(SinusoidalMotion().Samples(200.0, 0.01), 1.0);
+  ASSERT_EQ(samples.size(), 3u);
+  EXPECT_GT(AccelerometerShake(samples), 0.0);
+  EXPECT_EQ(AccelerometerShake(std::span(samples).first(2)), 0.0);
+  EXPECT_EQ(AccelerometerShake({}), 0.0);
+}
+
+TEST(ShakenNoise, LeavesACalmImuAsItIs) {
+  const ImuNoise noise;
+  const ImuNoise calm = ShakenNoise(noise, SinusoidalMotion(0.0).Samples(200.0, 0.1));
+  EXPECT_DOUBLE_EQ(calm.accelerometer, noise.accelerometer);
+  EXPECT_EQ(calm.gyroscope, noise.gyroscope);
+  EXPECT_EQ(calm.gyroscope_walk, noise.gyroscope_walk);
+  EXPECT_EQ(calm.accelerometer_walk, noise.accelerometer_walk);
+}
+
+TEST(ShakenNoise, AddsTheSameVelocityWhateverTheLengthOfTheInterval) {
+  const ImuNoise noise;
+  const auto samples = Shaken(SinusoidalMotion(0.0).Samples(200.0, 2.0), 2.0);
+  for (const std::size_t readings : {21u, 201u}) {
+    const std::span<const ImuSample> part = std::span(samples).first(readings);
+    const double duration = 0.005 * static_cast<double>(readings - 1);
+    const ImuNoise shaken = ShakenNoise(noise, part, 0.5);
+    // Velocity variance of a density q over T is q^2 T.
+    const double added =
+        (shaken.accelerometer * shaken.accelerometer - noise.accelerometer * noise.accelerometer) *
+        duration;
+    EXPECT_NEAR(std::sqrt(added), 0.5 * AccelerometerShake(part) * 0.005, 1e-12) << readings;
+    EXPECT_EQ(shaken.gyroscope, noise.gyroscope);
+  }
+  EXPECT_GT(ShakenNoise(noise, samples, 0.5).accelerometer,
+            ShakenNoise(noise, samples, 0.25).accelerometer);
+}
+
+TEST(ShakenNoise, CoversTheVelocityErrorOfAVibrationThatIsCutOff) {
+  // 70 Hz read at 200 Hz, cut at 100 phases: the velocity of what is integrated is off, the true
+  // one does not change on average.
+  constexpr double kAmplitude = 3.0, kOmega = 2.0 * M_PI * 70.0, kDuration = 0.1;
+  double squares = 0.0, claimed = 0.0;
+  constexpr int kPhases = 100;
+  for (int phase = 0; phase < kPhases; ++phase) {
+    const double phi = 2.0 * M_PI * phase / kPhases;
+    std::vector<ImuSample> samples = SinusoidalMotion(0.0).Samples(200.0, kDuration);
+    const ImuSample still = samples.front();
+    for (ImuSample& sample : samples) {
+      sample.accelerometer.x() += kAmplitude * std::cos(kOmega * ToSeconds(sample.stamp) + phi);
+    }
+    const ImuPreintegration imu(samples, ImuBias::Zero());
+    const double truth = kAmplitude / kOmega * (std::sin(kOmega * kDuration + phi) - std::sin(phi));
+    const double error = imu.delta().v.x() - still.accelerometer.x() * kDuration - truth;
+    squares += error * error;
+    const ImuNoise shaken = ShakenNoise({}, samples);
+    claimed += shaken.accelerometer * shaken.accelerometer * kDuration;
+  }
+  const double rms = std::sqrt(squares / kPhases), sigma = std::sqrt(claimed / kPhases);
+  EXPECT_GT(rms, 1e-3) << "the vibration must matter";
+  EXPECT_LT(rms, 3.0 * sigma);
+}
+
+}  // namespace
+}  // namespace highwall

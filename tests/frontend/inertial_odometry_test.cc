@@ -1,0 +1,375 @@
+#include <highwall/frontend/inertial_odometry.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "inertial_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::AngleBetween;
+using testing::InertialScene;
+using testing::InertialSceneOptions;
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kFirst = 0.2, kStep = 0.1;  // [s] stamp of the first image, and between
+const ImuBias kBias = (ImuBias() << 0.004, -0.005, 0.003, 0.03, -0.04, 0.02).finished();
+const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.4, -0.3, 1.3});
+
+// Odometry that is driven through a scene, image by image, as SlamSystem does it.
+class Drive {
+ public:
+  explicit Drive(const InertialSceneOptions& scene_options = {},
+                 const InertialOptions& options = {})
+      : scene(scene_options), odometry(scene.calibration(), options) {}
+
+  // Until the stamp of an image is `end` [s]. sees: whether an image tells its pose, by its stamp.
+  void Until(
+      double end, const std::function<bool(double)>& sees = [](double) { return true; }) {
+    for (; Stamp() <= end + 1e-9; ++image_) {
+      const double t = Stamp();
+      for (ImuSample reading : scene.Readings(read_, t + 0.1)) Feed(reading);
+      read_ = t + 0.1 + 1.0 / 200.0;
+      prediction = odometry.Predict(FromSeconds(t));
+      InertialOdometry::Observation observation;
+      observation.image = FromSeconds(t);
+      if (sees(t)) {
+        observation.visual = scene.See(t);
+        // The map was levelled and moved since: the images' poses with it.
+        observation.visual->T_WC = T_map * observation.visual->T_WC;
+      }
+      reports.push_back(odometry.Update(observation));
+      if (reports.back().T_level) T_map = *reports.back().T_level * T_map;
+      last = t;
+    }
+  }
+  double Stamp() const { return kFirst + kStep * image_; }
+  Pose Truth(double t) const { return T_map * scene.T_WC(t); }
+  double PositionError() const {
+    return odometry.T_WC() ? (odometry.T_WC()->p() - Truth(last).p()).norm() : HUGE_VAL;
+  }
+  double AngleError() const {
+    return odometry.T_WC() ? (odometry.T_WC()->Inverse() * Truth(last)).Angle() : HUGE_VAL;
+  }
+
+  InertialScene scene;
+  InertialOdometry odometry;
+  // Whether a reading is there, and what becomes of it.
+  std::function<bool(ImuSample&)> change = [](ImuSample&) { return true; };
+  Pose T_map;  // of the images' first frame in W
+  std::vector<InertialReport> reports;
+  std::optional<KnownPose> prediction;
+  double last = 0.0;
+
+ private:
+  void Feed(ImuSample reading) {
+    if (change(reading)) odometry.AddSample(reading);
+  }
+  int image_ = 0;
+  double read_ = 0.0;
+};
+
+TEST(InertialOdometry, InitializesInMotionAndLevelsTheMap) {
+  Drive drive({.bias = kBias, .T_WN = kTilted});
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  EXPECT_FALSE(drive.odometry.T_WC());
+  EXPECT_FALSE(drive.odometry.gravity_W());
+  EXPECT_EQ(drive.odometry.gravity_sigma(), M_PI);
+  drive.Until(5.0);
+  int levels = 0;
+  for (const InertialReport& report : drive.reports) levels += report.T_level ? 1 : 0;
+  EXPECT_EQ(levels, 1);
+  EXPECT_EQ(drive.reports.front().status, InertialStatus::kInitializing);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_FALSE(drive.prediction == std::nullopt);
+  EXPECT_LT(drive.PositionError(), 3e-3);
+  EXPECT_LT(drive.AngleError(), 2e-3);
+  // Up is z after the map was turned, and gravity of the truth is there as well.
+  const Eigen::Vector3d truth = drive.T_map.q() * drive.scene.gravity_W();
+  EXPECT_LT(AngleBetween(*drive.odometry.gravity_W(), truth), 0.3 * kDegree);
+  EXPECT_LT(AngleBetween(truth, kGravity), 0.5 * kDegree);
+  const InertialEstimate estimate = *drive.odometry.estimate();
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_LT(std::abs(estimate.bias(i) - drive.scene.bias()(i)),
+              3.5 * std::sqrt(estimate.covariance(9 + i, 9 + i)))
+        << i;
+  }
+  EXPECT_LT((estimate.state.v_WB - drive.T_map.q() * drive.scene.StateAt(drive.last).v_WB).norm(),
+            0.02);
+  EXPECT_EQ(drive.reports.back().innovation_dof, 6);
+}
+
+TEST(InertialOdometry, InitializesAtRestAndKnowsThatItRests) {
+  Drive drive({.motion = 0.0, .T_WN = kTilted});
+  drive.Until(4.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_TRUE(drive.reports.back().stationary);
+  EXPECT_LT(drive.odometry.estimate()->state.v_WB.norm(), 6e-3);
+  EXPECT_LT(AngleBetween(*drive.odometry.gravity_W(), drive.T_map.q() * drive.scene.gravity_W()),
+            0.3 * kDegree);
+  Drive moving;
+  moving.Until(4.0);
+  ASSERT_EQ(moving.odometry.status(), InertialStatus::kRunning);
+  for (const InertialReport& report : moving.reports) EXPECT_FALSE(report.stationary);
+}
+
+TEST(InertialOdometry, FindsTheTimeOffsetToAMillisecond) {
+  for (const double offset : {-0.03, 0.03}) {
+    Drive drive({.bias = kBias, .time_offset = offset});
+    drive.Until(6.0);
+    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+    EXPECT_NEAR(drive.odometry.time_offset(), offset, 1e-3);
+    EXPECT_LT(drive.odometry.time_offset_sigma(), 1e-3);
+    EXPECT_LT(drive.PositionError(), 3e-3);
+  }
+}
+
+TEST(InertialOdometry, AnOffsetThatIsNotEstimatedKeepsItsValue) {
+  Drive drive({}, {.estimate_time_offset = false});
+  drive.Until(3.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_EQ(drive.odometry.time_offset(), 0.0);
+}
+
+TEST(InertialOdometry, BridgesTwoSecondsWithoutImages) {
+  Drive drive({.bias = kBias});
+  drive.Until(6.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  const std::size_t seen = drive.reports.size();
+  drive.Until(8.0, [](double) { return false; });
+  for (std::size_t i = seen; i < drive.reports.size(); ++i) {
+    EXPECT_EQ(drive.reports[i].status, InertialStatus::kDeadReckoning);
+    EXPECT_EQ(drive.reports[i].innovation_dof, 0);
+    EXPECT_TRUE(drive.reports[i].estimate);
+  }
+  // The bias of the accelerometer is known to 0.01 m/s^2, gravity to 0.001 rad: 0.02 m/s^2 over
+  // 2 s are 4 cm; the path is 3 m.
+  EXPECT_LT(drive.PositionError(), 0.06);
+  const InertialEstimate estimate = *drive.odometry.estimate();
+  const double sigma = std::sqrt(estimate.covariance.topLeftCorner(3, 3).trace());
+  EXPECT_LT(drive.PositionError(), 4.0 * sigma);
+  drive.Until(9.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_LT(drive.PositionError(), 3e-3);
+}
+
+TEST(InertialOdometry, PredictsWithinItsOwnCovariance) {
+  Drive drive({.bias = kBias, .T_WN = kTilted});
+  drive.Until(4.0);
+  double sum = 0.0;
+  constexpr int kImages = 20;
+  for (int i = 0; i < kImages; ++i) {
+    drive.Until(drive.Stamp());
+    ASSERT_TRUE(drive.prediction);
+    Eigen::Matrix<double, 6, 1> e;
+    const Pose truth = drive.Truth(drive.last), T = drive.prediction->T_WC;
+    e << truth.p() - T.p(), so3::Log(T.q().conjugate() * truth.q());
+    sum += (drive.prediction->sqrt_information * e).squaredNorm();
+  }
+  // Inflated by prediction_inflation, which makes 6 / 4 of 6; neighbours are correlated.
+  EXPECT_LT(sum / kImages, 6.0);
+  EXPECT_GT(sum / kImages, 0.1);
+}
+
+TEST(InertialOdometry, StopsAfterTooLongWithoutImages) {
+  Drive drive({}, {.max_dead_reckoning = 1.0});
+  drive.Until(3.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  drive.Until(4.5, [](double) { return false; });
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kInitializing);
+  EXPECT_FALSE(drive.odometry.T_WC());
+  EXPECT_FALSE(drive.prediction);
+  drive.Until(4.5 + 3.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning) << "and begins anew";
+  EXPECT_LT(drive.PositionError(), 3e-3);
+}
+
+// Readings are missing between two instants [s].
+std::function<bool(ImuSample&)> Gap(double from, double to) {
+  return [=](const ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    return t < from || t > to;
+  };
+}
+
+TEST(InertialOdometry, RestartsAfterAGapInTheReadings) {
+  Drive drive({.bias = kBias});
+  drive.change = Gap(4.153, 4.283);
+  drive.Until(4.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  const ImuBias before = drive.odometry.estimate()->bias;
+  drive.Until(4.21);
+  EXPECT_TRUE(drive.reports.back().restarted);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_LT((drive.odometry.estimate()->bias - before).norm(), 0.01) << "biases outlast the gap";
+  EXPECT_LT(drive.PositionError(), 5e-3);
+  drive.Until(5.0);
+  EXPECT_FALSE(drive.reports.back().restarted);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_LT(drive.PositionError(), 3e-3);
+}
+
+TEST(InertialOdometry, ComesBackAfterALongGap) {
+  Drive drive({.bias = kBias});
+  drive.change = Gap(4.05, 4.6);
+  drive.Until(4.5);
+  EXPECT_NE(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_FALSE(drive.odometry.T_WC()) << "the images alone";
+  drive.Until(7.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_LT(drive.PositionError(), 3e-3);
+}
+
+TEST(InertialOdometry, WithoutReadingsItWaits) {
+  Drive drive;
+  drive.change = [](ImuSample&) { return false; };
+  drive.Until(1.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  EXPECT_FALSE(drive.reports.back().reason.empty());
+  EXPECT_FALSE(drive.prediction);
+  EXPECT_FALSE(drive.odometry.UpInCamera(FromSeconds(0.5)));
+}
+
+TEST(InertialOdometry, ReadingsThatEndLeaveTheImagesAlone) {
+  Drive drive;
+  drive.change = [](ImuSample& reading) { return ToSeconds(reading.stamp) < 4.0; };
+  drive.Until(6.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  EXPECT_FALSE(drive.odometry.T_WC());
+}
+
+TEST(InertialOdometry, GivesUpAnImuThatContradictsTheImages) {
+  for (const bool in_g : {false, true}) {
+    Drive drive({}, {.max_attempts = 3});
+    drive.change = [&](ImuSample& reading) {
+      reading.accelerometer *= in_g ? 1.0 / 9.80665 : -1.0;
+      return true;
+    };
+    drive.Until(5.0);
+    EXPECT_EQ(drive.odometry.status(), InertialStatus::kGivenUp) << in_g;
+    EXPECT_FALSE(drive.odometry.T_WC());
+    const InertialReport& report = drive.reports.back();
+    EXPECT_EQ(report.status, InertialStatus::kGivenUp);
+    EXPECT_FALSE(report.reason.empty());
+    if (!in_g) continue;
+    EXPECT_NE(report.reason.find("m/s^2"), std::string::npos) << report.reason;
+  }
+}
+
+TEST(InertialOdometry, MovingTheMapMovesTheEstimateAlong) {
+  Drive drive({.bias = kBias});
+  drive.Until(4.0);
+  const InertialEstimate before = *drive.odometry.estimate();
+  const Eigen::Vector3d gravity = *drive.odometry.gravity_W();
+  // A loop turns about the vertical and shifts; states and images move together.
+  const Pose T = Pose::FromTangent({0.5, -0.3, 0.2}, {0, 0, 0.4});
+  drive.odometry.MoveMap(T);
+  drive.T_map = T * drive.T_map;
+  const InertialEstimate after = *drive.odometry.estimate();
+  EXPECT_TRUE(after.state.T_WB.Matrix().isApprox((T * before.state.T_WB).Matrix(), 1e-12));
+  EXPECT_TRUE(after.state.v_WB.isApprox(T.q() * before.state.v_WB, 1e-12));
+  EXPECT_EQ(after.bias, before.bias);
+  EXPECT_TRUE(drive.odometry.gravity_W()->isApprox(T.q() * gravity, 1e-12));
+  const Eigen::Matrix3d P = before.covariance.topLeftCorner(3, 3);
+  const Eigen::Matrix3d turned = T.R() * P * T.R().transpose();
+  EXPECT_TRUE(after.covariance.topLeftCorner(3, 3).isApprox(turned, 1e-10));
+  const std::size_t first = drive.reports.size();
+  drive.Until(5.0);
+  EXPECT_LT(drive.PositionError(), 3e-3);
+  // The images see nothing of it: no innovation beyond what noise makes, 6 on average.
+  for (std::size_t i = first; i < drive.reports.size(); ++i) {
+    EXPECT_LT(drive.reports[i].squared_innovation, 35.0) << i;
+    EXPECT_FALSE(drive.reports[i].restarted);
+  }
+}
+
+TEST(InertialOdometry, AMapThatTiltsLeavesUpWhereItWas) {
+  Drive drive;
+  drive.Until(4.0);
+  const Eigen::Vector3d p = drive.odometry.estimate()->state.T_WB.p();
+  const Eigen::Vector3d gravity = *drive.odometry.gravity_W();
+  const Pose T = Pose::FromTangent({0.1, 0.2, 0.3}, {0.02, -0.01, 0.1});
+  drive.odometry.MoveMap(T);
+  EXPECT_LT(AngleBetween(*drive.odometry.gravity_W(), kGravity),
+            AngleBetween(gravity, kGravity) + 1e-9);
+  EXPECT_TRUE(drive.odometry.estimate()->state.T_WB.p().isApprox(T * p, 1e-12))
+      << "the place moves";
+}
+
+TEST(InertialOdometry, FindsUpInTheCameraAtRest) {
+  InertialScene scene({.motion = 0.0});
+  InertialOdometry odometry(scene.calibration());
+  for (const ImuSample& reading : scene.Readings(0.0, 1.0)) odometry.AddSample(reading);
+  const auto up = odometry.UpInCamera(FromSeconds(0.9));
+  ASSERT_TRUE(up);
+  EXPECT_LT(AngleBetween(scene.T_WC(0.9).q() * *up, -kGravity), 1e-3);
+  EXPECT_FALSE(odometry.UpInCamera(FromSeconds(2.0))) << "no readings there";
+  InertialOdometry in_g(scene.calibration());
+  for (ImuSample reading : scene.Readings(0.0, 1.0)) {
+    reading.accelerometer /= 9.81;
+    in_g.AddSample(reading);
+  }
+  EXPECT_FALSE(in_g.UpInCamera(FromSeconds(0.9)));
+}
+
+TEST(InertialOdometry, EveryPolicyRuns) {
+  for (const ImuWeighting policy :
+       {ImuWeighting::kPaper, ImuWeighting::kConsistent, ImuWeighting::kFixed}) {
+    Drive drive({.bias = kBias}, {.weighting = {.policy = policy, .fixed_weight = 0.5}});
+    drive.Until(4.0);
+    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << ToString(policy);
+    EXPECT_LT(drive.PositionError(), 5e-3) << ToString(policy);
+    const double weight = drive.reports.back().weight;
+    EXPECT_EQ(weight, drive.odometry.weight());
+    switch (policy) {
+      case ImuWeighting::kPaper:
+        EXPECT_LE(weight, 0.8);
+        break;
+      case ImuWeighting::kConsistent:
+        EXPECT_EQ(weight, 1.0) << "readings are as they say";
+        break;
+      case ImuWeighting::kFixed:
+        EXPECT_EQ(weight, 0.5);
+        break;
+    }
+  }
+}
+
+TEST(InertialOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const InertialOptions& options, const std::string& field) {
+    try {
+      const InertialOdometry odometry({}, options);
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(InertialOptions().Validate());
+  expect_error({.weighting = {.fixed_weight = 0.0}}, "fixed_weight");
+  expect_error({.initializer = {.interval = 0.0}}, "interval");
+  expect_error({.retry_interval = 0.0}, "retry_interval");
+  expect_error({.max_attempts = 0}, "max_attempts");
+  expect_error({.visual_noise = {.scale = 0.0}}, "scale");
+  expect_error({.prediction_inflation = 0.5}, "prediction_inflation");
+  expect_error({.max_dead_reckoning = 0.0}, "max_dead_reckoning");
+  expect_error({.restart_velocity_sigma = 0.0}, "restart_velocity_sigma");
+  expect_error({.stationary_speed = 0.0}, "stationary_speed");
+  ImuCalibration calibration;
+  calibration.rate = 0.0;
+  EXPECT_THROW(InertialOdometry{calibration}, InvalidArgument);
+}
+
+TEST(InertialStatus, HasNames) {
+  EXPECT_STREQ(ToString(InertialStatus::kDeadReckoning), "dead reckoning");
+  EXPECT_STREQ(ToString(InertialStatus::kGivenUp), "given up");
+}
+
+}  // namespace
+}  // namespace highwall

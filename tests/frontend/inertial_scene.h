@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/so3.h>
+#include <highwall/core/stamp.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/imu_calibration.h>
+#include <highwall/frontend/inertial_window.h>
+#include <highwall/frontend/visual_pose.h>
+
+#include "../factors/imu_scene.h"
+
+// What the tests of inertial odometry share: a body with camera and IMU on an analytic motion, the
+// readings of the IMU with noise and biases, the poses of the camera as images would tell them.
+namespace highwall::testing {
+
+struct InertialSceneOptions {
+  double motion = 1.0;  // of SinusoidalMotion; 0: at rest
+  double hertz = 200.0;
+  ImuNoise noise{.gyroscope = 2.44e-4,
+                 .accelerometer = 1.47e-3,
+                 .gyroscope_walk = 2e-5,
+                 .accelerometer_walk = 1e-3};
+  ImuBias bias = ImuBias::Zero();
+  double time_offset = 0.0;  // [s] t_imu = t_cam + t_d
+  Pose T_WN{};                 // of N, whose z is up, in the frame W of the images' poses
+  double position_sigma = 1e-3, rotation_sigma = 3e-4;  // [m], [rad] of the images' poses
+  unsigned seed = 1;
+};
+
+class InertialScene {
+ public:
+  explicit InertialScene(const InertialSceneOptions& options = {})
+      : options_(options), motion_(options.motion), rng_(options.seed) {}
+
+  // Its time offset is the guess 0.
+  ImuCalibration calibration() const {
+    return {.T_BC = T_BC(), .noise = options_.noise, .rate = options_.hertz};
+  }
+  static Pose T_BC() { return Pose::FromTangent({0.05, -0.03, 0.08}, {-1.2, 1.2, -1.2}); }
+
+  // The readings of the IMU's [begin, end] s, one after another: the bias walks on.
+  std::vector<ImuSample> Readings(double begin, double end) {
+    std::vector<ImuSample> readings;
+    const double step = 1.0 / options_.hertz, root = std::sqrt(options_.hertz);
+    for (auto i = std::lround(begin * options_.hertz); i <= std::lround(end * options_.hertz);
+         ++i) {
+      ImuSample reading = motion_.SampleAt(FromSeconds(static_cast<double>(i) * step));
+      reading.gyroscope += bias().head<3>() + Noise(options_.noise.gyroscope * root);
+      reading.accelerometer += bias().tail<3>() + Noise(options_.noise.accelerometer * root);
+      readings.push_back(reading);
+      walk_.head<3>() += Noise(options_.noise.gyroscope_walk / root);
+      walk_.tail<3>() += Noise(options_.noise.accelerometer_walk / root);
+    }
+    return readings;
+  }
+  // At the latest reading.
+  ImuBias bias() const { return options_.bias + walk_; }
+
+  // The body in W at an instant of the IMU's clock [s].
+  ImuState StateAt(double t_imu) const {
+    ImuState state = motion_.StateAt(t_imu);
+    state.T_WB = options_.T_WN * state.T_WB;
+    state.v_WB = options_.T_WN.q() * state.v_WB;
+    return state;
+  }
+  // The camera in W when an image was taken, by the stamp of the image [s].
+  Pose T_WC(double t_image) const { return StateAt(t_image + options_.time_offset).T_WB * T_BC(); }
+  // What an image tells, with the noise that it states.
+  VisualPose See(double t_image) {
+    const Eigen::Vector3d p = Noise(options_.position_sigma);
+    const Eigen::Vector3d theta = Noise(options_.rotation_sigma);
+    const Pose truth = T_WC(t_image);
+    VisualPose visual;
+    visual.T_WC = Pose(truth.q() * so3::Exp(-theta), truth.p() - p);
+    Eigen::Matrix<double, 6, 1> sigma;
+    sigma << Eigen::Vector3d::Constant(options_.position_sigma),
+        Eigen::Vector3d::Constant(options_.rotation_sigma);
+    visual.sqrt_information = sigma.cwiseInverse().asDiagonal();
+    return visual;
+  }
+
+  Eigen::Vector3d gravity_W() const { return options_.T_WN.q() * kGravity; }
+
+  Eigen::Vector3d Noise(double sigma) {
+    std::normal_distribution<double> normal(0.0, sigma);
+    const double x = normal(rng_), y = normal(rng_), z = normal(rng_);
+    return {x, y, z};
+  }
+
+ private:
+  InertialSceneOptions options_;
+  SinusoidalMotion motion_;
+  std::mt19937 rng_;
+  ImuBias walk_ = ImuBias::Zero();
+};
+
+// [p theta | v | b_g b_a]: truth less estimate, as InertialEstimate::covariance is ordered.
+inline Eigen::Matrix<double, 15, 1> EstimateError(const ImuState& truth, const ImuBias& bias,
+                                                  const InertialEstimate& estimate) {
+  Eigen::Matrix<double, 15, 1> error;
+  error << truth.T_WB.p() - estimate.state.T_WB.p(),
+      so3::Log(estimate.state.T_WB.q().conjugate() * truth.T_WB.q()),
+      truth.v_WB - estimate.state.v_WB, bias - estimate.bias;
+  return error;
+}
+
+// Angle between two vectors [rad].
+inline double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace highwall::testing

@@ -1,0 +1,282 @@
+#include <highwall/frontend/inertial_window.h>
+
+#include <memory>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "inertial_scene.h"
+
+namespace highwall {
+namespace {
+
+using Matrix15 = Eigen::Matrix<double, 15, 15>;
+using Vector15 = Eigen::Matrix<double, 15, 1>;
+using testing::EstimateError;
+using testing::InertialScene;
+using testing::InertialSceneOptions;
+
+// The estimate moved by a step in the tangent of its covariance.
+InertialEstimate Moved(InertialEstimate estimate, const Vector15& step) {
+  estimate.state.T_WB = estimate.state.T_WB.Plus(step.head<6>());
+  estimate.state.v_WB += step.segment<3>(6);
+  estimate.bias += step.tail<6>();
+  return estimate;
+}
+
+InertialEstimate SomeEstimate() {
+  const ImuState state = SinusoidalMotion(2.0).StateAt(0.0);
+  return {.state = {Pose::FromTangent({1, 2, 3}, {0.3, -0.5, 0.9}) * state.T_WB, state.v_WB},
+          .bias = (ImuBias() << 0.02, -0.03, 0.01, 0.1, -0.2, 0.15).finished()};
+}
+
+TEST(Propagate, CarriesTheCovarianceByTheJacobianOfThePrediction) {
+  // Almost no noise of the IMU's own.
+  const ImuPreintegrationOptions options{.noise = {.gyroscope = 1e-12,
+                                                   .accelerometer = 1e-12,
+                                                   .gyroscope_walk = 1e-12,
+                                                   .accelerometer_walk = 1e-12}};
+  InertialEstimate from = SomeEstimate();
+  // The bias is not where the readings were integrated.
+  const ImuPreintegration imu(SinusoidalMotion(2.0).Samples(200.0, 0.3),
+                              from.bias + ImuBias::Constant(0.003), options);
+  std::mt19937 rng(1);
+  std::normal_distribution<double> normal;
+  Matrix15 A;
+  for (int i = 0; i < 225; ++i) A.data()[i] = normal(rng);
+  from.covariance = A * A.transpose();
+
+  const InertialEstimate to = Propagate(from, imu, kGravity);
+  EXPECT_EQ(to.stamp, imu.end());
+  EXPECT_EQ(to.bias, from.bias);
+  Matrix15 F;
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 15; ++i) {
+    const auto at = [&](double step) {
+      const InertialEstimate end = Propagate(Moved(from, step * Vector15::Unit(i)), imu, kGravity);
+      return Vector15(EstimateError(end.state, end.bias, to));
+    };
+    F.col(i) = (at(kStep) - at(-kStep)) / (2.0 * kStep);
+  }
+  // The correction for a bias 0.003 rad/s away is of first order: 1e-3 of its own Jacobian, 0.3.
+  EXPECT_LT((to.covariance - F * from.covariance * F.transpose()).cwiseAbs().maxCoeff(),
+            1e-3 * to.covariance.cwiseAbs().maxCoeff());
+}
+
+TEST(Propagate, CovarianceMatchesNoisyRuns) {
+  // Strong walks, so that the biases' blocks count.
+  const ImuNoise noise{
+      .gyroscope = 2e-3, .accelerometer = 2e-2, .gyroscope_walk = 5e-3, .accelerometer_walk = 5e-2};
+  constexpr double kDuration = 0.4;
+  constexpr int kRuns = 4000;
+  InertialScene scene({.motion = 2.0, .noise = noise});
+  InertialEstimate from{.state = scene.StateAt(0.0)};
+  Vector15 sigma;
+  sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Constant(0.005),
+      Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.002),
+      Eigen::Vector3d::Constant(0.05);
+  from.covariance = sigma.cwiseProduct(sigma).asDiagonal();
+  Matrix15 sampled = Matrix15::Zero(), claimed = Matrix15::Zero();
+  for (int run = 0; run < kRuns; ++run) {
+    InertialScene one({.motion = 2.0, .noise = noise, .seed = static_cast<unsigned>(run + 1)});
+    const auto readings = one.Readings(0.0, kDuration);
+    Vector15 start;
+    for (int i = 0; i < 5; ++i) start.segment<3>(3 * i) = one.Noise(sigma(3 * i));
+    const InertialEstimate guess = Moved(from, start);
+    const ImuPreintegration imu(readings, guess.bias, {.noise = noise});
+    const InertialEstimate to = Propagate(guess, imu, kGravity);
+    const Vector15 error = EstimateError(scene.StateAt(kDuration), one.bias(), to);
+    sampled += error * error.transpose() / kRuns;
+    claimed += to.covariance / kRuns;
+  }
+  // In units of the claimed deviations; an entry of a sampled covariance is good to
+  // sqrt(2 / N) = 0.022.
+  const Vector15 scale = claimed.diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix15 difference = scale.asDiagonal() * (sampled - claimed) * scale.asDiagonal();
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 0.1) << difference;
+  const Matrix15 correlation = scale.asDiagonal() * claimed * scale.asDiagonal();
+  EXPECT_GT((correlation - Matrix15::Identity()).cwiseAbs().maxCoeff(), 0.5) << "signs count";
+}
+
+TEST(CameraOf, MovesTheCovarianceToTheCamera) {
+  std::mt19937 rng(2);
+  std::normal_distribution<double> normal;
+  Matrix15 A;
+  for (int i = 0; i < 225; ++i) A.data()[i] = normal(rng);
+  InertialEstimate body = SomeEstimate();
+  body.covariance = A * A.transpose();
+  const Pose T_BC = InertialScene::T_BC();
+  const CameraPoseEstimate camera = CameraOf(body, T_BC);
+  EXPECT_TRUE(camera.T_WC.Matrix().isApprox((body.state.T_WB * T_BC).Matrix(), 1e-14));
+  Eigen::Matrix<double, 6, 6> J;
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 6; ++i) {
+    const auto at = [&](double step) {
+      const Pose T = Moved(body, step * Vector15::Unit(i)).state.T_WB * T_BC;
+      Eigen::Matrix<double, 6, 1> d;
+      d << T.p(), so3::Log(camera.T_WC.q().conjugate() * T.q());
+      return d;
+    };
+    J.col(i) = (at(kStep) - at(-kStep)) / (2.0 * kStep);
+  }
+  EXPECT_TRUE(
+      camera.covariance.isApprox(J * body.covariance.topLeftCorner<6, 6>() * J.transpose(), 1e-8));
+}
+
+constexpr double kImageStep = 0.1;
+
+// The start of a window at an image's stamp [s]; sigma [p theta v b_g b_a gravity t_d].
+struct StartSigma {
+  double p = 1e-3, theta = 1e-3, v = 0.02, b_g = 1e-3, b_a = 0.02, gravity = 2e-3, t_d = 2e-3;
+};
+
+// As far from the truth as its own covariance says.
+InertialPrior Start(InertialScene& scene, double t, double t_d, const StartSigma& sigma) {
+  InertialPrior prior;
+  Vector15 s;
+  s << Eigen::Vector3d::Constant(sigma.p), Eigen::Vector3d::Constant(sigma.theta),
+      Eigen::Vector3d::Constant(sigma.v), Eigen::Vector3d::Constant(sigma.b_g),
+      Eigen::Vector3d::Constant(sigma.b_a);
+  Vector15 step;
+  for (int i = 0; i < 5; ++i) step.segment<3>(3 * i) = scene.Noise(s(3 * i));
+  prior.time_offset = t_d + scene.Noise(sigma.t_d).x();
+  prior.time_offset_sigma = sigma.t_d;
+  // The state is that of the instant that the offset of the prior names.
+  prior.estimate.stamp = FromSeconds(t + prior.time_offset);
+  prior.estimate.state = scene.StateAt(ToSeconds(prior.estimate.stamp));
+  prior.estimate.bias = scene.bias();
+  prior.estimate = Moved(prior.estimate, step);
+  prior.estimate.covariance = s.cwiseProduct(s).asDiagonal();
+  const Eigen::Vector3d tilt = scene.Noise(sigma.gravity);
+  prior.gravity_W = UnitDirection(
+      Eigen::Vector3d(scene.gravity_W().normalized() + Eigen::Vector3d(tilt.x(), tilt.y(), 0.0)));
+  prior.gravity_sigma = sigma.gravity;
+  return prior;
+}
+
+struct Driven {
+  std::unique_ptr<InertialWindow> window;
+  ImuState truth;
+  ImuBias bias;
+};
+
+// A window fed with an image every kImageStep from 0.3 s on.
+Driven Drive(const InertialSceneOptions& options, int images, const StartSigma& sigma,
+             bool free_time_offset = true, int max_states = 5) {
+  InertialScene scene(options);
+  ImuBuffer buffer;
+  for (const ImuSample& reading : scene.Readings(0.0, 0.3)) buffer.Add(reading);
+  const InertialPrior prior = Start(scene, 0.3, options.time_offset, sigma);
+  Driven driven;
+  driven.window = std::make_unique<InertialWindow>(
+      scene.calibration(), SlidingWindowOptions{.max_states = max_states}, prior, free_time_offset);
+  InertialWindow& window = *driven.window;
+  double read = 0.3;
+  for (int k = 1; k <= images; ++k) {
+    const double t = 0.3 + kImageStep * k;
+    driven.bias = scene.bias();
+    for (const ImuSample& reading : scene.Readings(read + 0.005, t + 0.05)) buffer.Add(reading);
+    read = t + 0.05;
+    const Stamp to = FromSeconds(t + window.time_offset());
+    const auto interval = buffer.Between(window.newest().stamp, to);
+    EXPECT_TRUE(interval);
+    const ImuPreintegration imu(interval->samples, window.newest().bias,
+                                {.noise = scene.calibration().noise});
+    const VisualPose visual = scene.See(t);
+    // The rate as the motion has it: the mean reading is a matter of RateAt().
+    const Eigen::Vector3d omega_B = SinusoidalMotion(options.motion).SampleAt(to).gyroscope;
+    EXPECT_TRUE(window.Add({.imu = &imu, .visual = &visual, .omega_B = omega_B}));
+    EXPECT_EQ(window.newest().stamp, to);
+  }
+  driven.truth = scene.StateAt(ToSeconds(window.newest().stamp));
+  driven.bias = scene.bias();
+  return driven;
+}
+
+TEST(InertialWindow, TracksTheTruthFromGoodImages) {
+  const InertialSceneOptions scene{.noise = {.gyroscope = 2e-5,
+                                             .accelerometer = 1.5e-4,
+                                             .gyroscope_walk = 2e-6,
+                                             .accelerometer_walk = 1e-4},
+                                   .bias = (ImuBias() << 0.01, 0, -0.01, 0.1, -0.1, 0).finished(),
+                                   .position_sigma = 1e-4,
+                                   .rotation_sigma = 1e-4};
+  const Driven driven = Drive(scene, 40, {}, true, 10);
+  const Vector15 error = EstimateError(driven.truth, driven.bias, driven.window->newest());
+  // The images' own noise, and what follows from it over the second of the window.
+  EXPECT_LT(error.head<3>().norm(), 3e-4);       // [m]
+  EXPECT_LT(error.segment<3>(3).norm(), 3e-4);   // [rad]
+  EXPECT_LT(error.segment<3>(6).norm(), 2e-3);   // [m/s]
+  EXPECT_LT(error.segment<3>(9).norm(), 5e-4);   // [rad/s]
+  EXPECT_LT(error.segment<3>(12).norm(), 0.01);  // [m/s^2]
+  EXPECT_NEAR(driven.window->time_offset(), 0.0, 1e-4);
+  EXPECT_LT(testing::AngleBetween(driven.window->gravity_W().vector(), kGravity), 1e-3);
+}
+
+TEST(InertialWindow, IsConsistentOverFiftySeeds) {
+  // NEES of all 15, of velocity and of the biases, after marginalizing: means over N runs of
+  // chi-squared, n +- sqrt(2 n / N).
+  constexpr int kRuns = 50;
+  double all = 0.0, velocity = 0.0, biases = 0.0, offset = 0.0;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    const InertialSceneOptions scene{.time_offset = 0.005, .seed = seed};
+    const Driven driven = Drive(scene, 12, {});
+    const InertialEstimate& estimate = driven.window->newest();
+    const Vector15 error = EstimateError(driven.truth, driven.bias, estimate);
+    const Matrix15& P = estimate.covariance;
+    all += error.dot(P.ldlt().solve(error));
+    velocity += error.segment<3>(6).dot(P.block<3, 3>(6, 6).ldlt().solve(error.segment<3>(6)));
+    biases += error.tail<6>().dot(P.block<6, 6>(9, 9).ldlt().solve(error.tail<6>()));
+    const double d = driven.window->time_offset() - 0.005;
+    offset += d * d / std::pow(driven.window->time_offset_sigma(), 2);
+  }
+  const auto bound = [&](double n) { return 4.0 * std::sqrt(2.0 * n / kRuns); };
+  RecordProperty("nees", std::to_string(all / kRuns));
+  EXPECT_NEAR(all / kRuns, 15.0, bound(15.0));
+  EXPECT_NEAR(velocity / kRuns, 3.0, bound(3.0));
+  EXPECT_NEAR(biases / kRuns, 6.0, bound(6.0));
+  EXPECT_NEAR(offset / kRuns, 1.0, bound(1.0));
+}
+
+TEST(InertialWindow, WithoutImagesTheCovarianceGrows) {
+  InertialScene scene;
+  const auto readings = scene.Readings(0.0, 1.0);
+  InertialWindow window(scene.calibration(), {}, Start(scene, 0.0, 0.0, {.t_d = 1e-9}), true);
+  double previous = 0.0;
+  for (int k = 0; k < 8; ++k) {
+    const std::size_t begin = static_cast<std::size_t>(20 * k);
+    auto part = std::vector<ImuSample>(readings.begin() + static_cast<std::ptrdiff_t>(begin),
+                                       readings.begin() + static_cast<std::ptrdiff_t>(begin) + 21);
+    // The window begins where its offset says, a nanosecond or two off.
+    part.front().stamp = window.newest().stamp;
+    const ImuPreintegration imu(part, window.newest().bias);
+    ASSERT_TRUE(window.Add({.imu = &imu}));
+    const double sigma = window.newest().covariance.topLeftCorner<3, 3>().trace();
+    EXPECT_GT(sigma, previous) << k;
+    previous = sigma;
+  }
+}
+
+TEST(InertialWindow, AStationaryBodyHasNoVelocity) {
+  InertialScene scene({.motion = 0.0});
+  const auto readings = scene.Readings(0.0, 0.1);
+  for (const bool stationary : {false, true}) {
+    InertialPrior prior = Start(scene, 0.0, 0.0, {});
+    prior.estimate.stamp = 0;
+    prior.estimate.state.v_WB = Eigen::Vector3d(0.02, -0.02, 0.02);
+    InertialWindow window(scene.calibration(), {}, prior, false);
+    const ImuPreintegration imu(readings, prior.estimate.bias);
+    ASSERT_TRUE(window.Add({.imu = &imu, .stationary = stationary}));
+    EXPECT_EQ(window.newest().state.v_WB.norm() < 0.01, stationary);
+  }
+}
+
+TEST(InertialWindow, AnOffsetThatIsNotFreeStaysAsItWas) {
+  const Driven driven = Drive({.time_offset = 0.0}, 5, {.t_d = 1e-9}, false);
+  EXPECT_NEAR(driven.window->time_offset(), 0.0, 1e-8);
+  EXPECT_EQ(driven.window->time_offset_sigma(), 0.0);
+}
+
+}  // namespace
+}  // namespace highwall

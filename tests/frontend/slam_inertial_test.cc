@@ -1,0 +1,188 @@
+// SlamSystem with an IMU, in a room that is rendered.
+#include <highwall/frontend/slam_system.h>
+
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+#include <simulate/room.h>
+
+namespace highwall {
+namespace {
+
+constexpr int kFrames = 60;
+constexpr double kFps = 10.0;
+constexpr double kTimeOffset = 0.012;                 // [s] which the system does not know
+constexpr std::size_t kDark = 40, kBrightAgain = 52;  // frames with the lens covered
+
+PinholeCamera SmallCamera() {
+  return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+}
+
+// The lockstep of `--deterministic`.
+SlamOptions Lockstep() {
+  SlamOptions options;
+  options.frame.parallel = false;
+  options.mapper.bundle.threads = 1;
+  options.loops.background = false;
+  options.loops.correction.threads = 1;
+  options.loops.bundle.threads = 1;
+  return options;
+}
+
+// Six seconds of a walk with an IMU, rendered once for all tests.
+class SlamInertialTest : public ::testing::Test {
+ protected:
+  struct Walk {
+    std::vector<RgbdImage> images;
+    std::vector<ImuSample> readings;
+    Trajectory truth;
+    ImuCalibration calibration;
+  };
+
+  static void SetUpTestSuite() {
+    simulate::SimulationOptions options;
+    options.seed = 3;
+    options.fps = kFps;
+    options.duration = kFrames / kFps;
+    options.camera = SmallCamera();
+    options.sensor.noise = simulate::SensorNoise::kKinect;
+    options.imu.time_offset = kTimeOffset;
+    const simulate::Simulation simulation = simulate::SimulateRoom(options);
+    auto walk = std::make_unique<Walk>();
+    for (int i = 0; i < simulation.size(); ++i) {
+      const simulate::SimulatedFrame frame = simulation.Render(i);
+      walk->images.push_back({frame.stamp, frame.bgr, frame.depth});
+      walk->truth.push_back({frame.stamp, frame.T_WC});
+    }
+    walk->readings = simulation.ImuSamples();
+    walk->calibration = {
+        .T_BC = options.imu.T_BC, .noise = options.imu.noise, .rate = options.imu.rate};
+    walk_ = std::move(walk);
+  }
+  static void TearDownTestSuite() { walk_.reset(); }
+
+  // What the system says to each frame of [0, end), those of [kDark, kBrightAgain) blank.
+  static std::vector<FrameResult> Run(SlamSystem& system, std::size_t end = kFrames) {
+    std::vector<FrameResult> results;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < end; ++i) {
+      RgbdImage image = walk_->images[i];
+      for (; next < walk_->readings.size() &&
+             walk_->readings[next].stamp < image.stamp + FromSeconds(0.1);
+           ++next) {
+        system.AddImu(walk_->readings[next]);
+      }
+      if (i >= kDark && i < kBrightAgain) {
+        image.bgr = cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(3));
+        image.depth = cv::Mat(240, 320, CV_32FC1, cv::Scalar(0.0));
+      }
+      results.push_back(system.Track(image));
+    }
+    return results;
+  }
+  static const Walk& walk() { return *walk_; }
+
+ private:
+  static std::unique_ptr<const Walk> walk_;
+};
+
+std::unique_ptr<const SlamInertialTest::Walk> SlamInertialTest::walk_;
+
+TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
+  const RgbdSensor sensor{.camera = SmallCamera()};
+  SlamSystem system(sensor, Lockstep(), walk().calibration);
+  const std::vector<FrameResult> results = Run(system);
+  Trajectory causal;
+  int levels = 0;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const FrameResult& result = results[i];
+    const bool dark = i >= kDark && i < kBrightAgain;
+    EXPECT_EQ(result.state, dark ? TrackingState::kInertial : TrackingState::kTracking) << i;
+    if (i > 0) {
+      ASSERT_TRUE(result.inertial) << i;
+      levels += result.inertial->T_level ? 1 : 0;
+    }
+    causal.push_back({result.stamp, result.T_WC});
+  }
+  EXPECT_EQ(levels, 1);
+  ASSERT_TRUE(results[35].inertial->estimate) << results[35].inertial->reason;
+  EXPECT_EQ(results[35].inertial->status, InertialStatus::kRunning);
+  EXPECT_EQ(results[kDark].inertial->status, InertialStatus::kDeadReckoning);
+  EXPECT_EQ(results.back().inertial->status, InertialStatus::kRunning);
+
+  // Every frame has a pose; two thirds of a metre were walked in the dark.
+  const Trajectory trajectory = system.trajectory();
+  ASSERT_EQ(trajectory.size(), walk().images.size());
+  EXPECT_LT(AbsolutePoseError(walk().truth, trajectory).statistics.rmse, 0.02);
+  EXPECT_LT(AbsolutePoseError(walk().truth, trajectory).statistics.max, 0.06);
+  ASSERT_NE(system.inertial(), nullptr);
+  EXPECT_NEAR(system.inertial()->time_offset(), kTimeOffset, 3e-3);
+
+  // Up is z: what points up in the camera by the truth does so by the estimate.
+  const Eigen::Vector3d up_C = walk().truth.back().pose.q().conjugate() * Eigen::Vector3d::UnitZ();
+  const double angle = std::acos((trajectory.back().pose.q() * up_C).normalized().z());
+  EXPECT_LT(angle, 0.5 * M_PI / 180.0);
+  ASSERT_TRUE(system.map().gravity_W());
+  EXPECT_LT((*system.map().gravity_W() - Eigen::Vector3d(0, 0, -9.81)).norm(), 0.1);
+
+  SlamSystem again(sensor, Lockstep(), walk().calibration);
+  const std::vector<FrameResult> repeated = Run(again);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    ASSERT_EQ(repeated[i].T_WC.Matrix(), results[i].T_WC.Matrix()) << i;
+  }
+  const Trajectory repeated_trajectory = again.trajectory();
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    ASSERT_EQ(repeated_trajectory[i].pose.Matrix(), trajectory[i].pose.Matrix()) << i;
+  }
+}
+
+TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
+  SlamSystem system({.camera = SmallCamera()}, Lockstep(), walk().calibration);
+  Run(system, kDark);
+  int tied = 0;
+  const Map& map = system.map();
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const auto& motion = map.keyframe(id)->motion;
+    if (!motion || motion->previous == kNoId) continue;
+    ++tied;
+    ASSERT_NE(map.keyframe(motion->previous), nullptr) << "a tie to one that is gone";
+    ASSERT_NE(motion->from_previous, nullptr);
+    EXPECT_EQ(motion->from_previous->end(), motion->stamp);
+    EXPECT_EQ(motion->from_previous->start(), map.keyframe(motion->previous)->motion->stamp);
+  }
+  EXPECT_GE(tied, 1);
+}
+
+TEST_F(SlamInertialTest, AnImuThatContradictsTheImagesChangesNothing) {
+  // Readings negated: the images alone carry on, and the trajectory is theirs.
+  SlamSystem system({.camera = SmallCamera()}, Lockstep(), walk().calibration);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < kDark; ++i) {
+    for (; next < walk().readings.size() &&
+           walk().readings[next].stamp < walk().images[i].stamp + FromSeconds(0.1);
+         ++next) {
+      ImuSample reading = walk().readings[next];
+      reading.gyroscope *= -1.0;
+      reading.accelerometer *= -1.0;
+      system.AddImu(reading);
+    }
+    const FrameResult result = system.Track(walk().images[i]);
+    ASSERT_EQ(result.state, TrackingState::kTracking) << i;
+    EXPECT_FALSE(result.inertial && result.inertial->estimate) << i;
+  }
+  EXPECT_LT(AbsolutePoseError(walk().truth, system.trajectory()).statistics.rmse, 0.02);
+  EXPECT_FALSE(system.map().gravity_W());
+}
+
+TEST_F(SlamInertialTest, WithoutAnImuItTakesNoReadings) {
+  SlamSystem system({.camera = SmallCamera()});
+  EXPECT_EQ(system.inertial(), nullptr);
+  EXPECT_THROW(system.AddImu(walk().readings.front()), InvalidArgument);
+  EXPECT_FALSE(system.Track(walk().images[0]).inertial);
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,215 @@
+// The program of docs/tutorial_inertial.md, between the two marks, and its test.
+// [tutorial]
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <ceres/loss_function.h>
+
+#include <highwall/core/prior.h>
+#include <highwall/core/sliding_window_smoother.h>
+#include <highwall/factors/depth_noise.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/factors/imu_factor.h>
+#include <highwall/factors/point_reprojection.h>
+
+// What your tracker says about one feature of an image.
+struct Feature {
+  int landmark;        // the same number in every image that shows it
+  Eigen::Vector2d uv;  // [px] without distortion
+  double depth;        // [m]
+};
+
+class InertialTrajectory {
+ public:
+  InertialTrajectory(const highwall::PinholeCamera& camera, const highwall::Pose& T_BC,
+                     const highwall::ImuNoise& noise, const highwall::ImuState& start)
+      : camera_(camera), T_BC_(T_BC), projection_(camera, T_BC), noise_(noise), state_(start) {}
+
+  // Every reading, until at least one after the next image.
+  void AddReading(const highwall::ImuSample& reading) { readings_.Add(reading); }
+
+  // The pose of the body when the image was taken; empty where readings are missing.
+  std::optional<highwall::Pose> AddImage(highwall::Stamp stamp,
+                                         const std::vector<Feature>& features) {
+    using namespace highwall;
+    std::optional<ImuPreintegration> imu;
+    if (last_) {
+      const std::optional<ImuInterval> interval = readings_.Between(last_->stamp, stamp);
+      if (!interval || interval->HasGap()) return std::nullopt;
+      imu.emplace(interval->samples, bias_, ImuPreintegrationOptions{.noise = noise_});
+      state_ = imu->Predict(state_, bias_, kGravity_W);
+    }
+    const Image now{stamp, smoother_.AddState(stamp, state_.T_WB),
+                    smoother_.AddState(stamp, state_.v_WB), smoother_.AddState(stamp, bias_)};
+    if (imu) {
+      smoother_.AddFactor(std::make_unique<ImuFactor>(*imu, kGravity_W), last_->pose,
+                          last_->velocity, last_->bias, now.pose, now.velocity, now.bias);
+    } else {
+      AddPriors(now);
+    }
+    for (const Feature& feature : features) See(now, feature);
+    if (!smoother_.Update().accepted) return std::nullopt;
+    state_ = {smoother_.Value(now.pose), smoother_.Value(now.velocity)};
+    bias_ = smoother_.Value(now.bias);
+    last_ = now;
+    return state_.T_WB;
+  }
+
+  const highwall::ImuState& state() const { return state_; }
+  const highwall::ImuBias& bias() const { return bias_; }
+
+ private:
+  struct Image {
+    highwall::Stamp stamp;
+    highwall::Variable<highwall::Pose> pose;
+    highwall::Variable<Eigen::Vector3d> velocity;
+    highwall::Variable<highwall::ImuBias> bias;
+  };
+
+  // What is known before the first image: the origin is where it is taken, up is known to half a
+  // degree, velocity to 5 cm/s, the biases as the data sheet says.
+  void AddPriors(const Image& first) {
+    using namespace highwall;
+    Eigen::Matrix<double, 6, 1> pose, bias;
+    pose << 1e-4, 1e-4, 1e-4, 0.01, 0.01, 1e-4;  // [m], [rad]
+    bias << 0.01, 0.01, 0.01, 0.1, 0.1, 0.1;     // [rad/s], [m/s^2]
+    smoother_.AddFactor(
+        std::make_unique<PosePrior>(state_.T_WB, pose.cwiseInverse().asDiagonal().toDenseMatrix()),
+        first.pose);
+    smoother_.AddFactor(
+        std::make_unique<VectorPrior<3>>(state_.v_WB, Eigen::Matrix3d::Identity() / 0.05),
+        first.velocity);
+    smoother_.AddFactor(
+        std::make_unique<VectorPrior<6>>(bias_, bias.cwiseInverse().asDiagonal().toDenseMatrix()),
+        first.bias);
+  }
+
+  void See(const Image& image, const Feature& feature) {
+    using namespace highwall;
+    const Eigen::Vector3d p_C = camera_.Unproject(feature.uv, feature.depth);
+    const auto known = landmarks_.find(feature.landmark);
+    if (known == landmarks_.end() || !smoother_.Contains(known->second)) {
+      landmarks_[feature.landmark] = smoother_.AddLandmark(Point(state_.T_WB * (T_BC_ * p_C)));
+    }
+    const VirtualRightCamera right{.fx = camera_.fx, .baseline = projection_.baseline()};
+    const Eigen::Matrix3d W = PointSqrtInformation(
+        Weighting::kCovariance, 1.0, DepthNoise().DisparitySigma(feature.depth, right));
+    smoother_.AddFactor(
+        std::make_unique<PointReprojectionRgbd>(projection_.Project(p_C), W, projection_),
+        std::make_shared<ceres::HuberLoss>(2.5), image.pose, landmarks_[feature.landmark]);
+  }
+
+  const Eigen::Vector3d kGravity_W{0.0, 0.0, -highwall::kStandardGravity};
+  const highwall::PinholeCamera camera_;
+  const highwall::Pose T_BC_;
+  const highwall::RgbdProjection projection_;
+  const highwall::ImuNoise noise_;
+  highwall::ImuBuffer readings_;
+  highwall::SlidingWindowSmoother smoother_;
+  std::map<int, highwall::Variable<highwall::Point>> landmarks_;
+  std::optional<Image> last_;
+  highwall::ImuState state_;
+  highwall::ImuBias bias_ = highwall::ImuBias::Zero();
+};
+// [/tutorial]
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "../factors/imu_scene.h"
+
+namespace highwall {
+namespace {
+
+constexpr double kHertz = 200.0, kImages = 10.0;
+
+class InertialTutorial : public ::testing::Test {
+ protected:
+  InertialTutorial() {
+    std::uniform_real_distribution<double> uniform(-6.0, 6.0);
+    for (int i = 0; i < 4000; ++i) {
+      const double x = uniform(rng_), y = uniform(rng_), z = uniform(rng_);
+      points_.push_back({x, y, z});
+    }
+  }
+
+  double Noise(double sigma) { return std::normal_distribution<double>(0.0, sigma)(rng_); }
+  Eigen::Vector3d Noise3(double sigma) {
+    const double x = Noise(sigma), y = Noise(sigma), z = Noise(sigma);
+    return {x, y, z};
+  }
+
+  // Feeds the readings from one instant to another [s].
+  void Read(InertialTrajectory& trajectory, double from, double to) {
+    for (auto i = std::lround(from * kHertz); i < std::lround(to * kHertz); ++i) {
+      ImuSample reading = motion_.SampleAt(FromSeconds(static_cast<double>(i) / kHertz));
+      reading.gyroscope += bias_.head<3>() + Noise3(noise_.gyroscope * std::sqrt(kHertz));
+      reading.accelerometer += bias_.tail<3>() + Noise3(noise_.accelerometer * std::sqrt(kHertz));
+      trajectory.AddReading(reading);
+    }
+  }
+  // Some 40 features of an image, with the noise that the program states.
+  std::vector<Feature> See(double t) {
+    const Pose T_CW = (motion_.StateAt(t).T_WB * T_BC_).Inverse();
+    std::vector<Feature> features;
+    for (std::size_t i = 0; i < points_.size() && features.size() < 40; ++i) {
+      const Eigen::Vector3d p_C = T_CW * points_[i];
+      if (p_C.z() < 1.0 || p_C.z() > 5.0 || !camera_.Contains(camera_.Project(p_C), 0.0)) continue;
+      const Eigen::Vector2d uv = camera_.Project(p_C) + Noise3(1.0).head<2>();
+      features.push_back({static_cast<int>(i), uv, p_C.z() + Noise(DepthNoise().Sigma(p_C.z()))});
+    }
+    return features;
+  }
+
+  const SinusoidalMotion motion_;
+  const PinholeCamera camera_;
+  const Pose T_BC_ = Pose::FromTangent({0.05, -0.02, 0.1}, {-1.2, 1.2, -1.2});
+  const ImuNoise noise_{.gyroscope = 2e-4, .accelerometer = 2e-3};
+  const ImuBias bias_ = (ImuBias() << 0.005, -0.004, 0.006, 0.05, -0.03, 0.04).finished();
+  std::mt19937 rng_{5};
+  std::vector<Eigen::Vector3d> points_;
+};
+
+TEST_F(InertialTutorial, FollowsTheBodyAndFindsTheBiases) {
+  ImuState start = motion_.StateAt(0.0);
+  start.v_WB += Eigen::Vector3d(0.03, -0.03, 0.03);
+  InertialTrajectory trajectory(camera_, T_BC_, noise_, start);
+  for (int k = 0; k <= 50; ++k) {
+    const double t = k / kImages;
+    Read(trajectory, k == 0 ? 0.0 : t - 1.0 / kImages + 0.02, t + 0.02);
+    const std::optional<Pose> T_WB = trajectory.AddImage(FromSeconds(t), See(t));
+    ASSERT_TRUE(T_WB) << k;
+    // A pixel is 5 mm at 2.5 m, 40 features make 1 mm; 5 s of odometry drift some millimetres.
+    EXPECT_LT((T_WB->p() - motion_.StateAt(t).T_WB.p()).norm(), 0.03) << k;
+    EXPECT_LT((T_WB->Inverse() * motion_.StateAt(t).T_WB).Angle(), 0.01) << k;
+  }
+  EXPECT_LT((trajectory.state().v_WB - motion_.StateAt(5.0).v_WB).norm(), 0.03);
+  EXPECT_LT((trajectory.bias() - bias_).head<3>().norm(), 2e-3);
+  EXPECT_LT((trajectory.bias() - bias_).tail<3>().norm(), 0.06);
+}
+
+TEST_F(InertialTutorial, GoesOnWithoutFeaturesForASecond) {
+  InertialTrajectory trajectory(camera_, T_BC_, noise_, motion_.StateAt(0.0));
+  for (int k = 0; k <= 50; ++k) {
+    const double t = k / kImages;
+    Read(trajectory, k == 0 ? 0.0 : t - 1.0 / kImages + 0.02, t + 0.02);
+    const bool dark = k > 30 && k <= 40;
+    const auto T_WB = trajectory.AddImage(FromSeconds(t), dark ? std::vector<Feature>() : See(t));
+    ASSERT_TRUE(T_WB) << k;
+    EXPECT_LT((T_WB->p() - motion_.StateAt(t).T_WB.p()).norm(), 0.06) << k;
+  }
+}
+
+TEST_F(InertialTutorial, SaysWhereReadingsAreMissing) {
+  InertialTrajectory trajectory(camera_, T_BC_, noise_, motion_.StateAt(0.0));
+  Read(trajectory, 0.0, 0.15);
+  EXPECT_TRUE(trajectory.AddImage(0, See(0.0)));
+  EXPECT_FALSE(trajectory.AddImage(FromSeconds(0.2), See(0.2)));
+  EXPECT_TRUE(trajectory.AddImage(FromSeconds(0.1), See(0.1))) << "and goes on";
+}
+
+}  // namespace
+}  // namespace highwall
