@@ -20,6 +20,7 @@ using CommandAction = std::function<int()>;
 // outlive the parsing.
 void AddEvalCommand(CLI::App& app, CommandAction& action);
 void AddInfoCommand(CLI::App& app, CommandAction& action);
+void AddMapCommand(CLI::App& app, CommandAction& action);
 void AddPosegraphCommand(CLI::App& app, CommandAction& action);
 void AddSimulateCommand(CLI::App& app, CommandAction& action);
 void AddSlamCommand(CLI::App& app, CommandAction& action);

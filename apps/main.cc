@@ -59,6 +59,7 @@ int Main(int argc, char** argv) {
   AddSlamCommand(app, action);
   AddEvalCommand(app, action);
   AddInfoCommand(app, action);
+  AddMapCommand(app, action);
   AddPosegraphCommand(app, action);
   AddSimulateCommand(app, action);
 

@@ -12,6 +12,8 @@
 #include <highwall/core/stamp.h>
 #include <highwall/mapping/point_cloud_io.h>
 
+#include "map_pictures.h"
+
 namespace highwall::apps {
 namespace {
 
@@ -45,8 +47,13 @@ void RemoveStale(const std::filesystem::path& path) {
   if (error) throw IoError(path, "is of an earlier run and cannot be removed: " + error.message());
 }
 
-void WriteDense(const std::filesystem::path& directory, const std::optional<DenseMap>& dense) {
+void WriteDense(const std::filesystem::path& directory, const std::optional<DenseMap>& dense,
+                const Trajectory& trajectory) {
+  for (const char* picture : {"cloud_top.png", "cloud.png", "octree_top.png", "octree.png"}) {
+    RemoveStale(directory / picture);
+  }
   if (dense) {
+    WriteMapPictures(directory, *dense, trajectory);
     WritePly(directory / "cloud.ply", dense->cloud);
     dense->octree.WriteBinary(directory / "map.bt");
   } else {
@@ -172,7 +179,7 @@ nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& r
   }
   WriteTumTrajectory(directory / "keyframes.txt", run.keyframes);
   nlohmann::json json = run_json;
-  WriteDense(directory, run.dense);
+  WriteDense(directory, run.dense, run.trajectory);
   if (run.dense) json["map"] = DenseJson(*run.dense, directory);
   AtomicFile file(directory / "run.json");
   file.stream() << json.dump(2) << '\n';

@@ -10,7 +10,6 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/frame_reader.h>
 #include <highwall/frontend/map_io.h>
-#include <highwall/mapping/depth_unprojector.h>
 
 namespace highwall::apps {
 namespace {
@@ -90,33 +89,6 @@ class InertialTally {
   int intervals_ = 0, dof_ = 0;
 };
 
-DenseMap BuildDenseMap(DenseCloud& keyframe_clouds, const Map& map,
-                       const DenseMapOptions& options) {
-  DenseMap dense{{}, OctomapBuilder(options.octree), {}, {}, 0.0, 0.0};
-  const auto merge_start = Clock::now();
-  for (const KeyFrameId id : map.keyframe_ids()) {
-    if (keyframe_clouds.Contains(id)) keyframe_clouds.SetPose(id, map.keyframe(id)->T_WC);
-  }
-  dense.cloud = keyframe_clouds.Merged();
-  dense.merge_ms = MillisecondsSince(merge_start);
-
-  const auto octree_start = Clock::now();
-  std::vector<Eigen::Vector3f> points_C;
-  for (const KeyFrameId id : map.keyframe_ids()) {
-    if (!keyframe_clouds.Contains(id)) continue;
-    points_C.clear();
-    for (const ColoredPoint& point : keyframe_clouds.Cloud(id)) points_C.push_back(point.p);
-    dense.octree.Insert(points_C, map.keyframe(id)->T_WC);
-  }
-  dense.octree_ms = MillisecondsSince(octree_start);
-
-  OccupancyGridOptions grid = options.grid;
-  dense.ground_height = FloorHeight(dense.octree, grid.R_GW);
-  if (dense.ground_height) grid.ground_height = *dense.ground_height;
-  dense.grid = ProjectToGrid(dense.octree, grid);
-  return dense;
-}
-
 Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {
   if (path.empty()) return {};
   SavedMap saved = LoadMap(path);
@@ -159,13 +131,12 @@ Milliseconds Summarize(std::vector<double> samples) {
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const FrameCallback& on_frame) {
-  options.map.octree.Validate();  // used in the end only
-  options.map.grid.Validate();
   const auto start = Clock::now();
   SlamSystem slam = MakeSystem(sensor, options);
   ImuReplay imu(options.imu);
-  const DepthUnprojector unprojector(sensor.camera);
-  DenseCloud clouds(options.map.cloud.voxel_size);
+  DenseMapOptions map_options = options.map;
+  if (options.imu) map_options.level = true;
+  DenseMapper mapper(map_options, sensor.camera);
   FrameReader reader(dataset,
                      {.begin = options.begin, .end = options.end, .prefetch = options.prefetch});
 
@@ -191,10 +162,13 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
       ++run.keyframes_made;
       if (options.dense) {
         const auto dense_start = Clock::now();
-        clouds.SetKeyframe(
-            result.mapping->keyframe,
-            MakeKeyframeCloud(image->depth, image->bgr, unprojector, options.map.cloud));
-        for (const KeyFrameId id : result.mapping->culled_keyframes) clouds.RemoveKeyframe(id);
+        const KeyFrameId id = result.mapping->keyframe;
+        if (const auto* keyframe = slam.map().keyframe(id)) {
+          mapper.AddKeyframe(id, image->depth, image->bgr, keyframe->T_WC);
+        }
+        for (const KeyFrameId culled : result.mapping->culled_keyframes) {
+          mapper.RemoveKeyframe(culled);
+        }
         samples.dense.push_back(MillisecondsSince(dense_start));
       }
     }
@@ -217,7 +191,12 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.keyframes = slam.keyframe_trajectory();
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
-  if (options.dense) run.dense = BuildDenseMap(clouds, slam.map(), options.map);
+  if (options.dense) {
+    for (const KeyFrameId id : slam.map().keyframe_ids()) {
+      mapper.SetPose(id, slam.map().keyframe(id)->T_WC);
+    }
+    run.dense = mapper.Finish();
+  }
   run.times = samples.Summary();
   run.seconds = MillisecondsSince(start) * 1e-3;
   return run;

@@ -10,17 +10,10 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/dataset.h>
 #include <highwall/frontend/slam_system.h>
-#include <highwall/mapping/dense_cloud.h>
-#include <highwall/mapping/occupancy_grid.h>
-#include <highwall/mapping/octomap_builder.h>
+
+#include "dense_map.h"
 
 namespace highwall::apps {
-
-struct DenseMapOptions {
-  DenseCloudOptions cloud{.max_depth = 4.0};
-  OctomapBuilderOptions octree;
-  OccupancyGridOptions grid;  // its ground height is estimated from the octree
-};
 
 // The IMU of a recording: readings in the order of their stamps.
 struct ImuFeed {
@@ -54,14 +47,6 @@ struct StageTimes {
   Milliseconds tracking;       // features + pose: what a frame costs
   Milliseconds mapping;        // local mapping, per keyframe
   Milliseconds dense;          // cloud of a keyframe
-};
-
-struct DenseMap {
-  std::vector<ColoredPoint> cloud;
-  OctomapBuilder octree;
-  OccupancyGrid grid;
-  std::optional<double> ground_height;
-  double merge_ms = 0.0, octree_ms = 0.0;
 };
 
 // How the IMU fared over a run.

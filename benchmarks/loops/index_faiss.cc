@@ -27,7 +27,7 @@ nlohmann::json BenchOne(const std::string& name, faiss::IndexBinary* index,
   constexpr int kNeighbours = 10;
   const auto build = Clock::now();
   if (!index->is_trained) {
-    index->train(std::min(set.descriptors.rows, 20'000), set.descriptors.data);
+    index->train(std::min(set.descriptors.rows, 50'000), set.descriptors.data);
   }
   index->add(set.descriptors.rows, set.descriptors.data);
   const double build_ms = MillisecondsSince(build);
@@ -69,7 +69,7 @@ std::vector<nlohmann::json> BenchFaiss(const DescriptorSet& set, const std::vect
   faiss::IndexBinaryMultiHash multi(256, 4, 16);
   entries.push_back(BenchOne("faiss IndexBinaryMultiHash", &multi, set, queries, copies));
   faiss::IndexBinaryFlat centres(256);
-  faiss::IndexBinaryIVF inverted(&centres, 256, 1024);
+  faiss::IndexBinaryIVF inverted(&centres, 256, 4096);
   inverted.nprobe = 1;
   entries.push_back(BenchOne("faiss IndexBinaryIVF", &inverted, set, queries, copies));
   return entries;

@@ -9,6 +9,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/frontend/imu_check.h>
 #include <highwall/frontend/imu_vibration.h>
 
 namespace highwall {
@@ -36,6 +37,12 @@ Pose YawAndShift(const Pose& T, const Eigen::Vector3d& p) {
                                      ? Eigen::Quaterniond::Identity()
                                      : Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
   return Pose(yaw, T * p - yaw * p);
+}
+
+ImuCalibration WithFasterWalks(ImuCalibration calibration, double factor) {
+  calibration.noise.gyroscope_walk *= factor;
+  calibration.noise.accelerometer_walk *= factor;
+  return calibration;
 }
 
 std::string Decimals(double value) {
@@ -81,6 +88,8 @@ void InertialOptions::Validate() const {
   require(max_dead_reckoning, "max_dead_reckoning");
   require(restart_velocity_sigma, "restart_velocity_sigma");
   require(stationary_speed, "stationary_speed");
+  HIGHWALL_REQUIRE(walk_inflation >= 1.0 && std::isfinite(walk_inflation),
+                   "InertialOptions::walk_inflation must be at least 1");
   HIGHWALL_REQUIRE(prediction_inflation >= 1.0 && std::isfinite(prediction_inflation),
                    "InertialOptions::prediction_inflation must be at least 1");
   HIGHWALL_REQUIRE(max_attempts >= 1, "InertialOptions::max_attempts must be at least 1");
@@ -104,10 +113,11 @@ const char* ToString(InertialStatus status) {
 
 InertialOdometry::InertialOdometry(const ImuCalibration& calibration,
                                    const InertialOptions& options)
-    : calibration_((calibration.Validate(), calibration)),
-      options_((options.Validate(), options)),
+    : calibration_(WithFasterWalks((calibration.Validate(), calibration),
+                                   (options.Validate(), options.walk_inflation))),
+      options_(options),
       buffer_(options.buffer),
-      initializer_(calibration, options.initializer, options.estimate_time_offset),
+      initializer_(calibration_, options.initializer, options.estimate_time_offset),
       weight_(options.weighting),
       time_offset_(calibration.time_offset) {}
 
@@ -131,7 +141,7 @@ std::optional<ImuPreintegration> InertialOdometry::Between(Stamp from, Stamp to)
   const auto interval = buffer_.Between(from, to);
   if (!interval || interval->HasGap()) return std::nullopt;
   return ImuPreintegration(interval->samples, bias_,
-                           {.noise = ShakenNoise(calibration_.noise, interval->samples, getenv("SH")?atof(getenv("SH")):0.25)});
+                           {.noise = ShakenNoise(calibration_.noise, interval->samples)});
 }
 
 std::optional<KnownPose> InertialOdometry::Predict(Stamp image) const {
@@ -195,6 +205,9 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
   last_attempt_ = observation.image;
   reason_ = report.reason = Explain(solution);
   if (solution.status != InitializationStatus::kReady) {
+    if (solution.status == InitializationStatus::kInconsistent && FitsReversed()) {
+      reason_ = report.reason = AccelerometerReversed().text;
+    }
     const bool contradiction = solution.status == InitializationStatus::kInconsistent ||
                                solution.status == InitializationStatus::kWrongGravity;
     if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;
@@ -219,6 +232,18 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
   time_offset_ = window_->time_offset();
   status_ = InertialStatus::kRunning;
   reason_.clear();
+}
+
+bool InertialOdometry::FitsReversed() const {
+  const auto all = buffer_.Between(buffer_.oldest(), buffer_.newest());
+  if (!all) return false;
+  ImuBuffer reversed(options_.buffer);
+  for (ImuSample sample : all->samples) {
+    sample.accelerometer = -sample.accelerometer;
+    reversed.Add(sample);
+  }
+  const InitializationStatus status = initializer_.Solve(reversed).status;
+  return status == InitializationStatus::kReady || status == InitializationStatus::kUncertain;
 }
 
 void InertialOdometry::Advance(const Observation& observation, InertialReport& report) {

@@ -34,8 +34,9 @@ PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
 // measures is known to `sigma` about the horizontal axes of W, as they lie in C, and to nothing
 // otherwise.
 void HoldGravity(PoseGraph* graph) {
-  constexpr double kSigma = 1e-3;          // [rad]
-  constexpr double kNoInformation = 1e-6;  // [1/m^2], [1/rad^2]: next to none, but positive definite
+  constexpr double kSigma = 1e-3;  // [rad]
+  constexpr double kNoInformation =
+      1e-6;  // [1/m^2], [1/rad^2]: next to none, but positive definite
   const std::size_t keyframes = graph->nodes.size();
   const auto world = static_cast<std::int64_t>(keyframes) + 1;  // not next to the last keyframe
   graph->nodes.push_back({world, Pose(), true});

@@ -139,6 +139,7 @@ Map Map::Clone() const {
   clone.num_keyframes_ = num_keyframes_;
   clone.num_points_ = num_points_;
   clone.num_lines_ = num_lines_;
+  clone.gravity_W_ = gravity_W_;
   return clone;
 }
 

@@ -22,6 +22,7 @@ class KeyIndex {
     }
     return slots_[slot].index;
   }
+  std::size_t MemoryBytes() const { return slots_.capacity() * sizeof(Slot); }
   // Forgets all keys, keeps the memory.
   void Clear();
 

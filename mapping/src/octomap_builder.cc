@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/error.h>
 
+#include "octomap_builder_impl.h"
 #include "octree_io.h"
-#include "scan_octree.h"
-#include "scan_voxels.h"
 
 namespace highwall {
 namespace {
@@ -34,32 +34,88 @@ void OctomapBuilderOptions::Validate() const {
                                         std::to_string(max_range));
   RequireBetween(hit, 0.5, 1.0, "hit");
   RequireBetween(miss, 0.0, 0.5, "miss");
+  HIGHWALL_REQUIRE(far_range > 0.0, "OctomapBuilderOptions::far_range must be positive, is " +
+                                        std::to_string(far_range));
+  RequireBetween(far_hit, 0.5, 1.0, "far_hit");
   RequireBetween(clamp_min, 0.0, 0.5, "clamp_min");
   RequireBetween(clamp_max, 0.5, 1.0, "clamp_max");
   RequireBetween(occupancy_threshold, 0.0, 1.0, "occupancy_threshold");
+  HIGHWALL_REQUIRE(
+      threads >= 1 && threads <= 256,
+      "OctomapBuilderOptions::threads must lie in [1, 256], is " + std::to_string(threads));
 }
 
-struct OctomapBuilder::Impl {
-  explicit Impl(const OctomapBuilderOptions& o)
-      : options(o), tree(o.resolution), scan(o.resolution, o.max_range) {
-    tree.setProbHit(o.hit);
-    tree.setProbMiss(o.miss);
-    tree.setClampingThresMin(o.clamp_min);
-    tree.setClampingThresMax(o.clamp_max);
-    tree.setOccupancyThres(o.occupancy_threshold);
-  }
+OctomapBuilder::Impl::Impl(const OctomapBuilderOptions& o)
+    : options(o),
+      tree(o.resolution),
+      scans(static_cast<std::size_t>(o.threads),
+            internal::ScanVoxels(o.resolution, o.max_range, o.far_range)) {
+  tree.setProbHit(o.hit);
+  tree.setProbMiss(o.miss);
+  tree.setClampingThresMin(o.clamp_min);
+  tree.setClampingThresMax(o.clamp_max);
+  tree.setOccupancyThres(o.occupancy_threshold);
+}
 
-  // Null where nothing is known, or outside of the map.
-  const octomap::OcTreeNode* Find(const Eigen::Vector3d& p_W) const {
-    octomap::OcTreeKey key;
-    if (!p_W.allFinite() || !tree.coordToKeyChecked(p_W.x(), p_W.y(), p_W.z(), key)) return nullptr;
-    return tree.search(key);
-  }
+const octomap::OcTreeNode* OctomapBuilder::Impl::Find(const Eigen::Vector3d& p_W) const {
+  octomap::OcTreeKey key;
+  if (!p_W.allFinite() || !tree.coordToKeyChecked(p_W.x(), p_W.y(), p_W.z(), key)) return nullptr;
+  return tree.search(key);
+}
 
-  OctomapBuilderOptions options;
-  internal::ScanOctree tree;
-  internal::ScanVoxels scan;
-};
+bool OctomapBuilder::Impl::GatherPoints(std::span<const Eigen::Vector3f> points_W,
+                                        const Eigen::Vector3f& origin_W) {
+  return Gather({origin_W.x(), origin_W.y(), origin_W.z()},
+                [&](std::size_t part, internal::ScanVoxels& scan) {
+                  const std::size_t begin = points_W.size() * part / scans.size();
+                  const std::size_t end = points_W.size() * (part + 1) / scans.size();
+                  scan.AddPoints(points_W.subspan(begin, end - begin));
+                });
+}
+
+void OctomapBuilder::Impl::KeepBricks(std::span<const std::uint64_t> mortons) {
+  auto at = mortons.begin();
+  std::erase_if(bricks, [&](const internal::VoxelBrick* brick) {
+    at = std::lower_bound(at, mortons.end(), brick->morton);
+    return at == mortons.end() || *at != brick->morton;
+  });
+}
+
+void OctomapBuilder::Impl::Apply() {
+  if (!std::isfinite(options.far_range)) {
+    tree.Apply(bricks);
+  } else {
+    using internal::VoxelBrick;
+    std::vector<VoxelBrick*> touched = bricks;
+    std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_free && !b->any_occupied; });
+    tree.Apply(touched);
+    // Voxels of their own: they take their turn as the hits of a second, weaker scan.
+    for (VoxelBrick* brick : bricks) brick->KeepFarHits();
+    touched = bricks;
+    std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_occupied; });
+    tree.setProbHit(options.far_hit);
+    tree.Apply(touched);
+    tree.setProbHit(options.hit);
+  }
+  if (!on_change) return;
+  std::vector<std::uint64_t> mortons;
+  for (const internal::VoxelBrick* brick : bricks) mortons.push_back(brick->morton);
+  ReportChange(mortons);
+}
+
+void OctomapBuilder::Impl::ReportChange(std::span<const std::uint64_t> mortons) const {
+  if (!on_change || mortons.empty()) return;
+  Eigen::AlignedBox3d box;
+  for (const std::uint64_t morton : mortons) {
+    for (int corner : {0, 8}) {
+      const auto key = internal::FirstVoxel(morton);
+      const Eigen::Vector3d voxel(key[0] + corner, key[1] + corner, key[2] + corner);
+      const Eigen::Vector3d origin = Eigen::Vector3d::Constant(internal::kKeyOffset);
+      box.extend((options.resolution * (voxel - origin)).eval());
+    }
+  }
+  on_change(box);
+}
 
 OctomapBuilder::OctomapBuilder(const OctomapBuilderOptions& options) {
   options.Validate();
@@ -81,13 +137,18 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unproj
   const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
   const auto min_depth =
       std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
-  internal::ScanVoxels& scan = impl_->scan;
-  if (!scan.Start({p_WC.x(), p_WC.y(), p_WC.z()})) return;
-  for (int v = 0; v < depth.rows; ++v) {
-    scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
-                     min_depth, R_WC, p_WC);
-  }
-  impl_->tree.Apply(scan.Finish());
+  const int parts = impl_->options.threads;
+  const auto fill = [&](std::size_t part, internal::ScanVoxels& scan) {
+    const int begin = depth.rows * static_cast<int>(part) / parts;
+    const int end = depth.rows * (static_cast<int>(part) + 1) / parts;
+    for (int v = begin; v < end; ++v) {
+      scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
+                       min_depth, R_WC, p_WC);
+    }
+  };
+  if (!impl_->Gather({p_WC.x(), p_WC.y(), p_WC.z()}, fill)) return;
+  impl_->FinishScan();
+  impl_->Apply();
 }
 
 void OctomapBuilder::Insert(const cv::Mat& depth, const PinholeCamera& camera, const Pose& T_WC) {
@@ -107,14 +168,19 @@ void OctomapBuilder::Insert(std::span<const Eigen::Vector3f> points_C, const Pos
 void OctomapBuilder::InsertWorld(std::span<const Eigen::Vector3f> points_W,
                                  const Eigen::Vector3f& origin_W) {
   HIGHWALL_REQUIRE(origin_W.allFinite(), "the origin of the scan is not finite");
-  internal::ScanVoxels& scan = impl_->scan;
-  if (!scan.Start({origin_W.x(), origin_W.y(), origin_W.z()})) return;
-  scan.AddPoints(points_W);
-  impl_->tree.Apply(scan.Finish());
+  if (!impl_->GatherPoints(points_W, origin_W)) return;
+  impl_->FinishScan();
+  impl_->Apply();
+}
+
+void OctomapBuilder::SetChangeCallback(ChangeCallback on_change) {
+  impl_->on_change = std::move(on_change);
 }
 
 void OctomapBuilder::Clear() {
+  const Eigen::AlignedBox3d known = impl_->on_change ? Bounds() : Eigen::AlignedBox3d();
   impl_->tree.clear();
+  if (!known.isEmpty()) impl_->on_change(known);
 }
 
 std::optional<double> OctomapBuilder::Occupancy(const Eigen::Vector3d& p_W) const {

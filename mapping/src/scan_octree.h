@@ -5,7 +5,7 @@
 
 #include <octomap/OcTree.h>
 
-#include "scan_voxels.h"
+#include "voxel_brick.h"
 
 namespace highwall::internal {
 
@@ -16,14 +16,17 @@ class ScanOctree final : public octomap::OcTree {
  public:
   using octomap::OcTree::OcTree;
 
-  // bricks: in Morton order, each with some bit set.
-  void Apply(std::span<const VoxelBrick> bricks);
+  // bricks: in Morton order, each with some bit set, free or occupied.
+  void Apply(std::span<VoxelBrick* const> bricks);
+  // Puts in the place of each brick what `source` holds there, be it nothing. mortons: of the
+  // bricks, ascending, each once.
+  void ReplaceBricks(std::span<const std::uint64_t> mortons, const ScanOctree& source);
 
  private:
   // `created`: the node was made by this scan and holds no value yet; a node without children that
   // is not, is a leaf that stands for all voxels below.
   void ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
-                   std::span<const VoxelBrick> bricks);
+                   std::span<VoxelBrick* const> bricks);
   void ApplyBrick(octomap::OcTreeNode* node, bool created, const VoxelBrick& brick);
   // The 8, 64 or 1 voxels (`width` bits) below a node.
   void ApplyBits(octomap::OcTreeNode* node, bool created, unsigned width, std::uint64_t free,
@@ -32,6 +35,14 @@ class ScanOctree final : public octomap::OcTree {
   bool IsSaturated(const octomap::OcTreeNode* leaf, bool any_free, bool any_occupied) const;
   octomap::OcTreeNode* Child(octomap::OcTreeNode* node, unsigned i, bool& created);
   void Close(octomap::OcTreeNode* inner);
+  // created: as above. from: what `source` holds at the same place, null for nothing. False if
+  // nothing is left of the node.
+  bool Replace(octomap::OcTreeNode* node, bool created, unsigned depth,
+               std::span<const std::uint64_t> mortons, const ScanOctree& source,
+               const octomap::OcTreeNode* from);
+  void Copy(const ScanOctree& source, const octomap::OcTreeNode* from, octomap::OcTreeNode* to);
+  // Turns an inner node into a leaf, of no value.
+  void RemoveChildren(octomap::OcTreeNode* node);
 };
 
 }  // namespace highwall::internal

@@ -4,29 +4,39 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/mapping/keyframe_cloud.h>
 
 namespace highwall {
 namespace internal {
+
+std::optional<std::uint64_t> VoxelCode(const Eigen::Vector3f& p, double inverse_size) {
+  constexpr double kLimit = 1 << 20;
+  std::uint64_t code = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double k = std::floor(p[i] * inverse_size) + kLimit;
+    if (!(k >= 0.0 && k < 2.0 * kLimit)) return std::nullopt;
+    code = (code << 21) | static_cast<std::uint64_t>(k);
+  }
+  return code;
+}
 
 VoxelFilter::VoxelFilter(double voxel_size) : inverse_size_(1.0 / voxel_size) {
   HIGHWALL_REQUIRE(voxel_size > 0.0 && std::isfinite(inverse_size_),
                    "voxel_size must be positive, is " + std::to_string(voxel_size));
 }
 
-void VoxelFilter::Add(const Eigen::Vector3f& p, const std::array<std::uint8_t, 3>& rgb) {
-  constexpr double kLimit = 1 << 20;
-  std::uint64_t key = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double k = std::floor(p[i] * inverse_size_) + kLimit;
-    if (!(k >= 0.0 && k < 2.0 * kLimit)) return;
-    key = (key << 21) | static_cast<std::uint64_t>(k);
-  }
-  const std::uint32_t voxel = index_.Insert(key);
+bool VoxelFilter::Add(const ColoredPoint& point, std::uint32_t limit) {
+  const std::optional<std::uint64_t> code = VoxelCode(point.p, inverse_size_);
+  if (!code) return false;
+  const std::uint32_t voxel = index_.Insert(*code);
   if (voxel == sums_.size()) sums_.emplace_back();
   Sum& sum = sums_[voxel];
-  sum.p += p.cast<double>();
-  for (std::size_t i = 0; i < 3; ++i) sum.rgb[i] += rgb[i];
+  if (sum.count >= limit) return false;
+  sum.p += point.p.cast<double>();
+  sum.normal += point.normal;
+  for (std::size_t i = 0; i < 3; ++i) sum.rgb[i] += point.rgb[i];
   ++sum.count;
+  return true;
 }
 
 std::vector<ColoredPoint> VoxelFilter::Points() const {
@@ -35,6 +45,7 @@ std::vector<ColoredPoint> VoxelFilter::Points() const {
   for (const Sum& sum : sums_) {
     ColoredPoint& point = points.emplace_back();
     point.p = (sum.p / sum.count).cast<float>();
+    point.normal = sum.normal.stableNormalized();
     for (std::size_t i = 0; i < 3; ++i) {
       point.rgb[i] = static_cast<std::uint8_t>((sum.rgb[i] + sum.count / 2) / sum.count);
     }
@@ -42,11 +53,15 @@ std::vector<ColoredPoint> VoxelFilter::Points() const {
   return points;
 }
 
+std::size_t VoxelFilter::MemoryBytes() const {
+  return index_.MemoryBytes() + sums_.capacity() * sizeof(Sum);
+}
+
 }  // namespace internal
 
 std::vector<ColoredPoint> FilterVoxels(std::span<const ColoredPoint> points, double voxel_size) {
   internal::VoxelFilter filter(voxel_size);
-  for (const ColoredPoint& point : points) filter.Add(point.p, point.rgb);
+  for (const ColoredPoint& point : points) filter.Add(point);
   return filter.Points();
 }
 

@@ -98,7 +98,8 @@ INSTANTIATE_TEST_SUITE_P(
                       OctomapBuilderOptions{.resolution = 0.2,
                                             .clamp_min = 0.3,
                                             .clamp_max = 0.7,
-                                            .occupancy_threshold = 0.65}));
+                                            .occupancy_threshold = 0.65},
+                      OctomapBuilderOptions{.resolution = 0.05, .threads = 3}));
 
 TEST(OctomapBuilder, EqualsStockOctomapWhereTheViewStandsStill) {
   // Saturated space, regions of equal voxels that split and merge again.
@@ -243,6 +244,56 @@ TEST(OctomapBuilder, IgnoresWhatLiesOutsideOfTheMap) {
   EXPECT_EQ(map.Occupancy({std::nan(""), 0, 0}), std::nullopt);
 }
 
+TEST(OctomapBuilder, FarHitsCountLess) {
+  OctomapBuilder map({.far_range = 1.5});
+  map.InsertWorld(kWallPoint, kSensor);
+  EXPECT_NEAR(map.Occupancy(kWall).value(), 0.6, 1e-6);
+  EXPECT_NEAR(map.Occupancy(kBetween).value(), 0.4, 1e-6);
+  map.Clear();
+  map.InsertWorld(kObjectPoint, kSensor);
+  EXPECT_NEAR(map.Occupancy(kBetween).value(), 0.7, 1e-6);
+  // The last scan left nothing behind: a near hit still counts in full.
+  map.InsertWorld(kObjectPoint, kSensor);
+  EXPECT_NEAR(map.Occupancy(kBetween).value(), 0.49 / (0.49 + 0.09), 1e-6);
+}
+
+TEST(OctomapBuilder, FarHitsThatCountInFullChangeNothing) {
+  OctomapBuilder near({.resolution = 0.1, .max_range = 10.0});
+  OctomapBuilder far({.resolution = 0.1, .max_range = 10.0, .far_range = 1.5, .far_hit = 0.7});
+  std::mt19937 rng(13);
+  for (int scan = 0; scan < 5; ++scan) {
+    const Pose T_WC = Pose::FromTangent({0.1 * scan, 0.0, 0.05}, {0.1, 0.2 * scan, 0.0});
+    const Points points_W = RandomScan(rng, T_WC);
+    near.InsertWorld(points_W, T_WC.p().cast<float>());
+    far.InsertWorld(points_W, T_WC.p().cast<float>());
+  }
+  std::vector<float> expected;
+  near.ForEachLeaf([&](const OctreeLeaf& leaf) { expected.push_back(leaf.log_odds); });
+  std::size_t i = 0;
+  far.ForEachLeaf([&](const OctreeLeaf& leaf) {
+    ASSERT_LT(i, expected.size());
+    ASSERT_EQ(leaf.log_odds, expected[i++]);
+  });
+  EXPECT_EQ(i, expected.size());
+}
+
+TEST(OctomapBuilder, TellsWhereItChanged) {
+  OctomapBuilder map;
+  std::vector<Eigen::AlignedBox3d> boxes;
+  map.SetChangeCallback([&](const Eigen::AlignedBox3d& box) { boxes.push_back(box); });
+  map.InsertWorld(kWallPoint, kSensor);
+  map.InsertWorld(Points{}, kSensor);
+  ASSERT_EQ(boxes.size(), 1u) << "nothing changed the second time";
+  EXPECT_TRUE(boxes[0].contains(map.Bounds()));
+  // Bricks of 0.4 m along the ray from 0 to 2.05 m.
+  EXPECT_TRUE(boxes[0].sizes().isApprox(Eigen::Vector3d(2.4, 0.4, 0.4), 1e-9));
+  map.Clear();
+  ASSERT_EQ(boxes.size(), 2u);
+  map.SetChangeCallback({});
+  map.InsertWorld(kWallPoint, kSensor);
+  EXPECT_EQ(boxes.size(), 2u);
+}
+
 TEST(OctomapBuilder, ForgetsTheMapOnClear) {
   OctomapBuilder map;
   map.InsertWorld(kWallPoint, kSensor);
@@ -278,9 +329,12 @@ TEST(OctomapBuilderOptions, RefusesValuesOutOfRange) {
   refuses({.max_range = 0.0});
   refuses({.hit = 0.5});
   refuses({.miss = 0.5});
+  refuses({.far_range = 0.0});
+  refuses({.far_hit = 0.5});
   refuses({.clamp_min = 0.0});
   refuses({.clamp_max = 1.0});
   refuses({.occupancy_threshold = 1.0});
+  refuses({.threads = 0});
 }
 
 }  // namespace

@@ -5,9 +5,11 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
 #include <highwall/core/error.h>
+#include <highwall/mapping/color_octree.h>
 #include <highwall/mapping/octomap_builder.h>
 
 #include "temporary_folder.h"
@@ -170,6 +172,33 @@ TEST(OctomapFile, FailedWriteLeavesTheOldFile) {
   EXPECT_EQ(ReadBytes(folder / "map.ot"), "old");
   EXPECT_EQ(ReadBytes(folder / "map.bt"), "old");
   EXPECT_EQ(folder.FileCount(), 2u) << "a temporary stayed behind";
+}
+
+TEST(WriteColorOctree, IsAColorOcTreeOfTheSameSpaceWithTheColoursOfThePoints) {
+  const TemporaryFolder folder;
+  OctomapBuilder map({.resolution = 0.1, .max_range = 10.0});
+  const std::vector<Eigen::Vector3f> ends = {{2.05f, 0.05f, 0.05f}, {2.05f, 0.55f, 0.05f}};
+  map.InsertWorld(ends, {0.05f, 0.05f, 0.05f});
+  const std::vector<ColoredPoint> points = {{.p = ends[0], .rgb = {10, 20, 30}},
+                                            {.p = {1.05f, 0.05f, 0.05f}, .rgb = {9, 9, 9}}};
+  WriteColorOctree(folder / "map.ot", map, points);
+  const std::unique_ptr<octomap::AbstractOcTree> read(
+      octomap::AbstractOcTree::read((folder / "map.ot").string()));
+  const auto* const tree = dynamic_cast<octomap::ColorOcTree*>(read.get());
+  ASSERT_NE(tree, nullptr);
+  EXPECT_EQ(tree->getResolution(), 0.1);
+  std::size_t leaves = 0;
+  for (auto leaf = tree->begin_leafs(); leaf != tree->end_leafs(); ++leaf) {
+    const Eigen::Vector3d p(leaf.getX(), leaf.getY(), leaf.getZ());
+    EXPECT_EQ(map.IsOccupied(p), tree->isNodeOccupied(*leaf));
+    ++leaves;
+  }
+  EXPECT_GE(leaves, map.LeafCount().occupied + map.LeafCount().free);
+  EXPECT_EQ(tree->search(2.05, 0.05, 0.05)->getColor(),
+            octomap::ColorOcTreeNode::Color(10, 20, 30));
+  EXPECT_EQ(tree->search(2.05, 0.55, 0.05)->getColor(),
+            octomap::ColorOcTreeNode::Color(255, 255, 255));
+  EXPECT_THROW(WriteColorOctree(folder / "nowhere/map.ot", map, points), IoError);
 }
 
 }  // namespace

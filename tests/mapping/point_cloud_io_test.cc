@@ -96,11 +96,88 @@ TEST(Ply, MalformedFilesAreIoErrors) {
   refuses("vertex 1", "vertex -1");
   refuses("vertex 1", "vertex 99999999999999999999999");
   refuses("vertex 1", "vertex ");
-  refuses("float x", "double x");
+  refuses("float x", "word x");
+  refuses("float x", "float w");
   refuses("255", "256");
   refuses("-2.5", "two");
   refuses("255\n", "255 7\n");
   EXPECT_THROW(ReadPly(folder / "missing.ply"), IoError);
+}
+
+TEST(Ply, NormalsAreWrittenWhereAnyPointHasOne) {
+  const TemporaryFolder folder;
+  auto points = RandomCloud(5);
+  points[3].normal = {0.6f, 0.0f, -0.8f};
+  for (const PlyFormat format : {PlyFormat::kBinaryLittleEndian, PlyFormat::kAscii}) {
+    WritePly(folder / "cloud.ply", points, format);
+    const auto read = ReadPly(folder / "cloud.ply");
+    ASSERT_EQ(read.size(), points.size());
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      EXPECT_EQ(read[i].p, points[i].p);
+      EXPECT_EQ(read[i].normal, points[i].normal);
+      EXPECT_EQ(read[i].rgb, points[i].rgb);
+    }
+  }
+}
+
+TEST(Ply, MeshesOfOtherProgramsAreRead) {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      "ply\r\nformat ascii 1.0\r\ncomment made elsewhere\r\nelement vertex 4\r\n"
+      "property double x\r\nproperty double y\r\nproperty double z\r\n"
+      "property float32 quality\r\nelement face 1\r\n"
+      "property list uint8 int32 vertex_indices\r\nend_header\r\n"
+      "0 0 0 0.5\r\n1 0 0 0.5\r\n1 1 0 0.5\r\n0 1 0.25 0.5\r\n4 0 1 2 3\r\n";
+  WriteBytes(folder / "mesh.ply", mesh);
+  const TriangleMesh read = ReadPlyMesh(folder / "mesh.ply");
+  ASSERT_EQ(read.vertices.size(), 4u);
+  EXPECT_EQ(read.vertices[3].p, Eigen::Vector3f(0, 1, 0.25f));
+  ASSERT_EQ(read.triangles.size(), 2u);
+  EXPECT_EQ(read.triangles[1], (std::array<std::uint32_t, 3>{0, 2, 3}));
+  std::string bad = mesh;
+  bad.replace(bad.find("4 0 1 2 3"), 9, "4 0 1 2 4");
+  WriteBytes(folder / "mesh.ply", bad);
+  EXPECT_THROW(ReadPlyMesh(folder / "mesh.ply"), IoError);
+}
+
+TEST(Pcd, ReadsBackToTheLastBit) {
+  const TemporaryFolder folder;
+  const auto points = RandomCloud(200);
+  WritePcd(folder / "cloud.pcd", points);
+  const auto read = ReadPcd(folder / "cloud.pcd");
+  ASSERT_EQ(read.size(), points.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    EXPECT_EQ(read[i].p, points[i].p);
+    EXPECT_EQ(read[i].rgb, points[i].rgb);
+  }
+}
+
+TEST(Pcd, ReadsTextWithOtherFields) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "VERSION 0.7\nFIELDS intensity x y z\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"
+      "WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n9 1 2 3\n9 4 5 6\n";
+  WriteBytes(folder / "cloud.pcd", text);
+  const auto read = ReadPcd(folder / "cloud.pcd");
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[1].p, Eigen::Vector3f(4, 5, 6));
+  for (const std::string what : {"POINTS 2", "DATA ascii", "FIELDS intensity x y z", "9 4 5 6"}) {
+    std::string bad = text;
+    bad.replace(bad.find(what), what.size(), "POINTS many");
+    WriteBytes(folder / "bad.pcd", bad);
+    EXPECT_THROW(ReadPcd(folder / "bad.pcd"), IoError) << what;
+  }
+}
+
+TEST(Pcd, EveryTruncationIsAnIoError) {
+  const TemporaryFolder folder;
+  WritePcd(folder / "cloud.pcd", RandomCloud(3));
+  const std::string bytes = ReadBytes(folder / "cloud.pcd");
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    WriteBytes(folder / "cut.pcd", bytes.substr(0, size));
+    EXPECT_THROW(ReadPcd(folder / "cut.pcd"), IoError) << size;
+  }
+  EXPECT_THROW(ReadPcd(folder / "missing.pcd"), IoError);
 }
 
 TEST(PointCloudIo, FailedWriteLeavesTheOldFile) {

@@ -25,6 +25,9 @@ struct InertialOptions {
   SlidingWindowOptions window{.max_states = 10};
   ImuBufferOptions buffer{};
   VisualNoise visual_noise{};
+  // Of the walks of the biases, >= 1: what the map gets wrong along the way looks like biases that
+  // move faster than those of the sensor do.
+  double walk_inflation = 4.0;
   // Of the prediction's covariance before it guides the search for landmarks, >= 1.
   double prediction_inflation = 4.0;
   double max_dead_reckoning = 5.0;  // [s] > 0; without any image, then the frame is lost
@@ -121,6 +124,8 @@ class InertialOdometry {
 
  private:
   void Initialize(const Observation& observation, InertialReport& report);
+  // The images agree with the readings once the accelerometer's sign is turned.
+  bool FitsReversed() const;
   void Advance(const Observation& observation, InertialReport& report);
   void Restart(const Observation& observation, InertialReport& report);
   void Stop();

@@ -76,8 +76,8 @@ struct KeyFrame {
 // answers nullptr. Not thread-safe: its owner guards it.
 class Map {
  public:
-  // The same keyframes and landmarks under the same ids, features shared, without the index: to
-  // work on while this map goes on.
+  // The same keyframes and landmarks under the same ids, features shared, without the index: a copy
+  // to adjust and fuse in while this map goes on. No keyframe is to be removed from it.
   Map Clone() const;
 
   KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC);

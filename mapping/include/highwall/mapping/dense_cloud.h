@@ -1,91 +1,102 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include <Eigen/Core>
-#include <opencv2/core/mat.hpp>
-
-#include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
-#include <highwall/mapping/depth_unprojector.h>
+#include <highwall/mapping/colored_point.h>
 
 namespace highwall {
 
-struct ColoredPoint {
-  Eigen::Vector3f p = Eigen::Vector3f::Zero();     // [m]
-  std::array<std::uint8_t, 3> rgb{255, 255, 255};  // white where there is no colour image
-};
-
 struct DenseCloudOptions {
-  double min_depth = 0.3;        // [m] > 0; nearer measurements are dropped
-  double max_depth = 3.0;        // [m] > min_depth; D435i 3, Kinect (TUM RGB-D) 4
-  int stride = 1;                // [px] >= 1; every stride-th pixel of every stride-th row
-  double edge_rejection = 0.05;  // >= 0; a pixel whose depth differs by more than this fraction
-                                 // from one of its four neighbours is dropped (the sensor mixes
-                                 // both sides of a depth edge); 0 keeps all
-  double voxel_size = 0.01;      // [m] > 0; one point a voxel
+  double voxel_size = 0.01;  // [m] > 0; one point a voxel
+  int max_observations = 6;  // >= 1; points that a voxel averages, later ones are dropped
+  // A keyframe that moved less than both, since it was last put into the cloud, stays where it is.
+  double min_translation = 0.01;           // [m] >= 0
+  double min_rotation = 0.5 * 0.01745329;  // [rad] >= 0
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// The points of one depth image in its camera frame C (METHOD.md, section 6), voxel-filtered.
-// depth: CV_32FC1 [m], of the size of the camera, 0 or NaN where nothing was measured; may be empty
-// (no points). bgr: CV_8UC3 of the same size, or empty. Throws InvalidArgument otherwise.
-std::vector<ColoredPoint> MakeKeyframeCloud(const cv::Mat& depth, const cv::Mat& bgr,
-                                            const DepthUnprojector& unprojector,
-                                            const DenseCloudOptions& options = {});
-// The same for a single image; builds the ray table of the camera first.
-std::vector<ColoredPoint> MakeKeyframeCloud(const cv::Mat& depth, const cv::Mat& bgr,
-                                            const PinholeCamera& camera,
-                                            const DenseCloudOptions& options = {});
-
-// One point per occupied voxel of a grid through the origin: the mean position and colour of the
-// points inside, in the order in which the voxels first occur. Points that are not finite, or
-// further than 2^20 voxels from the origin along an axis, are dropped.
-// voxel_size: [m] > 0, else InvalidArgument.
-std::vector<ColoredPoint> FilterVoxels(std::span<const ColoredPoint> points, double voxel_size);
-
-// The dense map: a cloud per keyframe in its own camera frame, and the poses to put them together.
-// Keyframes that move (loop closure, bundle adjustment) take their points with them; nothing is
-// baked in before Merged().
+// The dense map: the clouds of keyframes, each stored in its own camera frame, and their union in
+// W, voxel-filtered, in blocks of 64^3 voxels.
+//
+// SetPose() says where a keyframe is now, Rebuild() makes the blocks right again that moved
+// keyframes touched or touch, a bit at a time; Merged() shows the old blocks until the new ones are
+// complete. The result equals, point for point, a cloud built from scratch of the same stored
+// clouds and poses.
+//
+// Memory is bounded by the area seen, not by the number of keyframes: a stored point takes 12 bytes
+// (positions to 1/32767 of the farthest one), and points that fall into a voxel of
+// max_observations points when their keyframe joins are not stored at all. Not thread-safe.
 class DenseCloud {
  public:
-  // voxel_size: [m] > 0, of the merged cloud. Throws InvalidArgument otherwise.
-  explicit DenseCloud(double voxel_size = DenseCloudOptions{}.voxel_size);
+  // Throws InvalidArgument naming the field.
+  explicit DenseCloud(const DenseCloudOptions& options = {});
+  ~DenseCloud();
 
-  // Adds keyframe `id`, or replaces its cloud and keeps its pose.
-  void SetKeyframe(std::int64_t id, std::vector<ColoredPoint> cloud_C);
-  // Throws InvalidArgument if `id` has no cloud or T_WC is not finite.
+  // Adds keyframe `id`, or replaces its cloud; it joins the map with its first pose.
+  void SetKeyframe(std::int64_t id, std::span<const ColoredPoint> cloud_C);
+  // The first pose of the largest id so far puts the keyframe into the map at once, other changes
+  // wait for Rebuild(). Throws InvalidArgument if `id` has no cloud or T_WC is not finite.
   void SetPose(std::int64_t id, const Pose& T_WC);
   // Does nothing where there is no such keyframe.
   void RemoveKeyframe(std::int64_t id);
 
-  bool Contains(std::int64_t id) const { return keyframes_.contains(id); }
-  // In its camera frame. Throws InvalidArgument if `id` has no cloud.
-  const std::vector<ColoredPoint>& Cloud(std::int64_t id) const;
-  std::size_t KeyframeCount() const { return keyframes_.size(); }
-  // Points of all keyframes before merging.
-  std::size_t PointCount() const;
+  // Works for `budget` or one keyframe, whichever takes longer. True once the map is right. A pose
+  // that changes meanwhile waits for the next round; a keyframe that is removed or replaced starts
+  // it again.
+  bool Rebuild(std::chrono::duration<double> budget = std::chrono::duration<double>::max());
+  // Whether all keyframes that have a pose are in the map, where it wants them.
+  bool IsCurrent() const;
 
-  // The union of the clouds of all keyframes that have a pose, in W, voxel-filtered. A function of
-  // the content alone: keyframes are taken in the order of their ids.
+  bool Contains(std::int64_t id) const { return keyframes_.contains(id); }
+  std::size_t KeyframeCount() const { return keyframes_.size(); }
+  // Stored points of all keyframes.
+  std::size_t PointCount() const;
+  // Bytes of stored points and blocks.
+  std::size_t MemoryBytes() const;
+
+  // The points in W, block by block. A function of the content alone.
   std::vector<ColoredPoint> Merged() const;
 
  private:
-  struct Keyframe {
-    std::vector<ColoredPoint> cloud_C;
-    std::optional<Pose> T_WC;
+  struct StoredPoint {
+    std::array<std::int16_t, 3> p_C;
+    std::array<std::uint8_t, 3> rgb;
+    std::array<std::int8_t, 3> normal_C;
   };
+  struct Keyframe {
+    float quantum = 0.0f;  // [m]
+    std::vector<StoredPoint> points;
+    std::optional<Pose> T_WC;           // where it should be
+    std::optional<Pose> T_WC_in_map;    // where the map has it
+    std::vector<std::uint64_t> blocks;  // that it touches there, ascending
+  };
+  struct Blocks;
+  struct Round;
 
-  double voxel_size_;
+  bool HasMoved(const Keyframe& keyframe) const;
+  // Puts a new keyframe into the map and drops its points that no voxel takes in.
+  void Append(Keyframe& keyframe);
+  void StartRound();
+  // One keyframe; false when there is nothing left to do but FinishRound().
+  bool Step();
+  void FinishRound();
+
+  DenseCloudOptions options_;
   std::map<std::int64_t, Keyframe> keyframes_;
+  std::unique_ptr<Blocks> blocks_;
+  std::vector<std::uint64_t> orphaned_;  // blocks of clouds that are no more
+  std::unique_ptr<Round> round_;
 };
 
 }  // namespace highwall

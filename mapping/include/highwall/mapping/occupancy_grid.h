@@ -59,6 +59,24 @@ std::optional<double> FloorHeight(const OctomapBuilder& map,
 // what is known inside of the band; it is empty (0 x 0) where nothing is.
 OccupancyGrid ProjectToGrid(const OctomapBuilder& map, const OccupancyGridOptions& options = {});
 
+struct TraversabilityOptions {
+  double max_slope = 20.0;      // [deg] (0, 90) that the vehicle climbs
+  double max_step = 0.3;        // [m] > 0 that its wheels roll over
+  double vehicle_height = 3.0;  // [m] > max_step; what hangs higher is no obstacle
+  double slope_radius = 1.0;    // [m] > 0 to each side over which the slope is measured
+  Eigen::Quaterniond R_GW = Eigen::Quaterniond::Identity();  // as in OccupancyGridOptions
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// Where a vehicle can drive, on ground that need not be flat: a cell is occupied where the ground
+// (the lowest occupied voxel of a column) is too steep, differs from that of a neighbouring cell by
+// more than a step, or carries something above it that is lower than the vehicle; free where none
+// of this holds; unknown where no ground was seen.
+OccupancyGrid TraversabilityGrid(const OctomapBuilder& map,
+                                 const TraversabilityOptions& options = {});
+
 // Writes `yaml_path` and, beside it, the image with the extension .pgm, as the map_server of ROS
 // and Nav2 read them: binary PGM, trinary (occupied 0, free 254, unknown 205), first row at the
 // largest y. Throws InvalidArgument for an empty grid, IoError if a file cannot be written.

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,6 +28,9 @@ struct OctomapBuilderOptions {
   double clamp_min = 0.12;           // probability in (0, 0.5), floor of a voxel
   double clamp_max = 0.97;           // probability in (0.5, 1), ceiling of a voxel
   double occupancy_threshold = 0.5;  // probability in (0, 1); occupied at or above it
+  double far_range = std::numeric_limits<double>::infinity();  // [m] > 0; an end voxel farther than
+  double far_hit = 0.6;  // that is hit with this probability, in (0.5, 1), instead
+  int threads = 1;       // [1, 256] that gather a scan; the map does not depend on them
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -53,7 +57,8 @@ struct OctreeLeafCount {
 // the map of octomap::OcTree::insertPointCloud with discretize = true, leaf for leaf. The scan is
 // gathered as bit masks over bricks of 8^3 voxels and merged into the octree brick by brick, so
 // that inner nodes are updated and equal children merged once per scan; the octree is consistent
-// between calls.
+// between calls. With far_range, hits count less from where depth becomes too noisy to tell voxels
+// apart; near hits of the same scan win over far ones.
 //
 // The map spans 2^15 voxels to each side of the origin of W; measurements beyond are dropped.
 class OctomapBuilder {
@@ -76,6 +81,11 @@ class OctomapBuilder {
   void Insert(std::span<const Eigen::Vector3f> points_C, const Pose& T_WC);
   // points_W: [m] in W, seen from origin_W. Throws InvalidArgument if the origin is not finite.
   void InsertWorld(std::span<const Eigen::Vector3f> points_W, const Eigen::Vector3f& origin_W);
+
+  // Called after every change with the box [m] in which it happened, no larger than the bricks that
+  // the scan touched; an empty function ends it. It must not change the map.
+  using ChangeCallback = std::function<void(const Eigen::AlignedBox3d& changed_W)>;
+  void SetChangeCallback(ChangeCallback on_change);
 
   // Forgets the map, keeps the options.
   void Clear();
@@ -105,6 +115,8 @@ class OctomapBuilder {
                              const OctomapBuilderOptions& options = {});
 
  private:
+  friend class KeyframeOctree;
+  friend class OctreeSearch;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

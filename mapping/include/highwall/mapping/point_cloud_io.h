@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <vector>
 
-#include <highwall/mapping/dense_cloud.h>
+#include <highwall/mapping/colored_point.h>
 
 // Point-cloud files. All writers go through a temporary file: a reader sees the whole new file or
 // the whole old one. They throw IoError where the folder is missing or the disk is full.
@@ -12,15 +14,29 @@ namespace highwall {
 
 enum class PlyFormat { kBinaryLittleEndian, kAscii };
 
-// PLY 1.0, one element `vertex`: float x y z [m], uchar red green blue.
+struct TriangleMesh {
+  std::vector<ColoredPoint> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // indices of vertices
+};
+
+// PLY 1.0, one element `vertex`: float x y z [m], float nx ny nz where any point has a normal,
+// uchar red green blue.
 void WritePly(const std::filesystem::path& path, std::span<const ColoredPoint> points,
               PlyFormat format = PlyFormat::kBinaryLittleEndian);
-// Reads what WritePly wrote, either format. Throws IoError if the file is missing, truncated or has
-// other elements or properties.
+// The vertices of any PLY file, ASCII or binary little-endian: x y z, nx ny nz and red green blue
+// (8 bits each) are read where they are there, everything else is skipped. Throws IoError if the
+// file is missing, truncated, malformed or has no x, y and z.
 std::vector<ColoredPoint> ReadPly(const std::filesystem::path& path);
+// The same with the element `face`, polygons cut into triangles. A file without faces has no
+// triangles. Throws IoError as above and if a face names a vertex that does not exist.
+TriangleMesh ReadPlyMesh(const std::filesystem::path& path);
 
 // PCD 0.7, binary: fields x y z rgb, the colour packed as 0x00RRGGBB into the bits of a float as
 // the Point Cloud Library does; unorganised (height 1).
 void WritePcd(const std::filesystem::path& path, std::span<const ColoredPoint> points);
+// Reads x y z and, where it is there, rgb of a PCD file, ASCII or binary (not compressed), of
+// fields of 4 bytes and count 1. Throws IoError if the file is missing, truncated or of another
+// form.
+std::vector<ColoredPoint> ReadPcd(const std::filesystem::path& path);
 
 }  // namespace highwall

@@ -1,0 +1,267 @@
+// highwall map: cloud, octree, grids and pictures of a dataset whose poses are known.
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/atomic_file.h>
+#include <highwall/core/error.h>
+#include <highwall/frontend/tum_dataset.h>
+#include <highwall/mapping/color_octree.h>
+#include <highwall/mapping/height_map.h>
+#include <highwall/mapping/octree_size.h>
+#include <highwall/mapping/point_cloud_io.h>
+
+#include "commands.h"
+#include "config.h"
+#include "dense_map.h"
+#include "map_compare.h"
+#include "map_pictures.h"
+#include "option_checks.h"
+#include "posed_frames.h"
+#include "progress.h"
+
+namespace highwall::apps {
+namespace {
+
+struct MapArguments {
+  std::string source, dataset, trajectory, config, out;
+  double resolution = 0.05;  // [m]
+  double voxel = 0.01;       // [m] of the cloud
+  double max_range = 4.0;    // [m]
+  std::size_t every = 0;     // 0: 1 for keyframes, else 10
+  int threads = 2;
+  double memory_limit = 2048.0;  // [MB] of the octree
+  bool raw = false;
+  bool json = false;
+};
+
+// The frames one after the other, each with its neighbours' votes on its depth taken.
+class FrameSource {
+ public:
+  FrameSource(const Dataset& dataset, const std::vector<PosedFrame>& frames,
+              const PinholeCamera& camera, const DepthUnprojector& unprojector, bool raw)
+      : dataset_(dataset), frames_(frames), camera_(camera), unprojector_(unprojector), raw_(raw) {}
+
+  // visit(image, T_WC): depth filtered.
+  template <typename Visit>
+  void ForEach(const Visit& visit) const {
+    Frame before, here, after;
+    for (std::size_t i = 0; i <= frames_.size(); ++i) {
+      before = std::move(here);
+      here = std::move(after);
+      after = i < frames_.size() ? Load(i) : Frame{};
+      if (here.image.depth.empty()) continue;
+      RgbdImage image = here.image;
+      if (!raw_) {
+        const std::vector<DepthView> neighbours = {{before.image.depth, before.T_WC},
+                                                   {after.image.depth, after.T_WC}};
+        image.depth =
+            KeepAgreedDepth({here.image.depth, here.T_WC}, neighbours, camera_, unprojector_);
+      }
+      visit(image, here.T_WC);
+    }
+  }
+  // Up to `count` depth images, evenly spread.
+  std::vector<DepthView> Sample(std::size_t count) const {
+    std::vector<DepthView> views;
+    for (std::size_t i = 0; i < frames_.size(); i += frames_.size() / count + 1) {
+      const Frame frame = Load(i);
+      if (!frame.image.depth.empty()) views.push_back({frame.image.depth, frame.T_WC});
+    }
+    return views;
+  }
+
+ private:
+  struct Frame {
+    RgbdImage image;  // empty where it cannot be used
+    Pose T_WC;
+  };
+  Frame Load(std::size_t i) const {
+    auto image = dataset_.Load(frames_[i].index);
+    return image ? Frame{std::move(*image), frames_[i].T_WC} : Frame{};
+  }
+
+  const Dataset& dataset_;
+  const std::vector<PosedFrame>& frames_;
+  const PinholeCamera& camera_;
+  const DepthUnprojector& unprojector_;
+  bool raw_;
+};
+
+// Before the work, and not by the kernel in the middle of it.
+void RequireFits(const MapArguments& arguments, const FrameSource& frames,
+                 const DepthUnprojector& unprojector, const OctomapBuilderOptions& options) {
+  constexpr std::size_t kSamples = 40;
+  const double megabytes = PredictOctreeBytes(frames.Sample(kSamples), unprojector, options) / 1e6;
+  if (megabytes <= arguments.memory_limit) return;
+  throw InvalidArgument(fmt::format(
+      "an octree of {} m would take about {:.0f} MB, more than the limit of {:.0f} MB: choose a "
+      "coarser --resolution, a shorter --max-range or a higher --memory-limit",
+      arguments.resolution, megabytes, arguments.memory_limit));
+}
+
+nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& dense,
+                             const Trajectory& trajectory, std::size_t frames) {
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error) throw IoError(out, "cannot be made: " + error.message());
+  WritePly(out / "cloud.ply", dense.cloud);
+  WritePcd(out / "cloud.pcd", dense.cloud);
+  dense.octree.WriteBinary(out / "map.bt");
+  dense.octree.Write(out / "map.ot");
+  WriteColorOctree(out / "map_color.ot", dense.octree, dense.cloud);
+  if (dense.grid.width > 0) WriteOccupancyGrid(out / "grid.yaml", dense.grid);
+  const OccupancyGrid drivable = TraversabilityGrid(dense.octree, {.R_GW = dense.R_GW});
+  if (drivable.width > 0) WriteOccupancyGrid(out / "traversability.yaml", drivable);
+  const HeightMap heights = MakeHeightMap(dense.octree, HeightSource::kTop, dense.R_GW);
+  if (heights.width > 0) WritePng(out / "heights.png", HeightImage(heights));
+  WriteMapPictures(out, dense, trajectory);
+
+  const auto megabytes = [&](const char* name) {
+    return static_cast<double>(std::filesystem::file_size(out / name)) / 1e6;
+  };
+  const OctreeLeafCount leaves = dense.octree.LeafCount();
+  nlohmann::ordered_json json = {
+      {"frames", frames},
+      {"cloud", {{"points", dense.cloud.size()}, {"file_mb", megabytes("cloud.ply")}}},
+      {"octree",
+       {{"resolution_m", dense.octree.options().resolution},
+        {"occupied_leaves", leaves.occupied},
+        {"free_leaves", leaves.free},
+        {"memory_mb", static_cast<double>(dense.octree.MemoryBytes()) / 1e6},
+        {"file_mb", megabytes("map.bt")}}},
+      {"grid", {{"width", dense.grid.width}, {"height", dense.grid.height}}},
+      {"cloud_over_octree", megabytes("cloud.ply") / megabytes("map.bt")}};
+  if (dense.ground_height) json["grid"]["ground_height_m"] = *dense.ground_height;
+  AtomicFile file(out / "map.json");
+  file.stream() << json.dump(2) << '\n';
+  file.Commit();
+  return json;
+}
+
+// level: z of W points up.
+DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::size_t count,
+               bool level, const DepthUnprojector& unprojector,
+               const OctomapBuilderOptions& octree) {
+  DenseMap dense;
+  dense.octree = OctomapBuilder(octree);
+  const KeyframeCloudOptions cloud_options{.max_depth = arguments.max_range,
+                                           .voxel_size = arguments.voxel};
+  DenseCloud cloud({.voxel_size = arguments.voxel});
+  std::vector<Pose> cameras;
+  Progress progress("mapping");
+  std::size_t done = 0;
+  frames.ForEach([&](const RgbdImage& image, const Pose& T_WC) {
+    const auto id = static_cast<std::int64_t>(done);
+    cloud.SetKeyframe(id, MakeKeyframeCloud(image.depth, image.bgr, unprojector, cloud_options));
+    cloud.SetPose(id, T_WC);
+    dense.octree.Insert(image.depth, unprojector, T_WC);
+    cameras.push_back(T_WC);
+    progress.Update(++done, count);
+  });
+  dense.cloud = arguments.raw ? cloud.Merged() : RemoveOutliers(cloud.Merged());
+  AddGrid(cameras, level, {}, dense);
+  return dense;
+}
+
+int RunMap(const MapArguments& arguments) {
+  const MapSource source = ResolveSource(arguments.source, arguments.dataset, arguments.trajectory);
+  const RgbdSensor sensor = ResolveConfig(arguments.config, source.dataset).config.sensor;
+  const TumDataset dataset(source.dataset, {.depth_factor = sensor.depth_factor,
+                                            .width = sensor.camera.width,
+                                            .height = sensor.camera.height});
+  for (const std::string& warning : dataset.warnings()) {
+    fmt::print(stderr, "highwall map: warning: {}\n", warning);
+  }
+  const Trajectory trajectory = ReadTumTrajectory(source.trajectory);
+  const std::size_t every = arguments.every > 0 ? arguments.every : source.keyframes ? 1 : 10;
+  const std::vector<PosedFrame> posed = PosedFrames(dataset, trajectory, every);
+  if (posed.empty()) throw IoError(source.trajectory, "has no pose at any frame of the dataset");
+  const DepthUnprojector unprojector(sensor.camera);
+  const FrameSource frames(dataset, posed, sensor.camera, unprojector, arguments.raw);
+  const OctomapBuilderOptions octree{.resolution = arguments.resolution,
+                                     .max_range = arguments.max_range,
+                                     .threads = arguments.threads};
+  RequireFits(arguments, frames, unprojector, octree);
+  const DenseMap dense =
+      Build(arguments, frames, posed.size(), !source.keyframes, unprojector, octree);
+  for (const Dataset::Problem& problem : dataset.problems()) {
+    fmt::print(stderr, "highwall map: skipped frame {}: {}\n", problem.frame, problem.what);
+  }
+  if (dense.octree.LeafCount().occupied == 0) {
+    throw IoError(source.dataset,
+                  "no frame has depth between 0.3 m and --max-range (see highwall info)");
+  }
+  const nlohmann::ordered_json report = Write(arguments.out, dense, trajectory, posed.size());
+  if (arguments.json) {
+    fmt::print("{}\n", report.dump());
+    return kExitOk;
+  }
+  fmt::print("frames      {}\n", posed.size());
+  fmt::print("cloud       {} points, {:.2f} MB\n", dense.cloud.size(),
+             report["cloud"]["file_mb"].get<double>());
+  fmt::print("octree      {} nodes at {} m, {:.3f} MB\n", dense.octree.NodeCount(),
+             arguments.resolution, report["octree"]["file_mb"].get<double>());
+  fmt::print("grid        {} x {} cells\n", dense.grid.width, dense.grid.height);
+  fmt::print("results in  {}\n", arguments.out);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddMapCommand(CLI::App& app, CommandAction& action) {
+  const auto arguments = std::make_shared<MapArguments>();
+  CLI::App* command = app.add_subcommand(
+      "map", "Cloud, octree, grids and pictures of a run or of a dataset with known poses");
+  command->require_subcommand(0, 1);
+  command->add_option("source", arguments->source,
+                      "Folder of a run (highwall slam --out) or of a dataset");
+  command->add_option("--resolution", arguments->resolution, "Edge of the octree's voxels [m]")
+      ->check(Between(1e-4, 10.0))
+      ->capture_default_str();
+  command->add_option("--out", arguments->out, "Folder for the results")->check(NotEmpty());
+  command->add_option("--trajectory", arguments->trajectory,
+                      "TUM file of camera poses [run: keyframes.txt, dataset: groundtruth.txt]");
+  command->add_option("--dataset", arguments->dataset, "Where the dataset of a run lies now");
+  command->add_option("--config", arguments->config, "Calibration, as in highwall slam");
+  command
+      ->add_option("--every", arguments->every,
+                   "Takes every n-th posed frame [keyframes: 1, else 10]")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--voxel", arguments->voxel, "Edge of the cloud's voxels [m]")
+      ->check(Between(1e-3, 10.0))
+      ->capture_default_str();
+  command->add_option("--max-range", arguments->max_range, "Farther depth is ignored [m]")
+      ->check(Between(0.31, 1000.0))
+      ->capture_default_str();
+  command->add_option("--threads", arguments->threads, "That build the octree")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  command
+      ->add_option("--memory-limit", arguments->memory_limit,
+                   "Refuses an octree that would need more [MB]")
+      ->check(Between(1.0, 1e9))
+      ->capture_default_str();
+  command->add_flag("--raw", arguments->raw,
+                    "Neither compares neighbouring depth images nor removes outliers");
+  command->add_flag("--json", arguments->json, "One JSON object on standard output");
+  command->footer(
+      "Example:\n  highwall map run --resolution 0.02 --out map\n"
+      "  highwall map compare map/cloud.ply reference.ply");
+  AddMapCompareCommand(*command, action);
+  command->callback([command, arguments, &action] {
+    if (!command->get_subcommands().empty()) return;
+    if (arguments->source.empty()) throw CLI::RequiredError("source");
+    if (arguments->out.empty()) throw CLI::RequiredError("--out");
+    action = [arguments] { return RunMap(*arguments); };
+  });
+}
+
+}  // namespace highwall::apps

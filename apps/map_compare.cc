@@ -1,0 +1,190 @@
+// highwall map compare: how near a map is to a reference, and how much of it it shows.
+#include "map_compare.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+#include <highwall/frontend/tum_dataset.h>
+#include <highwall/mapping/map_comparison.h>
+#include <highwall/mapping/octomap_builder.h>
+#include <highwall/mapping/point_cloud_io.h>
+
+#include "config.h"
+#include "option_checks.h"
+#include "posed_frames.h"
+
+namespace highwall::apps {
+namespace {
+
+struct CompareArguments {
+  std::string map, reference;
+  double spacing = 0.01;  // [m] of the samples of a mesh
+  std::string seen_by, trajectory, config;
+  std::size_t every = 10;
+  double tolerance = 0.05;         // [m]
+  std::vector<std::string> align;  // trajectories: of the map, of the reference
+  bool json = false;
+};
+
+using Points = std::vector<Eigen::Vector3f>;
+
+Points Positions(const std::vector<ColoredPoint>& cloud) {
+  Points points;
+  for (const ColoredPoint& point : cloud) points.push_back(point.p);
+  return points;
+}
+
+bool IsOctree(const std::filesystem::path& path) {
+  return path.extension() == ".bt" || path.extension() == ".ot";
+}
+
+Points ReadPoints(const std::filesystem::path& path) {
+  Points points;
+  if (IsOctree(path)) {
+    points = OccupiedCentres(OctomapBuilder::Read(path));
+  } else if (path.extension() == ".pcd") {
+    points = Positions(ReadPcd(path));
+  } else if (path.extension() == ".ply") {
+    points = Positions(ReadPly(path));
+  } else {
+    throw IoError(path, "the name must end in .ply, .pcd, .bt or .ot");
+  }
+  if (points.empty()) throw IoError(path, "holds no point");
+  return points;
+}
+
+ReferenceSurface ReadReference(const std::filesystem::path& path, double spacing) {
+  if (path.extension() == ".ply") {
+    const TriangleMesh mesh = ReadPlyMesh(path);
+    if (!mesh.triangles.empty()) return ReferenceSurface(mesh, spacing);
+  }
+  return ReferenceSurface(ReadPoints(path));
+}
+
+// Moves the map as its trajectory has to be moved to lie on the reference's.
+void Align(const std::vector<std::string>& trajectories, Points& points) {
+  const Trajectory estimate = ReadTumTrajectory(trajectories[0]);
+  const Trajectory reference = ReadTumTrajectory(trajectories[1]);
+  const std::vector<StampMatch> matches = MatchByStamp(reference, estimate, 20'000'000);
+  Eigen::Matrix3Xd a(3, matches.size()), b(3, matches.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    a.col(column) = reference[matches[i].reference].pose.p();
+    b.col(column) = estimate[matches[i].estimate].pose.p();
+  }
+  const Pose T_RM = AlignUmeyama(a, b, false).T_AB;
+  for (Eigen::Vector3f& p : points) p = (T_RM * p.cast<double>()).cast<float>();
+}
+
+void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
+  const MapSource source = ResolveSource(arguments.seen_by, "", arguments.trajectory);
+  const RgbdSensor sensor = ResolveConfig(arguments.config, source.dataset).config.sensor;
+  const TumDataset dataset(source.dataset, {.depth_factor = sensor.depth_factor,
+                                            .width = sensor.camera.width,
+                                            .height = sensor.camera.height});
+  std::vector<char> seen(reference.samples().size(), 0);
+  const Trajectory trajectory = ReadTumTrajectory(source.trajectory);
+  for (const PosedFrame& frame : PosedFrames(dataset, trajectory, arguments.every)) {
+    const auto image = dataset.Load(frame.index);
+    if (!image) continue;
+    MarkSeen(reference.samples(), {image->depth, frame.T_WC}, sensor.camera, arguments.tolerance,
+             seen);
+  }
+  reference.KeepSamples(seen);
+}
+
+nlohmann::ordered_json ToJson(const DistanceStatistics& statistics) {
+  return {{"mean", statistics.mean},
+          {"median", statistics.median},
+          {"percentile_90", statistics.percentile_90},
+          {"count", statistics.count}};
+}
+
+nlohmann::ordered_json ToJson(const MapComparison& comparison) {
+  nlohmann::ordered_json json = {{"accuracy", ToJson(comparison.accuracy)},
+                                 {"completeness", ToJson(comparison.completeness)},
+                                 {"thresholds", nlohmann::ordered_json::array()}};
+  for (const MapComparison::AtThreshold& at : comparison.thresholds) {
+    json["thresholds"].push_back({{"threshold", at.threshold},
+                                  {"precision", at.precision},
+                                  {"recall", at.recall},
+                                  {"f_score", at.f_score}});
+  }
+  return json;
+}
+
+void PrintTable(const MapComparison& comparison) {
+  fmt::print("{:<13} {:>9} {:>9} {:>9} {:>10}\n", "distance [m]", "mean", "median", "90 %",
+             "points");
+  const auto row = [](const char* name, const DistanceStatistics& s) {
+    fmt::print("{:<13} {:9.4f} {:9.4f} {:9.4f} {:>10}\n", name, s.mean, s.median, s.percentile_90,
+               s.count);
+  };
+  row("accuracy", comparison.accuracy);
+  row("completeness", comparison.completeness);
+  fmt::print("\n{:<13} {:>9} {:>9} {:>9}\n", "within", "precision", "recall", "F-score");
+  for (const MapComparison::AtThreshold& at : comparison.thresholds) {
+    fmt::print("{:<13} {:9.4f} {:9.4f} {:9.4f}\n", fmt::format("{} cm", 100.0 * at.threshold),
+               at.precision, at.recall, at.f_score);
+  }
+}
+
+int RunCompare(const CompareArguments& arguments) {
+  Points points = ReadPoints(arguments.map);
+  ReferenceSurface reference = ReadReference(arguments.reference, arguments.spacing);
+  if (!arguments.align.empty()) Align(arguments.align, points);
+  if (!arguments.seen_by.empty()) KeepSeen(arguments, reference);
+  const MapComparison comparison = CompareMaps(points, reference);
+  if (arguments.json) {
+    fmt::print("{}\n", ToJson(comparison).dump());
+  } else {
+    PrintTable(comparison);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddMapCompareCommand(CLI::App& map, CommandAction& action) {
+  const auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* command = map.add_subcommand(
+      "compare", "Accuracy and completeness of a cloud or octree against a reference");
+  command->add_option("map", arguments->map, "Cloud (.ply, .pcd) or octree (.bt, .ot)")->required();
+  command->add_option("reference", arguments->reference, "Cloud, mesh (.ply with faces) or octree")
+      ->required();
+  command->add_option("--spacing", arguments->spacing, "Distance of the samples of a mesh [m]")
+      ->check(Between(1e-3, 10.0))
+      ->capture_default_str();
+  command->add_option("--seen-by", arguments->seen_by,
+                      "Dataset or run: only what its depth images show has to be complete");
+  command->add_option("--trajectory", arguments->trajectory, "Its poses, in the reference's frame");
+  command->add_option("--config", arguments->config, "Its calibration, as in highwall slam");
+  command->add_option("--every", arguments->every, "Takes every n-th of its frames")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--tolerance", arguments->tolerance,
+                   "A surface that far off the depth measured was seen [m]")
+      ->check(Between(1e-3, 10.0))
+      ->capture_default_str();
+  command
+      ->add_option("--align", arguments->align,
+                   "Trajectory of the map and of the reference: lays one on the other")
+      ->expected(2);
+  command->add_flag("--json", arguments->json, "One JSON object on standard output");
+  command->footer("Example:\n  highwall map compare map/cloud.ply mine/surface.ply --seen-by mine");
+  command->callback(
+      [arguments, &action] { action = [arguments] { return RunCompare(*arguments); }; });
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,76 @@
+#include "posed_frames.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+
+namespace highwall::apps {
+namespace {
+
+constexpr Stamp kMaxStampDifference = 20'000'000;  // [ns]
+
+std::string DatasetOfRun(const std::filesystem::path& run_json) {
+  std::ifstream stream(run_json);
+  const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
+  if (!json.is_object() || !json.contains("dataset") || !json["dataset"].is_string()) {
+    throw IoError(run_json, "does not name a dataset: give --dataset");
+  }
+  return json["dataset"];
+}
+
+std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
+  const auto after = std::ranges::lower_bound(trajectory, stamp, {}, &StampedPose::stamp);
+  const auto near = [&](auto pose) { return std::abs(pose->stamp - stamp) <= kMaxStampDifference; };
+  const bool near_after = after != trajectory.end() && near(after);
+  const bool near_before = after != trajectory.begin() && near(std::prev(after));
+  if (near_after && near_before) return Interpolate(trajectory, stamp);
+  if (near_after) return after->pose;
+  if (near_before) return std::prev(after)->pose;
+  return std::nullopt;
+}
+
+}  // namespace
+
+MapSource ResolveSource(const std::filesystem::path& source, const std::string& dataset,
+                        const std::string& trajectory) {
+  MapSource resolved;
+  const bool run = std::filesystem::exists(source / "run.json");
+  if (run) {
+    resolved.dataset = dataset.empty() ? DatasetOfRun(source / "run.json") : dataset;
+    resolved.trajectory = source / "keyframes.txt";
+    resolved.keyframes = true;
+  } else {
+    resolved.dataset = dataset.empty() ? source : std::filesystem::path(dataset);
+    resolved.trajectory = resolved.dataset / "groundtruth.txt";
+  }
+  if (!trajectory.empty()) {
+    resolved.trajectory = trajectory;
+    resolved.keyframes = false;
+  }
+  if (!std::filesystem::is_directory(resolved.dataset)) {
+    throw IoError(resolved.dataset, run ? "is the dataset of the run and not there: give --dataset"
+                                        : "is neither a run nor a dataset");
+  }
+  if (!std::filesystem::exists(resolved.trajectory)) {
+    throw IoError(resolved.trajectory, "is not there: give --trajectory");
+  }
+  return resolved;
+}
+
+std::vector<PosedFrame> PosedFrames(const Dataset& dataset, const Trajectory& trajectory,
+                                    std::size_t every) {
+  std::vector<PosedFrame> frames;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    const std::optional<Pose> T_WC = PoseAt(trajectory, dataset.stamp(i));
+    if (T_WC && count++ % every == 0) frames.push_back({i, *T_WC});
+  }
+  return frames;
+}
+
+}  // namespace highwall::apps

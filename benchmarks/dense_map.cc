@@ -1,0 +1,213 @@
+// The dense map of a sequence with ground-truth poses: what a keyframe costs, what a correction
+// after a loop costs and whether it is right, and how large cloud and octree are.
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+#include <highwall/frontend/tum_dataset.h>
+#include <highwall/mapping/dense_cloud.h>
+#include <highwall/mapping/keyframe_cloud.h>
+#include <highwall/mapping/keyframe_octree.h>
+#include <highwall/mapping/point_cloud_io.h>
+
+#include "config.h"
+#include "posed_frames.h"
+
+namespace highwall {
+namespace {
+
+struct Arguments {
+  std::string dataset, config;
+  double resolution = 0.05;  // [m]
+  double voxel = 0.01;       // [m]
+  double max_range = 4.0;    // [m]
+  std::size_t keyframes = 200;
+};
+
+struct Keyframe {
+  std::vector<ColoredPoint> cloud_C;
+  std::vector<Eigen::Vector3f> points_C;
+  Pose T_WC;
+};
+
+// Processor time of this thread [s].
+template <typename Work>
+double Seconds(const Work& work) {
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  work();
+  return now() - start;
+}
+
+struct Maps {
+  explicit Maps(const Arguments& arguments)
+      : octree({.octree = {.resolution = arguments.resolution, .max_range = arguments.max_range}}),
+        cloud({.voxel_size = arguments.voxel}) {}
+
+  void Add(std::size_t i, const Keyframe& keyframe, const Pose& T_WC) {
+    const auto id = static_cast<std::int64_t>(i);
+    octree.SetKeyframe(id, keyframe.points_C, T_WC);
+    cloud.SetKeyframe(id, keyframe.cloud_C);
+    cloud.SetPose(id, T_WC);
+  }
+
+  KeyframeOctree octree;
+  DenseCloud cloud;
+};
+
+// What a loop does to a trajectory that drifted: nothing at its end, most at its beginning.
+Pose Corrected(const Pose& T_WC, double share) {
+  Eigen::Matrix<double, 6, 1> step;
+  step << 0.15, -0.1, 0.05, 0.02, -0.03, 0.01;
+  return T_WC.Plus(share * step);
+}
+
+bool SameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
+  std::vector<OctreeLeaf> leaves;
+  a.ForEachLeaf([&](const OctreeLeaf& leaf) { leaves.push_back(leaf); });
+  std::size_t i = 0;
+  bool same = true;
+  b.ForEachLeaf([&](const OctreeLeaf& leaf) {
+    same = same && i < leaves.size() && leaves[i].center_W == leaf.center_W &&
+           leaves[i].size == leaf.size && leaves[i].log_odds == leaf.log_odds;
+    ++i;
+  });
+  return same && i == leaves.size();
+}
+
+// Reads the keyframes and adds each to the maps; returns the seconds that took, sorted.
+std::vector<double> AddKeyframes(const Arguments& arguments, std::vector<Keyframe>& keyframes,
+                                 Maps& maps) {
+  const apps::ResolvedConfig config = apps::ResolveConfig(arguments.config, arguments.dataset);
+  const RgbdSensor& sensor = config.config.sensor;
+  const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor});
+  if (dataset.groundtruth() == nullptr) throw IoError(arguments.dataset, "has no ground truth");
+  const std::size_t every = std::max<std::size_t>(1, dataset.size() / arguments.keyframes);
+  const DepthUnprojector unprojector(sensor.camera);
+  const KeyframeCloudOptions cloud_options{.max_depth = arguments.max_range,
+                                           .voxel_size = arguments.voxel};
+  std::vector<double> seconds;
+  for (const apps::PosedFrame& frame : apps::PosedFrames(dataset, *dataset.groundtruth(), every)) {
+    const auto image = dataset.Load(frame.index);
+    if (!image || keyframes.size() == arguments.keyframes) continue;
+    Keyframe& keyframe = keyframes.emplace_back();
+    keyframe.T_WC = frame.T_WC;
+    seconds.push_back(Seconds([&] {
+      keyframe.cloud_C = MakeKeyframeCloud(image->depth, image->bgr, unprojector, cloud_options);
+      for (const ColoredPoint& point : keyframe.cloud_C) keyframe.points_C.push_back(point.p);
+      maps.Add(keyframes.size() - 1, keyframe, keyframe.T_WC);
+    }));
+  }
+  if (keyframes.empty()) throw IoError(arguments.dataset, "no frame has a ground-truth pose");
+  std::ranges::sort(seconds);
+  return seconds;
+}
+
+nlohmann::ordered_json Sizes(const Maps& maps) {
+  const auto folder = std::filesystem::temp_directory_path();
+  const auto ply = folder / "highwall_bench_dense.ply", bt = folder / "highwall_bench_dense.bt";
+  WritePly(ply, maps.cloud.Merged());
+  maps.octree.map().WriteBinary(bt);
+  const double cloud_mb = static_cast<double>(std::filesystem::file_size(ply)) / 1e6;
+  const double octree_mb = static_cast<double>(std::filesystem::file_size(bt)) / 1e6;
+  std::filesystem::remove(ply);
+  std::filesystem::remove(bt);
+  return {{"stored_scans_mb", static_cast<double>(maps.octree.ScanBytes()) / 1e6},
+          {"stored_cloud_mb", static_cast<double>(maps.cloud.MemoryBytes()) / 1e6},
+          {"cloud_file_mb", cloud_mb},
+          {"octree_file_mb", octree_mb},
+          {"cloud_over_octree", cloud_mb / octree_mb}};
+}
+
+nlohmann::ordered_json Correct(const Arguments& arguments, const std::vector<Keyframe>& keyframes,
+                               Maps& maps) {
+  Maps fresh(arguments);
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const auto id = static_cast<std::int64_t>(i);
+    const Pose& T_WC = keyframes[i].T_WC;
+    const double share = 1.0 - static_cast<double>(i) / static_cast<double>(keyframes.size());
+    const Pose target = Corrected(T_WC, share);
+    maps.octree.SetPose(id, target);
+    maps.cloud.SetPose(id, target);
+    // A pose that moved too little stays, as it does in the maps above.
+    const Pose moved = T_WC.Inverse() * target;
+    const bool stays = moved.p().norm() <= 0.01 && moved.Angle() <= 0.5 * 0.01745329;
+    fresh.octree.SetKeyframe(id, keyframes[i].points_C, stays ? T_WC : target);
+  }
+  const double octree_seconds = Seconds([&] { maps.octree.Rebuild(); });
+  const double cloud_seconds = Seconds([&] { maps.cloud.Rebuild(); });
+  return {{"correction_s", octree_seconds + cloud_seconds},
+          {"correction_octree_s", octree_seconds},
+          {"correction_cloud_s", cloud_seconds},
+          {"octree_equals_one_from_scratch", SameLeaves(maps.octree.map(), fresh.octree.map())}};
+}
+
+nlohmann::ordered_json Run(const Arguments& arguments) {
+  Maps maps(arguments);
+  std::vector<Keyframe> keyframes;
+  const std::vector<double> seconds = AddKeyframes(arguments, keyframes, maps);
+  nlohmann::ordered_json report = {{"keyframes", keyframes.size()},
+                                   {"resolution_m", arguments.resolution},
+                                   {"keyframe_ms_median", 1e3 * seconds[seconds.size() / 2]},
+                                   {"keyframe_ms_worst", 1e3 * seconds.back()}};
+  report.update(Sizes(maps));
+  report.update(Correct(arguments, keyframes, maps));
+  return report;
+}
+
+}  // namespace
+}  // namespace highwall
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Cost, correction and size of the dense map of a TUM RGB-D sequence.\nExample: "
+      "highwall_bench_dense --dataset fr1_xyz --config tum1 --keyframes 200"};
+  highwall::Arguments arguments;
+  bool json = false;
+  app.add_option("--dataset", arguments.dataset, "Folder with groundtruth.txt")->required();
+  app.add_option("--config", arguments.config, "Calibration, as in highwall slam");
+  app.add_option("--keyframes", arguments.keyframes, "At most so many, evenly spread")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--resolution", arguments.resolution, "Of the octree [m]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--voxel", arguments.voxel, "Of the cloud [m]")->check(CLI::PositiveNumber);
+  app.add_option("--max-range", arguments.max_range, "[m]")->check(CLI::PositiveNumber);
+  app.add_flag("--json", json, "One JSON object on standard output");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 1;
+  }
+  try {
+    const nlohmann::ordered_json report = highwall::Run(arguments);
+    if (json) {
+      std::printf("%s\n", report.dump().c_str());
+    } else {
+      for (const auto& [key, value] : report.items()) {
+        std::printf("%-32s %s\n", key.c_str(), value.dump().c_str());
+      }
+    }
+  } catch (const highwall::IoError& error) {
+    std::fprintf(stderr, "highwall_bench_dense: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "highwall_bench_dense: failed: %s\n", error.what());
+    return 3;
+  }
+  return 0;
+}

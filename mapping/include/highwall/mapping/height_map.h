@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <highwall/mapping/octomap_builder.h>
+
+namespace highwall {
+
+enum class HeightSource {
+  kTop,     // the highest occupied voxel of a column: what lies open to the sky
+  kGround,  // the lowest one: the floor below bridges, roofs and vehicles
+};
+
+// Heights over the x-y plane of a frame G (z up, origin that of W), a cell a column of voxels.
+// Cell (i, j) covers [origin + resolution (i, j), origin + resolution (i + 1, j + 1)).
+struct HeightMap {
+  int width = 0;                                       // cells along x
+  int height = 0;                                      // cells along y
+  double resolution = 0.0;                             // [m] a cell
+  Eigen::Vector2d origin_G = Eigen::Vector2d::Zero();  // [m] corner of cell (0, 0)
+  std::vector<float> z;  // [m] centre of the voxel, NaN where unknown; cell (i, j) at j * width + i
+
+  // NaN outside of the map.
+  float At(int i, int j) const {
+    if (i < 0 || j < 0 || i >= width || j >= height) return std::numeric_limits<float>::quiet_NaN();
+    return z[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
+             static_cast<std::size_t>(i)];
+  }
+};
+
+// Empty (0 x 0) where nothing is occupied. R_GW: as in OccupancyGridOptions.
+HeightMap MakeHeightMap(const OctomapBuilder& map, HeightSource source = HeightSource::kTop,
+                        const Eigen::Quaterniond& R_GW = Eigen::Quaterniond::Identity());
+
+// How much was moved between two surveys.
+struct VolumeChange {
+  double cut = 0.0;   // [m^3] taken away, >= 0
+  double fill = 0.0;  // [m^3] brought, >= 0
+  double area = 0.0;  // [m^2] compared: known in both
+};
+
+// Sums the differences of height over the cells that both maps know and that differ by more than
+// `threshold` [m] >= 0 (half a voxel of noise is no rock). Throws InvalidArgument unless the maps
+// have the same resolution and cells that coincide.
+VolumeChange CutAndFill(const HeightMap& before, const HeightMap& after, double threshold = 0.0);
+
+}  // namespace highwall

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <span>
+
+#include <highwall/mapping/depth_unprojector.h>
+#include <highwall/mapping/keyframe_cloud.h>
+#include <highwall/mapping/octomap_builder.h>
+
+namespace highwall {
+
+// Bytes that the octree of these views will take in memory at options.resolution, foretold before
+// any of it is built: from octrees at 0.2 m and 0.1 m, or 4 and 2 times the resolution if that is
+// more, by the power law that their sizes follow (the exponent lies between 2, a surface, and 3, a
+// volume). Good to a factor of two. Throws InvalidArgument as OctomapBuilder does.
+double PredictOctreeBytes(std::span<const DepthView> views, const DepthUnprojector& unprojector,
+                          const OctomapBuilderOptions& options);
+
+}  // namespace highwall

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <future>
+#include <span>
+#include <vector>
+
+#include <highwall/mapping/octomap_builder.h>
+
+#include "scan_octree.h"
+#include "scan_voxels.h"
+
+namespace highwall {
+
+struct OctomapBuilder::Impl {
+  explicit Impl(const OctomapBuilderOptions& options);
+
+  // Null where nothing is known, or outside of the map.
+  const octomap::OcTreeNode* Find(const Eigen::Vector3d& p_W) const;
+
+  // Gathers a scan, each thread a part: fill(part, scan) adds the endpoints of one of scans.size()
+  // parts. False if the origin lies outside of the map. The scan is then in scans.front().
+  template <typename Fill>
+  bool Gather(const octomap::point3d& origin_W, const Fill& fill) {
+    for (internal::ScanVoxels& scan : scans) {
+      if (!scan.Start(origin_W)) return false;
+    }
+    const auto work = [&](std::size_t part) {
+      fill(part, scans[part]);
+      scans[part].CastRays();
+    };
+    std::vector<std::future<void>> others;
+    for (std::size_t part = 1; part < scans.size(); ++part) {
+      others.push_back(std::async(std::launch::async, work, part));
+    }
+    work(0);
+    for (std::future<void>& other : others) other.get();
+    for (std::size_t part = 1; part < scans.size(); ++part) scans.front().Merge(scans[part]);
+    return true;
+  }
+  bool GatherPoints(std::span<const Eigen::Vector3f> points_W, const Eigen::Vector3f& origin_W);
+  // Lists the bricks of the gathered scan.
+  void FinishScan() { bricks = scans.front().Finish(); }
+  // Drops all others from the list. mortons: ascending.
+  void KeepBricks(std::span<const std::uint64_t> mortons);
+  // Merges the listed bricks into the tree. Call once a scan.
+  void Apply();
+  // Tells the callback. mortons: ascending.
+  void ReportChange(std::span<const std::uint64_t> mortons) const;
+
+  OctomapBuilderOptions options;
+  internal::ScanOctree tree;
+  std::vector<internal::ScanVoxels> scans;
+  std::vector<internal::VoxelBrick*> bricks;  // of the last scan, in Morton order
+  ChangeCallback on_change;
+};
+
+}  // namespace highwall

@@ -1,0 +1,169 @@
+// highwall map and highwall map compare, run as a user runs them.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <highwall/mapping/octomap_builder.h>
+#include <highwall/mapping/point_cloud_io.h>
+
+#include "run_program.h"
+#include "small_room.h"
+
+namespace highwall {
+namespace {
+
+using nlohmann::json;
+using testing::Outcome;
+
+// A filmed room, and the map of its exact poses.
+class MapCommand : public ::testing::Test {
+ protected:
+  void SetUp() override { testing::FilmSmallRoom(Dataset(), 20); }
+
+  std::string Path(const std::string& name) const { return folder_.path() / name; }
+  std::string Dataset() const { return Path("room"); }
+  std::string Out() const { return Path("map"); }
+  Outcome Build() const {
+    return Map(Dataset() + " --resolution 0.05 --every 2 --json --out " + Out());
+  }
+  static Outcome Map(const std::string& arguments) {
+    return testing::RunProgram(HIGHWALL_BINARY, "map " + arguments);
+  }
+  // Exit code, one line that says why, nothing else.
+  static void ExpectRefused(const std::string& arguments, int code, const std::string& why) {
+    const Outcome outcome = Map(arguments);
+    EXPECT_EQ(outcome.exit_code, code) << arguments;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+  }
+
+ private:
+  testing::TemporaryDirectory folder_;
+};
+
+TEST_F(MapCommand, WritesEveryFormAndItsReport) {
+  const Outcome outcome = Build();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report, json::parse(testing::ReadText(Out() + "/map.json")));
+  EXPECT_EQ(report["frames"], 10);
+  EXPECT_EQ(ReadPly(Out() + "/cloud.ply").size(), report["cloud"]["points"]);
+  EXPECT_EQ(ReadPcd(Out() + "/cloud.pcd").size(), report["cloud"]["points"]);
+  EXPECT_EQ(OctomapBuilder::Read(Out() + "/map.bt").options().resolution, 0.05);
+  EXPECT_EQ(OctomapBuilder::Read(Out() + "/map.ot").LeafCount().occupied,
+            report["octree"]["occupied_leaves"]);
+  EXPECT_TRUE(testing::ReadText(Out() + "/map_color.ot")
+                  .starts_with("# Octomap OcTree file\nid ColorOcTree\n"));
+  for (const char* name : {"cloud.png", "cloud_top.png", "octree.png", "octree_top.png"}) {
+    const cv::Mat picture = cv::imread(Out() + "/" + name);
+    EXPECT_EQ(std::max(picture.cols, picture.rows), 1200) << name;
+  }
+  EXPECT_EQ(cv::imread(Out() + "/heights.png", cv::IMREAD_UNCHANGED).type(), CV_16UC1);
+  for (const char* name : {"grid", "traversability"}) {
+    const std::string yaml = testing::ReadText(Out() + "/" + name + ".yaml");
+    EXPECT_TRUE(yaml.starts_with("image: " + std::string(name) + ".pgm\n")) << yaml;
+    EXPECT_TRUE(std::filesystem::exists(Out() + "/" + name + ".pgm"));
+  }
+}
+
+TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
+  ASSERT_EQ(Build().exit_code, 0);
+  const Outcome outcome =
+      Map("compare " + Out() + "/cloud.ply " + Dataset() +
+          "/surface.ply --spacing 0.03 --every 2 --json --seen-by " + Dataset());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_LT(result["accuracy"]["median"], 0.015);
+  EXPECT_GT(result["thresholds"][1]["recall"], 0.95);  // within 5 cm
+  EXPECT_GT(result["thresholds"][1]["f_score"], 0.95);
+  // Not all of the room was seen.
+  const Outcome whole =
+      Map("compare " + Out() + "/cloud.ply " + Dataset() + "/surface.ply --spacing 0.03 --json");
+  EXPECT_LT(json::parse(whole.out)["thresholds"][1]["recall"], 0.9);
+}
+
+TEST_F(MapCommand, ComparesOctreesAndClouds) {
+  ASSERT_EQ(Build().exit_code, 0);
+  const Outcome outcome = Map("compare " + Out() + "/map.bt " + Out() + "/cloud.pcd");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("F-score"), std::string::npos);
+}
+
+TEST_F(MapCommand, AlignsTrajectoriesBeforeComparing) {
+  ASSERT_EQ(Build().exit_code, 0);
+  const std::string truth = Dataset() + "/groundtruth.txt";
+  const Outcome outcome = Map("compare " + Out() + "/cloud.ply " + Out() + "/cloud.ply --json " +
+                              "--align " + truth + " " + truth);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  // Onto itself: what rounding leaves.
+  EXPECT_LT(json::parse(outcome.out)["accuracy"]["mean"], 1e-4);
+}
+
+TEST_F(MapCommand, MapsARunByItsKeyframes) {
+  const std::string run = Path("run");
+  std::filesystem::create_directories(run);
+  std::ofstream(run + "/run.json") << json{{"dataset", Dataset()}}.dump();
+  std::filesystem::copy_file(Dataset() + "/groundtruth.txt", run + "/keyframes.txt");
+  const Outcome outcome =
+      Map(run + " --resolution 0.2 --every 10 --raw --json --out " + Path("run_map"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["frames"], 2);
+  std::ofstream(run + "/run.json") << json{{"dataset", "/nowhere"}}.dump();
+  ExpectRefused(run + " --out " + Path("x"), 2, "give --dataset");
+  std::ofstream(run + "/run.json") << "{";
+  ExpectRefused(run + " --out " + Path("x"), 2, "does not name a dataset");
+}
+
+TEST_F(MapCommand, RefusesAResolutionThatDoesNotFitBeforeTheWork) {
+  ExpectRefused(Dataset() + " --resolution 0.0005 --out " + Path("x"), 2, "--memory-limit");
+  EXPECT_FALSE(std::filesystem::exists(Path("x")));
+}
+
+TEST_F(MapCommand, RefusesWrongUsage) {
+  ExpectRefused(Dataset() + " --resolution 0 --out " + Path("x"), 1, "--resolution");
+  ExpectRefused(Dataset() + " --resolution -0.05 --out " + Path("x"), 1, "--resolution");
+  ExpectRefused(Dataset() + " --resolution nan --out " + Path("x"), 1, "--resolution");
+  ExpectRefused(Dataset(), 1, "--out");
+  ExpectRefused("--out " + Path("x"), 1, "source");
+  ExpectRefused("compare only_one.ply", 1, "reference");
+}
+
+TEST_F(MapCommand, RefusesDataThatMakeNoMap) {
+  ExpectRefused("/nowhere --out " + Path("x"), 2, "neither a run nor a dataset");
+  ExpectRefused(Dataset() + " --trajectory /nowhere.txt --out " + Path("x"), 2, "/nowhere.txt");
+  std::ofstream(Path("nan.txt")) << "1 0 0 nan 0 0 0 1\n";
+  ExpectRefused(Dataset() + " --trajectory " + Path("nan.txt") + " --out " + Path("x"), 2,
+                "nan.txt:1");
+  std::ofstream(Path("late.txt")) << "1e6 0 0 0 0 0 0 1\n";
+  ExpectRefused(Dataset() + " --trajectory " + Path("late.txt") + " --out " + Path("x"), 2,
+                "no pose");
+  // Depth wrong by 1000: all beyond the range, none within.
+  const std::string calibration = testing::ReadText(Dataset() + "/calibration.yaml");
+  std::string wrong = calibration;
+  wrong.replace(wrong.find("depth_factor: 5000"), 18, "depth_factor: 5");
+  std::ofstream(Path("wrong.yaml")) << wrong;
+  const Outcome outcome =
+      Map(Dataset() + " --config " + Path("wrong.yaml") + " --out " + Path("x"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("depth"), std::string::npos) << outcome.err;
+}
+
+TEST_F(MapCommand, RefusesTruncatedMaps) {
+  ASSERT_EQ(Build().exit_code, 0);
+  for (const char* name : {"cloud.ply", "cloud.pcd", "map.bt", "map.ot"}) {
+    const std::string bytes = testing::ReadText(Out() + "/" + name);
+    const std::string cut = Path(std::string("cut_") + name);
+    std::ofstream(cut, std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+    ExpectRefused("compare " + cut + " " + Out() + "/cloud.ply", 2, "cut_");
+  }
+  ExpectRefused("compare nothing.obj " + Out() + "/cloud.ply", 2, ".ply, .pcd, .bt or .ot");
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,265 @@
+// Height maps, volumes, the ground and where a vehicle can drive, on a generated terrain.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <queue>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+#include <highwall/mapping/ground_plane.h>
+#include <highwall/mapping/height_map.h>
+#include <highwall/mapping/occupancy_grid.h>
+#include <highwall/mapping/octree_size.h>
+
+namespace highwall {
+namespace {
+
+using Points = std::vector<Eigen::Vector3f>;
+using Height = std::function<double(double x, double y)>;
+constexpr double kResolution = 0.1;
+
+// A terrain over [0, 12] x [0, 12] m, seen from high above.
+OctomapBuilder Survey(const Height& height, const Points& more = {}) {
+  OctomapBuilder map({.resolution = kResolution, .max_range = 100.0});
+  Points points = more;
+  for (double x = 0.05; x < 12.0; x += 0.05) {
+    for (double y = 0.05; y < 12.0; y += 0.05) {
+      points.push_back(Eigen::Vector3d(x, y, height(x, y)).cast<float>());
+    }
+  }
+  for (const double x : {3.01, 9.01}) {
+    map.InsertWorld(points, Eigen::Vector3d(x, 6.01, 15.01).cast<float>());
+  }
+  return map;
+}
+
+// Two benches, 3 m apart, with a face between them and a haul road along x = 9 to 11 m that climbs
+// from the lower one to the upper one at 1 in 3, with a wall beside it.
+double Mine(double x, double y) {
+  const bool road = x > 9.0 && x < 11.5;
+  const double ramp = std::clamp((y - 1.5) / 3.0, 0.0, 3.0);
+  return 0.05 + (road ? ramp : y < 6.0 ? 0.0 : 3.0);
+}
+
+TEST(MakeHeightMap, HoldsTheTerrain) {
+  const HeightMap heights = MakeHeightMap(Survey(Mine));
+  ASSERT_GT(heights.width, 115);
+  int wrong = 0, known = 0;
+  for (int j = 0; j < heights.height; ++j) {
+    for (int i = 0; i < heights.width; ++i) {
+      if (std::isnan(heights.At(i, j))) continue;
+      ++known;
+      const Eigen::Vector2d p = heights.origin_G + kResolution * Eigen::Vector2d(i + 0.5, j + 0.5);
+      // A voxel, and the rise of the ramp over half a cell.
+      wrong += std::abs(heights.At(i, j) - Mine(p.x(), p.y())) > 0.1;
+    }
+  }
+  EXPECT_GT(known, 14000);
+  EXPECT_LT(wrong, known / 50) << "those on the edges of the face";
+  EXPECT_TRUE(std::isnan(heights.At(-1, 0)));
+  EXPECT_EQ(MakeHeightMap(OctomapBuilder()).width, 0);
+}
+
+TEST(MakeHeightMap, TellsTheTopFromTheGround) {
+  Points roof;
+  for (int i = 0; i < 40; ++i) {
+    for (int j = 0; j < 40; ++j) {
+      roof.emplace_back(2.0f + 0.05f * static_cast<float>(i), 2.0f + 0.05f * static_cast<float>(j),
+                        4.05f);
+    }
+  }
+  const OctomapBuilder map = Survey([](double, double) { return 0.05; }, roof);
+  const HeightMap top = MakeHeightMap(map, HeightSource::kTop);
+  const HeightMap ground = MakeHeightMap(map, HeightSource::kGround);
+  const auto cell = [&](const HeightMap& heights, double x, double y) {
+    return heights.At(static_cast<int>((x - heights.origin_G.x()) / kResolution),
+                      static_cast<int>((y - heights.origin_G.y()) / kResolution));
+  };
+  EXPECT_NEAR(cell(top, 2.55, 2.55), 4.05, 1e-5);
+  EXPECT_NEAR(cell(ground, 2.05, 2.05), 0.05, 1e-5);
+  EXPECT_NEAR(cell(top, 8.05, 8.05), 0.05, 1e-5);
+}
+
+TEST(CutAndFill, MeasuresAPitAndAHeap) {
+  const HeightMap before = MakeHeightMap(Survey([](double, double) { return 0.05; }));
+  const HeightMap after = MakeHeightMap(Survey([](double x, double y) {
+    const bool pit = x > 2.0 && x < 4.0 && y > 2.0 && y < 5.0;
+    const bool heap = x > 7.0 && x < 8.0 && y > 7.0 && y < 9.0;
+    return 0.05 + (pit ? -1.0 : 0.0) + (heap ? 0.5 : 0.0);
+  }));
+  const VolumeChange change = CutAndFill(before, after, 0.05);
+  // 2 x 3 x 1 and 1 x 2 x 0.5 m^3; a cell of the border on each side counts or not.
+  EXPECT_NEAR(change.cut, 6.0, 0.6);
+  EXPECT_NEAR(change.fill, 1.0, 0.2);
+  EXPECT_NEAR(change.area, 144.0, 3.0);
+  const VolumeChange same = CutAndFill(before, before);
+  EXPECT_EQ(same.cut + same.fill, 0.0);
+  EXPECT_EQ(CutAndFill(before, HeightMap{}).area, 0.0);
+  HeightMap other = before;
+  other.resolution = 0.2;
+  EXPECT_THROW(CutAndFill(before, other), InvalidArgument);
+  other = before;
+  other.origin_G.x() += 0.03;
+  EXPECT_THROW(CutAndFill(before, other), InvalidArgument);
+  EXPECT_THROW(CutAndFill(before, before, -1.0), InvalidArgument);
+}
+
+TEST(FitGroundPlane, FindsTheFloorAmongWallsAndNoise) {
+  std::mt19937 rng(9);
+  std::uniform_real_distribution<double> u(-3.0, 3.0);
+  const Eigen::Matrix3d R_WG = so3::Exp(Eigen::Vector3d(-1.4, 0.3, 0.2)).toRotationMatrix();
+  Points points;
+  for (int i = 0; i < 3000; ++i) {
+    const Eigen::Vector3d floor(u(rng), u(rng), -1.2 + 0.003 * u(rng));
+    const Eigen::Vector3d wall(3.0, u(rng), u(rng)), clutter(u(rng), u(rng), u(rng));
+    for (const Eigen::Vector3d& p_G : {floor, wall, clutter}) {
+      points.push_back((R_WG * p_G).cast<float>());
+    }
+  }
+  const Eigen::Vector3d up = R_WG.col(2);
+  // What the camera takes for up is off by 20 degrees.
+  const Eigen::Vector3d expected = so3::Exp(Eigen::Vector3d(0.35, 0, 0)) * up;
+  const Eigen::Vector3d eye = Eigen::Vector3d::Zero();
+  const auto plane = FitGroundPlane(points, expected, eye);
+  ASSERT_TRUE(plane);
+  // 3000 points of 5 mm noise, and some clutter between them, over 6 m.
+  EXPECT_LT(std::acos(std::min(1.0, plane->up_W.dot(up))), 2e-3);
+  EXPECT_NEAR(plane->height, -1.2, 3e-3);
+  // The wall has as many points, and a direction that could be up.
+  const auto wall = FitGroundPlane(points, R_WG.col(0) + 0.2 * up, 10.0 * R_WG.col(0));
+  ASSERT_TRUE(wall);
+  EXPECT_GT(wall->up_W.dot(R_WG.col(0)), 0.999);
+  EXPECT_FALSE(FitGroundPlane(points, R_WG.col(0), eye, {.max_tilt = 20.0, .min_share = 0.2}));
+  EXPECT_FALSE(FitGroundPlane(points, expected, eye, {.min_share = 0.9}));
+  EXPECT_FALSE(FitGroundPlane({}, expected, eye));
+  EXPECT_THROW(FitGroundPlane(points, Eigen::Vector3d::Zero(), eye), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.max_tilt = 90.0}), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.thickness = 0.0}), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.min_share = 0.0}), InvalidArgument);
+  EXPECT_THROW(FitGroundPlane(points, expected, eye, {.trials = 0}), InvalidArgument);
+}
+
+using Cell = std::pair<int, int>;
+
+Cell CellAt(const OccupancyGrid& grid, double x, double y) {
+  const Eigen::Vector2d cell = (Eigen::Vector2d(x, y) - grid.origin_G) / grid.resolution;
+  return {static_cast<int>(cell.x()), static_cast<int>(cell.y())};
+}
+
+// A* over free cells, in steps of one cell; empty where there is no way.
+std::vector<Cell> Plan(const OccupancyGrid& grid, Cell start, Cell goal) {
+  const auto estimate = [&](Cell c) {
+    return std::abs(c.first - goal.first) + std::abs(c.second - goal.second);
+  };
+  using Entry = std::pair<int, Cell>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  std::map<Cell, std::pair<int, Cell>> best;  // cost, from where
+  open.push({estimate(start), start});
+  best[start] = {0, start};
+  while (!open.empty()) {
+    const auto [total, cell] = open.top();
+    open.pop();
+    if (cell == goal) break;
+    const int cost = best[cell].first;
+    for (const auto& [di, dj] : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
+      const Cell next{cell.first + di, cell.second + dj};
+      if (next.first < 0 || next.second < 0 || next.first >= grid.width ||
+          next.second >= grid.height || grid.At(next.first, next.second) != GridCell::kFree) {
+        continue;
+      }
+      const auto known = best.find(next);
+      if (known != best.end() && known->second.first <= cost + 1) continue;
+      best[next] = {cost + 1, cell};
+      open.push({cost + 1 + estimate(next), next});
+    }
+  }
+  std::vector<Cell> path;
+  if (!best.contains(goal)) return path;
+  for (Cell cell = goal; cell != start; cell = best[cell].second) path.push_back(cell);
+  return path;
+}
+
+TEST(TraversabilityGrid, APlannerFindsTheHaulRoad) {
+  const OccupancyGrid grid =
+      TraversabilityGrid(Survey(Mine), {.max_slope = 25.0, .max_step = 0.25, .slope_radius = 0.5});
+  const auto path = Plan(grid, CellAt(grid, 2.0, 2.0), CellAt(grid, 2.0, 10.0));
+  ASSERT_FALSE(path.empty());
+  bool on_road = true;
+  for (const auto& [i, j] : path) {
+    const double x = grid.origin_G.x() + grid.resolution * i;
+    const double y = grid.origin_G.y() + grid.resolution * j;
+    if (y > 4.5 && y < 7.5) on_road &= x > 8.9 && x < 11.6;
+  }
+  EXPECT_TRUE(on_road) << "the face lies between the benches, but for the road";
+  // 1 in 3 is 18.4 degrees: too steep for another vehicle.
+  const OccupancyGrid gentle =
+      TraversabilityGrid(Survey(Mine), {.max_slope = 15.0, .max_step = 0.25, .slope_radius = 0.5});
+  EXPECT_TRUE(Plan(gentle, CellAt(gentle, 2.0, 2.0), CellAt(gentle, 2.0, 10.0)).empty());
+}
+
+TEST(TraversabilityGrid, LowObstaclesBlockAndHighOnesDoNot) {
+  Points beams;
+  for (double y = 0.0; y < 12.0; y += 0.05) {
+    for (double x : {4.02, 4.07, 4.12}) beams.push_back(Eigen::Vector3d(x, y, 1.5).cast<float>());
+    for (double x : {8.02, 8.07, 8.12}) beams.push_back(Eigen::Vector3d(x, y, 5.0).cast<float>());
+  }
+  const OccupancyGrid grid = TraversabilityGrid(Survey([](double, double) { return 0.05; }, beams));
+  int low = 0, high = 0;
+  for (double y = 0.5; y < 11.5; y += 0.1) {
+    low += grid.Query({4.05, y}) == GridCell::kOccupied;
+    high += grid.Query({8.05, y}) == GridCell::kOccupied;
+  }
+  EXPECT_GT(low, 90);
+  EXPECT_EQ(high, 0);
+  EXPECT_EQ(grid.Query({6.0, 6.0}), GridCell::kFree);
+  EXPECT_EQ(grid.Query({-5.0, 6.0}), GridCell::kUnknown);
+  EXPECT_EQ(TraversabilityGrid(OctomapBuilder()).width, 0);
+}
+
+TEST(TraversabilityOptions, RefusesValuesOutOfRange) {
+  EXPECT_NO_THROW(TraversabilityOptions{}.Validate());
+  EXPECT_THROW((TraversabilityOptions{.max_slope = 90.0}.Validate()), InvalidArgument);
+  EXPECT_THROW((TraversabilityOptions{.max_step = 0.0}.Validate()), InvalidArgument);
+  EXPECT_THROW((TraversabilityOptions{.vehicle_height = 0.3}.Validate()), InvalidArgument);
+  EXPECT_THROW((TraversabilityOptions{.slope_radius = 0.0}.Validate()), InvalidArgument);
+  EXPECT_THROW((TraversabilityOptions{.R_GW = Eigen::Quaterniond(0, 0, 0, 0)}.Validate()),
+               InvalidArgument);
+}
+
+TEST(PredictOctreeBytes, IsRightWithinAFactorOfTwo) {
+  const PinholeCamera camera{
+      .width = 160, .height = 120, .fx = 131, .fy = 131, .cx = 79.5, .cy = 59.5};
+  const DepthUnprojector unprojector(camera);
+  std::vector<DepthView> views;
+  for (int i = 0; i < 4; ++i) {
+    cv::Mat depth(camera.height, camera.width, CV_32FC1);
+    for (int v = 0; v < depth.rows; ++v) {
+      for (int u = 0; u < depth.cols; ++u) {
+        depth.at<float>(v, u) = 2.0f + 0.5f * std::sin(0.05f * static_cast<float>(u + v));
+      }
+    }
+    views.push_back({depth, Pose(so3::Exp(Eigen::Vector3d(0, 0.2 * i, 0)), {0.1 * i, 0, 0})});
+  }
+  for (const double resolution : {0.1, 0.05, 0.025}) {
+    const OctomapBuilderOptions options{.resolution = resolution};
+    OctomapBuilder map(options);
+    for (const DepthView& view : views) map.Insert(view.depth, unprojector, view.T_WC);
+    const double predicted = PredictOctreeBytes(views, unprojector, options);
+    EXPECT_GT(predicted, 0.5 * static_cast<double>(map.MemoryBytes())) << resolution;
+    EXPECT_LT(predicted, 2.0 * static_cast<double>(map.MemoryBytes())) << resolution;
+  }
+  // A tenth of a millimetre: far more than any machine has, and answered in no time.
+  EXPECT_GT(PredictOctreeBytes(views, unprojector, {.resolution = 1e-4}), 1e10);
+  EXPECT_EQ(PredictOctreeBytes({}, unprojector, {}), 0.0);
+  EXPECT_THROW(PredictOctreeBytes(views, unprojector, {.resolution = 0.0}), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall
