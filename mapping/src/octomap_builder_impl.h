@@ -47,7 +47,7 @@ struct OctomapBuilder::Impl {
   OctomapBuilderOptions options;
   internal::ScanOctree tree;
   std::vector<internal::ScanVoxels> scans;
-  internal::WorkerTeam team;  // a part for each of the scans
+  internal::WorkerTeam team;                  // a part for each of the scans
   std::vector<internal::VoxelBrick*> bricks;  // of the last scan, in Morton order
   ChangeCallback on_change;
 };
