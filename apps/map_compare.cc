@@ -32,6 +32,7 @@ struct CompareArguments {
   std::string seen_by, trajectory, config;
   std::size_t every = 10;
   double tolerance = 0.05;         // [m]
+  double max_range = 4.0;          // [m]
   std::vector<std::string> align;  // trajectories: of the map, of the reference
   bool json = false;
 };
@@ -95,8 +96,9 @@ void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
   std::vector<char> seen(reference.samples().size(), 0);
   const Trajectory trajectory = ReadTumTrajectory(source.trajectory);
   for (const PosedFrame& frame : PosedFrames(dataset, trajectory, arguments.every)) {
-    const auto image = dataset.Load(frame.index);
+    auto image = dataset.Load(frame.index);
     if (!image) continue;
+    image->depth.setTo(0.0, image->depth > arguments.max_range);
     MarkSeen(reference.samples(), {image->depth, frame.T_WC}, sensor.camera, arguments.tolerance,
              seen);
   }
@@ -176,6 +178,11 @@ void AddMapCompareCommand(CLI::App& map, CommandAction& action) {
       ->add_option("--tolerance", arguments->tolerance,
                    "A surface that far off the depth measured was seen [m]")
       ->check(Between(1e-3, 10.0))
+      ->capture_default_str();
+  command
+      ->add_option("--max-range", arguments->max_range,
+                   "Its farther depth is ignored, as by highwall map [m]")
+      ->check(Between(0.31, 1000.0))
       ->capture_default_str();
   command
       ->add_option("--align", arguments->align,

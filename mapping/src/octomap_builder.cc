@@ -49,7 +49,8 @@ OctomapBuilder::Impl::Impl(const OctomapBuilderOptions& o)
     : options(o),
       tree(o.resolution),
       scans(static_cast<std::size_t>(o.threads),
-            internal::ScanVoxels(o.resolution, o.max_range, o.far_range)) {
+            internal::ScanVoxels(o.resolution, o.max_range, o.far_range)),
+      team(scans.size()) {
   tree.setProbHit(o.hit);
   tree.setProbMiss(o.miss);
   tree.setClampingThresMin(o.clamp_min);
@@ -137,13 +138,15 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unproj
   const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
   const auto min_depth =
       std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
-  const int parts = impl_->options.threads;
+  const std::ptrdiff_t parts = impl_->options.threads;
+  // Columns: ranges differ more from the ground to the sky than from left to right.
   const auto fill = [&](std::size_t part, internal::ScanVoxels& scan) {
-    const int begin = depth.rows * static_cast<int>(part) / parts;
-    const int end = depth.rows * (static_cast<int>(part) + 1) / parts;
-    for (int v = begin; v < end; ++v) {
-      scan.AddDepthRow(depth.ptr<float>(v), unprojector.RowX(v), unprojector.RowY(v), depth.cols,
-                       min_depth, R_WC, p_WC);
+    const std::ptrdiff_t begin = depth.cols * static_cast<std::ptrdiff_t>(part) / parts;
+    const std::ptrdiff_t end = depth.cols * (static_cast<std::ptrdiff_t>(part) + 1) / parts;
+    for (int v = 0; v < depth.rows; ++v) {
+      scan.AddDepthRow(depth.ptr<float>(v) + begin, unprojector.RowX(v) + begin,
+                       unprojector.RowY(v) + begin, static_cast<int>(end - begin), min_depth, R_WC,
+                       p_WC);
     }
   };
   if (!impl_->Gather({p_WC.x(), p_WC.y(), p_WC.z()}, fill)) return;

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <future>
 #include <span>
 #include <vector>
 
@@ -10,6 +9,7 @@
 
 #include "scan_octree.h"
 #include "scan_voxels.h"
+#include "worker_team.h"
 
 namespace highwall {
 
@@ -30,12 +30,7 @@ struct OctomapBuilder::Impl {
       fill(part, scans[part]);
       scans[part].CastRays();
     };
-    std::vector<std::future<void>> others;
-    for (std::size_t part = 1; part < scans.size(); ++part) {
-      others.push_back(std::async(std::launch::async, work, part));
-    }
-    work(0);
-    for (std::future<void>& other : others) other.get();
+    team.Run(work);
     for (std::size_t part = 1; part < scans.size(); ++part) scans.front().Merge(scans[part]);
     return true;
   }
@@ -52,6 +47,7 @@ struct OctomapBuilder::Impl {
   OctomapBuilderOptions options;
   internal::ScanOctree tree;
   std::vector<internal::ScanVoxels> scans;
+  internal::WorkerTeam team;                  // a part for each of the scans
   std::vector<internal::VoxelBrick*> bricks;  // of the last scan, in Morton order
   ChangeCallback on_change;
 };

@@ -3,10 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
-#include <queue>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -17,6 +14,8 @@
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/occupancy_grid.h>
 #include <highwall/mapping/octree_size.h>
+
+#include "grid_planner.h"
 
 namespace highwall {
 namespace {
@@ -146,50 +145,10 @@ TEST(FitGroundPlane, FindsTheFloorAmongWallsAndNoise) {
   EXPECT_THROW(FitGroundPlane(points, expected, eye, {.trials = 0}), InvalidArgument);
 }
 
-using Cell = std::pair<int, int>;
-
-Cell CellAt(const OccupancyGrid& grid, double x, double y) {
-  const Eigen::Vector2d cell = (Eigen::Vector2d(x, y) - grid.origin_G) / grid.resolution;
-  return {static_cast<int>(cell.x()), static_cast<int>(cell.y())};
-}
-
-// A* over free cells, in steps of one cell; empty where there is no way.
-std::vector<Cell> Plan(const OccupancyGrid& grid, Cell start, Cell goal) {
-  const auto estimate = [&](Cell c) {
-    return std::abs(c.first - goal.first) + std::abs(c.second - goal.second);
-  };
-  using Entry = std::pair<int, Cell>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  std::map<Cell, std::pair<int, Cell>> best;  // cost, from where
-  open.push({estimate(start), start});
-  best[start] = {0, start};
-  while (!open.empty()) {
-    const auto [total, cell] = open.top();
-    open.pop();
-    if (cell == goal) break;
-    const int cost = best[cell].first;
-    for (const auto& [di, dj] : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
-      const Cell next{cell.first + di, cell.second + dj};
-      if (next.first < 0 || next.second < 0 || next.first >= grid.width ||
-          next.second >= grid.height || grid.At(next.first, next.second) != GridCell::kFree) {
-        continue;
-      }
-      const auto known = best.find(next);
-      if (known != best.end() && known->second.first <= cost + 1) continue;
-      best[next] = {cost + 1, cell};
-      open.push({cost + 1 + estimate(next), next});
-    }
-  }
-  std::vector<Cell> path;
-  if (!best.contains(goal)) return path;
-  for (Cell cell = goal; cell != start; cell = best[cell].second) path.push_back(cell);
-  return path;
-}
-
 TEST(TraversabilityGrid, APlannerFindsTheHaulRoad) {
   const OccupancyGrid grid =
       TraversabilityGrid(Survey(Mine), {.max_slope = 25.0, .max_step = 0.25, .slope_radius = 0.5});
-  const auto path = Plan(grid, CellAt(grid, 2.0, 2.0), CellAt(grid, 2.0, 10.0));
+  const auto path = Plan(grid, CellAt(grid, {2.0, 2.0}), CellAt(grid, {2.0, 10.0}));
   ASSERT_FALSE(path.empty());
   bool on_road = true;
   for (const auto& [i, j] : path) {
@@ -201,7 +160,7 @@ TEST(TraversabilityGrid, APlannerFindsTheHaulRoad) {
   // 1 in 3 is 18.4 degrees: too steep for another vehicle.
   const OccupancyGrid gentle =
       TraversabilityGrid(Survey(Mine), {.max_slope = 15.0, .max_step = 0.25, .slope_radius = 0.5});
-  EXPECT_TRUE(Plan(gentle, CellAt(gentle, 2.0, 2.0), CellAt(gentle, 2.0, 10.0)).empty());
+  EXPECT_TRUE(Plan(gentle, CellAt(gentle, {2.0, 2.0}), CellAt(gentle, {2.0, 10.0})).empty());
 }
 
 TEST(TraversabilityGrid, LowObstaclesBlockAndHighOnesDoNot) {
