@@ -195,19 +195,17 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
     return;
   }
   initializer_.Add(observation.image, *observation.visual);
-  report.reason = reason_;
   if (last_attempt_ &&
       ToSeconds(observation.image - *last_attempt_) < options_.retry_interval - 5e-4) {
+    report.reason = reason_;
     return;
   }
-  const InitializationReport solution = initializer_.Solve(buffer_);
+  const InitializationReport solution = SolveWithSign(*observation.visual, report);
   if (solution.status == InitializationStatus::kTooShort) return;
   last_attempt_ = observation.image;
-  reason_ = report.reason = Explain(solution);
+  if (report.reason.empty()) report.reason = Explain(solution);
+  reason_ = report.reason;
   if (solution.status != InitializationStatus::kReady) {
-    if (solution.status == InitializationStatus::kInconsistent && FitsReversed()) {
-      reason_ = report.reason = AccelerometerReversed().text;
-    }
     const bool contradiction = solution.status == InitializationStatus::kInconsistent ||
                                solution.status == InitializationStatus::kWrongGravity;
     if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;
@@ -234,16 +232,27 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
   reason_.clear();
 }
 
-bool InertialOdometry::FitsReversed() const {
+InitializationReport InertialOdometry::SolveWithSign(const VisualPose& visual,
+                                                     InertialReport& report) const {
+  InitializationReport solution = initializer_.Solve(buffer_);
+  // A slow body fits both signs of gravity nearly as well, one of them with the world upside down.
+  const bool upside_down =
+      solution.estimate &&
+      (visual.T_WC.q().conjugate() * solution.estimate->gravity_W.vector()).y() < -0.5;
+  if (!upside_down && solution.status != InitializationStatus::kInconsistent) return solution;
   const auto all = buffer_.Between(buffer_.oldest(), buffer_.newest());
-  if (!all) return false;
+  if (!all) return solution;
   ImuBuffer reversed(options_.buffer);
   for (ImuSample sample : all->samples) {
     sample.accelerometer = -sample.accelerometer;
     reversed.Add(sample);
   }
-  const InitializationStatus status = initializer_.Solve(reversed).status;
-  return status == InitializationStatus::kReady || status == InitializationStatus::kUncertain;
+  const InitializationReport other = initializer_.Solve(reversed);
+  if (other.estimate && other.error < solution.error) {
+    solution.status = InitializationStatus::kInconsistent;
+    report.reason = AccelerometerReversed().text;
+  }
+  return solution;
 }
 
 void InertialOdometry::Advance(const Observation& observation, InertialReport& report) {

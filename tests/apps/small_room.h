@@ -11,6 +11,7 @@ namespace highwall::testing {
 // pixels sees it: a TUM dataset.
 inline void FilmSmallRoom(const std::filesystem::path& dataset, int frames) {
   simulate::SimulationOptions options;
+  options.imu.enabled = false;
   options.camera = {
       .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
   options.duration = frames / options.fps;

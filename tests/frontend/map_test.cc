@@ -284,7 +284,9 @@ Map TiedMap(int keyframes) {
   Map map;
   for (int k = 0; k < keyframes; ++k) {
     KeyFrame& keyframe = map.AddKeyFrame(FrameOf(1), At(k, 0, 0));
-    KeyFrameMotion motion{.stamp = Stamp{k} * 1'000'000'000, .v_WB = {1, 0.1 * k, 0}};
+    KeyFrameMotion motion;
+    motion.stamp = Stamp{k} * 1'000'000'000;
+    motion.v_WB = {1, 0.1 * k, 0};
     if (k > 0) {
       motion.previous = k - 1;
       motion.from_previous =

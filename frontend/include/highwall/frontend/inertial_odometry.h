@@ -124,8 +124,9 @@ class InertialOdometry {
 
  private:
   void Initialize(const Observation& observation, InertialReport& report);
-  // The images agree with the readings once the accelerometer's sign is turned.
-  bool FitsReversed() const;
+  // Solves the initialization; inconsistent, with a reason, where the images agree better with
+  // the readings once the accelerometer's sign is turned.
+  InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;
   void Advance(const Observation& observation, InertialReport& report);
   void Restart(const Observation& observation, InertialReport& report);
   void Stop();
