@@ -76,7 +76,7 @@ class ImuPreintegration {
                     const ImuPreintegrationOptions& options = {});
 
   const ImuDelta& delta() const { return delta_; }
-  // 15 x 15, of measured minus true motion and of the walk of the biases until the end.
+  // 15 x 15, of true minus measured motion and of the walk of the biases until the end.
   const Eigen::Matrix<double, 15, 15>& covariance() const { return covariance_; }
   Stamp start() const { return samples_.front().stamp; }
   Stamp end() const { return samples_.back().stamp; }
