@@ -5,24 +5,28 @@
 #include <exception>
 #include <set>
 #include <string>
+#include <vector>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "bench_loops.h"
 
 int main(int argc, char** argv) {
-  std::vector<std::string> parts{"rooms", "kidnapped", "index", "correction"};
+  const std::vector<std::string> all{"room", "mine", "road", "kidnapped", "index", "correction"};
+  std::vector<std::string> parts = all;
   int seeds = 20, index_keyframes = 2000, corrected_keyframes = 500;
   double seconds = 40.0;
   bool json = false;
-  CLI::App app("Loops, relocalization and place recognition in generated rooms.",
+  CLI::App app("Loops, relocalization and place recognition in generated scenes.",
                "highwall_bench_loops");
-  app.add_option("--parts", parts, "rooms, kidnapped, index, correction; separated by commas")
+  app.add_option("--parts", parts, fmt::format("{}; separated by commas", fmt::join(all, ", ")))
       ->delimiter(',')
-      ->check(CLI::IsMember({"rooms", "kidnapped", "index", "correction"}));
-  app.add_option("--seeds", seeds, "Rooms")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--seconds", seconds, "Of each walk; it has laps of at most 20 s")
+      ->check(CLI::IsMember(all));
+  app.add_option("--seeds", seeds, "Scenes of each kind")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--seconds", seconds, "Of each walk in a room; it has laps of at most 20 s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--index-keyframes", index_keyframes, "Keyframes that a query is made among")
@@ -32,7 +36,7 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_flag("--json", json, "Print one JSON object");
-  app.footer("Example: highwall_bench_loops --parts rooms --seeds 20");
+  app.footer("Example: highwall_bench_loops --parts room --seeds 20");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -45,7 +49,9 @@ int main(int argc, char** argv) {
     if (wanted.contains("index")) report["index"] = BenchIndex(index_keyframes);
     if (wanted.contains("correction")) report["correction"] = BenchCorrection(corrected_keyframes);
     if (wanted.contains("kidnapped")) report["kidnapped"] = BenchKidnapped(seeds);
-    if (wanted.contains("rooms")) report["rooms"] = BenchRooms(seeds, seconds);
+    for (const char* scene : {"room", "mine", "road"}) {
+      if (wanted.contains(scene)) report[scene] = BenchReturns(scene, seeds, seconds);
+    }
     if (json) {
       fmt::print("{}\n", report.dump(2));
     } else {

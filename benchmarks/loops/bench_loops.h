@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,8 +10,10 @@
 
 namespace highwall::bench {
 
-// Rooms with 2 laps and more: is every return found, is anything false, how good is the trajectory?
-nlohmann::json BenchRooms(int seeds, double seconds);
+// Walks that come back: is every return found, is anything false, how good is the trajectory?
+// scene: room, for `seconds` with laps of at most 20 s, RGB-D alone; mine or road, once round, with
+// an IMU.
+nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds);
 
 // The camera is blinded and put down elsewhere in the room: how many frames until it knows where?
 nlohmann::json BenchKidnapped(int seeds);

@@ -100,7 +100,7 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
     graph.edges.push_back({result.NodeOf(loop.match), result.NodeOf(loop.keyframe), loop.Z,
                            Information(options.loop_translation, options.loop_rotation)});
   }
-  if (options.hold_gravity) HoldGravity(&graph);
+  if (options.hold_gravity && map.gravity_W()) HoldGravity(&graph);
   return result;
 }
 

@@ -183,11 +183,9 @@ TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
     up.push_back(scene.map.keyframe(id)->T_WC.R().row(2));
   }
-  LoopCorrectionOptions options;
-  options.graph.hold_gravity = true;
+  scene.map.SetGravity(Eigen::Vector3d(0, 0, -9.81));
   const double before = scene.Rmse();
-  ASSERT_TRUE(
-      CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, options, &scene.map).accepted);
+  ASSERT_TRUE(CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, {}, &scene.map).accepted);
   EXPECT_LT(scene.Rmse(), 0.75 * before);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
     // The edge that holds gravity has a sigma of 1e-3 rad.
@@ -196,6 +194,17 @@ TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
             .norm(),
         1e-3);
   }
+}
+
+TEST(LoopCorrection, WithoutGravityRollAndPitchAreFree) {
+  LoopScene scene(kDrifting);
+  const Loop loop = FindLoop(scene);
+  const auto up_of = [&](KeyFrameId id) {
+    return Eigen::Vector3d(scene.map.keyframe(id)->T_WC.R().row(2));
+  };
+  const Eigen::Vector3d before = up_of(loop.edge.keyframe);
+  ASSERT_TRUE(CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, {}, &scene.map).accepted);
+  EXPECT_GT((up_of(loop.edge.keyframe) - before).norm(), 1e-3);
 }
 
 TEST(LoopCloserOptions, ErrorsNameTheField) {

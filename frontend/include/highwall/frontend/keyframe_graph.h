@@ -26,8 +26,9 @@ struct KeyFrameGraphOptions {
   double loop_rotation = 0.01;      // [rad] > 0
   int min_shared = 50;              // >= 1: landmarks that make an edge between keyframes
   int neighbours = 3;               // >= 0: most such edges of a keyframe to older ones
-  // Rotations keep their direction of gravity, W's z axis: four degrees of freedom are left.
-  bool hold_gravity = false;
+  // Where the map knows gravity, rotations keep its direction, W's z axis: four degrees of freedom
+  // are left.
+  bool hold_gravity = true;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

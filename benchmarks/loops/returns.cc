@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,8 @@
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 #include <highwall/frontend/slam_system.h>
+#include <simulate/haul_road.h>
+#include <simulate/mine.h>
 #include <simulate/room.h>
 
 namespace highwall::bench {
@@ -31,12 +34,28 @@ simulate::Simulation MakeRoom(int seed, double seconds) {
   return simulate::SimulateRoom(options);
 }
 
-bool IsTrue(const LoopReport& report, const Map& map, const simulate::Simulation& room) {
+// The field test's sensor with half the pixels, once round and on for as long as a loop needs.
+simulate::Simulation MakeOutdoors(const std::string& scene, int seed) {
+  simulate::SimulationOptions options = simulate::FieldTestOptions();
+  options.seed = static_cast<std::uint64_t>(seed);
+  options.fps = 10.0;
+  PinholeCamera& camera = options.camera;
+  camera.width /= 2;
+  camera.height /= 2;
+  camera.fx *= 0.5;
+  camera.fy *= 0.5;
+  camera.cx = 0.5 * camera.cx - 0.25;
+  camera.cy = 0.5 * camera.cy - 0.25;
+  options.duration = scene == "mine" ? 95.0 : 85.0;
+  return scene == "mine" ? simulate::SimulateMine(options) : simulate::SimulateRoad(options);
+}
+
+bool IsTrue(const LoopReport& report, const Map& map, const simulate::Simulation& scene) {
   const LoopEdge& edge = report.loop.edge;
   const KeyFrame* match = map.keyframe(edge.match);
   const KeyFrame* keyframe = map.keyframe(edge.keyframe);
   if (match == nullptr || keyframe == nullptr) return true;  // culled since
-  const Pose truth = room.T_WC(match->frame.stamp).Inverse() * room.T_WC(keyframe->frame.stamp);
+  const Pose truth = scene.T_WC(match->frame.stamp).Inverse() * scene.T_WC(keyframe->frame.stamp);
   const Pose error = truth.Inverse() * edge.Z;
   return error.p().norm() < 0.1 && error.Angle() < 0.05;
 }
@@ -49,26 +68,45 @@ double RmseOf(const Trajectory& truth, const Trajectory& estimate) {
   }
 }
 
-// One system on its way through a room.
+ImuCalibration CalibrationOf(const simulate::ImuSimulationOptions& imu) {
+  ImuCalibration calibration;
+  calibration.T_BC = imu.T_BC;
+  calibration.noise = imu.noise;
+  calibration.rate = imu.rate;
+  return calibration;
+}
+
+// One system on its way through a scene.
 class Walk {
  public:
-  Walk(const simulate::Simulation& room, bool loops) : room_(room) {
+  Walk(const simulate::Simulation& scene, bool loops, bool imu) : scene_(scene) {
     SlamOptions options;
     options.loops.enabled = loops;
     options.loops.background = false;
-    slam_ = std::make_unique<SlamSystem>(RgbdSensor{.camera = SmallCamera()}, options);
+    options.mapper.bundle.threads = 1;
+    std::optional<ImuCalibration> calibration;
+    if (imu) {
+      calibration = CalibrationOf(scene.options().imu);
+      readings_ = scene.ImuSamples();
+    }
+    slam_ = std::make_unique<SlamSystem>(RgbdSensor{.camera = scene.options().camera}, options,
+                                         calibration);
   }
 
   void Track(const simulate::SimulatedFrame& frame, double time) {
+    for (; next_ < readings_.size() && readings_[next_].stamp <= frame.stamp + 100'000'000;
+         ++next_) {
+      slam_->AddImu(readings_[next_]);
+    }
     const FrameResult result = slam_->Track({frame.stamp, frame.bgr, frame.depth});
-    if (result.state != TrackingState::kTracking) ++lost;
+    if (!HasPose(result.state)) ++lost;
     for (const LoopReport& report : result.loops) {
       if (report.bundle) continue;  // of a loop that was counted
       if (!report.accepted) {
         ++refused;
         continue;
       }
-      ++(IsTrue(report, slam_->map(), room_) ? true_loops : false_loops);
+      ++(IsTrue(report, slam_->map(), scene_) ? true_loops : false_loops);
       worst_chi2 = std::max(worst_chi2, report.loop.chi2);
       if (!first_loop_s) first_loop_s = time;
     }
@@ -80,38 +118,42 @@ class Walk {
   std::optional<double> first_loop_s;  // on the way
 
  private:
-  const simulate::Simulation& room_;
+  const simulate::Simulation& scene_;
+  std::vector<ImuSample> readings_;
+  std::size_t next_ = 0;
   std::unique_ptr<SlamSystem> slam_;
 };
 
 }  // namespace
 
-nlohmann::json BenchRooms(int seeds, double seconds) {
+nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds) {
+  const bool room = scene == "room";
   nlohmann::json report;
   int found = 0, false_loops = 0;
   double worst_share = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const simulate::Simulation room = MakeRoom(seed, seconds);
-    Walk with(room, true), without(room, false);
+    const simulate::Simulation simulation =
+        room ? MakeRoom(seed, seconds) : MakeOutdoors(scene, seed);
+    Walk with(simulation, true, !room), without(simulation, false, !room);
     Trajectory truth;
     double path = 0.0;
-    for (int i = 0; i < room.size(); ++i) {
-      const auto frame = room.Render(i);
+    for (int i = 0; i < simulation.size(); ++i) {
+      const auto frame = simulation.Render(i);
       if (i > 0) path += (frame.T_WC.p() - truth.back().pose.p()).norm();
       truth.push_back({frame.stamp, frame.T_WC});
-      with.Track(frame, i / room.options().fps);
-      without.Track(frame, i / room.options().fps);
+      with.Track(frame, i / simulation.options().fps);
+      without.Track(frame, i / simulation.options().fps);
     }
     const double rmse = with.Rmse(truth), rmse_without = without.Rmse(truth);
     found += with.true_loops > 0 ? 1 : 0;
     false_loops += with.false_loops;
     worst_share = std::max(worst_share, rmse / path);
-    fmt::print(
-        stderr,
-        "room {:>2}: {} true, {} false, {} refused loops, first after {:.1f} s, chi2 {:.1f}, "
-        "{} lost; APE {:.4f} m, {:.4f} m without loops, path {:.1f} m\n",
-        seed, with.true_loops, with.false_loops, with.refused, with.first_loop_s.value_or(-1.0),
-        with.worst_chi2, with.lost, rmse, rmse_without, path);
+    fmt::print(stderr,
+               "{} {:>2}: {} true, {} false, {} refused loops, first after {:.1f} s, chi2 {:.1f}, "
+               "{} lost; APE {:.4f} m, {:.4f} m without loops, path {:.1f} m\n",
+               scene, seed, with.true_loops, with.false_loops, with.refused,
+               with.first_loop_s.value_or(-1.0), with.worst_chi2, with.lost, rmse, rmse_without,
+               path);
     report["runs"].push_back({{"seed", seed},
                               {"true_loops", with.true_loops},
                               {"false_loops", with.false_loops},
