@@ -64,12 +64,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.load_map = arguments.load_map;
   options.save_map = arguments.save_map;
   if (arguments.deterministic) {
-    // A sum that several threads form may round differently from run to run.
-    options.slam.frame.parallel = false;
-    options.slam.mapper.bundle.threads = 1;
-    options.slam.loops.background = false;
-    options.slam.loops.correction.threads = 1;
-    options.slam.loops.bundle.threads = 1;
+    options.slam = Deterministic(options.slam);
     options.prefetch = 0;
   }
   return options;

@@ -22,7 +22,7 @@ double MillisecondsSince(Clock::time_point start) {
 
 // The samples of StageTimes, frame by frame.
 struct StageSamples {
-  std::vector<double> points, lines, features, pose, tracking, mapping, dense;
+  std::vector<double> points, lines, features, pose, tracking, mapping, frame, dense;
 
   void Add(const FrameTimes& times, bool keyframe) {
     points.push_back(times.points);
@@ -31,11 +31,12 @@ struct StageSamples {
     pose.push_back(times.tracking);
     tracking.push_back(times.features + times.tracking);
     if (keyframe) mapping.push_back(times.mapping);
+    frame.push_back(times.features + times.tracking + times.mapping + times.loops);
   }
 
   StageTimes Summary() const {
     return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
-            Summarize(tracking), Summarize(mapping), Summarize(dense)};
+            Summarize(tracking), Summarize(mapping), Summarize(frame),    Summarize(dense)};
   }
 };
 
@@ -126,7 +127,7 @@ Milliseconds Summarize(std::vector<double> samples) {
   };
   return {
       std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
-      at(0.5), at(0.95), samples.size()};
+      at(0.5), at(0.95), at(0.99), samples.size()};
 }
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,

@@ -33,9 +33,9 @@ struct SlamRunOptions {
   bool adjust_all = false;                // all keyframes and landmarks together, in the end
 };
 
-// Mean, median and 95th percentile of samples [ms]; zeros for none.
+// Mean, median, 95th and 99th percentile of samples [ms]; zeros for none.
 struct Milliseconds {
-  double mean = 0.0, median = 0.0, p95 = 0.0;
+  double mean = 0.0, median = 0.0, p95 = 0.0, p99 = 0.0;
   std::size_t count = 0;
 };
 Milliseconds Summarize(std::vector<double> samples);
@@ -46,6 +46,7 @@ struct StageTimes {
   Milliseconds pose;           // matching and pose estimation
   Milliseconds tracking;       // features + pose: what a frame costs
   Milliseconds mapping;        // local mapping, per keyframe
+  Milliseconds frame;          // all of SlamSystem::Track, keyframes and loops included
   Milliseconds dense;          // cloud of a keyframe
 };
 
