@@ -24,10 +24,52 @@ constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tell
 
 }  // namespace
 
+// What an adjustment has come to.
+struct BundleAdjuster::Result {
+  struct Motion {
+    KeyFrameId keyframe = kNoId;
+    Eigen::Vector3d v_WB;
+    ImuBias bias;
+  };
+  BundleAdjustmentReport report;
+  std::vector<std::pair<KeyFrameId, Pose>> poses;  // T_WC
+  std::vector<Motion> motions;
+  std::vector<std::pair<PointId, Eigen::Vector3d>> points;
+  std::vector<std::pair<LineId, PluckerLine>> lines;
+  std::vector<std::pair<KeyFrameId, PointId>> point_outliers;
+  std::vector<std::pair<KeyFrameId, LineId>> line_outliers;
+
+  void Write(Map& map) const {
+    for (const auto& [id, T_WC] : poses) {
+      if (KeyFrame* keyframe = map.keyframe(id)) keyframe->T_WC = T_WC;
+    }
+    for (const Motion& motion : motions) {
+      KeyFrame* keyframe = map.keyframe(motion.keyframe);
+      if (keyframe == nullptr) continue;
+      keyframe->motion->v_WB = motion.v_WB;
+      keyframe->motion->bias = motion.bias;
+    }
+    for (const auto& [id, p_W] : points) {
+      if (MapPoint* point = map.point(id)) point->p_W = p_W;
+    }
+    for (const auto& [id, line_W] : lines) {
+      MapLine* line = map.line(id);
+      if (line == nullptr) continue;
+      line->segment_W = TrimTo(line_W, line->segment_W);
+      // A line that has turned across its old ends leaves nothing between them.
+      if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
+    }
+    for (const auto& [keyframe, point] : point_outliers) {
+      map.ForgetPointObservation(keyframe, point);
+    }
+    for (const auto& [keyframe, line] : line_outliers) map.ForgetLineObservation(keyframe, line);
+  }
+};
+
 // The graph of one adjustment and how its variables and factors map to the map.
-class BundleAdjuster::Impl {
+class BundleAdjuster::Problem {
  public:
-  Impl(const MeasurementModel& model, const BundleAdjustmentOptions& options)
+  Problem(const MeasurementModel& model, const BundleAdjustmentOptions& options)
       : model_(model),
         options_(options),
         T_CB_(model.T_BC().Inverse()),
@@ -87,45 +129,29 @@ class BundleAdjuster::Impl {
     report_.usable = second.IsUsable();
   }
 
-  void Write(Map& map) const {
+  Result TakeResult() const {
+    Result result;
+    result.report = report_;
+    result.report.points = static_cast<int>(points_.size());
+    result.report.lines = static_cast<int>(lines_.size());
+    result.report.outliers = static_cast<int>(outliers_.size());
+    result.report.observations = static_cast<int>(factors_.size() + outliers_.size());
+    if (!report_.usable) return result;
     for (const auto& [id, pose] : poses_) {
-      KeyFrame* keyframe = map.keyframe(id);
-      if (keyframe != nullptr && !graph_.IsFixed(pose)) {
-        keyframe->T_WC = graph_.Value(pose) * model_.T_BC();
-      }
+      if (!graph_.IsFixed(pose)) result.poses.emplace_back(id, graph_.Value(pose) * model_.T_BC());
     }
     for (const auto& [id, body] : bodies_) {
-      KeyFrame* keyframe = map.keyframe(id);
-      if (keyframe == nullptr) continue;
-      keyframe->motion->v_WB = graph_.Value(body.velocity);
-      keyframe->motion->bias = graph_.Value(body.bias);
+      result.motions.push_back({id, graph_.Value(body.velocity), graph_.Value(body.bias)});
     }
-    for (const auto& [id, point] : points_) {
-      if (MapPoint* map_point = map.point(id)) map_point->p_W = graph_.Value(point);
-    }
+    for (const auto& [id, point] : points_) result.points.emplace_back(id, graph_.Value(point));
     for (const auto& [id, line] : lines_) {
-      MapLine* map_line = map.line(id);
-      if (map_line == nullptr) continue;
-      map_line->segment_W = TrimTo(graph_.Value(line).Plucker(), map_line->segment_W);
-      // A line that has turned across its old ends leaves nothing between them.
-      if (!(map_line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
+      result.lines.emplace_back(id, graph_.Value(line).Plucker());
     }
     for (const Seen& seen : outliers_) {
-      if (seen.segment != nullptr) {
-        map.ForgetLineObservation(seen.keyframe, seen.landmark);
-      } else {
-        map.ForgetPointObservation(seen.keyframe, seen.landmark);
-      }
+      auto& outliers = seen.segment != nullptr ? result.line_outliers : result.point_outliers;
+      outliers.emplace_back(seen.keyframe, seen.landmark);
     }
-  }
-
-  BundleAdjustmentReport Report() const {
-    BundleAdjustmentReport report = report_;
-    report.points = static_cast<int>(points_.size());
-    report.lines = static_cast<int>(lines_.size());
-    report.outliers = static_cast<int>(outliers_.size());
-    report.observations = static_cast<int>(factors_.size() + outliers_.size());
-    return report;
+    return result;
   }
 
  private:
@@ -261,7 +287,7 @@ void BundleAdjustmentOptions::Validate() const {
 BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
                                std::span<const KeyFrameId> free, std::span<const KeyFrameId> fixed,
                                const BundleAdjustmentOptions& options)
-    : impl_(std::make_unique<Impl>(model, (options.Validate(), options))) {
+    : problem_(std::make_unique<Problem>(model, (options.Validate(), options))) {
   std::vector<KeyFrameId> moving(free.begin(), free.end());
   std::vector<KeyFrameId> held(fixed.begin(), fixed.end());
   if (held.empty() && !moving.empty()) {
@@ -269,22 +295,23 @@ BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
     held.push_back(*oldest);
     moving.erase(oldest);
   }
-  impl_->AddKeyFrames(map, held, true);
-  impl_->AddKeyFrames(map, moving, false);
-  impl_->AddMotions(map);
-  impl_->AddLandmarks(map, free);
+  problem_->AddKeyFrames(map, held, true);
+  problem_->AddKeyFrames(map, moving, false);
+  problem_->AddMotions(map);
+  problem_->AddLandmarks(map, free);
 }
 
 BundleAdjuster::~BundleAdjuster() = default;
 
 void BundleAdjuster::Solve(const std::stop_token& stop) {
-  impl_->Solve(stop);
+  problem_->Solve(stop);
+  result_ = std::make_unique<const Result>(problem_->TakeResult());
+  problem_.reset();  // here and not where the map waits
 }
 
 BundleAdjustmentReport BundleAdjuster::Write(Map* map) const {
-  BundleAdjustmentReport report = impl_->Report();
-  if (report.usable) impl_->Write(*map);
-  return report;
+  result_->Write(*map);
+  return result_->report;
 }
 
 BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,

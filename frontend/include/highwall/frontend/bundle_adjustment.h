@@ -48,15 +48,19 @@ class BundleAdjuster {
   BundleAdjuster(const BundleAdjuster&) = delete;
   BundleAdjuster& operator=(const BundleAdjuster&) = delete;
 
-  // Once. Where a stop is requested it ends after the running iteration, with what was reached.
+  // Once, before Write(). Where a stop is requested it ends after the running iteration, with what
+  // was reached.
   void Solve(const std::stop_token& stop = {});
   // The map: as it was, and nothing of it moved since; it may have grown, and what has left it is
   // passed over. A solve that failed leaves it untouched.
   BundleAdjustmentReport Write(Map* map) const;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  struct Result;
+  class Problem;
+
+  std::unique_ptr<Problem> problem_;      // until it is solved
+  std::unique_ptr<const Result> result_;  // from then on
 };
 
 // All three steps.

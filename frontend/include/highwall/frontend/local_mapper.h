@@ -17,11 +17,11 @@
 namespace highwall {
 
 struct LocalMapperOptions {
-  BundleAdjustmentOptions bundle{};
-  MapMatcherOptions matcher{};  // for the fusion of landmarks
-  int adjusted_keyframes = 12;  // >= 2: most keyframes moved by a local adjustment
-  int fixed_keyframes = 20;     // >= 1: most keyframes that hold it in place
-  int fused_keyframes = 8;      // >= 0: neighbours whose landmarks are looked for in a new keyframe
+  BundleAdjustmentOptions bundle{.threads = 1};  // tracking takes the others
+  MapMatcherOptions matcher{};                   // for the fusion of landmarks
+  int adjusted_keyframes = 12;                   // >= 2: most keyframes moved by a local adjustment
+  int fixed_keyframes = 20;                      // >= 1: most keyframes that hold it in place
+  int fused_keyframes = 8;  // >= 0: neighbours whose landmarks are looked for in a new keyframe
   // A landmark is dropped when found in fewer of the frames that had it in view, or when, this
   // many keyframes after its creation, fewer keyframes see it.
   double min_found_ratio = 0.25;  // [0, 1]

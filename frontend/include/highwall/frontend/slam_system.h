@@ -65,14 +65,14 @@ SlamOptions Deterministic(SlamOptions options);
 // members may be asked, none that changes it. What a callback throws reaches the caller.
 struct SlamCallbacks {
   // A keyframe has joined the map, and the image it was made from.
-  std::function<void(const KeyFrame&, const RgbdImage&)> on_keyframe;
+  std::function<void(const KeyFrame&, const RgbdImage&)> on_keyframe = {};
   // A loop was closed or refused, or the adjustment after one is done.
-  std::function<void(const LoopReport&)> on_loop;
+  std::function<void(const LoopReport&)> on_loop = {};
   // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
   // everything, or when gravity was found. Whoever keeps poses or clouds asks the map again.
-  std::function<void(const Map&)> on_map;
+  std::function<void(const Map&)> on_map = {};
   // Every frame, lost ones included, after the above: what Track() returns.
-  std::function<void(const FrameResult&)> on_frame;
+  std::function<void(const FrameResult&)> on_frame = {};
 };
 
 // Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
