@@ -74,6 +74,7 @@ nlohmann::json ToJson(const Milliseconds& milliseconds) {
   return {{"mean", milliseconds.mean},
           {"median", milliseconds.median},
           {"p95", milliseconds.p95},
+          {"p99", milliseconds.p99},
           {"count", milliseconds.count}};
 }
 
@@ -81,7 +82,7 @@ nlohmann::json ToJson(const StageTimes& times) {
   return {{"points", ToJson(times.points)},     {"lines", ToJson(times.lines)},
           {"features", ToJson(times.features)}, {"pose", ToJson(times.pose)},
           {"tracking", ToJson(times.tracking)}, {"mapping", ToJson(times.mapping)},
-          {"dense", ToJson(times.dense)}};
+          {"frame", ToJson(times.frame)},       {"dense", ToJson(times.dense)}};
 }
 
 nlohmann::json ToJson(const SlamRunOptions& options) {
@@ -96,6 +97,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"virtual_baseline_m", options.slam.measurement.baseline},
           {"parallel_features", frame.parallel},
           {"solver_threads", options.slam.mapper.bundle.threads},
+          {"mapping_in_background", options.slam.mapper.background},
           {"loops", options.slam.loops.enabled},
           {"loops_in_background", options.slam.loops.background},
           {"loaded_map", options.load_map.string()},
@@ -144,6 +146,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"options", ToJson(options)},
       {"frames", run.frames},
       {"skipped_frames", run.skipped},
+      {"dropped_frames", run.dropped},
       {"tracked_frames", run.trajectory.size()},
       {"lost_frames", run.lost.size()},
       {"lost_stamps", lost},

@@ -15,6 +15,7 @@
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/tum_dataset.h>
@@ -42,6 +43,7 @@ struct SlamArguments {
   double resolution = OctomapBuilderOptions().resolution;
   std::string imu;  // --imu as given
   bool deterministic = false;
+  bool live = false;
   bool no_map = false;
   bool no_loops = false;
   bool adjust_all = false;
@@ -63,13 +65,9 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.adjust_all = arguments.adjust_all;
   options.load_map = arguments.load_map;
   options.save_map = arguments.save_map;
+  options.live = arguments.live;
   if (arguments.deterministic) {
-    // A sum that several threads form may round differently from run to run.
-    options.slam.frame.parallel = false;
-    options.slam.mapper.bundle.threads = 1;
-    options.slam.loops.background = false;
-    options.slam.loops.correction.threads = 1;
-    options.slam.loops.bundle.threads = 1;
+    options.slam = Deterministic(options.slam);
     options.prefetch = 0;
   }
   return options;
@@ -107,9 +105,11 @@ void PrintInertial(const InertialSummary& inertial) {
              last.gravity_sigma * 180.0 / M_PI, inertial.dead_reckoned);
 }
 
-void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::string& out) {
+void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::string& out,
+                  bool live) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
+  if (live) fmt::print("live        {} frames dropped\n", run.dropped);
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
   if (run.inertial) PrintInertial(*run.inertial);
@@ -163,6 +163,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
   SlamRunOptions options = MakeOptions(arguments);
+  if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
   if (const auto weighting = ReadImuChoice(arguments.imu)) {
     options.slam.inertial.weighting = *weighting;
     options.imu = MakeImuFeed(dataset, resolved.config, !arguments.imu.empty());
@@ -189,7 +190,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {
-    PrintSummary(run, dataset, arguments.out);
+    PrintSummary(run, dataset, arguments.out, arguments.live);
   }
   return kExitOk;
 }
@@ -228,8 +229,13 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
                    "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
                    "consistent where the dataset has an IMU)")
       ->check(ImuChoice());
-  command->add_flag("--deterministic", arguments->deterministic,
-                    "One thread; the same output, bit for bit, on every run");
+  CLI::Option* deterministic =
+      command->add_flag("--deterministic", arguments->deterministic,
+                        "One thread; the same output, bit for bit, on every run");
+  command
+      ->add_flag("--live", arguments->live,
+                 "At the pace of the stamps; frames that come too fast are dropped and counted")
+      ->excludes(deterministic);
   command->add_option("--load-map", arguments->load_map, "Go on in a map that --save-map wrote");
   command->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
       ->check(NotEmpty());

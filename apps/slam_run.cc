@@ -11,6 +11,8 @@
 #include <highwall/frontend/frame_reader.h>
 #include <highwall/frontend/map_io.h>
 
+#include "live_replay.h"
+
 namespace highwall::apps {
 namespace {
 
@@ -22,7 +24,7 @@ double MillisecondsSince(Clock::time_point start) {
 
 // The samples of StageTimes, frame by frame.
 struct StageSamples {
-  std::vector<double> points, lines, features, pose, tracking, mapping, dense;
+  std::vector<double> points, lines, features, pose, tracking, mapping, frame, dense;
 
   void Add(const FrameTimes& times, bool keyframe) {
     points.push_back(times.points);
@@ -31,11 +33,12 @@ struct StageSamples {
     pose.push_back(times.tracking);
     tracking.push_back(times.features + times.tracking);
     if (keyframe) mapping.push_back(times.mapping);
+    frame.push_back(times.features + times.tracking + times.mapping + times.loops);
   }
 
   StageTimes Summary() const {
     return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
-            Summarize(tracking), Summarize(mapping), Summarize(dense)};
+            Summarize(tracking), Summarize(mapping), Summarize(frame),    Summarize(dense)};
   }
 };
 
@@ -100,8 +103,33 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {
   return std::move(saved.map);
 }
 
+// The frames of a dataset, as fast as they are asked for or at the pace of their stamps.
+class FrameSource {
+ public:
+  FrameSource(const Dataset& dataset, const SlamRunOptions& options) {
+    const FrameReaderOptions range{
+        .begin = options.begin, .end = options.end, .prefetch = options.prefetch};
+    if (options.live) {
+      live_.emplace(dataset, range);
+    } else {
+      reader_.emplace(dataset, range);
+    }
+  }
+
+  std::optional<RgbdImage> Next() { return live_ ? live_->Next() : reader_->Next(); }
+  std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
+  std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
+  std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
+
+ private:
+  std::optional<FrameReader> reader_;  // one of the two
+  std::optional<LiveReplay> live_;
+};
+
 SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
-  return SlamSystem(sensor, options.slam,
+  SlamOptions slam = options.slam;
+  if (options.live) slam.mapper.wait = false;
+  return SlamSystem(sensor, slam,
                     options.imu ? std::optional(options.imu->calibration) : std::nullopt,
                     LoadMapFor(options.load_map, sensor.camera));
 }
@@ -126,7 +154,7 @@ Milliseconds Summarize(std::vector<double> samples) {
   };
   return {
       std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
-      at(0.5), at(0.95), samples.size()};
+      at(0.5), at(0.95), at(0.99), samples.size()};
 }
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
@@ -137,8 +165,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   DenseMapOptions map_options = options.map;
   if (options.imu) map_options.level = true;
   DenseMapper mapper(map_options, sensor.camera);
-  FrameReader reader(dataset,
-                     {.begin = options.begin, .end = options.end, .prefetch = options.prefetch});
+  FrameSource reader(dataset, options);
 
   SlamRun run;
   StageSamples samples;
@@ -180,7 +207,8 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     run.matched_lines /= static_cast<double>(tracked);
   }
   if (options.imu) run.inertial = inertial.Summary();
-  run.skipped = reader.count() - run.frames;
+  run.dropped = reader.dropped();
+  run.skipped = reader.count() - run.frames - run.dropped;
   Count(slam.Finish(), &run.loops);
   run.trajectory = slam.trajectory();
   if (options.adjust_all && slam.map().num_keyframes() > 1) {

@@ -28,14 +28,15 @@ struct SlamRunOptions {
   DenseMapOptions map;
   std::size_t begin = 0, end = SIZE_MAX;  // frames of the dataset
   std::size_t prefetch = 4;               // frames decoded ahead
+  bool live = false;                      // at the pace of the stamps, late frames dropped
   std::filesystem::path load_map;         // to go on in; empty: none
   std::filesystem::path save_map;         // to write in the end; empty: none
   bool adjust_all = false;                // all keyframes and landmarks together, in the end
 };
 
-// Mean, median and 95th percentile of samples [ms]; zeros for none.
+// Mean, median, 95th and 99th percentile of samples [ms]; zeros for none.
 struct Milliseconds {
-  double mean = 0.0, median = 0.0, p95 = 0.0;
+  double mean = 0.0, median = 0.0, p95 = 0.0, p99 = 0.0;
   std::size_t count = 0;
 };
 Milliseconds Summarize(std::vector<double> samples);
@@ -46,6 +47,7 @@ struct StageTimes {
   Milliseconds pose;           // matching and pose estimation
   Milliseconds tracking;       // features + pose: what a frame costs
   Milliseconds mapping;        // local mapping, per keyframe
+  Milliseconds frame;          // all of SlamSystem::Track, keyframes and loops included
   Milliseconds dense;          // cloud of a keyframe
 };
 
@@ -74,6 +76,7 @@ struct SlamRun {
   LoopCounts loops;
   std::size_t frames = 0;   // fed
   std::size_t skipped = 0;  // unusable images
+  std::size_t dropped = 0;  // that came too fast, where live
   std::vector<Stamp> lost;  // frames without a pose, those before the map began included
   std::optional<InertialSummary> inertial;  // with an IMU
   std::size_t relocalizations = 0;

@@ -1,6 +1,7 @@
 #include <highwall/frontend/bundle_adjustment.h>
 
 #include <algorithm>
+#include <atomic>
 #include <unordered_map>
 #include <utility>
 
@@ -21,59 +22,152 @@ namespace {
 constexpr double kGravitySigma = 0.02;
 constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tells no direction
 
+}  // namespace
+
+// What an adjustment has come to.
+struct BundleAdjuster::Result {
+  struct Motion {
+    KeyFrameId keyframe = kNoId;
+    Eigen::Vector3d v_WB;
+    ImuBias bias;
+  };
+  BundleAdjustmentReport report;
+  std::vector<std::pair<KeyFrameId, Pose>> poses;  // T_WC
+  std::vector<Motion> motions;
+  std::vector<std::pair<PointId, Eigen::Vector3d>> points;
+  std::vector<std::pair<LineId, PluckerLine>> lines;
+  std::vector<std::pair<KeyFrameId, PointId>> point_outliers;
+  std::vector<std::pair<KeyFrameId, LineId>> line_outliers;
+
+  void Write(Map& map) const {
+    for (const auto& [id, T_WC] : poses) {
+      if (KeyFrame* keyframe = map.keyframe(id)) keyframe->T_WC = T_WC;
+    }
+    for (const Motion& motion : motions) {
+      KeyFrame* keyframe = map.keyframe(motion.keyframe);
+      if (keyframe == nullptr) continue;
+      keyframe->motion->v_WB = motion.v_WB;
+      keyframe->motion->bias = motion.bias;
+    }
+    for (const auto& [id, p_W] : points) {
+      if (MapPoint* point = map.point(id)) point->p_W = p_W;
+    }
+    for (const auto& [id, line_W] : lines) {
+      MapLine* line = map.line(id);
+      if (line == nullptr) continue;
+      line->segment_W = TrimTo(line_W, line->segment_W);
+      // A line that has turned across its old ends leaves nothing between them.
+      if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
+    }
+    for (const auto& [keyframe, point] : point_outliers) {
+      map.ForgetPointObservation(keyframe, point);
+    }
+    for (const auto& [keyframe, line] : line_outliers) map.ForgetLineObservation(keyframe, line);
+  }
+};
+
 // The graph of one adjustment and how its variables and factors map to the map.
-class Bundle {
+class BundleAdjuster::Problem {
  public:
-  Bundle(Map& map, const MeasurementModel& model, const BundleAdjustmentOptions& options)
-      : map_(map),
-        model_(model),
+  Problem(const MeasurementModel& model, const BundleAdjustmentOptions& options)
+      : model_(model),
         options_(options),
         T_CB_(model.T_BC().Inverse()),
         point_loss_(std::make_shared<ceres::HuberLoss>(options.point_huber)),
         line_loss_(std::make_shared<ceres::HuberLoss>(options.line_huber)) {}
 
-  void AddKeyFrames(std::span<const KeyFrameId> ids, bool fixed) {
+  void AddKeyFrames(const Map& map, std::span<const KeyFrameId> ids, bool fixed) {
     for (const KeyFrameId id : ids) {
-      const Variable<Pose> pose = graph_.AddVariable(map_.keyframe(id)->T_WC * T_CB_);
+      const KeyFrame& keyframe = *map.keyframe(id);
+      const Variable<Pose> pose = graph_.AddVariable(keyframe.T_WC * T_CB_);
       if (fixed) graph_.Fix(pose);
       poses_.emplace(id, pose);
+      features_.push_back(keyframe.frame.features);
     }
+    (fixed ? report_.fixed_keyframes : report_.keyframes) += static_cast<int>(ids.size());
   }
 
   // The IMU between those keyframes that follow each other.
-  void AddMotions() {
-    if (!map_.gravity_W()) return;
+  void AddMotions(const Map& map) {
+    if (!map.gravity_W()) return;
     std::vector<KeyFrameId> ids;
     for (const auto& [id, pose] : poses_) ids.push_back(id);
     std::sort(ids.begin(), ids.end());
-    const UnitDirection gravity(*map_.gravity_W());
+    const UnitDirection gravity(*map.gravity_W());
     gravity_ = graph_.AddVariable(gravity);
     graph_.AddFactor(std::make_unique<DirectionPrior>(gravity, kGravitySigma), *gravity_);
     for (const KeyFrameId id : ids) {
-      const std::optional<KeyFrameMotion>& motion = map_.keyframe(id)->motion;
+      const std::optional<KeyFrameMotion>& motion = map.keyframe(id)->motion;
       if (!motion || motion->previous == kNoId || !poses_.contains(motion->previous)) continue;
-      AddMotion(id, *motion);
+      AddMotion(map, id, *motion);
     }
   }
 
   // Every landmark that a keyframe of `ids` sees.
-  void AddLandmarks(std::span<const KeyFrameId> ids) {
+  void AddLandmarks(const Map& map, std::span<const KeyFrameId> ids) {
     for (const KeyFrameId id : ids) {
-      const KeyFrame& keyframe = *map_.keyframe(id);
+      const KeyFrame& keyframe = *map.keyframe(id);
       for (const PointId p : keyframe.points) {
-        if (p != kNoId && !points_.contains(p)) AddPoint(*map_.point(p));
+        if (p != kNoId && !points_.contains(p)) AddPoint(map, *map.point(p));
       }
       for (const LineId l : keyframe.lines) {
-        if (l != kNoId && !lines_.contains(l)) AddLine(*map_.line(l));
+        if (l != kNoId && !lines_.contains(l)) AddLine(map, *map.line(l));
       }
     }
   }
 
-  SolveSummary Solve(int iterations) {
+  void Solve(const std::stop_token& stop) {
+    if (report_.keyframes == 0) return;
+    std::atomic<bool> stopped = false;
+    const std::stop_callback on_stop(stop, [&] { stopped = true; });
+    const SolveSummary first = Improve(options_.first_iterations, &stopped);
+    if (!first.IsUsable()) return;
+    RemoveOutliers();
+    const SolveSummary second = Improve(options_.second_iterations, &stopped);
+    report_.initial_cost = first.initial_cost;
+    report_.final_cost = second.final_cost;
+    report_.usable = second.IsUsable();
+  }
+
+  Result TakeResult() const {
+    Result result;
+    result.report = report_;
+    result.report.points = static_cast<int>(points_.size());
+    result.report.lines = static_cast<int>(lines_.size());
+    result.report.outliers = static_cast<int>(outliers_.size());
+    result.report.observations = static_cast<int>(factors_.size() + outliers_.size());
+    if (!report_.usable) return result;
+    for (const auto& [id, pose] : poses_) {
+      if (!graph_.IsFixed(pose)) result.poses.emplace_back(id, graph_.Value(pose) * model_.T_BC());
+    }
+    for (const auto& [id, body] : bodies_) {
+      result.motions.push_back({id, graph_.Value(body.velocity), graph_.Value(body.bias)});
+    }
+    for (const auto& [id, point] : points_) result.points.emplace_back(id, graph_.Value(point));
+    for (const auto& [id, line] : lines_) {
+      result.lines.emplace_back(id, graph_.Value(line).Plucker());
+    }
+    for (const Seen& seen : outliers_) {
+      auto& outliers = seen.segment != nullptr ? result.line_outliers : result.point_outliers;
+      outliers.emplace_back(seen.keyframe, seen.landmark);
+    }
+    return result;
+  }
+
+ private:
+  struct Seen {
+    FactorId factor;
+    KeyFrameId keyframe = kNoId;
+    std::int32_t landmark = kNoId;
+    int dimension = 0;
+    const LineSegment* segment = nullptr;  // of a line
+  };
+
+  SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {
     SolveOptions solve;
     solve.max_iterations = iterations;
     solve.threads = options_.threads;
-    solve.stop = options_.stop;
+    solve.stop = stopped;
     return graph_.Solve(solve);
   }
 
@@ -90,60 +184,15 @@ class Bundle {
     });
   }
 
-  void Write() {
-    for (const auto& [id, pose] : poses_) {
-      if (!graph_.IsFixed(pose)) map_.keyframe(id)->T_WC = graph_.Value(pose) * model_.T_BC();
-    }
-    for (const auto& [id, body] : bodies_) {
-      map_.keyframe(id)->motion->v_WB = graph_.Value(body.velocity);
-      map_.keyframe(id)->motion->bias = graph_.Value(body.bias);
-    }
-    for (const auto& [id, point] : points_) map_.point(id)->p_W = graph_.Value(point);
-    for (const auto& [id, line] : lines_) {
-      MapLine& map_line = *map_.line(id);
-      map_line.segment_W = TrimTo(graph_.Value(line).Plucker(), map_line.segment_W);
-      // A line that has turned across its old ends leaves nothing between them.
-      if (!(map_line.segment_W.Length() >= kMinLineLength)) map_.RemoveLine(id);
-    }
-    for (const Seen& seen : outliers_) {
-      if (seen.is_line) {
-        map_.ForgetLineObservation(seen.keyframe, seen.landmark);
-      } else {
-        map_.ForgetPointObservation(seen.keyframe, seen.landmark);
-      }
-    }
-  }
-
-  void Describe(BundleAdjustmentReport& report) const {
-    report.points = static_cast<int>(points_.size());
-    report.lines = static_cast<int>(lines_.size());
-    report.outliers = static_cast<int>(outliers_.size());
-    report.imu_factors = imu_factors_;
-    report.observations = static_cast<int>(factors_.size() + outliers_.size());
-  }
-
- private:
-  struct Seen {
-    FactorId factor;
-    KeyFrameId keyframe = kNoId;
-    std::int32_t landmark = kNoId;
-    int feature = 0;  // of the keyframe
-    int dimension = 0;
-    bool is_line = false;
-  };
-
   // Out of its domain a factor is silent: what fell behind the camera must not pass for an inlier.
   bool InDomain(const Seen& seen) const {
     const Pose T_CW = (graph_.Value(poses_.at(seen.keyframe)) * model_.T_BC()).Inverse();
-    if (!seen.is_line) {
+    if (seen.segment == nullptr) {
       const Eigen::Vector3d p_C = T_CW * graph_.Value(points_.at(seen.landmark));
       return p_C.z() >= model_.projection().min_depth();
     }
     const PluckerLine line_C = T_CW * graph_.Value(lines_.at(seen.landmark)).Plucker();
-    const LineSegment& segment = map_.keyframe(seen.keyframe)
-                                     ->frame.features->lines[static_cast<std::size_t>(seen.feature)]
-                                     .segment;
-    return TrimToObservation(line_C, segment.s.cast<double>(), segment.e.cast<double>(),
+    return TrimToObservation(line_C, seen.segment->s.cast<double>(), seen.segment->e.cast<double>(),
                              model_.projection())
         .has_value();
   }
@@ -154,10 +203,10 @@ class Bundle {
     Variable<ImuBias> bias;
   };
 
-  const Body& BodyAt(KeyFrameId id) {
+  const Body& BodyAt(const Map& map, KeyFrameId id) {
     const auto found = bodies_.find(id);
     if (found != bodies_.end()) return found->second;
-    const KeyFrameMotion& motion = *map_.keyframe(id)->motion;
+    const KeyFrameMotion& motion = *map.keyframe(id)->motion;
     const Body body{graph_.AddVariable(motion.v_WB), graph_.AddVariable(motion.bias)};
     const bool first = motion.previous == kNoId || !poses_.contains(motion.previous);
     if (first) {
@@ -168,35 +217,34 @@ class Bundle {
     return bodies_.emplace(id, body).first->second;
   }
 
-  void AddMotion(KeyFrameId id, const KeyFrameMotion& motion) {
-    const Body& before = BodyAt(motion.previous);
-    const Body& after = BodyAt(id);
-    const ImuBias& bias = map_.keyframe(motion.previous)->motion->bias;
+  void AddMotion(const Map& map, KeyFrameId id, const KeyFrameMotion& motion) {
+    const Body& before = BodyAt(map, motion.previous);
+    const Body& after = BodyAt(map, id);
+    const ImuBias& bias = map.keyframe(motion.previous)->motion->bias;
     const ImuPreintegration& imu = *motion.from_previous;
-    graph_.AddFactor(
-        std::make_unique<ImuGravityFactor>(
-            imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu, kStandardGravity,
-            motion.weight),
-        poses_.at(motion.previous), before.velocity, before.bias, poses_.at(id), after.velocity,
-        after.bias, *gravity_);
-    ++imu_factors_;
+    graph_.AddFactor(std::make_unique<ImuGravityFactor>(
+                         imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu,
+                         kStandardGravity, motion.weight),
+                     poses_.at(motion.previous), before.velocity, before.bias, poses_.at(id),
+                     after.velocity, after.bias, *gravity_);
+    ++report_.imu_factors;
   }
 
-  void AddPoint(const MapPoint& point) {
+  void AddPoint(const Map& map, const MapPoint& point) {
     const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
     points_.emplace(point.id, variable);
     for (const Observation& o : point.observations) {
       const auto pose = poses_.find(o.keyframe);
       if (pose == poses_.end()) continue;
       const auto& feature =
-          map_.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
+          map.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
       factors_.push_back(
           {graph_.AddFactor(model_.MakeFactor(feature), point_loss_, pose->second, variable),
-           o.keyframe, point.id, o.index, MeasurementModel::Dimension(feature), false});
+           o.keyframe, point.id, MeasurementModel::Dimension(feature)});
     }
   }
 
-  void AddLine(const MapLine& line) {
+  void AddLine(const Map& map, const MapLine& line) {
     const Variable<OrthonormalLine> variable = graph_.AddLandmark(
         OrthonormalLine(PluckerLine::FromPoints(line.segment_W.p(), line.segment_W.q())));
     lines_.emplace(line.id, variable);
@@ -204,29 +252,27 @@ class Bundle {
       const auto pose = poses_.find(o.keyframe);
       if (pose == poses_.end()) continue;
       const auto& feature =
-          map_.keyframe(o.keyframe)->frame.features->lines[static_cast<std::size_t>(o.index)];
+          map.keyframe(o.keyframe)->frame.features->lines[static_cast<std::size_t>(o.index)];
       factors_.push_back(
           {graph_.AddFactor(model_.MakeFactor(feature), line_loss_, pose->second, variable),
-           o.keyframe, line.id, o.index, MeasurementModel::Dimension(feature), true});
+           o.keyframe, line.id, MeasurementModel::Dimension(feature), &feature.segment});
     }
   }
 
-  Map& map_;
   const MeasurementModel& model_;
-  const BundleAdjustmentOptions& options_;
+  const BundleAdjustmentOptions options_;
   const Pose T_CB_;
   std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;
   FactorGraph graph_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
   std::unordered_map<KeyFrameId, Body> bodies_;
   std::optional<Variable<UnitDirection>> gravity_;
-  int imu_factors_ = 0;
   std::unordered_map<PointId, Variable<Point>> points_;
   std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
+  std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keep what Seen points at alive
   std::vector<Seen> factors_, outliers_;
+  BundleAdjustmentReport report_;
 };
-
-}  // namespace
 
 void BundleAdjustmentOptions::Validate() const {
   HIGHWALL_REQUIRE(point_huber > 0.0, "BundleAdjustmentOptions::point_huber must be positive");
@@ -238,37 +284,44 @@ void BundleAdjustmentOptions::Validate() const {
   HIGHWALL_REQUIRE(threads >= 1, "BundleAdjustmentOptions::threads must be at least 1");
 }
 
-BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
-                                    std::span<const KeyFrameId> free,
-                                    std::span<const KeyFrameId> fixed,
-                                    const BundleAdjustmentOptions& options) {
-  BundleAdjustmentReport report;
-  if (free.empty()) return report;
+BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
+                               std::span<const KeyFrameId> free, std::span<const KeyFrameId> fixed,
+                               const BundleAdjustmentOptions& options)
+    : problem_(std::make_unique<Problem>(model, (options.Validate(), options))) {
   std::vector<KeyFrameId> moving(free.begin(), free.end());
   std::vector<KeyFrameId> held(fixed.begin(), fixed.end());
-  if (held.empty()) {
+  if (held.empty() && !moving.empty()) {
     const auto oldest = std::min_element(moving.begin(), moving.end());
     held.push_back(*oldest);
     moving.erase(oldest);
   }
-  Bundle bundle(map, model, options);
-  bundle.AddKeyFrames(held, true);
-  bundle.AddKeyFrames(moving, false);
-  bundle.AddMotions();
-  bundle.AddLandmarks(free);
-  const SolveSummary first = bundle.Solve(options.first_iterations);
-  if (!first.IsUsable()) return report;
-  bundle.RemoveOutliers();
-  const SolveSummary second = bundle.Solve(options.second_iterations);
-  if (!second.IsUsable()) return report;
-  bundle.Write();
-  bundle.Describe(report);
-  report.keyframes = static_cast<int>(moving.size());
-  report.fixed_keyframes = static_cast<int>(held.size());
-  report.initial_cost = first.initial_cost;
-  report.final_cost = second.final_cost;
-  report.usable = true;
-  return report;
+  problem_->AddKeyFrames(map, held, true);
+  problem_->AddKeyFrames(map, moving, false);
+  problem_->AddMotions(map);
+  problem_->AddLandmarks(map, free);
+}
+
+BundleAdjuster::~BundleAdjuster() = default;
+
+void BundleAdjuster::Solve(const std::stop_token& stop) {
+  problem_->Solve(stop);
+  result_ = std::make_unique<const Result>(problem_->TakeResult());
+  problem_.reset();  // here and not where the map waits
+}
+
+BundleAdjustmentReport BundleAdjuster::Write(Map* map) const {
+  result_->Write(*map);
+  return result_->report;
+}
+
+BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
+                                    std::span<const KeyFrameId> free,
+                                    std::span<const KeyFrameId> fixed,
+                                    const BundleAdjustmentOptions& options,
+                                    const std::stop_token& stop) {
+  BundleAdjuster adjuster(map, model, free, fixed, options);
+  adjuster.Solve(stop);
+  return adjuster.Write(&map);
 }
 
 }  // namespace highwall

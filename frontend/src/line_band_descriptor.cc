@@ -9,7 +9,7 @@ namespace {
 constexpr int kBands = 9;
 constexpr int kBandWidth = 7;  // [px]
 constexpr int kRows = kBands * kBandWidth;
-constexpr int kMaxSamples = 64;  // along the segment; longer ones are sampled more sparsely
+constexpr int kMaxSamples = 32;  // along the segment; longer ones are sampled more sparsely
 
 // [across > 0, across < 0, along > 0, along < 0]: mean magnitudes along a row.
 using RowStatistics = Eigen::Array4f;

@@ -1,12 +1,55 @@
 #include <highwall/frontend/local_mapper.h>
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
+#include <stop_token>
+#include <thread>
 #include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 
 namespace highwall {
+
+// The adjustment around a keyframe, at once or on a thread of its own.
+class LocalMapper::Adjustment {
+ public:
+  Adjustment(KeyFrameId keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
+      : keyframe_(keyframe), bundle_(std::move(bundle)) {
+    if (background) {
+      thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+    } else {
+      Run({});
+    }
+  }
+
+  KeyFrameId keyframe() const { return keyframe_; }
+  bool IsDone() const { return done_; }
+  void Stop() { thread_.request_stop(); }
+  // Waits for the end. Throws what ended the thread.
+  BundleAdjustmentReport Write(Map* map) {
+    if (thread_.joinable()) thread_.join();
+    if (error_) std::rethrow_exception(error_);
+    return bundle_->Write(map);
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    try {
+      bundle_->Solve(stop);
+    } catch (...) {
+      error_ = std::current_exception();
+    }
+    done_ = true;
+  }
+
+  const KeyFrameId keyframe_;
+  const std::unique_ptr<BundleAdjuster> bundle_;
+  std::exception_ptr error_;
+  std::atomic<bool> done_ = false;
+  std::jthread thread_;  // last: it uses all of the above and is joined first
+};
 
 void LocalMapperOptions::Validate() const {
   bundle.Validate();
@@ -35,12 +78,16 @@ LocalMapper::LocalMapper(const MeasurementModel& model, int levels,
   options_.Validate();
 }
 
+LocalMapper::~LocalMapper() = default;
+
 LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map& map,
                                                std::optional<KeyFrameMotion> motion) {
+  Finish(&map);
   LocalMappingReport report;
+  CullKeyFrames(map, report);
   KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC);
   keyframe.motion = std::move(motion);
-  report.keyframe = keyframe.id;
+  report.keyframe = newest_ = keyframe.id;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
     map.ObservePoint(keyframe.id, static_cast<int>(i), tracked.points[i]);
   }
@@ -53,11 +100,33 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   CreateLines(keyframe, map, report);
   RefreshPoints(keyframe.id, map);
   if (map.num_keyframes() > 1) {
-    report.bundle = AdjustAround(keyframe.id, map);
-    RefreshPoints(keyframe.id, map);
-    CullKeyFrames(keyframe.id, map, report);
+    AdjustAround(keyframe.id, map);
+    if (!options_.background) report.bundle = Finish(&map).value_or(BundleAdjustmentReport());
   }
   return report;
+}
+
+bool LocalMapper::HasNews() const {
+  return adjustment_ && adjustment_->IsDone();
+}
+
+std::optional<BundleAdjustmentReport> LocalMapper::Update(Map* map) {
+  return HasNews() ? Finish(map) : std::nullopt;
+}
+
+std::optional<BundleAdjustmentReport> LocalMapper::Finish(Map* map) {
+  if (!adjustment_) return std::nullopt;
+  if (!options_.wait) adjustment_->Stop();
+  const std::unique_ptr<Adjustment> adjustment = std::move(adjustment_);
+  const BundleAdjustmentReport report = adjustment->Write(map);
+  if (map->keyframe(adjustment->keyframe()) != nullptr) {
+    RefreshPoints(adjustment->keyframe(), *map);
+  }
+  return report;
+}
+
+void LocalMapper::GiveUp() {
+  adjustment_.reset();
 }
 
 void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
@@ -180,7 +249,7 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
   });
 }
 
-BundleAdjustmentReport LocalMapper::AdjustAround(KeyFrameId id, Map& map) const {
+void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
   // The first keyframe is the origin of the world: it holds others in place and never moves.
   constexpr KeyFrameId kOrigin = 0;
   // With an IMU the keyframes just before come first: it ties them even where they share no view.
@@ -209,7 +278,9 @@ BundleAdjustmentReport LocalMapper::AdjustAround(KeyFrameId id, Map& map) const 
     if (static_cast<int>(fixed.size()) == options_.fixed_keyframes) break;
     if (std::find(free.begin(), free.end(), observer) == free.end()) fixed.push_back(observer);
   }
-  return AdjustBundle(map, model_, free, fixed, options_.bundle);
+  adjustment_ = std::make_unique<Adjustment>(
+      id, std::make_unique<BundleAdjuster>(map, model_, free, fixed, options_.bundle),
+      options_.background);
 }
 
 void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
@@ -218,10 +289,10 @@ void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
   }
 }
 
-void LocalMapper::CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport& report) const {
+void LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
   constexpr int kOthers = 3;
-  for (const auto& [id, shared] : map.Covisible(newest, 15)) {
-    if (id == 0 || id == newest) continue;
+  for (const auto& [id, shared] : map.Covisible(newest_, 15)) {
+    if (id == 0 || id == newest_) continue;
     const KeyFrame& keyframe = *map.keyframe(id);
     int total = 0, redundant = 0;
     for (std::size_t i = 0; i < keyframe.points.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 #include <utility>
 
@@ -28,21 +29,15 @@ class LoopCloser::Job {
         model_(model),
         levels_(levels),
         options_(options) {
-    options_.bundle.stop = &stop_;
     if (options_.background) {
-      thread_ = std::thread([this] { Run(); });
+      thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
     } else {
-      Run();
+      Run({});
     }
   }
 
-  ~Job() {
-    Stop();
-    Wait();
-  }
-
-  // Gives up as soon as the iteration that runs is over.
-  void Stop() { stop_ = true; }
+  // Gives up as soon as the iteration that runs is over; so does the destructor.
+  void Stop() { thread_.request_stop(); }
   void Wait() {
     if (thread_.joinable()) thread_.join();
   }
@@ -64,9 +59,9 @@ class LoopCloser::Job {
   }
 
  private:
-  void Run() {
+  void Run(const std::stop_token& stop) {
     try {
-      Close();
+      Close(stop);
     } catch (const std::exception& error) {  // would end the process on a thread of its own
       Result failed;
       failed.report.message = error.what();
@@ -76,7 +71,7 @@ class LoopCloser::Job {
     done_ = true;
   }
 
-  void Close() {
+  void Close(const std::stop_token& stop) {
     MapGeometry before = GeometryOf(map_);
     LoopCorrectionResult closed =
         CorrectLoops(old_loops_, {&loop_, 1}, model_, levels_, options_.correction, &map_);
@@ -90,10 +85,10 @@ class LoopCloser::Job {
       before = result.correction.after;
     }
     Put(std::move(result));
-    if (!closed.accepted || !options_.adjust || stop_) return;
+    if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
 
-    const auto bundle = AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.bundle);
-    if (stop_) return;
+    const auto bundle = AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.bundle, stop);
+    if (stop.stop_requested()) return;
     result = {};
     result.report.accepted = true;
     result.report.bundle = bundle;
@@ -115,12 +110,12 @@ class LoopCloser::Job {
   const std::vector<LoopEdge> old_loops_;
   const MeasurementModel& model_;
   const int levels_;
-  LoopCloserOptions options_;
+  const LoopCloserOptions options_;
   bool corrected_taken_ = false;
-  std::atomic<bool> stop_ = false, done_ = false;
+  std::atomic<bool> done_ = false;
   mutable std::mutex mutex_;
   std::vector<Result> results_;
-  std::thread thread_;
+  std::jthread thread_;  // last: it uses all of the above and is joined first
 };
 
 void LoopCloserOptions::Validate() const {

@@ -39,6 +39,15 @@ void SlamOptions::Validate() const {
                    "SlamOptions: frame.orb.scale_factor and measurement.scale_factor differ");
 }
 
+SlamOptions Deterministic(SlamOptions options) {
+  options.frame.parallel = false;
+  options.mapper.background = options.loops.background = false;
+  // A sum that several threads form may round differently from run to run.
+  options.mapper.bundle.threads = 1;
+  options.loops.correction.threads = options.loops.bundle.threads = 1;
+  return options;
+}
+
 SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
     : SlamSystem(sensor, options, std::nullopt) {}
 
@@ -81,9 +90,9 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.points = static_cast<int>(frame.features->points.size());
   result.lines = static_cast<int>(frame.features->lines.size());
 
-  const Stopwatch loops_watch;
-  result.loops = UpdateLoops();
-  result.times.loops = loops_watch.Milliseconds();
+  const Stopwatch news_watch;
+  ApplyNews(result);
+  result.times.loops = news_watch.Milliseconds();
 
   const Stopwatch tracking_watch;
   std::optional<KnownPose> predicted;
@@ -96,9 +105,14 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
     tracked.T_WC = FirstPose(image.stamp);
   } else if (inertial_ && tracked.state != TrackingState::kInitializing) {
     Fuse(tracked, result);
+    // What is being adjusted is a map that stood otherwise.
+    if (result.inertial->T_level) mapper_.GiveUp();
   }
   result.times.tracking = tracking_watch.Milliseconds();
-  if (starts || WantsKeyFrame(tracked)) InsertKeyFrame(tracked, result);
+  if (starts || WantsKeyFrame(tracked)) {
+    InsertKeyFrame(tracked, result);
+    LookForLoop(tracked, result);
+  }
 
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
@@ -109,7 +123,26 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
     tracked_.push_back({image.stamp, tracked.reference,
                         map_.keyframe(tracked.reference)->T_WC.Inverse() * tracked.T_WC});
   }
+  Tell(result, image);
   return result;
+}
+
+void SlamSystem::Tell(const FrameResult& result, const RgbdImage& image) const {
+  if (callbacks_.on_keyframe && result.mapping) {
+    callbacks_.on_keyframe(*map_.keyframe(result.mapping->keyframe), image);
+  }
+  Tell(result.loops);
+  if (callbacks_.on_map && result.inertial && result.inertial->T_level) callbacks_.on_map(map_);
+  if (callbacks_.on_frame) callbacks_.on_frame(result);
+}
+
+void SlamSystem::Tell(const std::vector<LoopReport>& loops) const {
+  bool moved = false;
+  for (const LoopReport& report : loops) {
+    if (callbacks_.on_loop) callbacks_.on_loop(report);
+    moved |= report.accepted && (!report.bundle || report.bundle->usable);
+  }
+  if (callbacks_.on_map && moved) callbacks_.on_map(map_);
 }
 
 Pose SlamSystem::FirstPose(Stamp stamp) const {
@@ -187,10 +220,16 @@ std::optional<KeyFrameMotion> SlamSystem::MotionSince(const KeyFrame* last) cons
 
 void SlamSystem::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
+  // The frame belongs to the map as the adjustment before leaves it.
+  const Pose T_new_old = WithTracker([&] {
+    if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
+  });
+  tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
   tracked.state = TrackingState::kTracking;
   result.mapping =
       mapper_.InsertKeyFrame(tracked, map_, MotionSince(map_.keyframe(last_keyframe_)));
+  if (result.mapping->bundle.usable) result.adjustment = result.mapping->bundle;
   last_keyframe_index_ = last_visual_index_ = tracked.frame.index;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
@@ -199,41 +238,64 @@ void SlamSystem::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
   tracker_.Anchor(tracked, keyframe);
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
   result.times.mapping = watch.Milliseconds();
+}
 
-  const Stopwatch loops_watch;
-  if (loop_closer_.InsertKeyFrame(map_, keyframe.id)) {
+void SlamSystem::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
+  const Stopwatch watch;
+  if (loop_closer_.InsertKeyFrame(map_, last_keyframe_)) {
     // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
-    for (LoopReport& report : UpdateLoops()) result.loops.push_back(std::move(report));
-    tracked.T_WC = keyframe.T_WC;
+    ApplyNews(result);
+    tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
-  result.times.loops += loops_watch.Milliseconds();
+  result.times.loops += watch.Milliseconds();
 }
 
 template <class Change>
-auto SlamSystem::WithTracker(const Change& change) {
-  const auto reference = tracker_.reference();
-  const Pose before = reference ? map_.ResolvePose(*reference) : Pose();
-  auto result = change();
-  if (reference) {
-    const Pose T_new_old = map_.ResolvePose(*reference) * before.Inverse();
-    tracker_.Transform(T_new_old);
-    if (inertial_) inertial_->MoveMap(T_new_old);
+Pose SlamSystem::WithTracker(const Change& change) {
+  const KeyFrameId reference = tracker_.reference().value_or(last_keyframe_);
+  if (reference == kNoId) {  // no map yet
+    change();
+    return {};
   }
-  return result;
+  const Pose before = map_.ResolvePose(reference);
+  change();
+  const Pose T_new_old = map_.ResolvePose(reference) * before.Inverse();
+  tracker_.Transform(T_new_old);
+  if (inertial_) inertial_->MoveMap(T_new_old);
+  return T_new_old;
 }
 
-std::vector<LoopReport> SlamSystem::UpdateLoops() {
-  if (!loop_closer_.HasNews()) return {};
-  return WithTracker([&] { return loop_closer_.Update(&map_); });
+void SlamSystem::ApplyNews(FrameResult& result) {
+  const bool loops = loop_closer_.HasNews();
+  if (!loops && !mapper_.HasNews()) return;
+  WithTracker([&] {
+    // A loop moves what is being adjusted: that comes first.
+    if (auto report = loops ? mapper_.Finish(&map_) : mapper_.Update(&map_)) {
+      result.adjustment = std::move(report);
+    }
+    if (!loops) return;
+    for (LoopReport& report : loop_closer_.Update(&map_)) {
+      result.loops.push_back(std::move(report));
+    }
+  });
 }
 
 std::vector<LoopReport> SlamSystem::Finish() {
-  return WithTracker([&] { return loop_closer_.Finish(&map_); });
+  std::vector<LoopReport> reports;
+  WithTracker([&] {
+    mapper_.Finish(&map_);
+    reports = loop_closer_.Finish(&map_);
+  });
+  Tell(reports);
+  return reports;
 }
 
 BundleAdjustmentReport SlamSystem::AdjustAll() {
-  return WithTracker(
-      [&] { return AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle); });
+  BundleAdjustmentReport report;
+  WithTracker(
+      [&] { report = AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle); });
+  if (callbacks_.on_map && report.usable) callbacks_.on_map(map_);
+  return report;
 }
 
 Trajectory SlamSystem::trajectory() const {

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
 #include <highwall/mapping/octomap_builder.h>
@@ -210,6 +211,20 @@ TEST_F(SlamCommand, DeterministicRunsAreEqualToTheByte) {
     EXPECT_FALSE(first[result].empty()) << result;
     EXPECT_TRUE(first[result] == second[result]) << result;
   }
+}
+
+TEST_F(SlamCommand, LiveItKeepsThePaceOfTheStampsAndCountsWhatItDrops) {
+  constexpr std::size_t kFrames = 20;
+  Film(kFrames);
+  const Outcome outcome = SlamOnDataset("--live --no-map --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["frames"].get<std::size_t>() + report["dropped_frames"].get<std::size_t>(),
+            kFrames);
+  EXPECT_EQ(report["skipped_frames"], 0);
+  const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
+  EXPECT_GE(report["seconds"].get<double>(), ToSeconds(truth.back().stamp - truth.front().stamp));
+  EXPECT_EQ(SlamOnDataset("--live --deterministic").exit_code, 1);
 }
 
 TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {

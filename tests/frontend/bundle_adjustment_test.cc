@@ -173,7 +173,8 @@ TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
 }
 
 TEST_F(BundleAdjustment, WhatFellBehindTheCameraIsNoInlier) {
-  // Out of the domain the factors of the point are silent: nothing pulls it back, nothing complains.
+  // Out of the domain the factors of the point are silent: nothing pulls it back, nothing
+  // complains.
   const PointId behind = map.keyframe(1)->points.front();
   ASSERT_NE(behind, kNoId);
   map.point(behind)->p_W = Eigen::Vector3d(0, 0, -3);
@@ -234,6 +235,47 @@ TEST_F(BundleAdjustment, RepeatsBitForBit) {
     for (const KeyFrameId id : all) result.push_back(copy.map.keyframe(id)->T_WC.Matrix());
   }
   EXPECT_EQ(poses[0], poses[1]);
+}
+
+TEST_F(BundleAdjustment, WhatLeavesTheMapMeanwhileIsPassedOver) {
+  Perturb();
+  BundleAdjuster adjuster(map, model, rest, first, thorough);
+  const PointId point = map.keyframe(1)->points[0];
+  const LineId line = map.keyframe(1)->lines[0];
+  map.RemovePoint(point);
+  map.RemoveLine(line);
+  map.RemoveKeyFrame(2, 1);
+  const auto gone = map.point_ids().size();
+  adjuster.Solve();
+  const auto report = adjuster.Write(&map);
+  ASSERT_TRUE(report.usable);
+  EXPECT_EQ(report.keyframes, 3);
+  EXPECT_EQ(map.point_ids().size(), gone);
+  EXPECT_EQ(map.point(point), nullptr);
+  EXPECT_EQ(map.line(line), nullptr);
+  EXPECT_EQ(map.keyframe(2), nullptr);
+  for (const KeyFrameId id : {1, 3}) {
+    EXPECT_LT(PositionError(map.keyframe(id)->T_WC, kTruth[static_cast<std::size_t>(id)]), 1e-6);
+  }
+}
+
+TEST_F(BundleAdjustment, SolvingAloneMovesNothing) {
+  Perturb();
+  const Eigen::Matrix4d before = map.keyframe(1)->T_WC.Matrix();
+  BundleAdjuster adjuster(map, model, rest, first, thorough);
+  adjuster.Solve();
+  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), before);
+  EXPECT_TRUE(adjuster.Write(&map).usable);
+  EXPECT_NE(map.keyframe(1)->T_WC.Matrix(), before);
+}
+
+TEST_F(BundleAdjustment, StopsWhereAskedWithWhatWasReached) {
+  Perturb();
+  std::stop_source stop;
+  stop.request_stop();
+  const auto report = AdjustBundle(map, model, rest, first, thorough, stop.get_token());
+  ASSERT_TRUE(report.usable);
+  EXPECT_GT(report.final_cost, 1e-3 * report.initial_cost) << "to the end it falls a millionfold";
 }
 
 class BundleAdjustmentOfLines : public BundleAdjustment {

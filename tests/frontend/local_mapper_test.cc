@@ -1,6 +1,8 @@
 #include <highwall/frontend/local_mapper.h>
 
 #include <algorithm>
+#include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
@@ -47,7 +49,8 @@ class LocalMapperTest : public ::testing::Test {
   }
   LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view,
                             const TrackedFrame& tracked) {
-    const LocalMappingReport report = mapper.InsertKeyFrame(tracked, map);
+    LocalMappingReport report = mapper.InsertKeyFrame(tracked, map);
+    if (finish_) report.bundle = mapper.Finish(&map).value_or(report.bundle);
     const KeyFrame& keyframe = *map.keyframe(report.keyframe);
     for (std::size_t i = 0; i < view.points.size(); ++i) {
       if (keyframe.points[i] == kNoId) continue;
@@ -71,6 +74,7 @@ class LocalMapperTest : public ::testing::Test {
   Map map;
   std::vector<PointId> point_ids;  // by place in the scene
   std::vector<LineId> line_ids;
+  bool finish_ = true;  // the adjustment of a keyframe before anything else
 };
 
 TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
@@ -288,6 +292,81 @@ TEST_F(LocalMapperTest, KeyFramesThatSeeNewThingsStay) {
   LocalMapper mapper(model, kLevels, {});
   for (int i = 0; i < 5; ++i) {
     EXPECT_TRUE(InsertAt(mapper, 0.5 * (i - 2)).culled_keyframes.empty());
+  }
+}
+
+TEST_F(LocalMapperTest, InTheBackgroundTheMapIsThatOfLockstepToTheBit) {
+  finish_ = false;
+  Eigen::Matrix<double, 6, 1> error;
+  error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
+  std::vector<Eigen::Matrix4d> poses[2];
+  std::vector<Eigen::Vector3d> points[2];
+  for (const bool background : {false, true}) {
+    map = Map();
+    std::fill(point_ids.begin(), point_ids.end(), kNoId);
+    std::fill(line_ids.begin(), line_ids.end(), kNoId);
+    LocalMapper mapper(model, kLevels, {.bundle = {.threads = 1}, .background = background});
+    for (int i = 0; i < 5; ++i) {
+      const SyntheticView view = Look(scene, IdealSensor(), At(0.1 * i), {.px = 0.5});
+      Insert(mapper, view, Tracked(view, At(0.1 * i).Plus(error)));
+    }
+    EXPECT_EQ(mapper.Finish(&map).has_value(), background);
+    for (const KeyFrameId id : map.keyframe_ids()) {
+      poses[background].push_back(map.keyframe(id)->T_WC.Matrix());
+    }
+    for (const PointId id : map.point_ids()) points[background].push_back(map.point(id)->p_W);
+  }
+  EXPECT_EQ(poses[0], poses[1]);
+  EXPECT_EQ(points[0], points[1]);
+}
+
+TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeItIsAskedTo) {
+  finish_ = false;
+  LocalMapper mapper(model, kLevels, {});
+  InsertAt(mapper, 0.0);
+  EXPECT_FALSE(mapper.Finish(&map)) << "one keyframe: nothing to adjust";
+  Eigen::Matrix<double, 6, 1> error;
+  error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
+  const Pose wrong = At(0.1).Plus(error);
+  const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
+  const auto report = Insert(mapper, view, Tracked(view, wrong));
+  EXPECT_FALSE(report.bundle.usable);
+  while (!mapper.HasNews()) std::this_thread::yield();
+  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), wrong.Matrix());
+  const auto adjusted = mapper.Update(&map);
+  ASSERT_TRUE(adjusted);
+  EXPECT_TRUE(adjusted->usable);
+  EXPECT_LT(PositionError(map.keyframe(1)->T_WC, At(0.1)), 1e-4);
+  EXPECT_FALSE(mapper.HasNews());
+  EXPECT_FALSE(mapper.Update(&map));
+}
+
+TEST_F(LocalMapperTest, WhatIsGivenUpIsNotApplied) {
+  finish_ = false;
+  LocalMapper mapper(model, kLevels, {});
+  InsertAt(mapper, 0.0);
+  Eigen::Matrix<double, 6, 1> error;
+  error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
+  const Pose wrong = At(0.1).Plus(error);
+  const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
+  Insert(mapper, view, Tracked(view, wrong));
+  mapper.GiveUp();
+  EXPECT_FALSE(mapper.HasNews());
+  EXPECT_FALSE(mapper.Finish(&map));
+  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), wrong.Matrix());
+}
+
+TEST_F(LocalMapperTest, WithoutWaitingAnAdjustmentEndsEarlyAndIsApplied) {
+  finish_ = false;
+  const BundleAdjustmentOptions endless{.first_iterations = 100000, .second_iterations = 100000};
+  LocalMapper mapper(model, kLevels, {.bundle = endless, .wait = false});
+  for (int i = 0; i < 4; ++i) {
+    const SyntheticView view = Look(scene, IdealSensor(), At(0.1 * i), {.px = 0.5});
+    Insert(mapper, view, Tracked(view, At(0.1 * i)));
+  }
+  EXPECT_TRUE(mapper.Finish(&map)->usable);
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    EXPECT_LT(PositionError(map.keyframe(id)->T_WC, At(0.1 * id)), 0.01) << id;
   }
 }
 

@@ -21,17 +21,6 @@ PinholeCamera SmallCamera() {
   return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
 }
 
-// The lockstep of `--deterministic`.
-SlamOptions Lockstep() {
-  SlamOptions options;
-  options.frame.parallel = false;
-  options.mapper.bundle.threads = 1;
-  options.loops.background = false;
-  options.loops.correction.threads = 1;
-  options.loops.bundle.threads = 1;
-  return options;
-}
-
 // Six seconds of a walk with an IMU, rendered once for all tests.
 class SlamInertialTest : public ::testing::Test {
  protected:
@@ -93,7 +82,7 @@ std::unique_ptr<const SlamInertialTest::Walk> SlamInertialTest::walk_;
 
 TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   const RgbdSensor sensor{.camera = SmallCamera()};
-  SlamSystem system(sensor, Lockstep(), walk().calibration);
+  SlamSystem system(sensor, Deterministic({}), walk().calibration);
   const std::vector<FrameResult> results = Run(system);
   Trajectory causal;
   int levels = 0;
@@ -134,7 +123,7 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   ASSERT_TRUE(system.map().gravity_W());
   EXPECT_LT((*system.map().gravity_W() - Eigen::Vector3d(0, 0, -9.81)).norm(), 0.1);
 
-  SlamSystem again(sensor, Lockstep(), walk().calibration);
+  SlamSystem again(sensor, Deterministic({}), walk().calibration);
   const std::vector<FrameResult> repeated = Run(again);
   for (std::size_t i = 0; i < results.size(); ++i) {
     ASSERT_EQ(repeated[i].T_WC.Matrix(), results[i].T_WC.Matrix()) << i;
@@ -146,7 +135,7 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
 }
 
 TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
-  SlamSystem system({.camera = SmallCamera()}, Lockstep(), walk().calibration);
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), walk().calibration);
   Run(system, kDark);
   int tied = 0;
   const Map& map = system.map();
@@ -164,7 +153,7 @@ TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
 
 TEST_F(SlamInertialTest, AnImuThatContradictsTheImagesChangesNothing) {
   // Readings negated: the images alone carry on, and the trajectory is theirs.
-  SlamSystem system({.camera = SmallCamera()}, Lockstep(), walk().calibration);
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), walk().calibration);
   std::size_t next = 0;
   for (std::size_t i = 0; i < kDark; ++i) {
     for (; next < walk().readings.size() &&

@@ -44,7 +44,7 @@ class SlamLoopTest : public ::testing::Test {
 
   struct Run {
     std::vector<LoopReport> loops;
-    int lost = 0;
+    int lost = 0, told_loops = 0, told_maps = 0;
     double rmse = 0.0;
     std::vector<Eigen::Matrix4d> poses;
   };
@@ -52,8 +52,11 @@ class SlamLoopTest : public ::testing::Test {
     SlamOptions options;
     options.loops = loops;
     options.mapper.bundle.threads = 1;
+    options.mapper.background = loops.background;
     SlamSystem slam({.camera = Camera()}, options);
     Run run;
+    slam.SetCallbacks({.on_loop = [&](const LoopReport&) { ++run.told_loops; },
+                       .on_map = [&](const Map&) { ++run.told_maps; }});
     const auto keep = [&](const std::vector<LoopReport>& reports) {
       run.loops.insert(run.loops.end(), reports.begin(), reports.end());
     };
@@ -85,7 +88,7 @@ TEST_F(SlamLoopTest, ClosesTheLoopAndTheTrackerFollows) {
   EXPECT_GT(with.loops[0].fused_points, 20);
   EXPECT_EQ(with.lost, 0) << "the tracker went on in the corrected map";
   LoopCloserOptions off;
-  off.enabled = false;
+  off.enabled = off.background = false;
   const Run without = Walk(off);
   EXPECT_TRUE(without.loops.empty());
   EXPECT_LT(with.rmse, 0.006);
@@ -99,6 +102,8 @@ TEST_F(SlamLoopTest, ClosesTheLoopInTheBackground) {
   EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
   EXPECT_EQ(run.lost, 0);
   EXPECT_LT(run.rmse, 0.006);
+  EXPECT_EQ(run.told_loops, static_cast<int>(run.loops.size()));
+  EXPECT_GE(run.told_maps, 1);
 }
 
 }  // namespace

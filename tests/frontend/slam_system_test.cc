@@ -1,6 +1,9 @@
 #include <highwall/frontend/slam_system.h>
 
 #include <memory>
+#include <stdexcept>
+#include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
@@ -147,9 +150,8 @@ TEST_F(SlamSystemTest, WaitsForAFirstFrameWithDepth) {
 TEST_F(SlamSystemTest, RepeatsBitForBitWithOneThreadOrTwo) {
   std::vector<Eigen::Matrix4d> poses[2];
   for (const bool parallel : {false, true}) {
-    SlamOptions options;
+    SlamOptions options = Deterministic({});
     options.frame.parallel = parallel;
-    options.mapper.bundle.threads = 1;
     SlamSystem system(Sensor(), options);
     for (std::size_t i = 0; i < 40; ++i) {
       ASSERT_EQ(system.Track(Images()[i]).state, TrackingState::kTracking) << i;
@@ -160,6 +162,67 @@ TEST_F(SlamSystemTest, RepeatsBitForBitWithOneThreadOrTwo) {
   }
   ASSERT_EQ(poses[0].size(), 40u);
   EXPECT_EQ(poses[0], poses[1]);
+}
+
+TEST_F(SlamSystemTest, AdjustmentsComeBetweenFramesAndTrackingFollows) {
+  SlamSystem system(Sensor());
+  int keyframes = 0, adjustments = 0;
+  for (const RgbdImage& image : Images()) {
+    const FrameResult result = system.Track(image);
+    keyframes += result.mapping ? 1 : 0;
+    adjustments += result.adjustment ? 1 : 0;
+    if (!result.mapping) continue;
+    EXPECT_FALSE(result.mapping->bundle.usable) << "not before Track returns";
+  }
+  system.Finish();
+  EXPECT_GE(adjustments, keyframes - 2) << "of all but the first and, perhaps, the last";
+  EXPECT_LE(adjustments, keyframes - 1);
+  EXPECT_LT(Rmse(system.trajectory()), 0.01);
+}
+
+TEST_F(SlamSystemTest, CallbacksTellOfEveryFrameAndKeyFrame) {
+  SlamSystem system(Sensor());
+  const auto caller = std::this_thread::get_id();
+  std::vector<Stamp> frames, keyframes;
+  int maps = 0;
+  system.SetCallbacks({.on_keyframe =
+                           [&](const KeyFrame& keyframe, const RgbdImage& image) {
+                             EXPECT_EQ(keyframe.frame.stamp, image.stamp);
+                             EXPECT_EQ(system.map().keyframe(keyframe.id), &keyframe);
+                             keyframes.push_back(image.stamp);
+                           },
+                       .on_loop = [](const LoopReport&) { FAIL() << "there is none"; },
+                       .on_map = [&](const Map&) { ++maps; },
+                       .on_frame =
+                           [&](const FrameResult& result) {
+                             EXPECT_EQ(std::this_thread::get_id(), caller);
+                             EXPECT_EQ(result.mapping.has_value(),
+                                       !keyframes.empty() && keyframes.back() == result.stamp);
+                             frames.push_back(result.stamp);
+                           }});
+  std::vector<Stamp> expected;
+  std::size_t made = 0;
+  for (std::size_t i = 0; i < 30; ++i) {
+    // A frame that is lost is told of as well.
+    const RgbdImage& image = i == 20 ? Blank(Images()[i].stamp) : Images()[i];
+    made += system.Track(image).mapping ? 1u : 0u;
+    expected.push_back(image.stamp);
+  }
+  EXPECT_EQ(frames, expected);
+  EXPECT_EQ(keyframes.size(), made);
+  system.Finish();
+  EXPECT_EQ(maps, 0);
+  ASSERT_TRUE(system.AdjustAll().usable);
+  EXPECT_EQ(maps, 1);
+}
+
+TEST_F(SlamSystemTest, WhatACallbackThrowsReachesTheCallerAndTheSystemGoesOn) {
+  SlamSystem system(Sensor());
+  system.SetCallbacks({.on_frame = [](const FrameResult&) { throw std::runtime_error("enough"); }});
+  EXPECT_THROW(system.Track(Images()[0]), std::runtime_error);
+  system.SetCallbacks({});
+  EXPECT_EQ(system.Track(Images()[1]).state, TrackingState::kTracking);
+  EXPECT_EQ(system.trajectory().size(), 2u);
 }
 
 TEST_F(SlamSystemTest, RefusesStampsThatDoNotAscendAndGoesOn) {

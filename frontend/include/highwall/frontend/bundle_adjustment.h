@@ -1,7 +1,8 @@
 #pragma once
 
-#include <atomic>
+#include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include <highwall/frontend/map.h>
@@ -18,8 +19,6 @@ struct BundleAdjustmentOptions {
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
   int threads = 2;            // >= 1; with more than one the last bits vary from run to run
-  // Ends early once *stop is true, with what was reached. May be null; not owned.
-  const std::atomic<bool>* stop = nullptr;
 
   void Validate() const;
 };
@@ -36,10 +35,39 @@ struct BundleAdjustmentReport {
 // errors of `free` and `fixed` are least; observations that remain outliers are forgotten. Lines
 // move in the orthonormal form and keep their ends where they were seen. Where the map knows
 // gravity, the IMU between keyframes takes part, with their velocities and biases as unknowns.
-// free, fixed: live, no keyframe in both; where `fixed` is empty the oldest of `free` is held.
+//
+// In three steps, so that the map may go on while another thread solves: the constructor copies
+// what takes part, Solve() knows no map, Write() brings the result back.
+class BundleAdjuster {
+ public:
+  // free, fixed: live, no keyframe in both; where `fixed` is empty the oldest of `free` is held.
+  // model: must outlive the adjuster. Throws InvalidArgument on bad options.
+  BundleAdjuster(const Map& map, const MeasurementModel& model, std::span<const KeyFrameId> free,
+                 std::span<const KeyFrameId> fixed, const BundleAdjustmentOptions& options = {});
+  ~BundleAdjuster();
+  BundleAdjuster(const BundleAdjuster&) = delete;
+  BundleAdjuster& operator=(const BundleAdjuster&) = delete;
+
+  // Once, before Write(). Where a stop is requested it ends after the running iteration, with what
+  // was reached.
+  void Solve(const std::stop_token& stop = {});
+  // The map: as it was, and nothing of it moved since; it may have grown, and what has left it is
+  // passed over. A solve that failed leaves it untouched.
+  BundleAdjustmentReport Write(Map* map) const;
+
+ private:
+  struct Result;
+  class Problem;
+
+  std::unique_ptr<Problem> problem_;      // until it is solved
+  std::unique_ptr<const Result> result_;  // from then on
+};
+
+// All three steps.
 BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
                                     std::span<const KeyFrameId> free,
                                     std::span<const KeyFrameId> fixed,
-                                    const BundleAdjustmentOptions& options = {});
+                                    const BundleAdjustmentOptions& options = {},
+                                    const std::stop_token& stop = {});
 
 }  // namespace highwall

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -16,11 +17,11 @@
 namespace highwall {
 
 struct LocalMapperOptions {
-  BundleAdjustmentOptions bundle{};
-  MapMatcherOptions matcher{};  // for the fusion of landmarks
-  int adjusted_keyframes = 12;  // >= 2: most keyframes moved by a local adjustment
-  int fixed_keyframes = 20;     // >= 1: most keyframes that hold it in place
-  int fused_keyframes = 8;      // >= 0: neighbours whose landmarks are looked for in a new keyframe
+  BundleAdjustmentOptions bundle{.threads = 1};  // tracking takes the others
+  MapMatcherOptions matcher{};                   // for the fusion of landmarks
+  int adjusted_keyframes = 12;                   // >= 2: most keyframes moved by a local adjustment
+  int fixed_keyframes = 20;                      // >= 1: most keyframes that hold it in place
+  int fused_keyframes = 8;  // >= 0: neighbours whose landmarks are looked for in a new keyframe
   // A landmark is dropped when found in fewer of the frames that had it in view, or when, this
   // many keyframes after its creation, fewer keyframes see it.
   double min_found_ratio = 0.25;  // [0, 1]
@@ -34,13 +35,19 @@ struct LocalMapperOptions {
   double max_motion_gap = 1.0;
   double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
+  // The local adjustment runs on a thread of its own and is applied between frames. false: before
+  // InsertKeyFrame returns; the same input then gives the same map.
+  bool background = true;
+  // For an adjustment that still runs when the next keyframe comes. false: it ends after the
+  // running iteration, for a camera that does not wait.
+  bool wait = true;
 
   void Validate() const;
 };
 
 struct LocalMappingReport {
   KeyFrameId keyframe = kNoId;
-  BundleAdjustmentReport bundle;
+  BundleAdjustmentReport bundle;  // in the background: what Update() returns instead
   int new_points = 0, new_lines = 0, fused_points = 0;
   int culled_points = 0, culled_lines = 0;
   std::vector<KeyFrameId> culled_keyframes;
@@ -53,12 +60,28 @@ class LocalMapper {
  public:
   // levels: of the ORB pyramid. model: must outlive the mapper.
   LocalMapper(const MeasurementModel& model, int levels, const LocalMapperOptions& options);
+  // An adjustment that still runs is given up.
+  ~LocalMapper();
+  LocalMapper(const LocalMapper&) = delete;
+  LocalMapper& operator=(const LocalMapper&) = delete;
 
-  // motion: of the body, where an IMU tells it.
+  // First applies the adjustment of the keyframe before, where Finish() has not. motion: of the
+  // body, where an IMU tells it.
   LocalMappingReport InsertKeyFrame(const TrackedFrame& tracked, Map& map,
                                     std::optional<KeyFrameMotion> motion = std::nullopt);
 
+  // An adjustment is done and waits to be applied.
+  bool HasNews() const;
+  // Applies to the map the adjustment that is done, or, in Finish(), that is waited for; between
+  // frames. Empty where there is none.
+  std::optional<BundleAdjustmentReport> Update(Map* map);
+  std::optional<BundleAdjustmentReport> Finish(Map* map);
+  // Ends the adjustment that runs; nothing of it is applied: of a map that moves meanwhile.
+  void GiveUp();
+
  private:
+  class Adjustment;
+
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   // Finds the landmarks of neighbouring keyframes that this one sees without having been tracked
@@ -68,8 +91,10 @@ class LocalMapper {
                   LocalMappingReport& report) const;
   void FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const;
   void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
-  void CullKeyFrames(KeyFrameId newest, Map& map, LocalMappingReport& report) const;
-  BundleAdjustmentReport AdjustAround(KeyFrameId id, Map& map) const;
+  // Of those around the newest, after its adjustment.
+  void CullKeyFrames(Map& map, LocalMappingReport& report) const;
+  // Begins the adjustment of the keyframe and its neighbours.
+  void AdjustAround(KeyFrameId id, const Map& map);
   void RefreshPoints(KeyFrameId id, Map& map) const;
   // The feature, its depth included, may be a sight of p_W.
   bool FitsDepth(const PointFeature& feature, const Pose& T_WC, const Eigen::Vector3d& p_W) const;
@@ -84,6 +109,8 @@ class LocalMapper {
   // On probation: landmark and the keyframe that created it, oldest first.
   std::deque<std::pair<PointId, KeyFrameId>> recent_points_;
   std::deque<std::pair<LineId, KeyFrameId>> recent_lines_;
+  KeyFrameId newest_ = kNoId;
+  std::unique_ptr<Adjustment> adjustment_;  // not applied yet
 };
 
 }  // namespace highwall

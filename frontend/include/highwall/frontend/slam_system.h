@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/trajectory.h>
@@ -35,8 +37,8 @@ struct SlamOptions {
 struct FrameTimes {
   double points = 0.0, lines = 0.0, features = 0.0;
   double tracking = 0.0;  // pose estimation, features not included
-  double mapping = 0.0;   // local mapping, on keyframes
-  double loops = 0.0;     // what loops take from the caller's time
+  double mapping = 0.0;   // local mapping, on keyframes, as far as the caller does it
+  double loops = 0.0;     // applying what other threads have come to, and looking for loops
 };
 
 struct FrameResult {
@@ -48,14 +50,34 @@ struct FrameResult {
   int matched_points = 0, matched_lines = 0;
   std::optional<LocalMappingReport> mapping;  // where the frame became a keyframe
   std::optional<InertialReport> inertial;     // with an IMU
-  std::vector<LoopReport> loops;              // what was applied to the map since the last frame
+  // What was applied to the map since the last frame.
+  std::optional<BundleAdjustmentReport> adjustment;
+  std::vector<LoopReport> loops;
   FrameTimes times;
 };
 
+// The options with everything on the caller's thread, in lockstep: the same input then gives the
+// same output, bit for bit.
+SlamOptions Deterministic(SlamOptions options);
+
+// What a SlamSystem tells while it works; any may be empty. Called on the thread that calls
+// Track(), Finish() or AdjustAll(), before it returns and when the system is whole again: const
+// members may be asked, none that changes it. What a callback throws reaches the caller.
+struct SlamCallbacks {
+  // A keyframe has joined the map, and the image it was made from.
+  std::function<void(const KeyFrame&, const RgbdImage&)> on_keyframe = {};
+  // A loop was closed or refused, or the adjustment after one is done.
+  std::function<void(const LoopReport&)> on_loop = {};
+  // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
+  // everything, or when gravity was found. Whoever keeps poses or clouds asks the map again.
+  std::function<void(const Map&)> on_map = {};
+  // Every frame, lost ones included, after the above: what Track() returns.
+  std::function<void(const FrameResult&)> on_frame = {};
+};
+
 // Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
-// keyframes out. Loops are closed in the background and applied between frames. With
-// loops.background = false and one thread in mapper.bundle and loops the same input gives the same
-// output, bit for bit.
+// keyframes out. Local adjustments and loops are computed on threads of their own and applied
+// between frames (SlamOptions::mapper, loops; Deterministic()).
 //
 // World W: origin at the first camera, x along its optical axis, z up where the camera was held
 // level; with an IMU z is up in any case, and the whole map turns a little when it has found where
@@ -72,6 +94,9 @@ class SlamSystem {
   SlamSystem(const SlamSystem&) = delete;
   SlamSystem& operator=(const SlamSystem&) = delete;
 
+  // For the calls that follow.
+  void SetCallbacks(SlamCallbacks callbacks) { callbacks_ = std::move(callbacks); }
+
   // Readings may come late or twice; what became of one is returned. Throws InvalidArgument where
   // the system was made without an IMU.
   ImuSampleStatus AddImu(const ImuSample& sample);
@@ -79,7 +104,8 @@ class SlamSystem {
   // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
   FrameResult Track(const RgbdImage& image);
 
-  // Waits for the loop that is being closed, if any, and applies it to the map.
+  // Waits for what is being adjusted and for the loop that is being closed, if any, and applies
+  // both to the map.
   std::vector<LoopReport> Finish();
   // After Finish(): one more adjustment of all keyframes and landmarks together. Frames follow.
   BundleAdjustmentReport AdjustAll();
@@ -106,12 +132,15 @@ class SlamSystem {
   void Fuse(TrackedFrame& tracked, FrameResult& result);
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
+  void LookForLoop(TrackedFrame& tracked, FrameResult& result);
   std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
-  // Changes the map and lets the tracker follow its reference keyframe.
+  // Changes the map and lets tracker and odometry follow: by how the reference keyframe moved.
   template <class Change>
-  auto WithTracker(const Change& change);
-  // Applies what loops have come to.
-  std::vector<LoopReport> UpdateLoops();
+  Pose WithTracker(const Change& change);
+  // Applies what the other threads have come to.
+  void ApplyNews(FrameResult& result);
+  void Tell(const FrameResult& result, const RgbdImage& image) const;
+  void Tell(const std::vector<LoopReport>& loops) const;
 
   SlamOptions options_;
   MeasurementModel model_;
@@ -122,6 +151,7 @@ class SlamSystem {
   std::optional<InertialOdometry> inertial_;
   LoopCloser loop_closer_;
   Map map_;
+  SlamCallbacks callbacks_;
   std::vector<Tracked> tracked_;
   std::optional<Stamp> last_stamp_;
   KeyFrameId first_own_keyframe_ = 0;  // those before came with the map

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+
+#include <highwall/frontend/frame_queue.h>
+#include <highwall/frontend/frame_reader.h>
+
+namespace highwall::apps {
+
+// A recording that plays the camera: its frames come at the pace of their stamps, whether or not
+// somebody is ready for them.
+class LiveReplay {
+ public:
+  // dataset: must outlive the replay.
+  LiveReplay(const Dataset& dataset, const FrameReaderOptions& options);
+
+  // Waits for the next frame; empty at the end. Rethrows what stopped the reader.
+  std::optional<RgbdImage> Next();
+  // Frames of the recording that have been due, unusable and dropped ones included.
+  std::size_t position() const { return position_; }
+  std::size_t count() const { return reader_.count(); }
+  std::size_t dropped() const { return queue_.dropped(); }
+
+ private:
+  void Play(const std::stop_token& stop);
+  // False where a stop was requested.
+  bool WaitUntil(std::chrono::steady_clock::time_point due, const std::stop_token& stop);
+
+  FrameReader reader_;
+  FrameQueue queue_;
+  std::atomic<std::size_t> position_ = 0;
+  std::exception_ptr error_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::jthread thread_;  // last: it uses all of the above and is joined first
+};
+
+}  // namespace highwall::apps

@@ -1,0 +1,100 @@
+// The program of docs/tutorial_slam.md, between the two marks, and its test.
+// [tutorial]
+#include <functional>
+#include <map>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include <highwall/frontend/frame_queue.h>
+#include <highwall/frontend/slam_system.h>
+
+// Waits for the next pair of images; empty when the camera has been switched off.
+using Camera = std::function<std::optional<highwall::RgbdImage>()>;
+
+// Knows where the camera is, and where it has been.
+class Pilot {
+ public:
+  // No camera waits for an adjustment.
+  explicit Pilot(const highwall::RgbdSensor& sensor) : slam_(sensor, {.mapper = {.wait = false}}) {
+    slam_.SetCallbacks(
+        {.on_keyframe = [this](
+                            const highwall::KeyFrame& keyframe,
+                            const highwall::RgbdImage&) { places_[keyframe.id] = keyframe.T_WC; },
+         .on_loop = [this](const highwall::LoopReport& loop) { returns_ += loop.accepted; },
+         .on_map =
+             [this](const highwall::Map& map) {
+               for (auto& [id, T_WC] : places_) T_WC = map.ResolvePose(id);
+             },
+         .on_frame =
+             [this](const highwall::FrameResult& frame) {
+               here_.reset();
+               if (HasPose(frame.state)) here_ = frame.T_WC;
+             }});
+  }
+
+  // Until the camera is switched off. How many images came too fast is returned.
+  std::size_t Run(const Camera& camera) {
+    highwall::FrameQueue queue;
+    const std::jthread reader([&] {
+      while (auto image = camera()) queue.Push(*std::move(image));
+      queue.Close();
+    });
+    while (const auto image = queue.Pop()) slam_.Track(*image);
+    slam_.Finish();
+    return queue.dropped();
+  }
+
+  const std::optional<highwall::Pose>& here() const { return here_; }
+  const std::map<highwall::KeyFrameId, highwall::Pose>& places() const { return places_; }
+  highwall::Trajectory path() const { return slam_.trajectory(); }
+  int returns() const { return returns_; }
+
+ private:
+  highwall::SlamSystem slam_;
+  std::optional<highwall::Pose> here_;                     // T_WC, empty where lost
+  std::map<highwall::KeyFrameId, highwall::Pose> places_;  // T_WC of keyframes
+  int returns_ = 0;                                        // to places seen before
+};
+// [/tutorial]
+
+#include <chrono>
+
+#include <gtest/gtest.h>
+#include <highwall/core/trajectory_error.h>
+#include <simulate/room.h>
+
+namespace highwall {
+namespace {
+
+TEST(SlamTutorial, FollowsACameraThatDoesNotWait) {
+  simulate::SimulationOptions options;
+  options.seed = 3;
+  options.duration = 1.5;
+  options.camera = {
+      .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+  const simulate::Simulation room = simulate::SimulateRoom(options);
+  std::vector<RgbdImage> images;
+  Trajectory truth;
+  for (int i = 0; i < room.size(); ++i) {
+    const simulate::SimulatedFrame frame = room.Render(i);
+    images.push_back({frame.stamp, frame.bgr, frame.depth});
+    truth.push_back({frame.stamp, frame.T_WC});
+  }
+
+  Pilot pilot({.camera = options.camera});
+  std::size_t next = 0;
+  const std::size_t dropped = pilot.Run([&]() -> std::optional<RgbdImage> {
+    if (next == images.size()) return std::nullopt;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return images[next++];
+  });
+  EXPECT_EQ(pilot.path().size() + dropped, images.size());
+  ASSERT_TRUE(pilot.here());
+  EXPECT_GE(pilot.places().size(), 1u);
+  EXPECT_EQ(pilot.returns(), 0);
+  EXPECT_LT(AbsolutePoseError(truth, pilot.path()).statistics.rmse, 0.01);
+}
+
+}  // namespace
+}  // namespace highwall
