@@ -94,7 +94,7 @@ Scores RunOnce(const Sequence& sequence, const std::string& policy, const Argume
 
   apps::SlamRunOptions options;
   options.dense = false;
-  options.slam.mapper.bundle.threads = 1;  // the same figures on every run
+  options.slam = Deterministic(options.slam);  // the same figures on every run
   if (const auto weighting = apps::ReadImuChoice(policy)) {
     options.imu = MakeFeed(dataset, config.imu, arguments.time_offset);
     options.slam.inertial.weighting = *weighting;

@@ -80,10 +80,8 @@ ImuCalibration CalibrationOf(const simulate::ImuSimulationOptions& imu) {
 class Walk {
  public:
   Walk(const simulate::Simulation& scene, bool loops, bool imu) : scene_(scene) {
-    SlamOptions options;
+    SlamOptions options = Deterministic({});
     options.loops.enabled = loops;
-    options.loops.background = false;
-    options.mapper.bundle.threads = 1;
     std::optional<ImuCalibration> calibration;
     if (imu) {
       calibration = CalibrationOf(scene.options().imu);
