@@ -71,6 +71,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
     options.slam.loops.correction.threads = 1;
     options.slam.loops.bundle.threads = 1;
     options.prefetch = 0;
+    options.map.background = false;
   }
   return options;
 }

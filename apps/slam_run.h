@@ -46,7 +46,7 @@ struct StageTimes {
   Milliseconds pose;           // matching and pose estimation
   Milliseconds tracking;       // features + pose: what a frame costs
   Milliseconds mapping;        // local mapping, per keyframe
-  Milliseconds dense;          // cloud of a keyframe
+  Milliseconds dense;          // depth filters, cloud and octree of a keyframe
 };
 
 // How the IMU fared over a run.
