@@ -89,6 +89,7 @@ void DenseMapper::RemoveKeyframe(std::int64_t id) {
 }
 
 void DenseMapper::SetPoses(std::map<std::int64_t, Pose> poses) {
+  ++requested_;
   Post([this, poses = std::move(poses)] {
     for (const auto& [id, T_WC] : poses) {
       filter_.SetPose(id, T_WC);
@@ -97,14 +98,16 @@ void DenseMapper::SetPoses(std::map<std::int64_t, Pose> poses) {
       octree_.SetPose(id, T_WC);
       poses_[id] = T_WC;
     }
-    moved_ = true;
+    ++known_;
   });
 }
 
 bool DenseMapper::Follow(std::chrono::duration<double> budget) {
+  if (followed_ == known_) return false;
   // First what a robot plans with.
-  if (moved_) moved_ = !(octree_.Rebuild(budget) && cloud_.Rebuild(budget));
-  return moved_;
+  const bool done = octree_.Rebuild(budget) && cloud_.Rebuild(budget);
+  if (done) followed_ = known_;
+  return !done;
 }
 
 DenseMap DenseMapper::Finish() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -65,6 +66,8 @@ class DenseMapper {
   void RemoveKeyframe(std::int64_t id);
   // Where keyframes are now; unknown ones are passed over. The map follows.
   void SetPoses(std::map<std::int64_t, Pose> poses);
+  // Whether the map has followed all SetPoses().
+  bool IsCurrent() const { return followed_ == requested_; }
   // Puts everything in place. Call once, last.
   DenseMap Finish();
 
@@ -82,7 +85,9 @@ class DenseMapper {
   KeyframeOctree octree_;
   std::map<std::int64_t, Pose> poses_;  // of what is mapped
   std::vector<double> keyframe_ms_;
-  bool moved_ = false;  // the map is to follow
+  int requested_ = 0;              // calls of SetPoses(), and how many of them
+  int known_ = 0;                  // the work has come to,
+  std::atomic<int> followed_ = 0;  // the map has followed
   std::optional<BackgroundWorker> worker_;  // last, so that it ends before what it uses
 };
 

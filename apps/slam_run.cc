@@ -200,6 +200,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   }
   if (!options.save_map.empty()) SaveMap(options.save_map, sensor.camera, slam.map());
   run.keyframes = slam.keyframe_trajectory();
+  run.sparse = SurveyMap(slam.map(), run.trajectory, run.keyframes);
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
   if (options.dense) {

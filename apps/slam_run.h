@@ -12,6 +12,7 @@
 #include <highwall/frontend/slam_system.h>
 
 #include "dense_map.h"
+#include "sparse_map_picture.h"
 
 namespace highwall::apps {
 
@@ -71,6 +72,7 @@ struct SlamRun {
   Trajectory trajectory;  // after the loops and local adjustments of the whole run
   Trajectory adjusted;    // after the final adjustment as well, where asked for
   Trajectory keyframes;
+  SparseMap sparse;  // in the end
   LoopCounts loops;
   std::size_t frames = 0;   // fed
   std::size_t skipped = 0;  // unusable images

@@ -36,25 +36,27 @@ std::vector<Window> MakeTable(double farthest, double focal, const DepthSigma& s
 }
 
 // inverse: 0 where nothing was measured. A handful of pixels of the window, evenly spread, stand for
-// all of it: their neighbours share much of their noise.
+// all of it: their neighbours share much of their noise. They count in pairs, one on each side of
+// the centre, whose mean is that of the centre on any plane, however steep.
 float WindowMean(const cv::Mat& inverse, int u, int v, const Window& window) {
+  const auto value = [&](int du, int dv) {
+    const int column = u + du, row = v + dv;
+    const bool inside = column >= 0 && row >= 0 && column < inverse.cols && row < inverse.rows;
+    return inside ? inverse.at<float>(row, column) : 0.0f;
+  };
   const float centre = inverse.at<float>(v, u);
-  float sum = 0.0f;
-  int count = 0;
-  for (int j = -kSamples; j <= kSamples; ++j) {
-    const int row = v + j * window.radius / kSamples;
-    if (row < 0 || row >= inverse.rows) continue;
-    const float* const values = inverse.ptr<float>(row);
-    for (int i = -kSamples; i <= kSamples; ++i) {
-      const int column = u + i * window.radius / kSamples;
-      if (column < 0 || column >= inverse.cols) continue;
-      const float value = values[column];
-      if (value == 0.0f || std::abs(value - centre) > window.gate) continue;
-      sum += value;
-      ++count;
+  float sum = centre;
+  float count = 1.0f;
+  for (int j = 0; j <= kSamples; ++j) {
+    for (int i = j == 0 ? 1 : -kSamples; i <= kSamples; ++i) {
+      const int du = i * window.radius / kSamples, dv = j * window.radius / kSamples;
+      const float a = value(du, dv), b = value(-du, -dv);
+      if (a == 0.0f || b == 0.0f || std::abs(0.5f * (a + b) - centre) > window.gate) continue;
+      sum += a + b;
+      count += 2.0f;
     }
   }
-  return sum / static_cast<float>(count);
+  return sum / count;
 }
 
 }  // namespace

@@ -12,7 +12,8 @@ struct DepthSmoothingOptions {
                                 // as wide as one sigma, which hides smaller things anyhow
   int max_radius = 6;           // [px] >= 0; half a window; 0: the image stays as it is
   double grain = 3.0;           // [px] > 0; distance at which the noise of two pixels is independent
-  double gate = 3.0;            // [sigma] > 0; what differs more lies on another surface
+  double gate = 2.5;            // [sigma] > 0; a mean of two opposite pixels that differs more from
+                                // the one between them is of another surface
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -22,7 +23,7 @@ struct DepthSmoothingOptions {
 using DepthSigma = std::function<double(double z)>;
 
 // Depth with less noise: a pixel becomes the mean inverse depth of a square window around it, of
-// those pixels that may lie on the same surface (Tomasi and Manduchi, "Bilateral Filtering", ICCV
+// those pairs of opposite pixels that may lie on the same surface (Tomasi and Manduchi, "Bilateral Filtering", ICCV
 // 1998, with a window in place of Gaussians). Inverse depth, since planes are linear in it: the
 // mean of a whole window is the plane's own. The window is as wide as sigma(z) asks for, none where
 // that is below the target. depth: CV_32FC1 [m], 0 or NaN where nothing was measured, which stays
