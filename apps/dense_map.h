@@ -85,9 +85,9 @@ class DenseMapper {
   KeyframeOctree octree_;
   std::map<std::int64_t, Pose> poses_;  // of what is mapped
   std::vector<double> keyframe_ms_;
-  int requested_ = 0;              // calls of SetPoses(), and how many of them
-  int known_ = 0;                  // the work has come to,
-  std::atomic<int> followed_ = 0;  // the map has followed
+  int requested_ = 0;                       // calls of SetPoses(), and how many of them
+  int known_ = 0;                           // the work has come to,
+  std::atomic<int> followed_ = 0;           // the map has followed
   std::optional<BackgroundWorker> worker_;  // last, so that it ends before what it uses
 };
 

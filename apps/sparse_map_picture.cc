@@ -53,8 +53,8 @@ class Sheet {
     const int left = static_cast<int>(margin_ / 2.0), bottom = image.rows - left;
     const int right = left + static_cast<int>(metres * scale_);
     cv::rectangle(image, {left, bottom - 4}, {right, bottom}, kInk, cv::FILLED);
-    cv::putText(image, fmt::format("{:g} m", metres), {right + 8, bottom},
-                cv::FONT_HERSHEY_SIMPLEX, 0.5, kInk, 1, cv::LINE_AA);
+    cv::putText(image, fmt::format("{:g} m", metres), {right + 8, bottom}, cv::FONT_HERSHEY_SIMPLEX,
+                0.5, kInk, 1, cv::LINE_AA);
   }
   double scale() const { return scale_; }  // [px/m]
 

@@ -13,7 +13,7 @@ namespace highwall::internal {
 // table (open addressing, linear probing).
 class CloudBlock {
  public:
-  static constexpr int kEdge = 64;                  // [voxels]
+  static constexpr int kEdge = 64;                 // [voxels]
   static constexpr std::uint32_t kMaxCount = 256;  // points a voxel, as 16 bits hold their colours
 
   CloudBlock() : slots_(kFirstSlots) {}

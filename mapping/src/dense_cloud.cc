@@ -73,18 +73,18 @@ class Blocks {
     Eigen::Vector3d corner_W;
     std::uint64_t last = kNoBlock;
     Codes touched;
-    ForEachPoint(cloud, T_WC, [&](const ColoredPoint& point, std::uint64_t code,
-                                  const StoredPoint& stored) {
-      if (code != last) {
-        touched.push_back(code);
-        block = Find(code, region);
-        corner_W = Corner(code);
-        last = code;
-      }
-      if (block == nullptr) return;
-      const Eigen::Vector3d p = (point.p.cast<double>() - corner_W) / voxel_size_;
-      if (block->Add(p.cast<float>(), point, limit)) added(stored);
-    });
+    ForEachPoint(cloud, T_WC,
+                 [&](const ColoredPoint& point, std::uint64_t code, const StoredPoint& stored) {
+                   if (code != last) {
+                     touched.push_back(code);
+                     block = Find(code, region);
+                     corner_W = Corner(code);
+                     last = code;
+                   }
+                   if (block == nullptr) return;
+                   const Eigen::Vector3d p = (point.p.cast<double>() - corner_W) / voxel_size_;
+                   if (block->Add(p.cast<float>(), point, limit)) added(stored);
+                 });
     return Sorted(std::move(touched));
   }
 
@@ -164,7 +164,6 @@ class Blocks {
   double voxel_size_;
   std::map<std::uint64_t, CloudBlock> blocks_;
 };
-
 
 }  // namespace
 

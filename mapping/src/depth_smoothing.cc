@@ -26,8 +26,8 @@ std::vector<Window> MakeTable(double farthest, double focal, const DepthSigma& s
     const double z = (static_cast<double>(i) + 0.5) * kTableStep;
     const double s = sigma(z);
     // The mean of n independent depths has sigma / sqrt(n), and (2 r / grain)^2 are in a window.
-    const double wanted = s > options.target_sigma ? 0.5 * options.grain * s / options.target_sigma
-                                                   : 0.0;
+    const double wanted =
+        s > options.target_sigma ? 0.5 * options.grain * s / options.target_sigma : 0.0;
     const double allowed = std::max(options.max_extent, s) * focal / z;
     const double radius = std::min({wanted, allowed, static_cast<double>(options.max_radius)});
     table[i] = {static_cast<int>(radius), static_cast<float>(options.gate * s / (z * z))};
@@ -35,9 +35,9 @@ std::vector<Window> MakeTable(double farthest, double focal, const DepthSigma& s
   return table;
 }
 
-// inverse: 0 where nothing was measured. A handful of pixels of the window, evenly spread, stand for
-// all of it: their neighbours share much of their noise. They count in pairs, one on each side of
-// the centre, whose mean is that of the centre on any plane, however steep.
+// inverse: 0 where nothing was measured. A handful of pixels of the window, evenly spread, stand
+// for all of it: their neighbours share much of their noise. They count in pairs, one on each side
+// of the centre, whose mean is that of the centre on any plane, however steep.
 float WindowMean(const cv::Mat& inverse, int u, int v, const Window& window) {
   const auto value = [&](int du, int dv) {
     const int column = u + du, row = v + dv;
