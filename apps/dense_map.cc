@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include <highwall/core/error.h>
 #include <highwall/mapping/ground_plane.h>
 #include <highwall/mapping/map_comparison.h>
 
@@ -38,51 +39,91 @@ void AddGrid(std::span<const Pose> cameras, bool level, const OccupancyGridOptio
   dense.grid = ProjectToGrid(dense.octree, grid);
 }
 
-DenseMapper::DenseMapper(const DenseMapOptions& options, const PinholeCamera& camera)
+DenseMapper::DenseMapper(const DenseMapOptions& options, const RgbdSensor& sensor)
     : options_(options),
-      unprojector_(camera),
+      unprojector_(sensor.camera),
+      filter_(sensor, options.cloud.voxel_size),
       cloud_({.voxel_size = options.cloud.voxel_size}),
       octree_({.octree = options.octree}) {
   options.cloud.Validate();
   options.grid.Validate();
+  HIGHWALL_REQUIRE(options.backlog >= 1, "DenseMapOptions::backlog must be at least 1");
+  if (!options.background) return;
+  constexpr std::chrono::duration<double> kSlice(0.02);
+  worker_.emplace(options.backlog, [this, kSlice] { return Follow(kSlice); });
 }
 
-void DenseMapper::AddKeyframe(std::int64_t id, const cv::Mat& depth, const cv::Mat& bgr,
-                              const Pose& T_WC) {
+void DenseMapper::Post(std::function<void()> work) {
+  if (worker_) return worker_->Post(std::move(work));
+  work();
+  Follow(std::chrono::duration<double>::max());
+}
+
+void DenseMapper::AddKeyframe(std::int64_t id, const RgbdImage& image, const Pose& T_WC) {
+  Post([this, id, image, T_WC] {
+    const auto start = Clock::now();
+    if (const auto ready = filter_.Push({id, image, T_WC})) Map(*ready);
+    keyframe_ms_.push_back(MillisecondsSince(start));
+  });
+}
+
+void DenseMapper::Map(const PosedImage& keyframe) {
   const std::vector<ColoredPoint> cloud =
-      MakeKeyframeCloud(depth, bgr, unprojector_, options_.cloud);
+      MakeKeyframeCloud(keyframe.image.depth, keyframe.image.bgr, unprojector_, options_.cloud);
   std::vector<Eigen::Vector3f> points_C;
   points_C.reserve(cloud.size());
   for (const ColoredPoint& point : cloud) points_C.push_back(point.p);
-  cloud_.SetKeyframe(id, cloud);
-  cloud_.SetPose(id, T_WC);
-  octree_.SetKeyframe(id, points_C, T_WC);
-  poses_[id] = T_WC;
+  cloud_.SetKeyframe(keyframe.id, cloud);
+  cloud_.SetPose(keyframe.id, keyframe.T_WC);
+  octree_.SetKeyframe(keyframe.id, points_C, keyframe.T_WC);
+  poses_[keyframe.id] = keyframe.T_WC;
 }
 
 void DenseMapper::RemoveKeyframe(std::int64_t id) {
-  cloud_.RemoveKeyframe(id);
-  octree_.RemoveKeyframe(id);
-  poses_.erase(id);
+  Post([this, id] {
+    filter_.Remove(id);
+    cloud_.RemoveKeyframe(id);
+    octree_.RemoveKeyframe(id);
+    poses_.erase(id);
+  });
 }
 
-void DenseMapper::SetPose(std::int64_t id, const Pose& T_WC) {
-  if (!poses_.contains(id)) return;
-  cloud_.SetPose(id, T_WC);
-  octree_.SetPose(id, T_WC);
-  poses_[id] = T_WC;
+void DenseMapper::SetPoses(std::map<std::int64_t, Pose> poses) {
+  ++requested_;
+  Post([this, poses = std::move(poses)] {
+    for (const auto& [id, T_WC] : poses) {
+      filter_.SetPose(id, T_WC);
+      if (!poses_.contains(id)) continue;
+      cloud_.SetPose(id, T_WC);
+      octree_.SetPose(id, T_WC);
+      poses_[id] = T_WC;
+    }
+    ++known_;
+  });
+}
+
+bool DenseMapper::Follow(std::chrono::duration<double> budget) {
+  if (followed_ == known_) return false;
+  // First what a robot plans with.
+  const bool done = octree_.Rebuild(budget) && cloud_.Rebuild(budget);
+  if (done) followed_ = known_;
+  return !done;
 }
 
 DenseMap DenseMapper::Finish() {
+  Post([this] {
+    if (const auto last = filter_.Flush()) Map(*last);
+  });
+  if (worker_) worker_->Finish();
   DenseMap dense;
-  const auto merge_start = Clock::now();
-  cloud_.Rebuild();
-  dense.cloud = cloud_.Merged();
-  dense.merge_ms = MillisecondsSince(merge_start);
+  dense.keyframe_ms = keyframe_ms_;
   const auto octree_start = Clock::now();
   octree_.Rebuild();
   dense.octree = octree_.TakeMap();
   dense.octree_ms = MillisecondsSince(octree_start);
+  const auto merge_start = Clock::now();
+  dense.cloud = cloud_.TakeMerged();
+  dense.merge_ms = MillisecondsSince(merge_start);
   std::vector<Pose> cameras;
   for (const auto& [id, T_WC] : poses_) cameras.push_back(T_WC);
   AddGrid(cameras, options_.level, options_.grid, dense);

@@ -3,6 +3,7 @@
 #include <CLI/Validators.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "commands.h"
 #include "config.h"
 #include "dense_map.h"
+#include "depth_filter.h"
 #include "map_compare.h"
 #include "map_pictures.h"
 #include "option_checks.h"
@@ -34,7 +36,7 @@ struct MapArguments {
   std::string source, dataset, trajectory, config, out;
   double resolution = 0.05;  // [m]
   double voxel = 0.01;       // [m] of the cloud
-  double max_range = 4.0;    // [m]
+  double max_range = 6.0;    // [m]
   std::size_t every = 0;     // 0: 1 for keyframes, else 10
   int threads = 2;
   double memory_limit = 2048.0;  // [MB] of the octree
@@ -42,56 +44,46 @@ struct MapArguments {
   bool json = false;
 };
 
-// The frames one after the other, each with its neighbours' votes on its depth taken.
+// The frames one after the other.
 class FrameSource {
  public:
+  // voxel: [m] of the cloud. raw: depth as it was measured.
   FrameSource(const Dataset& dataset, const std::vector<PosedFrame>& frames,
-              const PinholeCamera& camera, const DepthUnprojector& unprojector, bool raw)
-      : dataset_(dataset), frames_(frames), camera_(camera), unprojector_(unprojector), raw_(raw) {}
+              const RgbdSensor& sensor, double voxel, bool raw)
+      : dataset_(dataset), frames_(frames), sensor_(sensor), voxel_(voxel), raw_(raw) {}
 
-  // visit(image, T_WC): depth filtered.
+  // visit(frame): its depth filtered.
   template <typename Visit>
   void ForEach(const Visit& visit) const {
-    Frame before, here, after;
-    for (std::size_t i = 0; i <= frames_.size(); ++i) {
-      before = std::move(here);
-      here = std::move(after);
-      after = i < frames_.size() ? Load(i) : Frame{};
-      if (here.image.depth.empty()) continue;
-      RgbdImage image = here.image;
-      if (!raw_) {
-        const std::vector<DepthView> neighbours = {{before.image.depth, before.T_WC},
-                                                   {after.image.depth, after.T_WC}};
-        image.depth =
-            KeepAgreedDepth({here.image.depth, here.T_WC}, neighbours, camera_, unprojector_);
-      }
-      visit(image, here.T_WC);
+    DepthFilter filter(sensor_, voxel_);
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      std::optional<PosedImage> frame = Load(i);
+      if (frame && !raw_) frame = filter.Push(std::move(*frame));
+      if (frame) visit(*frame);
     }
+    if (const auto last = filter.Flush()) visit(*last);
   }
   // Up to `count` depth images, evenly spread.
   std::vector<DepthView> Sample(std::size_t count) const {
     std::vector<DepthView> views;
     for (std::size_t i = 0; i < frames_.size(); i += frames_.size() / count + 1) {
-      const Frame frame = Load(i);
-      if (!frame.image.depth.empty()) views.push_back({frame.image.depth, frame.T_WC});
+      if (const auto frame = Load(i)) views.push_back({frame->image.depth, frame->T_WC});
     }
     return views;
   }
 
  private:
-  struct Frame {
-    RgbdImage image;  // empty where it cannot be used
-    Pose T_WC;
-  };
-  Frame Load(std::size_t i) const {
+  // Empty where it cannot be used.
+  std::optional<PosedImage> Load(std::size_t i) const {
     auto image = dataset_.Load(frames_[i].index);
-    return image ? Frame{std::move(*image), frames_[i].T_WC} : Frame{};
+    if (!image) return std::nullopt;
+    return PosedImage{static_cast<std::int64_t>(i), std::move(*image), frames_[i].T_WC};
   }
 
   const Dataset& dataset_;
   const std::vector<PosedFrame>& frames_;
-  const PinholeCamera& camera_;
-  const DepthUnprojector& unprojector_;
+  const RgbdSensor& sensor_;
+  double voxel_;
   bool raw_;
 };
 
@@ -158,15 +150,17 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
   std::vector<Pose> cameras;
   Progress progress("mapping");
   std::size_t done = 0;
-  frames.ForEach([&](const RgbdImage& image, const Pose& T_WC) {
-    const auto id = static_cast<std::int64_t>(done);
-    cloud.SetKeyframe(id, MakeKeyframeCloud(image.depth, image.bgr, unprojector, cloud_options));
-    cloud.SetPose(id, T_WC);
-    dense.octree.Insert(image.depth, unprojector, T_WC);
-    cameras.push_back(T_WC);
+  frames.ForEach([&](const PosedImage& frame) {
+    const RgbdImage& image = frame.image;
+    cloud.SetKeyframe(frame.id,
+                      MakeKeyframeCloud(image.depth, image.bgr, unprojector, cloud_options));
+    cloud.SetPose(frame.id, frame.T_WC);
+    dense.octree.Insert(image.depth, unprojector, frame.T_WC);
+    cameras.push_back(frame.T_WC);
     progress.Update(++done, count);
   });
-  dense.cloud = arguments.raw ? cloud.Merged() : RemoveOutliers(cloud.Merged());
+  dense.cloud = cloud.TakeMerged();
+  if (!arguments.raw) dense.cloud = RemoveOutliers(dense.cloud);
   AddGrid(cameras, level, {}, dense);
   return dense;
 }
@@ -185,7 +179,7 @@ int RunMap(const MapArguments& arguments) {
   const std::vector<PosedFrame> posed = PosedFrames(dataset, trajectory, every);
   if (posed.empty()) throw IoError(source.trajectory, "has no pose at any frame of the dataset");
   const DepthUnprojector unprojector(sensor.camera);
-  const FrameSource frames(dataset, posed, sensor.camera, unprojector, arguments.raw);
+  const FrameSource frames(dataset, posed, sensor, arguments.voxel, arguments.raw);
   const OctomapBuilderOptions octree{.resolution = arguments.resolution,
                                      .max_range = arguments.max_range,
                                      .threads = arguments.threads};
@@ -250,7 +244,7 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
       ->check(Between(1.0, 1e9))
       ->capture_default_str();
   command->add_flag("--raw", arguments->raw,
-                    "Neither compares neighbouring depth images nor removes outliers");
+                    "Neither smooths depth, compares neighbouring images nor removes outliers");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
   command->footer(
       "Example:\n  highwall map run --resolution 0.02 --out map\n"

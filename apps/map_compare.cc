@@ -32,7 +32,7 @@ struct CompareArguments {
   std::string seen_by, trajectory, config;
   std::size_t every = 10;
   double tolerance = 0.05;         // [m]
-  double max_range = 4.0;          // [m]
+  double max_range = 6.0;          // [m]
   std::vector<std::string> align;  // trajectories: of the map, of the reference
   bool json = false;
 };

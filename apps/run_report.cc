@@ -13,6 +13,7 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "map_pictures.h"
+#include "sparse_map_picture.h"
 
 namespace highwall::apps {
 namespace {
@@ -183,6 +184,9 @@ nlohmann::json WriteRun(const std::filesystem::path& directory, const SlamRun& r
   WriteTumTrajectory(directory / "keyframes.txt", run.keyframes);
   nlohmann::json json = run_json;
   WriteDense(directory, run.dense, run.trajectory);
+  const Eigen::Quaterniond R_GW = run.dense ? run.dense->R_GW : Eigen::Quaterniond::Identity();
+  const cv::Mat sparse = DrawSparseMap(run.sparse, R_GW, 1200);
+  if (!sparse.empty()) WritePng(directory / "sparse_map.png", sparse);
   if (run.dense) json["map"] = DenseJson(*run.dense, directory);
   AtomicFile file(directory / "run.json");
   file.stream() << json.dump(2) << '\n';

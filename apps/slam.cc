@@ -69,6 +69,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   if (arguments.deterministic) {
     options.slam = Deterministic(options.slam);
     options.prefetch = 0;
+    options.map.background = false;
   }
   return options;
 }

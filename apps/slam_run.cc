@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -144,6 +145,17 @@ void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
   }
 }
 
+// Whether any of the loops moved keyframes.
+bool MovesMap(const std::vector<LoopReport>& reports) {
+  return std::ranges::any_of(reports, &LoopReport::accepted);
+}
+
+std::map<std::int64_t, Pose> KeyFramePoses(const Map& map) {
+  std::map<std::int64_t, Pose> poses;
+  for (const KeyFrameId id : map.keyframe_ids()) poses[id] = map.keyframe(id)->T_WC;
+  return poses;
+}
+
 }  // namespace
 
 Milliseconds Summarize(std::vector<double> samples) {
@@ -164,7 +176,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   ImuReplay imu(options.imu);
   DenseMapOptions map_options = options.map;
   if (options.imu) map_options.level = true;
-  DenseMapper mapper(map_options, sensor.camera);
+  DenseMapper mapper(map_options, sensor);
   FrameSource reader(dataset, options);
 
   SlamRun run;
@@ -188,17 +200,16 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     if (result.mapping) {
       ++run.keyframes_made;
       if (options.dense) {
-        const auto dense_start = Clock::now();
         const KeyFrameId id = result.mapping->keyframe;
         if (const auto* keyframe = slam.map().keyframe(id)) {
-          mapper.AddKeyframe(id, image->depth, image->bgr, keyframe->T_WC);
+          mapper.AddKeyframe(id, *image, keyframe->T_WC);
         }
         for (const KeyFrameId culled : result.mapping->culled_keyframes) {
           mapper.RemoveKeyframe(culled);
         }
-        samples.dense.push_back(MillisecondsSince(dense_start));
       }
     }
+    if (options.dense && MovesMap(result.loops)) mapper.SetPoses(KeyFramePoses(slam.map()));
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
   }
   const std::size_t tracked = run.frames - run.lost.size();
@@ -217,13 +228,13 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   }
   if (!options.save_map.empty()) SaveMap(options.save_map, sensor.camera, slam.map());
   run.keyframes = slam.keyframe_trajectory();
+  run.sparse = SurveyMap(slam.map(), run.trajectory, run.keyframes);
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
   if (options.dense) {
-    for (const KeyFrameId id : slam.map().keyframe_ids()) {
-      mapper.SetPose(id, slam.map().keyframe(id)->T_WC);
-    }
+    mapper.SetPoses(KeyFramePoses(slam.map()));
     run.dense = mapper.Finish();
+    samples.dense = run.dense->keyframe_ms;
   }
   run.times = samples.Summary();
   run.seconds = MillisecondsSince(start) * 1e-3;

@@ -12,6 +12,7 @@
 #include <highwall/frontend/slam_system.h>
 
 #include "dense_map.h"
+#include "sparse_map_picture.h"
 
 namespace highwall::apps {
 
@@ -48,7 +49,7 @@ struct StageTimes {
   Milliseconds tracking;       // features + pose: what a frame costs
   Milliseconds mapping;        // local mapping, per keyframe
   Milliseconds frame;          // all of SlamSystem::Track, keyframes and loops included
-  Milliseconds dense;          // cloud of a keyframe
+  Milliseconds dense;          // depth filters, cloud and octree of a keyframe
 };
 
 // How the IMU fared over a run.
@@ -73,6 +74,7 @@ struct SlamRun {
   Trajectory trajectory;  // after the loops and local adjustments of the whole run
   Trajectory adjusted;    // after the final adjustment as well, where asked for
   Trajectory keyframes;
+  SparseMap sparse;  // in the end
   LoopCounts loops;
   std::size_t frames = 0;   // fed
   std::size_t skipped = 0;  // unusable images

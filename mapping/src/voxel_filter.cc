@@ -20,6 +20,14 @@ std::optional<std::uint64_t> VoxelCode(const Eigen::Vector3f& p, double inverse_
   return code;
 }
 
+Eigen::Vector3i VoxelOfCode(std::uint64_t code) {
+  constexpr int kLimit = 1 << 20;
+  const auto coordinate = [&](int shift) {
+    return static_cast<int>(code >> shift & 0x1fffff) - kLimit;
+  };
+  return {coordinate(42), coordinate(21), coordinate(0)};
+}
+
 VoxelFilter::VoxelFilter(double voxel_size) : inverse_size_(1.0 / voxel_size) {
   HIGHWALL_REQUIRE(voxel_size > 0.0 && std::isfinite(inverse_size_),
                    "voxel_size must be positive, is " + std::to_string(voxel_size));

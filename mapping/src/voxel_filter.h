@@ -15,6 +15,8 @@ namespace highwall::internal {
 // 63 bits of a voxel's three coordinates, x highest; empty where the point is not finite or further
 // than 2^20 voxels from the origin along an axis.
 std::optional<std::uint64_t> VoxelCode(const Eigen::Vector3f& p, double inverse_size);
+// The three coordinates of a code.
+Eigen::Vector3i VoxelOfCode(std::uint64_t code);
 
 // Mean position, colour and normal per voxel, of points that come one by one.
 class VoxelFilter {

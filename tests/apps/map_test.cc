@@ -88,6 +88,22 @@ TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
   EXPECT_LT(json::parse(whole.out)["thresholds"][1]["recall"], 0.9);
 }
 
+TEST_F(MapCommand, AsksForWhatWasSeenWithinTheRangeAlone) {
+  ASSERT_EQ(Build().exit_code, 0);
+  const auto seen = [&](const std::string& range) {
+    const Outcome outcome =
+        Map("compare " + Out() + "/cloud.ply " + Dataset() + "/surface.ply --spacing 0.1 --json " +
+            "--every 2 --seen-by " + Dataset() + " --max-range " + range);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out)["completeness"]["count"].get<int>();
+  };
+  const int near = seen("3"), far = seen("6");
+  EXPECT_GT(near, 0);
+  EXPECT_LT(near, far);
+  EXPECT_EQ(seen("20"), far) << "the room is smaller than that";
+  ExpectRefused("compare a.ply b.ply --max-range 0", 1, "--max-range");
+}
+
 TEST_F(MapCommand, ComparesOctreesAndClouds) {
   ASSERT_EQ(Build().exit_code, 0);
   const Outcome outcome = Map("compare " + Out() + "/map.bt " + Out() + "/cloud.pcd");

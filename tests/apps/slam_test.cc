@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
@@ -191,6 +192,8 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   const json& map = report["map"];
   EXPECT_EQ(ReadPly(run() / "cloud.ply").size(), map["cloud"]["points"]);
   EXPECT_GT(map["cloud"]["points"], 1000);
+  const cv::Mat sparse = cv::imread((run() / "sparse_map.png").string());
+  EXPECT_EQ(std::max(sparse.cols, sparse.rows), 1200);
   const OctomapBuilder octree = OctomapBuilder::Read(run() / "map.bt");
   EXPECT_EQ(octree.options().resolution, 0.1);
   EXPECT_GT(octree.LeafCount().occupied, 100U);

@@ -77,7 +77,7 @@ Points Scan(std::int64_t id) {
 
 // A big voxel for many points in common; all of them are stored.
 DenseCloudOptions Coarse() {
-  return {.voxel_size = 0.05, .max_observations = 1000};
+  return {.voxel_size = 0.05, .max_observations = 256};
 }
 
 Points FromScratch(const Poses& poses) {

@@ -1,12 +1,9 @@
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,7 +14,7 @@ namespace highwall {
 
 struct DenseCloudOptions {
   double voxel_size = 0.01;  // [m] > 0; one point a voxel
-  int max_observations = 6;  // >= 1; points that a voxel averages, later ones are dropped
+  int max_observations = 6;  // [1, 256] points that a voxel averages, later ones are dropped
   // A keyframe that moved less than both, since it was last put into the cloud, stays where it is.
   double min_translation = 0.01;           // [m] >= 0
   double min_rotation = 0.5 * 0.01745329;  // [rad] >= 0
@@ -58,8 +55,8 @@ class DenseCloud {
   // Whether all keyframes that have a pose are in the map, where it wants them.
   bool IsCurrent() const;
 
-  bool Contains(std::int64_t id) const { return keyframes_.contains(id); }
-  std::size_t KeyframeCount() const { return keyframes_.size(); }
+  bool Contains(std::int64_t id) const;
+  std::size_t KeyframeCount() const;
   // Stored points of all keyframes.
   std::size_t PointCount() const;
   // Bytes of stored points and blocks.
@@ -67,36 +64,13 @@ class DenseCloud {
 
   // The points in W, block by block. A function of the content alone.
   std::vector<ColoredPoint> Merged() const;
+  // Puts everything in place, hands the points over and forgets all keyframes: in less memory than
+  // Rebuild() and Merged() take, as nobody looks at the old blocks any more.
+  std::vector<ColoredPoint> TakeMerged();
 
  private:
-  struct StoredPoint {
-    std::array<std::int16_t, 3> p_C;
-    std::array<std::uint8_t, 3> rgb;
-    std::array<std::int8_t, 3> normal_C;
-  };
-  struct Keyframe {
-    float quantum = 0.0f;  // [m]
-    std::vector<StoredPoint> points;
-    std::optional<Pose> T_WC;           // where it should be
-    std::optional<Pose> T_WC_in_map;    // where the map has it
-    std::vector<std::uint64_t> blocks;  // that it touches there, ascending
-  };
-  struct Blocks;
-  struct Round;
-
-  bool HasMoved(const Keyframe& keyframe) const;
-  // Puts a new keyframe into the map and drops its points that no voxel takes in.
-  void Append(Keyframe& keyframe);
-  void StartRound();
-  // One keyframe; false when there is nothing left to do but FinishRound().
-  bool Step();
-  void FinishRound();
-
-  DenseCloudOptions options_;
-  std::map<std::int64_t, Keyframe> keyframes_;
-  std::unique_ptr<Blocks> blocks_;
-  std::vector<std::uint64_t> orphaned_;  // blocks of clouds that are no more
-  std::unique_ptr<Round> round_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace highwall

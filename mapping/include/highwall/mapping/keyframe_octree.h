@@ -1,12 +1,9 @@
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -64,39 +61,18 @@ class KeyframeOctree {
   // Whether all keyframes are in the map, where their poses want them.
   bool IsCurrent() const;
 
-  const OctomapBuilder& map() const { return map_; }
+  const OctomapBuilder& map() const;
   // As OctomapBuilder::SetChangeCallback(); after a round it gets the box of the region.
   void SetChangeCallback(OctomapBuilder::ChangeCallback on_change);
   // Hands the map over and forgets all keyframes.
   OctomapBuilder TakeMap();
-  std::size_t KeyframeCount() const { return keyframes_.size(); }
+  std::size_t KeyframeCount() const;
   // Bytes of the stored scans and lists of bricks.
   std::size_t ScanBytes() const;
 
  private:
-  struct Keyframe {
-    float quantum = 0.0f;  // [m]
-    std::vector<std::array<std::int16_t, 3>> points_C;
-    Pose T_WC;                          // where it should be
-    std::optional<Pose> T_WC_in_map;    // where the map has it
-    std::vector<std::uint64_t> bricks;  // that it touches there, Morton codes, ascending
-  };
-  struct Round;
-
-  bool HasMoved(const Keyframe& keyframe) const;
-  // Gathers the scan of a keyframe in `builder`, and lists its bricks.
-  static std::vector<std::uint64_t> Gather(const Keyframe& keyframe, const Pose& T_WC,
-                                           OctomapBuilder& builder);
-  void StartRound();
-  // One keyframe; false when there is nothing left to do but FinishRound().
-  bool Step();
-  void FinishRound();
-
-  KeyframeOctreeOptions options_;
-  OctomapBuilder map_;
-  std::map<std::int64_t, Keyframe> keyframes_;
-  std::vector<std::uint64_t> orphaned_;  // bricks of scans that are no more
-  std::unique_ptr<Round> round_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace highwall

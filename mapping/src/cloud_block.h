@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <highwall/mapping/colored_point.h>
+
+namespace highwall::internal {
+
+// The merged points of a cube of kEdge^3 voxels: sums per voxel, 36 bytes each and some 8 of a hash
+// table (open addressing, linear probing).
+class CloudBlock {
+ public:
+  static constexpr int kEdge = 64;                 // [voxels]
+  static constexpr std::uint32_t kMaxCount = 256;  // points a voxel, as 16 bits hold their colours
+
+  CloudBlock() : slots_(kFirstSlots) {}
+
+  // p: from the corner of the block, in voxels. False, and nothing is done, where its voxel has
+  // `limit` points already. limit: [1, kMaxCount].
+  bool Add(const Eigen::Vector3f& p, const ColoredPoint& point, std::uint32_t limit);
+  // Appends a point a voxel, in the order in which the voxels first occurred. corner_W [m].
+  void AppendPoints(const Eigen::Vector3d& corner_W, double voxel_size,
+                    std::vector<ColoredPoint>& points) const;
+  std::size_t size() const { return sums_.size(); }
+  std::size_t MemoryBytes() const;
+
+ private:
+  static constexpr std::size_t kFirstSlots = 64;
+  struct Sum {
+    std::uint32_t voxel = 0;
+    Eigen::Vector3f p = Eigen::Vector3f::Zero();  // [voxels]
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+    std::array<std::uint16_t, 3> rgb{};
+    std::uint16_t count = 0;
+  };
+
+  std::size_t Home(std::uint32_t voxel) const {
+    return (voxel * 0x9E3779B1u >> 8) & (slots_.size() - 1);  // Fibonacci hashing
+  }
+  Sum& SumOf(std::uint32_t voxel);
+  void Grow();
+
+  std::vector<std::uint32_t> slots_;  // 1 + place in sums_; 0: free
+  std::vector<Sum> sums_;
+};
+
+}  // namespace highwall::internal

@@ -1,0 +1,104 @@
+#include <highwall/mapping/depth_smoothing.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr float kTableStep = 0.02f;  // [m]
+constexpr int kSamples = 2;          // to each side of a pixel
+
+// Half a window [px] and the gate [1/m], by depth in steps of kTableStep.
+struct Window {
+  int radius = 0;
+  float gate = 0.0f;
+};
+
+std::vector<Window> MakeTable(double farthest, double focal, const DepthSigma& sigma,
+                              const DepthSmoothingOptions& options) {
+  std::vector<Window> table(static_cast<std::size_t>(farthest / kTableStep) + 1);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const double z = (static_cast<double>(i) + 0.5) * kTableStep;
+    const double s = sigma(z);
+    // The mean of n independent depths has sigma / sqrt(n), and (2 r / grain)^2 are in a window.
+    const double wanted =
+        s > options.target_sigma ? 0.5 * options.grain * s / options.target_sigma : 0.0;
+    const double allowed = std::max(options.max_extent, s) * focal / z;
+    const double radius = std::min({wanted, allowed, static_cast<double>(options.max_radius)});
+    table[i] = {static_cast<int>(radius), static_cast<float>(options.gate * s / (z * z))};
+  }
+  return table;
+}
+
+// inverse: 0 where nothing was measured. A handful of pixels of the window, evenly spread, stand
+// for all of it: their neighbours share much of their noise. They count in pairs, one on each side
+// of the centre, whose mean is that of the centre on any plane, however steep.
+float WindowMean(const cv::Mat& inverse, int u, int v, const Window& window) {
+  const auto value = [&](int du, int dv) {
+    const int column = u + du, row = v + dv;
+    const bool inside = column >= 0 && row >= 0 && column < inverse.cols && row < inverse.rows;
+    return inside ? inverse.at<float>(row, column) : 0.0f;
+  };
+  const float centre = inverse.at<float>(v, u);
+  float sum = centre;
+  float count = 1.0f;
+  for (int j = 0; j <= kSamples; ++j) {
+    for (int i = j == 0 ? 1 : -kSamples; i <= kSamples; ++i) {
+      const int du = i * window.radius / kSamples, dv = j * window.radius / kSamples;
+      const float a = value(du, dv), b = value(-du, -dv);
+      if (a == 0.0f || b == 0.0f || std::abs(0.5f * (a + b) - centre) > window.gate) continue;
+      sum += a + b;
+      count += 2.0f;
+    }
+  }
+  return sum / count;
+}
+
+}  // namespace
+
+void DepthSmoothingOptions::Validate() const {
+  const auto require = [](bool valid, const char* field, double value) {
+    HIGHWALL_REQUIRE(valid, "DepthSmoothingOptions::" + std::string(field) +
+                                " is out of range: " + std::to_string(value));
+  };
+  require(target_sigma > 0.0, "target_sigma", target_sigma);
+  require(max_extent > 0.0, "max_extent", max_extent);
+  require(max_radius >= 0, "max_radius", max_radius);
+  require(grain > 0.0, "grain", grain);
+  require(gate > 0.0, "gate", gate);
+}
+
+cv::Mat SmoothDepth(const cv::Mat& depth, double focal, const DepthSigma& sigma,
+                    const DepthSmoothingOptions& options) {
+  options.Validate();
+  HIGHWALL_REQUIRE(focal > 0.0, "focal must be positive, is " + std::to_string(focal));
+  if (depth.empty()) return depth;
+  HIGHWALL_REQUIRE(depth.type() == CV_32FC1, "a depth image is CV_32FC1, in metres");
+  cv::Mat inverse(depth.size(), CV_32FC1);
+  float farthest = 0.0f;
+  for (int v = 0; v < depth.rows; ++v) {
+    for (int u = 0; u < depth.cols; ++u) {
+      const float z = depth.at<float>(v, u);
+      const bool measured = z > 0.0f && std::isfinite(z);
+      inverse.at<float>(v, u) = measured ? 1.0f / z : 0.0f;
+      if (measured) farthest = std::max(farthest, z);
+    }
+  }
+  const std::vector<Window> table = MakeTable(farthest, focal, sigma, options);
+  cv::Mat smooth = depth.clone();
+  for (int v = 0; v < depth.rows; ++v) {
+    for (int u = 0; u < depth.cols; ++u) {
+      if (inverse.at<float>(v, u) == 0.0f) continue;
+      const Window& window = table[static_cast<std::size_t>(depth.at<float>(v, u) / kTableStep)];
+      if (window.radius > 0) smooth.at<float>(v, u) = 1.0f / WindowMean(inverse, u, v, window);
+    }
+  }
+  return smooth;
+}
+
+}  // namespace highwall
