@@ -105,11 +105,20 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.T_WC = tracked.T_WC;
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
+  result.moving =
+      tracked.moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(tracked.moving);
   if (HasPose(tracked.state)) {
     tracked_.push_back({image.stamp, tracked.reference,
                         map_.keyframe(tracked.reference)->T_WC.Inverse() * tracked.T_WC});
   }
   return result;
+}
+
+cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const {
+  const KeyFrame* seen = map_.keyframe(keyframe);
+  if (seen == nullptr) return {};
+  const cv::Mat moving = tracker_.MovingIn(*seen, map_);
+  return moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(moving);
 }
 
 Pose SlamSystem::FirstPose(Stamp stamp) const {

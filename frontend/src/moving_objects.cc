@@ -1,0 +1,294 @@
+#include <highwall/frontend/moving_objects.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+// What the references say of a cell.
+struct Votes {
+  int contradict = 0, confirm = 0;
+};
+
+// A view and a reference: cells of the one looked up in the other.
+class Comparison {
+ public:
+  Comparison(const PosedDepth& view, const PosedDepth& reference, const PinholeCamera& camera,
+             const DepthNoise& noise, const MovingObjectOptions& options)
+      : view_(view), reference_(reference), camera_(camera), noise_(noise), options_(options) {
+    const Pose T_RV = reference.T_WC.Inverse() * view.T_WC;
+    R_RV_ = T_RV.R();
+    p_RV_ = T_RV.p();
+  }
+
+  void Vote(int u, int v, double z, Votes& votes) const {
+    const Eigen::Vector3d p_R = R_RV_ * camera_.Unproject({u, v}, z) + p_RV_;
+    cv::Point cell;
+    if (!Locate(p_R, &cell)) return;
+    const double nearest = static_cast<double>(reference_.nearest.at<float>(cell));
+    if (nearest <= 0.0) return;
+    if (p_R.z() < nearest - Tolerance(p_R.z(), nearest)) {
+      ++votes.contradict;  // there was nothing
+      return;
+    }
+    const double farthest = static_cast<double>(reference_.farthest.at<float>(cell));
+    if (p_R.z() <= farthest + Tolerance(p_R.z(), farthest)) {
+      ++votes.confirm;
+    } else if (HasGone(cell)) {
+      ++votes.contradict;
+    }
+  }
+
+ private:
+  // The cell of the reference that p_R falls on; false where it has no full neighbourhood.
+  bool Locate(const Eigen::Vector3d& p, cv::Point* cell) const {
+    constexpr double kMinDepth = 0.1;  // [m]
+    if (p.z() < kMinDepth) return false;
+    const double u = camera_.fx * p.x() / p.z() + camera_.cx;
+    const double v = camera_.fy * p.y() / p.z() + camera_.cy;
+    if (!(u >= 1.0 && v >= 1.0 && u < camera_.width - 2.0 && v < camera_.height - 2.0)) {
+      return false;
+    }
+    *cell = {static_cast<int>(u + 0.5), static_cast<int>(v + 0.5)};
+    return true;
+  }
+
+  // The view looks through what the reference saw in a cell.
+  bool HasGone(const cv::Point& cell) const {
+    const double z = static_cast<double>(reference_.depth.at<float>(cell));
+    if (z <= 0.0) return false;
+    const Eigen::Vector3d p_V =
+        R_RV_.transpose() * (camera_.Unproject({cell.x, cell.y}, z) - p_RV_);
+    cv::Point seen;
+    if (!Locate(p_V, &seen)) return false;
+    const double nearest = static_cast<double>(view_.nearest.at<float>(seen));
+    return nearest > 0.0 && p_V.z() < nearest - Tolerance(p_V.z(), nearest);
+  }
+
+  double Tolerance(double z1, double z2) const {
+    const double s1 = noise_.Sigma(z1), s2 = noise_.Sigma(z2);
+    return options_.sigmas * std::sqrt(s1 * s1 + s2 * s2) + options_.relative * z1;
+  }
+
+  const PosedDepth& view_;
+  const PosedDepth& reference_;
+  const PinholeCamera& camera_;
+  const DepthNoise& noise_;
+  const MovingObjectOptions& options_;
+  Eigen::Matrix3d R_RV_;
+  Eigen::Vector3d p_RV_;
+};
+
+// 0: confirmed, 1: nothing is known, 2: contradicted, of cells with a depth; else 0.
+cv::Mat Label(const PosedDepth& view, std::span<const PosedDepth> references, const DepthGrid& grid,
+              const DepthNoise& noise, const MovingObjectOptions& options) {
+  std::vector<Comparison> comparisons;
+  for (const PosedDepth& reference : references) {
+    comparisons.emplace_back(view, reference, grid.camera(), noise, options);
+  }
+  cv::Mat labels = cv::Mat::zeros(view.depth.size(), CV_8UC1);
+  for (int v = 0; v < labels.rows; ++v) {
+    for (int u = 0; u < labels.cols; ++u) {
+      const auto z = static_cast<double>(view.depth.at<float>(v, u));
+      if (z <= 0.0) continue;
+      Votes votes;
+      for (const Comparison& comparison : comparisons) comparison.Vote(u, v, z, votes);
+      labels.at<std::uint8_t>(v, u) = votes.contradict > votes.confirm ? 2
+                                      : votes.confirm == 0             ? 1
+                                                                       : 0;
+    }
+  }
+  return labels;
+}
+
+// At least six of a cell and its eight neighbours are contradicted: it is no mere edge.
+bool IsCore(const cv::Mat& labels, const cv::Point& cell) {
+  constexpr int kMostOfNine = 6;
+  if (cell.x < 1 || cell.y < 1 || cell.x + 1 >= labels.cols || cell.y + 1 >= labels.rows) {
+    return false;
+  }
+  int count = 0;
+  for (int dv = -1; dv <= 1; ++dv) {
+    for (int du = -1; du <= 1; ++du) {
+      count += labels.at<std::uint8_t>(cell.y + dv, cell.x + du) == 2 ? 1 : 0;
+    }
+  }
+  return count >= kMostOfNine;
+}
+
+// A surface of contradicted cells.
+struct Cluster {
+  std::vector<cv::Point> cells;
+  int core = 0;
+};
+
+class Clusters {
+ public:
+  Clusters(const cv::Mat& depth, const cv::Mat& labels, double link)
+      : depth_(depth),
+        labels_(labels),
+        link_(link),
+        visited_(cv::Mat::zeros(labels.size(), CV_8UC1)) {}
+
+  Cluster Grow(const cv::Point& seed) {
+    Cluster cluster;
+    Visit(seed, cluster);
+    for (std::size_t i = 0; i < cluster.cells.size(); ++i) {
+      const cv::Point cell = cluster.cells[i];
+      for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+        const cv::Point next = cell + step;
+        if (IsFree(next, 2) && Linked(cell, next)) Visit(next, cluster);
+      }
+    }
+    return cluster;
+  }
+
+  // Adds the cells about a cluster, `rings` deep, of whose surface nothing is known.
+  void Extend(Cluster& cluster, int rings) {
+    std::size_t begin = 0;
+    for (int ring = 0; ring < rings; ++ring) {
+      const std::size_t end = cluster.cells.size();
+      for (; begin < end; ++begin) {
+        const cv::Point cell = cluster.cells[begin];
+        for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+          const cv::Point next = cell + step;
+          if (IsFree(next, 1) && Linked(cell, next)) Visit(next, cluster);
+        }
+      }
+    }
+  }
+
+  bool IsFree(const cv::Point& cell, std::uint8_t label) const {
+    return cv::Rect(0, 0, labels_.cols, labels_.rows).contains(cell) &&
+           labels_.at<std::uint8_t>(cell) == label && visited_.at<std::uint8_t>(cell) == 0;
+  }
+
+ private:
+  void Visit(const cv::Point& cell, Cluster& cluster) {
+    visited_.at<std::uint8_t>(cell) = 1;
+    cluster.cells.push_back(cell);
+    cluster.core += IsCore(labels_, cell) ? 1 : 0;
+  }
+
+  bool Linked(const cv::Point& a, const cv::Point& b) const {
+    const float z = depth_.at<float>(a);
+    return std::abs(depth_.at<float>(b) - z) <= static_cast<float>(link_) * z;
+  }
+
+  const cv::Mat& depth_;
+  const cv::Mat& labels_;
+  double link_;
+  cv::Mat visited_;
+};
+
+// One cell wider: at the border of a surface the sensor mixes both sides.
+cv::Mat Widened(const cv::Mat& mask) {
+  cv::Mat wide = cv::Mat::zeros(mask.size(), CV_8UC1);
+  const cv::Rect all(0, 0, mask.cols, mask.rows);
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < mask.cols; ++u) {
+      if (mask.at<std::uint8_t>(v, u) != 0) {
+        wide(cv::Rect(u - 1, v - 1, 3, 3) & all).setTo(255);
+      }
+    }
+  }
+  return wide;
+}
+
+}  // namespace
+
+void MovingObjectOptions::Validate() const {
+  HIGHWALL_REQUIRE(sigmas > 0.0, "MovingObjectOptions::sigmas must be positive");
+  HIGHWALL_REQUIRE(relative >= 0.0, "MovingObjectOptions::relative must not be negative");
+  HIGHWALL_REQUIRE(link > 0.0, "MovingObjectOptions::link must be positive");
+  HIGHWALL_REQUIRE(min_core >= 1, "MovingObjectOptions::min_core must be at least 1");
+  HIGHWALL_REQUIRE(max_share > 0.0 && max_share <= 1.0,
+                   "MovingObjectOptions::max_share must be in (0, 1]");
+  HIGHWALL_REQUIRE(interval > 0.0, "MovingObjectOptions::interval must be positive");
+  HIGHWALL_REQUIRE(history > interval, "MovingObjectOptions::history must exceed interval");
+}
+
+PosedDepth::PosedDepth(const cv::Mat& depth_grid, const Pose& T)
+    : depth(depth_grid),
+      nearest(cv::Mat::zeros(depth_grid.size(), CV_32FC1)),
+      farthest(cv::Mat::zeros(depth_grid.size(), CV_32FC1)),
+      T_WC(T) {
+  constexpr int kMostOfNine = 6;
+  for (int v = 1; v + 1 < depth.rows; ++v) {
+    for (int u = 1; u + 1 < depth.cols; ++u) {
+      float low = 0.0F, high = 0.0F;
+      int valid = 0;
+      for (int dv = -1; dv <= 1; ++dv) {
+        const float* row = depth.ptr<float>(v + dv) + u;
+        for (int du = -1; du <= 1; ++du) {
+          if (row[du] <= 0.0F) continue;
+          low = valid == 0 ? row[du] : std::min(low, row[du]);
+          high = std::max(high, row[du]);
+          ++valid;
+        }
+      }
+      if (valid < kMostOfNine) continue;
+      nearest.at<float>(v, u) = low;
+      farthest.at<float>(v, u) = high;
+    }
+  }
+}
+
+cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
+                   const DepthGrid& grid, const DepthNoise& noise,
+                   const MovingObjectOptions& options) {
+  constexpr int kRings = 3;  // of unknown cells that go with a cluster
+  if (references.empty()) return {};
+  const cv::Mat labels = Label(view, references, grid, noise, options);
+  Clusters clusters(view.depth, labels, options.link);
+  cv::Mat mask = cv::Mat::zeros(labels.size(), CV_8UC1);
+  int moving = 0, measured = 0;
+  for (int v = 0; v < labels.rows; ++v) {
+    for (int u = 0; u < labels.cols; ++u) {
+      measured += view.depth.at<float>(v, u) > 0.0F ? 1 : 0;
+      if (!clusters.IsFree({u, v}, 2)) continue;
+      Cluster cluster = clusters.Grow({u, v});
+      if (cluster.core < options.min_core) continue;
+      moving += static_cast<int>(cluster.cells.size());
+      clusters.Extend(cluster, kRings);
+      for (const cv::Point& cell : cluster.cells) mask.at<std::uint8_t>(cell) = 255;
+    }
+  }
+  if (moving == 0 || moving > options.max_share * measured) return {};
+  return Widened(mask);
+}
+
+MovingObjects::MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
+                             const MovingObjectOptions& options)
+    : grid_(camera), noise_(noise), options_(options) {
+  options_.Validate();
+}
+
+cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
+                            const Map& map) const {
+  if (!options_.enabled || depth.empty()) return {};
+  std::vector<PosedDepth> references;
+  for (const Remembered& remembered : recent_) {
+    if (remembered.stamp == stamp) continue;
+    references.push_back(remembered.view);
+    references.back().T_WC = map.ResolvePose(remembered.reference) * remembered.view.T_WC;
+  }
+  return FindMoving(PosedDepth(depth, T_WC), references, grid_, noise_, options_);
+}
+
+void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
+                             KeyFrameId reference, const Map& map) {
+  if (!options_.enabled || depth.empty()) return;
+  if (!recent_.empty() && stamp - recent_.back().stamp < FromSeconds(options_.interval)) return;
+  const Pose T_reference_C = map.ResolvePose(reference).Inverse() * T_WC;
+  recent_.push_back({stamp, PosedDepth(depth, T_reference_C), reference});
+  while (stamp - recent_.front().stamp > FromSeconds(options_.history)) recent_.pop_front();
+}
+
+}  // namespace highwall
