@@ -11,10 +11,15 @@
 #include <highwall/frontend/frame_reader.h>
 #include <highwall/frontend/map_io.h>
 
+#include "settling_keyframes.h"
+
 namespace highwall::apps {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// [s] Long enough for something that moves to have left its place.
+constexpr double kSettling = 1.5;
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -137,6 +142,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   DenseMapOptions map_options = options.map;
   if (options.imu) map_options.level = true;
   DenseMapper mapper(map_options, sensor.camera);
+  SettlingKeyframes settling(slam, mapper, options.slam.tracker.moving.enabled ? kSettling : 0.0);
   FrameReader reader(dataset,
                      {.begin = options.begin, .end = options.end, .prefetch = options.prefetch});
 
@@ -161,16 +167,14 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     if (result.mapping) {
       ++run.keyframes_made;
       if (options.dense) {
-        const auto dense_start = Clock::now();
-        const KeyFrameId id = result.mapping->keyframe;
-        if (const auto* keyframe = slam.map().keyframe(id)) {
-          mapper.AddKeyframe(id, image->depth, image->bgr, keyframe->T_WC);
-        }
-        for (const KeyFrameId culled : result.mapping->culled_keyframes) {
-          mapper.RemoveKeyframe(culled);
-        }
-        samples.dense.push_back(MillisecondsSince(dense_start));
+        settling.Add(result.mapping->keyframe, *image);
+        for (const KeyFrameId culled : result.mapping->culled_keyframes) settling.Remove(culled);
       }
+    }
+    if (options.dense) {
+      const auto dense_start = Clock::now();
+      settling.HandOver(image->stamp);
+      if (result.mapping) samples.dense.push_back(MillisecondsSince(dense_start));
     }
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
   }
@@ -192,6 +196,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
   if (options.dense) {
+    settling.HandOverAll();
     for (const KeyFrameId id : slam.map().keyframe_ids()) {
       mapper.SetPose(id, slam.map().keyframe(id)->T_WC);
     }

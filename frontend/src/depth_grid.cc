@@ -20,9 +20,13 @@ DepthGrid::DepthGrid(const PinholeCamera& camera)
   camera_.fy /= cell_size_;
   camera_.cx = (camera.cx + 0.5) / cell_size_ - 0.5;
   camera_.cy = (camera.cy + 0.5) / cell_size_ - 0.5;
+  scale_ = Eigen::Vector2d(camera_.fx, camera_.fy).cast<float>();
+  centre_ = Eigen::Vector2d(camera_.cx, camera_.cy).cast<float>();
   for (int v = 0; v < camera_.height; ++v) {
     for (int u = 0; u < camera_.width; ++u) {
-      const Eigen::Vector2d uv = image_camera_.Project(camera_.Unproject({u, v}, 1.0));
+      const Eigen::Vector3d ray = camera_.Unproject({u, v}, 1.0);
+      rays_.push_back(ray.cast<float>());
+      const Eigen::Vector2d uv = image_camera_.Project(ray);
       pixels_.emplace_back(static_cast<int>(std::lround(uv.x())),
                            static_cast<int>(std::lround(uv.y())));
     }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <utility>
+#include <numbers>
 #include <vector>
 
 #include <highwall/core/error.h>
@@ -11,97 +11,113 @@
 namespace highwall {
 namespace {
 
-// What the references say of a cell.
-struct Votes {
-  int contradict = 0, confirm = 0;
-};
-
-// A view and a reference: cells of the one looked up in the other.
-class Comparison {
+// By how much two depths must differ to be two surfaces, given the farther one: their noise and an
+// error of the pose.
+class Margin {
  public:
-  Comparison(const PosedDepth& view, const PosedDepth& reference, const PinholeCamera& camera,
-             const DepthNoise& noise, const MovingObjectOptions& options)
-      : view_(view), reference_(reference), camera_(camera), noise_(noise), options_(options) {
-    const Pose T_RV = reference.T_WC.Inverse() * view.T_WC;
-    R_RV_ = T_RV.R();
-    p_RV_ = T_RV.p();
-  }
+  Margin(const DepthNoise& noise, const MovingObjectOptions& options)
+      : offset_(static_cast<float>(std::numbers::sqrt2 * options.sigmas * noise.offset)),
+        quadratic_(static_cast<float>(std::numbers::sqrt2 * options.sigmas * noise.quadratic)),
+        reference_(static_cast<float>(noise.reference)),
+        relative_(static_cast<float>(options.relative)) {}
 
-  void Vote(int u, int v, double z, Votes& votes) const {
-    const Eigen::Vector3d p_R = R_RV_ * camera_.Unproject({u, v}, z) + p_RV_;
-    cv::Point cell;
-    if (!Locate(p_R, &cell)) return;
-    const double nearest = static_cast<double>(reference_.nearest.at<float>(cell));
-    if (nearest <= 0.0) return;
-    if (p_R.z() < nearest - Tolerance(p_R.z(), nearest)) {
-      ++votes.contradict;  // there was nothing
-      return;
-    }
-    const double farthest = static_cast<double>(reference_.farthest.at<float>(cell));
-    if (p_R.z() <= farthest + Tolerance(p_R.z(), farthest)) {
-      ++votes.confirm;
-    } else if (HasGone(cell)) {
-      ++votes.contradict;
-    }
+  float operator()(float z) const {
+    return offset_ + quadratic_ * (z - reference_) * (z - reference_) + relative_ * z;
   }
 
  private:
-  // The cell of the reference that p_R falls on; false where it has no full neighbourhood.
-  bool Locate(const Eigen::Vector3d& p, cv::Point* cell) const {
-    constexpr double kMinDepth = 0.1;  // [m]
+  float offset_, quadratic_, reference_, relative_;
+};
+
+enum class Vote { kNone, kConfirm, kContradict };
+
+// Cells of a view looked up in a reference.
+class Comparison {
+ public:
+  Comparison(const PosedDepth& view, const PosedDepth& reference, const DepthGrid& grid,
+             const Margin& margin)
+      : view_(view), reference_(reference), grid_(grid), margin_(margin) {
+    const Pose T_RV = reference.T_WC.Inverse() * view.T_WC;
+    R_RV_ = T_RV.R().cast<float>();
+    p_RV_ = T_RV.p().cast<float>();
+  }
+
+  // p_V: a point of the view.
+  Vote Ask(const Eigen::Vector3f& p_V) const {
+    const Eigen::Vector3f p_R = R_RV_ * p_V + p_RV_;
+    cv::Point cell;
+    if (!Locate(p_R, &cell)) return Vote::kNone;
+    const float nearest = reference_.nearest.at<float>(cell);
+    if (nearest <= 0.0F) return Vote::kNone;
+    if (p_R.z() < nearest - margin_(nearest)) return Vote::kContradict;  // there was nothing
+    const float farthest = reference_.farthest.at<float>(cell);
+    if (p_R.z() <= farthest + margin_(p_R.z())) return Vote::kConfirm;
+    return HasGone(cell) ? Vote::kContradict : Vote::kNone;
+  }
+
+ private:
+  // The cell that a point falls on; false at the border and beyond.
+  bool Locate(const Eigen::Vector3f& p, cv::Point* cell) const {
+    constexpr float kMinDepth = 0.1F;  // [m]
     if (p.z() < kMinDepth) return false;
-    const double u = camera_.fx * p.x() / p.z() + camera_.cx;
-    const double v = camera_.fy * p.y() / p.z() + camera_.cy;
-    if (!(u >= 1.0 && v >= 1.0 && u < camera_.width - 2.0 && v < camera_.height - 2.0)) {
-      return false;
-    }
-    *cell = {static_cast<int>(u + 0.5), static_cast<int>(v + 0.5)};
+    const Eigen::Vector2f uv = grid_.Project(p);
+    const auto columns = static_cast<float>(view_.depth.cols - 1);
+    const auto rows = static_cast<float>(view_.depth.rows - 1);
+    if (!(uv.x() >= 0.5F && uv.y() >= 0.5F && uv.x() < columns && uv.y() < rows)) return false;
+    *cell = {static_cast<int>(uv.x() + 0.5F), static_cast<int>(uv.y() + 0.5F)};
     return true;
   }
 
   // The view looks through what the reference saw in a cell.
   bool HasGone(const cv::Point& cell) const {
-    const double z = static_cast<double>(reference_.depth.at<float>(cell));
-    if (z <= 0.0) return false;
-    const Eigen::Vector3d p_V =
-        R_RV_.transpose() * (camera_.Unproject({cell.x, cell.y}, z) - p_RV_);
+    const float z = reference_.depth.at<float>(cell);
+    if (z <= 0.0F) return false;
+    const Eigen::Vector3f p_V = R_RV_.transpose() * (z * grid_.Ray(cell) - p_RV_);
     cv::Point seen;
     if (!Locate(p_V, &seen)) return false;
-    const double nearest = static_cast<double>(view_.nearest.at<float>(seen));
-    return nearest > 0.0 && p_V.z() < nearest - Tolerance(p_V.z(), nearest);
-  }
-
-  double Tolerance(double z1, double z2) const {
-    const double s1 = noise_.Sigma(z1), s2 = noise_.Sigma(z2);
-    return options_.sigmas * std::sqrt(s1 * s1 + s2 * s2) + options_.relative * z1;
+    const float nearest = view_.nearest.at<float>(seen);
+    return nearest > 0.0F && p_V.z() < nearest - margin_(nearest);
   }
 
   const PosedDepth& view_;
   const PosedDepth& reference_;
-  const PinholeCamera& camera_;
-  const DepthNoise& noise_;
-  const MovingObjectOptions& options_;
-  Eigen::Matrix3d R_RV_;
-  Eigen::Vector3d p_RV_;
+  const DepthGrid& grid_;
+  const Margin& margin_;
+  Eigen::Matrix3f R_RV_;
+  Eigen::Vector3f p_RV_;
 };
 
-// 0: confirmed, 1: nothing is known, 2: contradicted, of cells with a depth; else 0.
+// What the references make of a cell.
+constexpr std::uint8_t kStands = 0;   // or has no depth
+constexpr std::uint8_t kUnknown = 1;  // nothing has stood there for long
+constexpr std::uint8_t kMoves = 2;
+
 cv::Mat Label(const PosedDepth& view, std::span<const PosedDepth> references, const DepthGrid& grid,
-              const DepthNoise& noise, const MovingObjectOptions& options) {
+              const Margin& margin, const MovingObjectOptions& options) {
   std::vector<Comparison> comparisons;
+  std::vector<bool> distant;
   for (const PosedDepth& reference : references) {
-    comparisons.emplace_back(view, reference, grid.camera(), noise, options);
+    comparisons.emplace_back(view, reference, grid, margin);
+    distant.push_back(std::abs(reference.stamp - view.stamp) >= FromSeconds(options.settled));
   }
   cv::Mat labels = cv::Mat::zeros(view.depth.size(), CV_8UC1);
   for (int v = 0; v < labels.rows; ++v) {
     for (int u = 0; u < labels.cols; ++u) {
-      const auto z = static_cast<double>(view.depth.at<float>(v, u));
-      if (z <= 0.0) continue;
-      Votes votes;
-      for (const Comparison& comparison : comparisons) comparison.Vote(u, v, z, votes);
-      labels.at<std::uint8_t>(v, u) = votes.contradict > votes.confirm ? 2
-                                      : votes.confirm == 0             ? 1
-                                                                       : 0;
+      const float z = view.depth.at<float>(v, u);
+      if (z <= 0.0F) continue;
+      const Eigen::Vector3f p_V = z * grid.Ray({u, v});
+      int contradict = 0, confirm = 0;
+      bool settled = false;
+      for (std::size_t i = 0; i < comparisons.size(); ++i) {
+        const Vote vote = comparisons[i].Ask(p_V);
+        contradict += vote == Vote::kContradict ? 1 : 0;
+        confirm += vote == Vote::kConfirm ? 1 : 0;
+        settled = settled || (vote == Vote::kConfirm && distant[i]);
+      }
+      labels.at<std::uint8_t>(v, u) = contradict >= options.min_votes && contradict > confirm
+                                          ? kMoves
+                                      : settled ? kStands
+                                                : kUnknown;
     }
   }
   return labels;
@@ -116,7 +132,7 @@ bool IsCore(const cv::Mat& labels, const cv::Point& cell) {
   int count = 0;
   for (int dv = -1; dv <= 1; ++dv) {
     for (int du = -1; du <= 1; ++du) {
-      count += labels.at<std::uint8_t>(cell.y + dv, cell.x + du) == 2 ? 1 : 0;
+      count += labels.at<std::uint8_t>(cell.y + dv, cell.x + du) == kMoves ? 1 : 0;
     }
   }
   return count >= kMostOfNine;
@@ -143,7 +159,7 @@ class Clusters {
       const cv::Point cell = cluster.cells[i];
       for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
         const cv::Point next = cell + step;
-        if (IsFree(next, 2) && Linked(cell, next)) Visit(next, cluster);
+        if (IsFree(next, kMoves) && Linked(cell, next)) Visit(next, cluster);
       }
     }
     return cluster;
@@ -158,7 +174,7 @@ class Clusters {
         const cv::Point cell = cluster.cells[begin];
         for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
           const cv::Point next = cell + step;
-          if (IsFree(next, 1) && Linked(cell, next)) Visit(next, cluster);
+          if (IsFree(next, kUnknown) && Linked(cell, next)) Visit(next, cluster);
         }
       }
     }
@@ -210,12 +226,15 @@ void MovingObjectOptions::Validate() const {
   HIGHWALL_REQUIRE(min_core >= 1, "MovingObjectOptions::min_core must be at least 1");
   HIGHWALL_REQUIRE(max_share > 0.0 && max_share <= 1.0,
                    "MovingObjectOptions::max_share must be in (0, 1]");
+  HIGHWALL_REQUIRE(min_votes >= 1, "MovingObjectOptions::min_votes must be at least 1");
+  HIGHWALL_REQUIRE(settled > 0.0, "MovingObjectOptions::settled must be positive");
   HIGHWALL_REQUIRE(interval > 0.0, "MovingObjectOptions::interval must be positive");
   HIGHWALL_REQUIRE(history > interval, "MovingObjectOptions::history must exceed interval");
 }
 
-PosedDepth::PosedDepth(const cv::Mat& depth_grid, const Pose& T)
-    : depth(depth_grid),
+PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
+    : stamp(time),
+      depth(depth_grid),
       nearest(cv::Mat::zeros(depth_grid.size(), CV_32FC1)),
       farthest(cv::Mat::zeros(depth_grid.size(), CV_32FC1)),
       T_WC(T) {
@@ -243,16 +262,17 @@ PosedDepth::PosedDepth(const cv::Mat& depth_grid, const Pose& T)
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
                    const MovingObjectOptions& options) {
-  constexpr int kRings = 3;  // of unknown cells that go with a cluster
+  constexpr int kRings = 8;  // of unknown cells that go with a cluster
   if (references.empty()) return {};
-  const cv::Mat labels = Label(view, references, grid, noise, options);
+  const Margin margin(noise, options);
+  const cv::Mat labels = Label(view, references, grid, margin, options);
   Clusters clusters(view.depth, labels, options.link);
   cv::Mat mask = cv::Mat::zeros(labels.size(), CV_8UC1);
   int moving = 0, measured = 0;
   for (int v = 0; v < labels.rows; ++v) {
     for (int u = 0; u < labels.cols; ++u) {
       measured += view.depth.at<float>(v, u) > 0.0F ? 1 : 0;
-      if (!clusters.IsFree({u, v}, 2)) continue;
+      if (!clusters.IsFree({u, v}, kMoves)) continue;
       Cluster cluster = clusters.Grow({u, v});
       if (cluster.core < options.min_core) continue;
       moving += static_cast<int>(cluster.cells.size());
@@ -275,20 +295,21 @@ cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
   if (!options_.enabled || depth.empty()) return {};
   std::vector<PosedDepth> references;
   for (const Remembered& remembered : recent_) {
-    if (remembered.stamp == stamp) continue;
+    if (remembered.view.stamp == stamp) continue;
     references.push_back(remembered.view);
     references.back().T_WC = map.ResolvePose(remembered.reference) * remembered.view.T_WC;
   }
-  return FindMoving(PosedDepth(depth, T_WC), references, grid_, noise_, options_);
+  return FindMoving(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, options_);
 }
 
 void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
                              KeyFrameId reference, const Map& map) {
   if (!options_.enabled || depth.empty()) return;
-  if (!recent_.empty() && stamp - recent_.back().stamp < FromSeconds(options_.interval)) return;
+  if (!recent_.empty() && stamp - recent_.back().view.stamp < FromSeconds(options_.interval))
+    return;
   const Pose T_reference_C = map.ResolvePose(reference).Inverse() * T_WC;
-  recent_.push_back({stamp, PosedDepth(depth, T_reference_C), reference});
-  while (stamp - recent_.front().stamp > FromSeconds(options_.history)) recent_.pop_front();
+  recent_.push_back({PosedDepth(stamp, depth, T_reference_C), reference});
+  while (stamp - recent_.front().view.stamp > FromSeconds(options_.history)) recent_.pop_front();
 }
 
 }  // namespace highwall

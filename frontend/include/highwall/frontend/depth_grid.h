@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,6 +25,15 @@ class DepthGrid {
   // Edge of a cell [px].
   double cell_size() const { return cell_size_; }
 
+  // Direction (x/z, y/z, 1) of the middle of a cell, and the cells that a point p_C [m], z > 0,
+  // falls on, fractions included.
+  const Eigen::Vector3f& Ray(const cv::Point& cell) const {
+    return rays_[static_cast<std::size_t>(cell.y * camera_.width + cell.x)];
+  }
+  Eigen::Vector2f Project(const Eigen::Vector3f& p_C) const {
+    return (scale_.cwiseProduct(p_C.head<2>()) / p_C.z() + centre_).eval();
+  }
+
   // CV_32FC1 [m], a cell a pixel: the median of readings about the middle of the cell; 0 where most
   // are missing or beyond [min_depth, max_depth]. depth: CV_32FC1 of the camera's size, else throws
   // InvalidArgument.
@@ -37,7 +47,9 @@ class DepthGrid {
  private:
   PinholeCamera image_camera_, camera_;
   double cell_size_;
-  std::vector<cv::Point> pixels_;  // of the image, at the middle of each cell; row by row
+  Eigen::Vector2f scale_, centre_;     // focal lengths and principal point [cells]
+  std::vector<Eigen::Vector3f> rays_;  // of the cells, row by row
+  std::vector<cv::Point> pixels_;      // of the image, at the middle of each cell
 };
 
 }  // namespace highwall

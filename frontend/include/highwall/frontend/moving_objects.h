@@ -18,9 +18,11 @@ struct MovingObjectOptions {
   double sigmas = 3.0;     // > 0: of depth noise by which two depths must differ ...
   double relative = 0.03;  // >= 0: ... and this share of the depth, for errors of the pose
   double link = 0.05;      // > 0: neighbouring cells are one surface up to this share of the depth
+  int min_votes = 2;       // >= 1: frames that contradict a point
+  double settled = 1.5;    // [s] > 0: what was seen in place this long before or after stands
   int min_core = 6;        // >= 1 [cells] that lie within a moving cluster; edges have none
   double max_share = 0.6;  // (0, 1]: where more of the image seems to move, the pose is to blame
-  double interval = 0.4;   // [s] > 0: between the frames that are remembered
+  double interval = 0.5;   // [s] > 0: between the frames that are remembered
   double history = 4.0;    // [s] > interval: how long they are
 
   void Validate() const;
@@ -28,8 +30,9 @@ struct MovingObjectOptions {
 
 // A depth grid, where it was taken, and the range of the depths about each cell.
 struct PosedDepth {
-  PosedDepth(const cv::Mat& depth, const Pose& T_WC);
+  PosedDepth(Stamp stamp, const cv::Mat& depth, const Pose& T_WC);
 
+  Stamp stamp = 0;
   cv::Mat depth;     // CV_32FC1 [m], DepthGrid::Sample
   cv::Mat nearest;   // the least depth of a cell and its neighbours; 0: too few have one
   cv::Mat farthest;  // the greatest
@@ -63,7 +66,6 @@ class MovingObjects {
 
  private:
   struct Remembered {
-    Stamp stamp = 0;
     PosedDepth view;  // T_WC: of the reference keyframe instead, T_reference_C
     KeyFrameId reference = kNoId;
   };
