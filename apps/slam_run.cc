@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // [s] Long enough for something that moves to have left its place.
-constexpr double kSettling = 1.5;
+constexpr double kSettling = 2.0;
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();

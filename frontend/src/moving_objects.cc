@@ -29,14 +29,21 @@ class Margin {
   float offset_, quadratic_, reference_, relative_;
 };
 
-enum class Vote { kNone, kConfirm, kContradict };
+// kSettle: a confirmation over a long time.
+enum class Vote { kNone, kConfirm, kSettle, kContradict };
 
 // Cells of a view looked up in a reference.
 class Comparison {
  public:
+  // settled: reference and view are far apart in time.
   Comparison(const PosedDepth& view, const PosedDepth& reference, const DepthGrid& grid,
-             const Margin& margin)
-      : view_(view), reference_(reference), grid_(grid), margin_(margin) {
+             const Margin& margin, bool settled)
+      : view_(view),
+        reference_(reference),
+        grid_(grid),
+        margin_(margin),
+        confirms_(settled ? Vote::kSettle : Vote::kConfirm),
+        heeds_moving_(!settled && !reference.moving.empty()) {
     const Pose T_RV = reference.T_WC.Inverse() * view.T_WC;
     R_RV_ = T_RV.R().cast<float>();
     p_RV_ = T_RV.p().cast<float>();
@@ -51,7 +58,11 @@ class Comparison {
     if (nearest <= 0.0F) return Vote::kNone;
     if (p_R.z() < nearest - margin_(nearest)) return Vote::kContradict;  // there was nothing
     const float farthest = reference_.farthest.at<float>(cell);
-    if (p_R.z() <= farthest + margin_(p_R.z())) return Vote::kConfirm;
+    if (p_R.z() <= farthest + margin_(p_R.z())) {
+      // What moved a moment ago moves still, though not yet out of its own place.
+      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) != 0;
+      return moved ? Vote::kContradict : confirms_;
+    }
     return HasGone(cell) ? Vote::kContradict : Vote::kNone;
   }
 
@@ -83,6 +94,8 @@ class Comparison {
   const PosedDepth& reference_;
   const DepthGrid& grid_;
   const Margin& margin_;
+  Vote confirms_;
+  bool heeds_moving_;
   Eigen::Matrix3f R_RV_;
   Eigen::Vector3f p_RV_;
 };
@@ -95,10 +108,9 @@ constexpr std::uint8_t kMoves = 2;
 cv::Mat Label(const PosedDepth& view, std::span<const PosedDepth> references, const DepthGrid& grid,
               const Margin& margin, const MovingObjectOptions& options) {
   std::vector<Comparison> comparisons;
-  std::vector<bool> distant;
   for (const PosedDepth& reference : references) {
-    comparisons.emplace_back(view, reference, grid, margin);
-    distant.push_back(std::abs(reference.stamp - view.stamp) >= FromSeconds(options.settled));
+    const bool settled = std::abs(reference.stamp - view.stamp) >= FromSeconds(options.settled);
+    comparisons.emplace_back(view, reference, grid, margin, settled);
   }
   cv::Mat labels = cv::Mat::zeros(view.depth.size(), CV_8UC1);
   for (int v = 0; v < labels.rows; ++v) {
@@ -108,11 +120,11 @@ cv::Mat Label(const PosedDepth& view, std::span<const PosedDepth> references, co
       const Eigen::Vector3f p_V = z * grid.Ray({u, v});
       int contradict = 0, confirm = 0;
       bool settled = false;
-      for (std::size_t i = 0; i < comparisons.size(); ++i) {
-        const Vote vote = comparisons[i].Ask(p_V);
+      for (const Comparison& comparison : comparisons) {
+        const Vote vote = comparison.Ask(p_V);
         contradict += vote == Vote::kContradict ? 1 : 0;
-        confirm += vote == Vote::kConfirm ? 1 : 0;
-        settled = settled || (vote == Vote::kConfirm && distant[i]);
+        confirm += vote == Vote::kConfirm || vote == Vote::kSettle ? 1 : 0;
+        settled = settled || vote == Vote::kSettle;
       }
       labels.at<std::uint8_t>(v, u) = contradict >= options.min_votes && contradict > confirm
                                           ? kMoves
@@ -203,20 +215,6 @@ class Clusters {
   cv::Mat visited_;
 };
 
-// One cell wider: at the border of a surface the sensor mixes both sides.
-cv::Mat Widened(const cv::Mat& mask) {
-  cv::Mat wide = cv::Mat::zeros(mask.size(), CV_8UC1);
-  const cv::Rect all(0, 0, mask.cols, mask.rows);
-  for (int v = 0; v < mask.rows; ++v) {
-    for (int u = 0; u < mask.cols; ++u) {
-      if (mask.at<std::uint8_t>(v, u) != 0) {
-        wide(cv::Rect(u - 1, v - 1, 3, 3) & all).setTo(255);
-      }
-    }
-  }
-  return wide;
-}
-
 }  // namespace
 
 void MovingObjectOptions::Validate() const {
@@ -262,26 +260,39 @@ PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
                    const MovingObjectOptions& options) {
-  constexpr int kRings = 8;  // of unknown cells that go with a cluster
+  constexpr int kRings = 24;  // of unknown cells that go with a cluster
   if (references.empty()) return {};
   const Margin margin(noise, options);
   const cv::Mat labels = Label(view, references, grid, margin, options);
   Clusters clusters(view.depth, labels, options.link);
   cv::Mat mask = cv::Mat::zeros(labels.size(), CV_8UC1);
-  int moving = 0, measured = 0;
+  int masked = 0, measured = 0;
   for (int v = 0; v < labels.rows; ++v) {
     for (int u = 0; u < labels.cols; ++u) {
       measured += view.depth.at<float>(v, u) > 0.0F ? 1 : 0;
       if (!clusters.IsFree({u, v}, kMoves)) continue;
       Cluster cluster = clusters.Grow({u, v});
       if (cluster.core < options.min_core) continue;
-      moving += static_cast<int>(cluster.cells.size());
       clusters.Extend(cluster, kRings);
+      masked += static_cast<int>(cluster.cells.size());
       for (const cv::Point& cell : cluster.cells) mask.at<std::uint8_t>(cell) = 255;
     }
   }
-  if (moving == 0 || moving > options.max_share * measured) return {};
-  return Widened(mask);
+  if (masked == 0 || masked > options.max_share * measured) return {};
+  return mask;
+}
+
+cv::Mat WithBorder(const cv::Mat& cells) {
+  cv::Mat wide = cv::Mat::zeros(cells.size(), CV_8UC1);
+  const cv::Rect all(0, 0, cells.cols, cells.rows);
+  for (int v = 0; v < cells.rows; ++v) {
+    for (int u = 0; u < cells.cols; ++u) {
+      if (cells.at<std::uint8_t>(v, u) != 0) {
+        wide(cv::Rect(u - 1, v - 1, 3, 3) & all).setTo(255);
+      }
+    }
+  }
+  return wide;
 }
 
 MovingObjects::MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
@@ -303,12 +314,13 @@ cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
 }
 
 void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
-                             KeyFrameId reference, const Map& map) {
+                             const cv::Mat& moving, KeyFrameId reference, const Map& map) {
   if (!options_.enabled || depth.empty()) return;
   if (!recent_.empty() && stamp - recent_.back().view.stamp < FromSeconds(options_.interval))
     return;
   const Pose T_reference_C = map.ResolvePose(reference).Inverse() * T_WC;
   recent_.push_back({PosedDepth(stamp, depth, T_reference_C), reference});
+  recent_.back().view.moving = moving;
   while (stamp - recent_.front().view.stamp > FromSeconds(options_.history)) recent_.pop_front();
 }
 

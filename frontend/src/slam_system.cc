@@ -105,8 +105,7 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.T_WC = tracked.T_WC;
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
-  result.moving =
-      tracked.moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(tracked.moving);
+  result.moving = ToImage(tracked.moving);
   if (HasPose(tracked.state)) {
     tracked_.push_back({image.stamp, tracked.reference,
                         map_.keyframe(tracked.reference)->T_WC.Inverse() * tracked.T_WC});
@@ -114,11 +113,14 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   return result;
 }
 
+cv::Mat SlamSystem::ToImage(const cv::Mat& moving) const {
+  return moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(WithBorder(moving));
+}
+
 cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const {
   const KeyFrame* seen = map_.keyframe(keyframe);
   if (seen == nullptr) return {};
-  const cv::Mat moving = tracker_.MovingIn(*seen, map_);
-  return moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(moving);
+  return ToImage(tracker_.MovingIn(*seen, map_));
 }
 
 Pose SlamSystem::FirstPose(Stamp stamp) const {

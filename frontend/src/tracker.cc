@@ -125,7 +125,8 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
   last_support_ = match->Support();
-  moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.reference, map);
+  moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
+                   tracked.reference, map);
   return tracked;
 }
 
@@ -197,8 +198,9 @@ void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
   const FrameFeatures& features = *rough.frame.features;
   rough.moving = moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map);
   if (rough.moving.empty()) return;
+  const cv::Mat aside = WithBorder(rough.moving);
   const auto stays = [&](const Eigen::Vector2d& uv) {
-    return rough.moving.at<std::uint8_t>(moving_.grid().CellOf(uv)) == 0;
+    return aside.at<std::uint8_t>(moving_.grid().CellOf(uv)) == 0;
   };
   std::vector<bool> points, lines;
   for (const PointFeature& point : features.points) points.push_back(stays(point.uv));

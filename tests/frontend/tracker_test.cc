@@ -328,8 +328,8 @@ TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
     if (i < 14) continue;
     EXPECT_FALSE(tracked.moving.empty()) << i;
     EXPECT_LE(MarksIn(tracked), kMarks / 10) << i;
-    // The rest of the scene stays, but for what is seen beside the box.
-    EXPECT_GT(tracked.points.size(), 0.7 * static_cast<double>(view.points.size() - kMarks)) << i;
+    // The rest of the scene stays, but for what the box hides or has just uncovered.
+    EXPECT_GT(tracked.points.size(), 0.6 * static_cast<double>(view.points.size() - kMarks)) << i;
   }
 }
 

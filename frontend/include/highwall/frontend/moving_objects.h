@@ -36,6 +36,7 @@ struct PosedDepth {
   cv::Mat depth;     // CV_32FC1 [m], DepthGrid::Sample
   cv::Mat nearest;   // the least depth of a cell and its neighbours; 0: too few have one
   cv::Mat farthest;  // the greatest
+  cv::Mat moving;    // what moved here as far as was known (FindMoving); may be empty
   Pose T_WC;
 };
 
@@ -43,10 +44,14 @@ struct PosedDepth {
 // most of the references contradict, in clusters that are more than an edge. A reference
 // contradicts a point where it looked through it at something farther away, and where it saw
 // something before it that the view in turn looks through; it confirms a point at whose depth it
-// has a surface. A point out of its sight, or behind what still stands there, it says nothing of.
+// has a surface, unless that moved a moment ago. A point out of its sight, or behind what still
+// stands there, it says nothing of.
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
                    const MovingObjectOptions& options);
+
+// The cells of a mask and those about them: at the border of a surface the sensor mixes both sides.
+cv::Mat WithBorder(const cv::Mat& cells);
 
 // The depth of the last seconds, and what moves against it.
 class MovingObjects {
@@ -60,9 +65,9 @@ class MovingObjects {
   // frame itself may be among those remembered.
   cv::Mat Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map) const;
   // Remembers a frame where the last one is old enough. reference: a keyframe of the map, which the
-  // pose follows.
-  void Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, KeyFrameId reference,
-                const Map& map);
+  // pose follows; moving: what Find found in it.
+  void Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const cv::Mat& moving,
+                KeyFrameId reference, const Map& map);
 
  private:
   struct Remembered {

@@ -108,6 +108,8 @@ class SlamSystem {
     Pose T_reference_C;
   };
 
+  // Cells that move as pixels, their border included; empty where there are none.
+  cv::Mat ToImage(const cv::Mat& moving) const;
   Pose FirstPose(Stamp stamp) const;
   // Fuses the frame with the IMU.
   void Fuse(TrackedFrame& tracked, FrameResult& result);
