@@ -29,6 +29,9 @@ class Margin {
   float offset_, quadratic_, reference_, relative_;
 };
 
+// Of a mask: contradicted, and taken along with such cells.
+constexpr std::uint8_t kSeenMoving = 255, kTakenAlong = 127;
+
 // kSettle: a confirmation over a long time.
 enum class Vote { kNone, kConfirm, kSettle, kContradict };
 
@@ -60,7 +63,7 @@ class Comparison {
     const float farthest = reference_.farthest.at<float>(cell);
     if (p_R.z() <= farthest + margin_(p_R.z())) {
       // What moved a moment ago moves still, though not yet out of its own place.
-      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) != 0;
+      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) == kSeenMoving;
       return moved ? Vote::kContradict : confirms_;
     }
     return HasGone(cell) ? Vote::kContradict : Vote::kNone;
@@ -177,10 +180,13 @@ class Clusters {
     return cluster;
   }
 
-  // Adds the cells about a cluster, `rings` deep, of whose surface nothing is known.
-  void Extend(Cluster& cluster, int rings) {
+  // Adds the cells about a cluster of whose surface nothing is known: at most as many as it has,
+  // for they may be a wall that has just come into view.
+  void Extend(Cluster& cluster) {
+    constexpr int kRings = 24;
+    const std::size_t enough = 2 * cluster.cells.size();
     std::size_t begin = 0;
-    for (int ring = 0; ring < rings; ++ring) {
+    for (int ring = 0; ring < kRings && cluster.cells.size() < enough; ++ring) {
       const std::size_t end = cluster.cells.size();
       for (; begin < end; ++begin) {
         const cv::Point cell = cluster.cells[begin];
@@ -260,7 +266,6 @@ PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
                    const MovingObjectOptions& options) {
-  constexpr int kRings = 24;  // of unknown cells that go with a cluster
   if (references.empty()) return {};
   const Margin margin(noise, options);
   const cv::Mat labels = Label(view, references, grid, margin, options);
@@ -273,9 +278,12 @@ cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> reference
       if (!clusters.IsFree({u, v}, kMoves)) continue;
       Cluster cluster = clusters.Grow({u, v});
       if (cluster.core < options.min_core) continue;
-      clusters.Extend(cluster, kRings);
+      const std::size_t seen = cluster.cells.size();
+      clusters.Extend(cluster);
       masked += static_cast<int>(cluster.cells.size());
-      for (const cv::Point& cell : cluster.cells) mask.at<std::uint8_t>(cell) = 255;
+      for (std::size_t i = 0; i < cluster.cells.size(); ++i) {
+        mask.at<std::uint8_t>(cluster.cells[i]) = i < seen ? kSeenMoving : kTakenAlong;
+      }
     }
   }
   if (masked == 0 || masked > options.max_share * measured) return {};

@@ -134,7 +134,7 @@ TEST_F(FindMovingTest, WhatMovedAMomentAgoMovesStill) {
   for (int i = 0; i < 3; ++i) {
     references.push_back(See(kReferences, {0, 0, 0}, Pose()));
     references.back().stamp = (kReferences - 3 + i) * kStep;
-    references.back().moving = PersonCells();
+    references.back().moving = PersonCells();  // 255 each
   }
   const PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
   const cv::Mat mask = FindMoving(view, references, grid, noise, {.settled = 1.6});

@@ -40,12 +40,12 @@ struct PosedDepth {
   Pose T_WC;
 };
 
-// What moves, from depth alone: the cells of `view` (CV_8UC1, 255: moves; empty: nothing does) that
-// most of the references contradict, in clusters that are more than an edge. A reference
-// contradicts a point where it looked through it at something farther away, and where it saw
-// something before it that the view in turn looks through; it confirms a point at whose depth it
-// has a surface, unless that moved a moment ago. A point out of its sight, or behind what still
-// stands there, it says nothing of.
+// What moves, from depth alone: the cells of `view` (CV_8UC1, not 0; empty: nothing does) that most
+// of the references contradict, in clusters that are more than an edge (255), and cells of the same
+// surface of which nothing is known (127). A reference contradicts a point where it looked through
+// it at something farther away, and where it saw something before it that the view in turn looks
+// through; it confirms a point at whose depth it has a surface, unless that moved a moment ago. A
+// point out of its sight, or behind what still stands there, it says nothing of.
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
                    const MovingObjectOptions& options);
