@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -22,6 +21,7 @@
 
 #include "commands.h"
 #include "config.h"
+#include "imu_choice.h"
 #include "imu_input.h"
 #include "option_checks.h"
 #include "progress.h"
@@ -75,18 +75,6 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
     options.prefetch = 0;
   }
   return options;
-}
-
-// --imu off|paper|consistent|fixed:W; empty: what the options say.
-bool ReadImuChoice(const std::string& choice, ImuWeightingOptions* weighting) {
-  constexpr std::string_view kFixed = "fixed:";
-  if (choice == "paper") weighting->policy = ImuWeighting::kPaper;
-  if (choice == "consistent") weighting->policy = ImuWeighting::kConsistent;
-  if (choice.starts_with(kFixed)) {
-    weighting->policy = ImuWeighting::kFixed;
-    weighting->fixed_weight = std::stod(choice.substr(kFixed.size()));
-  }
-  return choice != "off";
 }
 
 // The readings of the dataset's IMU where it has one, it can be used and the user wants it.
@@ -177,7 +165,8 @@ int RunSlamCommand(const SlamArguments& arguments) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
   SlamRunOptions options = MakeOptions(arguments);
-  if (ReadImuChoice(arguments.imu, &options.slam.inertial.weighting)) {
+  if (const auto weighting = ReadImuChoice(arguments.imu)) {
+    options.slam.inertial.weighting = *weighting;
     options.imu = MakeImuFeed(dataset, resolved.config, !arguments.imu.empty());
   }
   SlamRun run;

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <unistd.h>
@@ -19,6 +18,7 @@
 #include <highwall/frontend/tum_dataset.h>
 
 #include "config.h"
+#include "imu_choice.h"
 #include "imu_input.h"
 #include "option_checks.h"
 #include "progress.h"
@@ -70,18 +70,6 @@ class CacheFolder {
   bool temporary_;
 };
 
-ImuWeightingOptions WeightingOf(const std::string& policy) {
-  constexpr std::string_view kFixed = "fixed:";
-  ImuWeightingOptions options;
-  if (policy == "paper") options.policy = ImuWeighting::kPaper;
-  if (policy == "consistent") options.policy = ImuWeighting::kConsistent;
-  if (policy.starts_with(kFixed)) {
-    options.policy = ImuWeighting::kFixed;
-    options.fixed_weight = std::stod(policy.substr(kFixed.size()));
-  }
-  return options;
-}
-
 // The readings as a user's run gets them, their clock moved.
 apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibration>& calibration,
                        double time_offset) {
@@ -107,9 +95,9 @@ Scores RunOnce(const Sequence& sequence, const std::string& policy, const Argume
   apps::SlamRunOptions options;
   options.dense = false;
   options.slam.mapper.bundle.threads = 1;  // the same figures on every run
-  if (policy != "off") {
+  if (const auto weighting = apps::ReadImuChoice(policy)) {
     options.imu = MakeFeed(dataset, config.imu, arguments.time_offset);
-    options.slam.inertial.weighting = WeightingOf(policy);
+    options.slam.inertial.weighting = *weighting;
   }
   Judge judge(sequence, arguments.time_offset);
   apps::Progress progress(label);

@@ -128,7 +128,19 @@ ImuPreintegration ImuPreintegration::Joined(const ImuPreintegration& next) const
                    "ImuPreintegration::Joined: the next interval must start where this one ends");
   std::vector<ImuSample> samples = samples_;
   samples.insert(samples.end(), next.samples_.begin() + 1, next.samples_.end());
-  return ImuPreintegration(samples, delta_.bias, options_);
+  const ImuNoise& a = options_.noise;
+  const ImuNoise& b = next.options_.noise;
+  const double share = next.delta_.duration / (delta_.duration + next.delta_.duration);
+  // What white noise and walks add up to, their variance over the time, is that of both.
+  const auto mean = [share](double of_a, double of_b) {
+    return std::sqrt((1.0 - share) * of_a * of_a + share * of_b * of_b);
+  };
+  ImuPreintegrationOptions options = options_;
+  options.noise = {.gyroscope = mean(a.gyroscope, b.gyroscope),
+                   .accelerometer = mean(a.accelerometer, b.accelerometer),
+                   .gyroscope_walk = mean(a.gyroscope_walk, b.gyroscope_walk),
+                   .accelerometer_walk = mean(a.accelerometer_walk, b.accelerometer_walk)};
+  return ImuPreintegration(samples, delta_.bias, options);
 }
 
 }  // namespace highwall

@@ -170,10 +170,12 @@ InertialReport InertialOdometry::Update(const Observation& observation) {
   }
   if (window_) {
     Advance(observation, report);
+  } else if (known_) {
+    Resume(observation, report);
   } else {
     Initialize(observation, report);
   }
-  if (observation.visual) last_visual_ = observation.image;
+  if (observation.visual) last_visual_ = {observation.image, observation.visual->T_WC};
   report.status = status_;
   report.estimate = estimate();
   report.gravity_sigma = gravity_sigma();
@@ -258,7 +260,8 @@ InitializationReport InertialOdometry::SolveWithSign(const VisualPose& visual,
 void InertialOdometry::Advance(const Observation& observation, InertialReport& report) {
   const auto imu = Between(window_->newest().stamp, ImuStamp(observation.image));
   if (!imu) {
-    Restart(observation, report);
+    Suspend();
+    Resume(observation, report);
     return;
   }
   const Eigen::Vector3d gravity = kStandardGravity * window_->gravity_W().vector();
@@ -282,47 +285,68 @@ void InertialOdometry::Advance(const Observation& observation, InertialReport& r
   step.weight = report.weight = weight_.Update(input);
   step.stationary = report.stationary = Rests(*imu);
   if (!window_->Add(step)) {
-    Restart(observation, report);
+    Suspend();
+    Resume(observation, report);
     return;
   }
   bias_ = window_->newest().bias;
   time_offset_ = window_->time_offset();
   status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
-  if (last_visual_ && ToSeconds(observation.image - *last_visual_) > options_.max_dead_reckoning) {
-    Stop();
+  if (last_visual_ &&
+      ToSeconds(observation.image - last_visual_->stamp) > options_.max_dead_reckoning) {
+    Suspend();
   }
 }
 
-void InertialOdometry::Restart(const Observation& observation, InertialReport& report) {
-  report.restarted = true;
-  if (!observation.visual || buffer_.empty() || buffer_.newest() < ImuStamp(observation.image)) {
-    Stop();
+void InertialOdometry::Suspend() {
+  InertialPrior known;
+  known.estimate = window_->newest();
+  known.gravity_W = window_->gravity_W();
+  known.gravity_sigma = std::max(window_->gravity_sigma(), 1e-3);
+  known.time_offset = window_->time_offset();
+  known.time_offset_sigma = std::max(window_->time_offset_sigma(), 1e-4);
+  known_ = known;
+  window_.reset();
+  status_ = InertialStatus::kWaiting;
+}
+
+void InertialOdometry::Resume(const Observation& observation, InertialReport& report) {
+  constexpr double kNeighbours = 0.2;  // [s] apart at most, two images that tell a velocity
+  const Stamp stamp = ImuStamp(observation.image);
+  if (!Between(stamp - FromSeconds(0.005), stamp)) {
+    report.reason = "no readings";
     return;
   }
-  const VisualPose visual = InO(*observation.visual);
-  InertialPrior prior;
-  prior.estimate = window_->newest();
-  prior.estimate.stamp = ImuStamp(observation.image);
-  prior.estimate.state.T_WB = visual.T_WC * calibration_.T_BC.Inverse();
-  prior.estimate.covariance.topLeftCorner<9, 15>().setZero();
-  prior.estimate.covariance.bottomLeftCorner<6, 9>().setZero();
+  if (!observation.visual || !last_visual_ ||
+      ToSeconds(observation.image - last_visual_->stamp) > kNeighbours) {
+    report.reason = "two images in a row must tell their pose";
+    return;
+  }
+  const double step = ToSeconds(observation.image - last_visual_->stamp);
+  const double pause = ToSeconds(stamp - known_->estimate.stamp);
+  InertialPrior prior = *known_;
+  InertialEstimate& estimate = prior.estimate;
+  const Pose T_BC = calibration_.T_BC;
+  const Pose T_OB = InO(*observation.visual).T_WC * T_BC.Inverse();
+  const Pose T_OB_before = T_WO_.Inverse() * last_visual_->pose * T_BC.Inverse();
+  estimate.stamp = stamp;
+  estimate.state.T_WB = T_OB;
+  estimate.state.v_WB = (T_OB.p() - T_OB_before.p()) / step;
+  estimate.covariance.topLeftCorner<9, 15>().setZero();
+  estimate.covariance.bottomLeftCorner<6, 9>().setZero();
   Eigen::Matrix<double, 9, 1> sigma;
   sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Constant(0.005),
       Eigen::Vector3d::Constant(options_.restart_velocity_sigma);
-  prior.estimate.covariance.topLeftCorner<9, 9>() = sigma.cwiseProduct(sigma).asDiagonal();
-  prior.gravity_W = window_->gravity_W();
-  prior.gravity_sigma = std::max(window_->gravity_sigma(), 1e-3);
-  prior.time_offset = window_->time_offset();
-  prior.time_offset_sigma = std::max(window_->time_offset_sigma(), 1e-4);
+  estimate.covariance.topLeftCorner<9, 9>() = sigma.cwiseProduct(sigma).asDiagonal();
+  Vector6 walk;
+  walk << Eigen::Vector3d::Constant(calibration_.noise.gyroscope_walk),
+      Eigen::Vector3d::Constant(calibration_.noise.accelerometer_walk);
+  estimate.covariance.bottomRightCorner<6, 6>() +=
+      Matrix6((pause * walk.cwiseProduct(walk)).asDiagonal());
   window_.emplace(calibration_, options_.window, prior, options_.estimate_time_offset);
+  known_.reset();
+  report.restarted = true;
   status_ = InertialStatus::kRunning;
-}
-
-void InertialOdometry::Stop() {
-  window_.reset();
-  initializer_.Clear();
-  last_attempt_.reset();
-  status_ = InertialStatus::kWaiting;
 }
 
 void InertialOdometry::Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
@@ -352,6 +376,7 @@ void InertialOdometry::MoveMap(const Pose& T_new_old) {
   const Eigen::Vector3d p_W =
       window_ ? T_WO_ * window_->newest().state.T_WB.p() : Eigen::Vector3d(Eigen::Vector3d::Zero());
   T_WO_ = YawAndShift(T_new_old, p_W) * T_WO_;
+  if (last_visual_) last_visual_->pose = T_new_old * last_visual_->pose;
 }
 
 VisualPose InertialOdometry::InO(const VisualPose& visual_W) const {

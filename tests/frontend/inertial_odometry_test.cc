@@ -183,11 +183,16 @@ TEST(InertialOdometry, StopsAfterTooLongWithoutImages) {
   drive.Until(3.0);
   ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
   drive.Until(4.5, [](double) { return false; });
-  EXPECT_EQ(drive.odometry.status(), InertialStatus::kInitializing);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
   EXPECT_FALSE(drive.odometry.T_WC());
   EXPECT_FALSE(drive.prediction);
+  drive.Until(4.6);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting) << "one pose tells no velocity";
+  EXPECT_FALSE(drive.reports.back().reason.empty());
+  drive.Until(4.7);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning) << "two images on";
+  EXPECT_TRUE(drive.reports.back().restarted);
   drive.Until(4.5 + 3.0);
-  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning) << "and begins anew";
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
@@ -206,6 +211,8 @@ TEST(InertialOdometry, RestartsAfterAGapInTheReadings) {
   ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
   const ImuBias before = drive.odometry.estimate()->bias;
   drive.Until(4.21);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting) << "within the gap";
+  drive.Until(4.31);
   EXPECT_TRUE(drive.reports.back().restarted);
   ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
   EXPECT_LT((drive.odometry.estimate()->bias - before).norm(), 0.01) << "biases outlast the gap";
@@ -216,14 +223,41 @@ TEST(InertialOdometry, RestartsAfterAGapInTheReadings) {
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
-TEST(InertialOdometry, ComesBackAfterALongGap) {
+TEST(InertialOdometry, KeepsBiasesGravityAndOffsetOverALongGap) {
+  Drive drive({.bias = kBias, .time_offset = 0.012, .T_WN = kTilted});
+  drive.change = Gap(4.05, 4.6);
+  drive.Until(4.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  const InertialEstimate before = *drive.odometry.estimate();
+  const Eigen::Vector3d gravity = *drive.odometry.gravity_W();
+  drive.Until(4.5);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  EXPECT_FALSE(drive.odometry.T_WC()) << "the images alone";
+  drive.Until(4.61);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_TRUE(drive.reports.back().restarted);
+  const InertialEstimate after = *drive.odometry.estimate();
+  EXPECT_LT((after.bias - before.bias).norm(), 1e-3);
+  EXPECT_NEAR(drive.odometry.time_offset(), 0.012, 1e-3);
+  EXPECT_LT(AngleBetween(*drive.odometry.gravity_W(), gravity), 0.1 * kDegree);
+  EXPECT_GT(after.covariance(9, 9), before.covariance(9, 9)) << "biases walked in the meantime";
+  drive.Until(7.0);
+  EXPECT_LT(drive.PositionError(), 3e-3);
+  int levels = 0;
+  for (const InertialReport& report : drive.reports) levels += report.T_level ? 1 : 0;
+  EXPECT_EQ(levels, 1) << "the map is levelled once";
+}
+
+TEST(InertialOdometry, AMapThatMovesDuringAGapTakesTheEstimateAlong) {
   Drive drive({.bias = kBias});
   drive.change = Gap(4.05, 4.6);
-  drive.Until(4.5);
-  EXPECT_NE(drive.odometry.status(), InertialStatus::kRunning);
-  EXPECT_FALSE(drive.odometry.T_WC()) << "the images alone";
-  drive.Until(7.0);
-  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  drive.Until(4.3);
+  ASSERT_FALSE(drive.odometry.T_WC());
+  const Pose T_new_old = Pose::FromTangent({0.4, -0.2, 0.1}, {0, 0, 0.3});
+  drive.T_map = T_new_old * drive.T_map;
+  drive.odometry.MoveMap(T_new_old);
+  drive.Until(6.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 

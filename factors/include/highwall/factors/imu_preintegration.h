@@ -89,8 +89,8 @@ class ImuPreintegration {
   // The bias left the range of the first-order correction: use Reintegrated(bias) instead.
   bool NeedsReintegration(const ImuBias& bias) const;
   ImuPreintegration Reintegrated(const ImuBias& bias) const;
-  // This interval and the one that follows it as one, with this one's bias and options. Throws
-  // InvalidArgument unless next.start() == end().
+  // This interval and the one that follows it as one, with this one's bias and bounds and the mean
+  // of both noises over the time. Throws InvalidArgument unless next.start() == end().
   ImuPreintegration Joined(const ImuPreintegration& next) const;
 
  private:

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/zero_velocity.h>
 #include <highwall/frontend/imu_calibration.h>
@@ -31,7 +32,7 @@ struct InertialOptions {
   // Of the prediction's covariance before it guides the search for landmarks, >= 1.
   double prediction_inflation = 4.0;
   double max_dead_reckoning = 5.0;  // [s] > 0; without any image, then the frame is lost
-  // After readings were missing: how well the velocity before still holds.
+  // After readings were missing: of the velocity that the displacement of two images shows.
   double restart_velocity_sigma = 0.5;  // [m/s] > 0
   StationaryOptions stationary{};
   double stationary_speed = 0.03;  // [m/s] > 0; the estimate must be slower as well
@@ -128,8 +129,10 @@ class InertialOdometry {
   // the readings once the accelerometer's sign is turned.
   InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;
   void Advance(const Observation& observation, InertialReport& report);
-  void Restart(const Observation& observation, InertialReport& report);
-  void Stop();
+  // Ends the window, and keeps what holds on: biases, gravity, t_d.
+  void Suspend();
+  // Starts a window anew with what was kept, once there are readings and poses again.
+  void Resume(const Observation& observation, InertialReport& report);
   // The innovation of an image's pose, where all its directions are known.
   void Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
                 InertialReport& report) const;
@@ -147,8 +150,9 @@ class InertialOdometry {
   std::string reason_;
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
-  std::optional<Stamp> last_visual_;  // image stamp
-  // Kept over a restart.
+  std::optional<StampedPose> last_visual_;  // T_WC of the last image that told it, image stamp
+  std::optional<InertialPrior> known_;      // between Suspend() and Resume()
+  // Kept over a pause.
   ImuBias bias_ = ImuBias::Zero();
   double time_offset_;
   Pose T_WO_;

@@ -1,0 +1,46 @@
+#include "imu_choice.h"
+
+#include <cstdlib>
+#include <string_view>
+
+#include <highwall/core/error.h>
+
+namespace highwall::apps {
+namespace {
+
+constexpr std::string_view kFixed = "fixed:";
+
+// What is wrong with it; empty where nothing is.
+std::string Problem(const std::string& choice) {
+  if (choice == "off" || choice == "paper" || choice == "consistent") return "";
+  const std::string problem = "must be off, paper, consistent or fixed:W, is " + choice;
+  if (!choice.starts_with(kFixed)) return problem;
+  const std::string weight = choice.substr(kFixed.size());
+  char* end = nullptr;
+  const double value = std::strtod(weight.c_str(), &end);
+  if (end == weight.c_str() || *end != '\0') return problem;
+  return value > 0.0 && value <= 1000.0 ? "" : "W must be in (0, 1000], is " + weight;
+}
+
+}  // namespace
+
+CLI::Validator ImuChoice() {
+  return CLI::Validator(Problem, "");
+}
+
+std::optional<ImuWeightingOptions> ReadImuChoice(const std::string& choice) {
+  ImuWeightingOptions weighting;
+  if (choice.empty()) return weighting;
+  const std::string problem = Problem(choice);
+  HIGHWALL_REQUIRE(problem.empty(), "ReadImuChoice: " + problem);
+  if (choice == "off") return std::nullopt;
+  if (choice == "paper") weighting.policy = ImuWeighting::kPaper;
+  if (choice == "consistent") weighting.policy = ImuWeighting::kConsistent;
+  if (choice.starts_with(kFixed)) {
+    weighting.policy = ImuWeighting::kFixed;
+    weighting.fixed_weight = std::strtod(choice.c_str() + kFixed.size(), nullptr);
+  }
+  return weighting;
+}
+
+}  // namespace highwall::apps
