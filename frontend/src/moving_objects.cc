@@ -324,8 +324,8 @@ cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
 void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
                              const cv::Mat& moving, KeyFrameId reference, const Map& map) {
   if (!options_.enabled || depth.empty()) return;
-  if (!recent_.empty() && stamp - recent_.back().view.stamp < FromSeconds(options_.interval))
-    return;
+  const Stamp interval = FromSeconds(options_.interval);
+  if (!recent_.empty() && stamp - recent_.back().view.stamp < interval) return;
   const Pose T_reference_C = map.ResolvePose(reference).Inverse() * T_WC;
   recent_.push_back({PosedDepth(stamp, depth, T_reference_C), reference});
   recent_.back().view.moving = moving;

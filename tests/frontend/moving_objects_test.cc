@@ -1,6 +1,6 @@
 #include <highwall/frontend/moving_objects.h>
 
-#include <cmath>
+#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -175,7 +175,11 @@ TEST_F(FindMovingTest, NothingIsKnownWithoutReferencesOrDepth) {
 
 class MovingObjectsTest : public ::testing::Test {
  protected:
-  MovingObjectsTest() { keyframe = map.AddKeyFrame({}, Pose()).id; }
+  MovingObjectsTest() {
+    Frame frame;
+    frame.features = std::make_shared<const FrameFeatures>();
+    keyframe = map.AddKeyFrame(frame, Pose()).id;
+  }
 
   cv::Mat See(double x, const Pose& T_WC = Pose()) const {
     BoxWorld world;
@@ -190,9 +194,9 @@ class MovingObjectsTest : public ::testing::Test {
 
 TEST_F(MovingObjectsTest, FindsWhatMovedInTheLastSeconds) {
   for (int i = 0; i < 40; ++i) {
-    moving.Remember(i * 100'000'000, See(0.05 * i), Pose(), {}, keyframe, map);
+    moving.Remember(i * Stamp{100'000'000}, See(0.05 * i - 1.2), Pose(), {}, keyframe, map);
   }
-  EXPECT_FALSE(moving.Find(4'000'000'000, See(2.0), Pose(), map).empty());
+  EXPECT_FALSE(moving.Find(4'000'000'000, See(0.8), Pose(), map).empty());
   EXPECT_TRUE(moving.Find(4'000'000'000, cv::Mat(), Pose(), map).empty()) << "of a loaded map";
 }
 
