@@ -13,11 +13,15 @@
 #include <highwall/frontend/map_io.h>
 
 #include "live_replay.h"
+#include "settling_keyframes.h"
 
 namespace highwall::apps {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// [s] Long enough for something that moves to have left its place.
+constexpr double kSettling = 2.0;
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -177,6 +181,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   DenseMapOptions map_options = options.map;
   if (options.imu) map_options.level = true;
   DenseMapper mapper(map_options, sensor);
+  SettlingKeyframes settling(slam, mapper, options.slam.tracker.moving.enabled ? kSettling : 0.0);
   FrameSource reader(dataset, options);
 
   SlamRun run;
@@ -200,16 +205,14 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     if (result.mapping) {
       ++run.keyframes_made;
       if (options.dense) {
-        const KeyFrameId id = result.mapping->keyframe;
-        if (const auto* keyframe = slam.map().keyframe(id)) {
-          mapper.AddKeyframe(id, *image, keyframe->T_WC);
-        }
-        for (const KeyFrameId culled : result.mapping->culled_keyframes) {
-          mapper.RemoveKeyframe(culled);
-        }
+        settling.Add(result.mapping->keyframe, *image);
+        for (const KeyFrameId culled : result.mapping->culled_keyframes) settling.Remove(culled);
       }
     }
-    if (options.dense && MovesMap(result.loops)) mapper.SetPoses(KeyFramePoses(slam.map()));
+    if (options.dense) {
+      settling.HandOver(image->stamp);
+      if (MovesMap(result.loops)) mapper.SetPoses(KeyFramePoses(slam.map()));
+    }
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
   }
   const std::size_t tracked = run.frames - run.lost.size();
@@ -232,6 +235,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
   if (options.dense) {
+    settling.HandOverAll();
     mapper.SetPoses(KeyFramePoses(slam.map()));
     run.dense = mapper.Finish();
     samples.dense = run.dense->keyframe_ms;
