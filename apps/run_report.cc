@@ -96,6 +96,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"line_outliers", ToString(options.slam.tracker.matcher.lines.mad_rule)},
           {"weighting", ToString(options.slam.measurement.weighting)},
           {"virtual_baseline_m", options.slam.measurement.baseline},
+          {"moving_objects", options.slam.tracker.moving.enabled},
           {"parallel_features", frame.parallel},
           {"solver_threads", options.slam.mapper.bundle.threads},
           {"mapping_in_background", options.slam.mapper.background},

@@ -42,6 +42,7 @@ struct SlamArguments {
   MadRule mad_rule = LineMatcherOptions().mad_rule;
   double resolution = OctomapBuilderOptions().resolution;
   std::string imu;  // --imu as given
+  bool moving_objects = true;
   bool deterministic = false;
   bool live = false;
   bool no_map = false;
@@ -59,6 +60,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.slam.tracker.matcher.lines.mad_rule = arguments.mad_rule;
   options.slam.tracker.relocalizer.lines.mad_rule = arguments.mad_rule;
   options.slam.mapper.matcher.lines.mad_rule = arguments.mad_rule;
+  options.slam.tracker.moving.enabled = arguments.moving_objects;
   options.map.octree.resolution = arguments.resolution;
   options.dense = !arguments.no_map;
   options.slam.loops.enabled = !arguments.no_loops;
@@ -230,6 +232,11 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
                    "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
                    "consistent where the dataset has an IMU)")
       ->check(ImuChoice());
+  command
+      ->add_option("--moving-objects", arguments->moving_objects,
+                   "on: what moves is neither tracked nor mapped, or off (default: on)")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
   CLI::Option* deterministic =
       command->add_flag("--deterministic", arguments->deterministic,
                         "One thread; the same output, bit for bit, on every run");

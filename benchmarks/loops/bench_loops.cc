@@ -13,10 +13,11 @@
 #include "bench_loops.h"
 
 int main(int argc, char** argv) {
-  const std::vector<std::string> all{"room", "mine", "road", "kidnapped", "index", "correction"};
+  const std::vector<std::string> all{"room",  "mine",       "road",     "kidnapped",
+                                     "index", "correction", "endurance"};
   std::vector<std::string> parts = all;
   int seeds = 20, index_keyframes = 2000, corrected_keyframes = 500;
-  double seconds = 40.0;
+  double seconds = 40.0, minutes = 30.0;
   bool json = false;
   CLI::App app("Loops, relocalization and place recognition in generated scenes.",
                "highwall_bench_loops");
@@ -27,6 +28,9 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--seconds", seconds, "Of each walk in a room; it has laps of at most 20 s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--minutes", minutes, "Of the walk of endurance")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--index-keyframes", index_keyframes, "Keyframes that a query is made among")
@@ -52,6 +56,7 @@ int main(int argc, char** argv) {
     for (const char* scene : {"room", "mine", "road"}) {
       if (wanted.contains(scene)) report[scene] = BenchReturns(scene, seeds, seconds);
     }
+    if (wanted.contains("endurance")) report["endurance"] = BenchEndurance(minutes);
     if (json) {
       fmt::print("{}\n", report.dump(2));
     } else {

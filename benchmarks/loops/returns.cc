@@ -14,25 +14,11 @@
 #include <highwall/frontend/slam_system.h>
 #include <simulate/haul_road.h>
 #include <simulate/mine.h>
-#include <simulate/room.h>
+
+#include "scenes.h"
 
 namespace highwall::bench {
 namespace {
-
-// The pixels of a Kinect halved: rendering is what the benchmark would else spend its time on.
-PinholeCamera SmallCamera() {
-  return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
-}
-
-simulate::Simulation MakeRoom(int seed, double seconds) {
-  simulate::SimulationOptions options;
-  options.seed = static_cast<std::uint64_t>(seed);
-  options.duration = seconds;
-  options.fps = 10.0;
-  options.camera = SmallCamera();
-  options.sensor.noise = simulate::SensorNoise::kKinect;
-  return simulate::SimulateRoom(options);
-}
 
 // The field test's sensor with half the pixels, once round and on for as long as a loop needs.
 simulate::Simulation MakeOutdoors(const std::string& scene, int seed) {

@@ -78,8 +78,37 @@ void FrameBuilderOptions::Validate() const {
                    "FrameBuilderOptions::depth_spread_share must not be negative");
 }
 
+std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
+                                            const std::vector<bool>& points,
+                                            const std::vector<bool>& lines, const cv::Size& size) {
+  auto selected = std::make_shared<FrameFeatures>();
+  selected->sharpness = features.sharpness;
+  selected->depth_grid = features.depth_grid;
+  std::vector<cv::KeyPoint> places;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i]) continue;
+    const PointFeature& point = features.points[i];
+    selected->points.push_back(point);
+    selected->point_descriptors.push_back(features.point_descriptors.row(static_cast<int>(i)));
+    places.emplace_back(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F,
+                        point.angle, 0.0F, point.octave);
+  }
+  selected->point_grid = FeatureGrid(places, size);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (!lines[i]) continue;
+    selected->lines.push_back(features.lines[i]);
+    if (features.line_descriptors.empty()) continue;
+    selected->line_descriptors.push_back(features.line_descriptors.row(static_cast<int>(i)));
+  }
+  return selected;
+}
+
 FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options)
-    : sensor_(sensor), options_(options), orb_(options.orb), line_extractor_(options.lines) {
+    : sensor_(sensor),
+      options_(options),
+      orb_(options.orb),
+      line_extractor_(options.lines),
+      depth_grid_(sensor.camera) {
   sensor_.Validate();
   options_.Validate();
   options_.segment_depth.noise = sensor.depth_noise;
@@ -103,6 +132,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
 
   auto features = std::make_shared<FrameFeatures>();
   features->sharpness = Sharpness(gray);
+  features->depth_grid = depth_grid_.Sample(image.depth, options_.min_depth, options_.max_depth);
   FrameBuilderTimes elapsed;
   const auto build_lines = [&] {
     const auto start = std::chrono::steady_clock::now();

@@ -106,7 +106,10 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   } else if (inertial_ && tracked.state != TrackingState::kInitializing) {
     Fuse(tracked, result);
     // What is being adjusted is a map that stood otherwise.
-    if (result.inertial->T_level) mapper_.GiveUp();
+    if (result.inertial->T_level) {
+      mapper_.GiveUp();
+      loop_closer_.GiveUp();
+    }
   }
   result.times.tracking = tracking_watch.Milliseconds();
   if (starts || WantsKeyFrame(tracked)) {
@@ -119,6 +122,7 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.T_WC = tracked.T_WC;
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
+  result.moving = ToImage(tracked.moving);
   if (HasPose(tracked.state)) {
     tracked_.push_back({image.stamp, tracked.reference,
                         map_.keyframe(tracked.reference)->T_WC.Inverse() * tracked.T_WC});
@@ -143,6 +147,16 @@ void SlamSystem::Tell(const std::vector<LoopReport>& loops) const {
     moved |= report.accepted && (!report.bundle || report.bundle->usable);
   }
   if (callbacks_.on_map && moved) callbacks_.on_map(map_);
+}
+
+cv::Mat SlamSystem::ToImage(const cv::Mat& moving) const {
+  return moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(WithBorder(moving));
+}
+
+cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const {
+  const KeyFrame* seen = map_.keyframe(keyframe);
+  if (seen == nullptr) return {};
+  return ToImage(tracker_.MovingIn(*seen, map_));
 }
 
 Pose SlamSystem::FirstPose(Stamp stamp) const {

@@ -1,7 +1,9 @@
 #include <highwall/frontend/tracker.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
+#include <memory>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -67,6 +69,7 @@ void TrackerOptions::Validate() const {
   pose.Validate();
   matcher.Validate();
   relocalizer.Validate();
+  moving.Validate();
   HIGHWALL_REQUIRE(min_motion_support >= 6,
                    "TrackerOptions::min_motion_support must be at least 6");
   HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
@@ -85,7 +88,8 @@ Tracker::Tracker(const MeasurementModel& model, int levels, const TrackerOptions
     : model_(model),
       options_(options),
       matcher_(model, levels, options.matcher),
-      relocalizer_(model, options.relocalizer) {
+      relocalizer_(model, options.relocalizer),
+      moving_(model.camera(), model.depth_noise(), options.moving) {
   options_.Validate();
 }
 
@@ -121,6 +125,8 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
   last_support_ = match->Support();
+  moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
+                   tracked.reference, map);
   return tracked;
 }
 
@@ -188,12 +194,45 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   return tracked;
 }
 
+void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
+  const FrameFeatures& features = *rough.frame.features;
+  rough.moving = moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map);
+  if (rough.moving.empty()) return;
+  const cv::Mat aside = WithBorder(rough.moving);
+  const auto stays = [&](const Eigen::Vector2d& uv) {
+    return aside.at<std::uint8_t>(moving_.grid().CellOf(uv)) == 0;
+  };
+  std::vector<bool> points, lines;
+  for (const PointFeature& point : features.points) points.push_back(stays(point.uv));
+  for (const LineFeature& line : features.lines) {
+    const Eigen::Vector2d s = line.segment.s.cast<double>(), e = line.segment.e.cast<double>();
+    lines.push_back(stays(s) && stays(e) && stays(0.5 * (s + e)));
+  }
+  const auto keep = [](const std::vector<bool>& kept, std::vector<std::int32_t>& landmarks) {
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      if (kept[i]) landmarks[n++] = landmarks[i];
+    }
+    landmarks.resize(n);
+  };
+  keep(points, rough.points);
+  keep(lines, rough.lines);
+  const PinholeCamera& camera = model_.camera();
+  rough.frame.features = Select(features, points, lines, {camera.width, camera.height});
+}
+
+cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
+  return moving_.Find(keyframe.frame.stamp, keyframe.frame.features->depth_grid, keyframe.T_WC,
+                      map);
+}
+
 std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
                                                           const Map& map,
                                                           const KnownPose* predicted) const {
   if (!rough) return std::nullopt;
   LocalMatch match{std::move(*rough), {}, {}};
   TrackedFrame& tracked = match.frame;
+  SetMovingAside(tracked, map);
   std::vector<KeyFrameId> local;
   for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
     if (static_cast<int>(local.size()) == options_.local_keyframes) break;

@@ -27,7 +27,11 @@ TEST(BackgroundWorker, DoesAllWorkInOrderBeforeItFinishes) {
 
 TEST(BackgroundWorker, UsesSpareTimeUntilThereIsNothingToDoAndAgainAfterWork) {
   std::atomic<int> spare = 0;
-  BackgroundWorker worker(1, [&] { return ++spare % 3 != 0; });
+  BackgroundWorker worker(1, [&] {
+    const bool more = ++spare % 3 != 0;
+    spare.notify_all();
+    return more;
+  });
   spare.wait(0);
   for (int now = spare; now < 3; now = spare) spare.wait(now);
   std::latch begun(1);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 
+#include "box_world.h"
 #include "synthetic_scene.h"
 
 namespace highwall {
@@ -271,6 +272,77 @@ TEST_F(TrackerOnLines, AreFoundAgainNearAKeyFrame) {
   EXPECT_TRUE(again.relocalized);
 }
 
+// A box with marks on it slides before the scene, 3 cm a frame.
+class TrackerWithABox : public TrackerTest {
+ protected:
+  TrackerWithABox() : TrackerTest(150, 10) {
+    std::mt19937 rng(3);
+    for (int i = 0; i < kMarks; ++i) {
+      const Eigen::Vector3d p_W(testing::Uniform(rng, -0.6, -0.4), testing::Uniform(rng, -0.3, 0.3),
+                                kFront);
+      marks.points.push_back({p_W, testing::RandomDescriptor(rng), 4.0});
+    }
+  }
+
+  // Frame i of the box and the scene behind it; the marks come last.
+  SyntheticView LookAt(int i, const Pose& T_WC) const {
+    const Eigen::Vector3d shift(0.03 * i, 0.0, 0.0);
+    Scene all;
+    all.points = scene.points;
+    for (testing::ScenePoint mark : marks.points) {
+      mark.p_W += shift;
+      all.points.push_back(mark);
+    }
+    SyntheticView view = Look(all, IdealSensor(), T_WC);
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    testing::BoxWorld world{.wall = 6.0, .floor = 3.0, .boxes = {}};
+    world.boxes = {testing::Box{{-0.62, -0.4, kFront}, {-0.38, 0.4, kFront + 0.3}}.MovedBy(shift)};
+    const PinholeCamera& camera = model.camera();
+    features->depth_grid =
+        DepthGrid(camera).Sample(testing::DepthOf(world, camera, T_WC), 0.3, 8.0);
+    view.features = features;
+    return view;
+  }
+  // Of the features that are left, those nearer than the scene.
+  static int MarksIn(const TrackedFrame& tracked) {
+    int count = 0;
+    for (const PointFeature& point : tracked.frame.features->points) {
+      count += point.depth < kFront + 0.5 ? 1 : 0;
+    }
+    return count;
+  }
+
+  static constexpr int kMarks = 60;
+  static constexpr double kFront = 1.3;  // [m]
+  Scene marks;
+};
+
+TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
+  Tracker tracker(model, kLevels, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 20; ++i) {
+    const SyntheticView view = LookAt(i, PoseOfFrame(i));
+    const TrackedFrame tracked = Track(tracker, view, i);
+    ExpectAt(tracked, PoseOfFrame(i), 1e-6);
+    ASSERT_EQ(tracked.points.size(), tracked.frame.features->points.size());
+    if (i < 14) continue;
+    EXPECT_FALSE(tracked.moving.empty()) << i;
+    EXPECT_LE(MarksIn(tracked), kMarks / 10) << i;
+    // The rest of the scene stays, but for what the box hides or has just uncovered.
+    EXPECT_GT(tracked.points.size(), 0.6 * static_cast<double>(view.points.size() - kMarks)) << i;
+  }
+}
+
+TEST_F(TrackerWithABox, KeepsThemWhenTurnedOff) {
+  Tracker tracker(model, kLevels, {.moving = {.enabled = false}});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 15; ++i) {
+    const TrackedFrame tracked = Track(tracker, LookAt(i, PoseOfFrame(i)), i);
+    EXPECT_TRUE(tracked.moving.empty());
+    EXPECT_EQ(MarksIn(tracked), kMarks);
+  }
+}
+
 TEST(TrackingState, HasANameForEach) {
   EXPECT_STREQ(ToString(TrackingState::kInitializing), "initializing");
   EXPECT_STREQ(ToString(TrackingState::kTracking), "tracking");
@@ -296,6 +368,7 @@ TEST(TrackerOptions, ErrorsNameTheField) {
   expect_error({.pose = {.rounds = 0}}, "rounds");
   expect_error({.matcher = {.map_radius = 0.0}}, "map_radius");
   expect_error({.relocalizer = {.candidates = 0}}, "candidates");
+  expect_error({.moving = {.link = 0.0}}, "link");
 }
 
 }  // namespace

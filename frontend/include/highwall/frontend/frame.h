@@ -12,6 +12,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/dataset.h>
+#include <highwall/frontend/depth_grid.h>
 #include <highwall/frontend/line_extractor.h>
 #include <highwall/frontend/orb_extractor.h>
 #include <highwall/frontend/orb_matcher.h>
@@ -43,7 +44,13 @@ struct FrameFeatures {
   FeatureGrid point_grid;
   std::vector<LineFeature> lines;
   cv::Mat line_descriptors;  // M x 32 CV_8U, or empty
+  cv::Mat depth_grid;        // DepthGrid::Sample; empty where the features were loaded
 };
+
+// The features that are to be kept, one flag each, in the same order. size: of the image.
+std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
+                                            const std::vector<bool>& points,
+                                            const std::vector<bool>& lines, const cv::Size& size);
 
 // What is known of one image.
 struct Frame {
@@ -84,6 +91,8 @@ class FrameBuilder {
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
                                              FrameBuilderTimes* times = nullptr);
 
+  const DepthGrid& depth_grid() const { return depth_grid_; }
+
  private:
   void BuildPoints(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
   void BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features);
@@ -92,6 +101,7 @@ class FrameBuilder {
   FrameBuilderOptions options_;
   OrbExtractor orb_;
   LineExtractor line_extractor_;
+  DepthGrid depth_grid_;
 };
 
 }  // namespace highwall

@@ -35,6 +35,7 @@ class MeasurementModel {
 
   // Without distortion.
   const PinholeCamera& camera() const { return camera_; }
+  const DepthNoise& depth_noise() const { return noise_; }
   const RgbdProjection& projection() const { return projection_; }
   const Pose& T_BC() const { return T_BC_; }
   const MeasurementOptions& options() const { return options_; }

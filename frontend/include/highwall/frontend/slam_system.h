@@ -48,6 +48,9 @@ struct FrameResult {
   Pose T_WC;                  // causal estimate; meaningful where HasPose(state)
   int points = 0, lines = 0;  // features extracted
   int matched_points = 0, matched_lines = 0;
+  // What moves, as the past tells: CV_8UC1 of the image, 255; empty where nothing does. Its
+  // features make no pose and no landmarks.
+  cv::Mat moving;
   std::optional<LocalMappingReport> mapping;  // where the frame became a keyframe
   std::optional<InertialReport> inertial;     // with an IMU
   // What was applied to the map since the last frame.
@@ -104,6 +107,10 @@ class SlamSystem {
   // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
   FrameResult Track(const RgbdImage& image);
 
+  // What moves in the image of a live keyframe (FrameResult::moving), by what was seen in the
+  // seconds before and since: a second or two later more is known than at once.
+  cv::Mat MovingIn(KeyFrameId keyframe) const;
+
   // Waits for what is being adjusted and for the loop that is being closed, if any, and applies
   // both to the map.
   std::vector<LoopReport> Finish();
@@ -127,6 +134,8 @@ class SlamSystem {
     Pose T_reference_C;
   };
 
+  // Cells that move as pixels, their border included; empty where there are none.
+  cv::Mat ToImage(const cv::Mat& moving) const;
   Pose FirstPose(Stamp stamp) const;
   // Fuses the frame with the IMU.
   void Fuse(TrackedFrame& tracked, FrameResult& result);

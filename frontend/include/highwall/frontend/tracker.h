@@ -8,6 +8,7 @@
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/map_matcher.h>
 #include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/moving_objects.h>
 #include <highwall/frontend/pose_solver.h>
 #include <highwall/frontend/relocalizer.h>
 
@@ -29,6 +30,7 @@ struct TrackerOptions {
   PoseSolverOptions pose{};
   MapMatcherOptions matcher{};
   RelocalizerOptions relocalizer{};
+  MovingObjectOptions moving{};
   // Support (PoseSolverOptions) for a pose to be believed, >= 6: after the first match against the
   // last frame or keyframe, and after the local map.
   int min_motion_support = 15;
@@ -53,11 +55,14 @@ struct TrackerOptions {
 struct TrackedFrame {
   Frame frame;
   TrackingState state = TrackingState::kLost;
-  bool relocalized = false;           // found again in this frame
-  Pose T_WC;                          // meaningful where HasPose(state)
-  KeyFrameId reference = kNoId;       // the keyframe that shares most landmarks
-  std::vector<PointId> points;        // per point feature, kNoId where unmatched; inliers only
-  std::vector<LineId> lines;          // per line feature
+  bool relocalized = false;      // found again in this frame
+  Pose T_WC;                     // meaningful where HasPose(state)
+  KeyFrameId reference = kNoId;  // the keyframe that shares most landmarks
+  std::vector<PointId> points;   // per point feature, kNoId where unmatched; inliers only
+  std::vector<LineId> lines;     // per line feature
+  // Cells that move (MovingObjects::Find); empty where nothing does. Features there are not among
+  // those of `frame`.
+  cv::Mat moving;
   int num_points = 0, num_lines = 0;  // matched
   // What the matches alone say of the pose (PoseSolution).
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
@@ -86,6 +91,8 @@ class Tracker {
   void Correct(const Pose& T_WC);
   // The keyframe that the last tracked frame shares most landmarks with; empty when lost.
   std::optional<KeyFrameId> reference() const;
+  // The cells of a keyframe that move, as the depth of the seconds before and since tells.
+  cv::Mat MovingIn(const KeyFrame& keyframe, const Map& map) const;
   // Follows the map, which has moved about here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
@@ -106,6 +113,8 @@ class Tracker {
   // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
                                           const KnownPose* predicted = nullptr) const;
+  // Takes the features off a frame that are on something that moves.
+  void SetMovingAside(TrackedFrame& rough, const Map& map) const;
   bool IsDoubtful(const LocalMatch& match) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
   bool Solve(TrackedFrame& tracked, const Map& map, int min_support,
@@ -115,6 +124,7 @@ class Tracker {
   TrackerOptions options_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;
+  MovingObjects moving_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
   int last_support_ = 0;              // of its pose
   Pose velocity_;                     // T_(last - 1, last), the motion of one frame

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <deque>
+
+#include <highwall/frontend/dataset.h>
+#include <highwall/frontend/slam_system.h>
+
+#include "dense_map.h"
+
+namespace highwall::apps {
+
+// Keyframes on their way to the dense map. Each waits until the frames after it have shown what
+// moved in it: that part of its depth stays out of the map.
+class SettlingKeyframes {
+ public:
+  // wait: [s] >= 0. Both must outlive this.
+  SettlingKeyframes(const SlamSystem& slam, DenseMapper& mapper, double wait);
+
+  void Add(KeyFrameId id, const RgbdImage& image);
+  void Remove(KeyFrameId id);
+  // Hands over those that have waited long enough at `now`.
+  void HandOver(Stamp now);
+  void HandOverAll();
+
+ private:
+  struct Waiting {
+    KeyFrameId id = kNoId;
+    RgbdImage image;
+  };
+  void HandOver(const Waiting& keyframe);
+
+  const SlamSystem& slam_;
+  DenseMapper& mapper_;
+  Stamp wait_;
+  std::deque<Waiting> waiting_;
+};
+
+}  // namespace highwall::apps

@@ -1,0 +1,63 @@
+#include "bench_loops.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/frontend/slam_system.h>
+
+#include "scenes.h"
+
+namespace highwall::bench {
+namespace {
+
+// What the process holds now [MiB].
+double MemoryMib() {
+  std::ifstream statm("/proc/self/statm");
+  double total = 0.0, resident = 0.0;
+  statm >> total >> resident;
+  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+}
+
+}  // namespace
+
+nlohmann::json BenchEndurance(double minutes) {
+  constexpr double kLap = 20.0;  // [s]
+  const simulate::Simulation room = MakeRoom(1, 60.0 * minutes);
+  const int lap = static_cast<int>(kLap * room.options().fps);
+  SlamSystem slam({.camera = SmallCamera()});
+  nlohmann::json report;
+  double first = 0.0, most = 0.0;
+  int lost = 0;
+  for (int i = 0; i < room.size(); ++i) {
+    const auto frame = room.Render(i);
+    const FrameResult result = slam.Track({frame.stamp, frame.bgr, frame.depth});
+    lost += HasPose(result.state) ? 0 : 1;
+    if ((i + 1) % lap != 0) continue;
+    const double memory = MemoryMib();
+    const int pass = (i + 1) / lap;
+    // The second pass closes the loop, which takes a copy of the map for a while.
+    if (pass <= 2) first = std::max(first, memory);
+    most = std::max(most, memory);
+    fmt::print(stderr, "pass {:>3}: {:.1f} MiB, {} keyframes, {} points, {} lines, {} lost\n", pass,
+               memory, slam.map().num_keyframes(), slam.map().num_points(), slam.map().num_lines(),
+               lost);
+    report["runs"].push_back({{"pass", pass},
+                              {"memory_mib", memory},
+                              {"keyframes", slam.map().num_keyframes()},
+                              {"points", slam.map().num_points()},
+                              {"lines", slam.map().num_lines()}});
+  }
+  report["minutes"] = minutes;
+  report["lost_frames"] = lost;
+  report["first_passes_mib"] = first;
+  report["most_mib"] = most;
+  report["growth"] = first > 0.0 ? most / first - 1.0 : 0.0;
+  return report;
+}
+
+}  // namespace highwall::bench

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <deque>
+#include <span>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
+#include <highwall/factors/depth_noise.h>
+#include <highwall/frontend/depth_grid.h>
+#include <highwall/frontend/map.h>
+
+namespace highwall {
+
+struct MovingObjectOptions {
+  bool enabled = true;
+  double sigmas = 3.0;     // > 0: of depth noise by which two depths must differ ...
+  double relative = 0.03;  // >= 0: ... and this share of the depth, for errors of the pose
+  double link = 0.05;      // > 0: neighbouring cells are one surface up to this share of the depth
+  int min_votes = 2;       // >= 1: frames that contradict a point
+  double settled = 1.5;    // [s] > 0: what was seen in place this long before or after stands
+  int min_core = 6;        // >= 1 [cells] that lie within a moving cluster; edges have none
+  double max_share = 0.6;  // (0, 1]: where more of the image seems to move, the pose is to blame
+  double interval = 0.5;   // [s] > 0: between the frames that are remembered
+  double history = 4.0;    // [s] > interval: how long they are
+
+  void Validate() const;
+};
+
+// A depth grid, where it was taken, and the range of the depths about each cell.
+struct PosedDepth {
+  PosedDepth(Stamp stamp, const cv::Mat& depth, const Pose& T_WC);
+
+  Stamp stamp = 0;
+  cv::Mat depth;     // CV_32FC1 [m], DepthGrid::Sample
+  cv::Mat nearest;   // the least depth of a cell and its neighbours; 0: too few have one
+  cv::Mat farthest;  // the greatest
+  cv::Mat moving;    // what moved here as far as was known (FindMoving); may be empty
+  Pose T_WC;
+};
+
+// What moves, from depth alone: the cells of `view` (CV_8UC1, not 0; empty: nothing does) that most
+// of the references contradict, in clusters that are more than an edge (255), and cells of the same
+// surface of which nothing is known (127). A reference contradicts a point where it looked through
+// it at something farther away, and where it saw something before it that the view in turn looks
+// through; it confirms a point at whose depth it has a surface, unless that moved a moment ago. A
+// point out of its sight, or behind what still stands there, it says nothing of.
+cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
+                   const DepthGrid& grid, const DepthNoise& noise,
+                   const MovingObjectOptions& options);
+
+// The cells of a mask and those about them: at the border of a surface the sensor mixes both sides.
+cv::Mat WithBorder(const cv::Mat& cells);
+
+// The depth of the last seconds, and what moves against it.
+class MovingObjects {
+ public:
+  MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
+                const MovingObjectOptions& options);
+
+  const DepthGrid& grid() const { return grid_; }
+
+  // The cells of a frame that move, as FindMoving; depth: its grid, empty where it has none. The
+  // frame itself may be among those remembered.
+  cv::Mat Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map) const;
+  // Remembers a frame where the last one is old enough. reference: a keyframe of the map, which the
+  // pose follows; moving: what Find found in it.
+  void Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const cv::Mat& moving,
+                KeyFrameId reference, const Map& map);
+
+ private:
+  struct Remembered {
+    PosedDepth view;  // T_WC: of the reference keyframe instead, T_reference_C
+    KeyFrameId reference = kNoId;
+  };
+
+  DepthGrid grid_;
+  DepthNoise noise_;
+  MovingObjectOptions options_;
+  std::deque<Remembered> recent_;
+};
+
+}  // namespace highwall

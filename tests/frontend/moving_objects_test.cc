@@ -1,0 +1,250 @@
+#include <highwall/frontend/moving_objects.h>
+
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+
+#include "box_world.h"
+
+namespace highwall {
+namespace {
+
+using testing::AddNoise;
+using testing::Box;
+using testing::BoxWorld;
+using testing::DepthOf;
+
+constexpr int kReferences = 8;
+constexpr Stamp kStep = 500'000'000;  // [ns] from reference to reference
+
+PinholeCamera Camera() {
+  return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+}
+
+const Box kPole{{0.6, -1.0, 1.5}, {0.64, 1.0, 1.54}};  // stands
+const Box kChest{{-1.3, 0.4, 2.0}, {-0.7, 1.0, 2.5}};  // stands
+const Box kPerson{{-0.25, -0.6, 2.2}, {0.25, 1.0, 2.5}};
+
+class FindMovingTest : public ::testing::Test {
+ protected:
+  // The room at instant i = 0 .. kReferences, the last one being that of the view.
+  PosedDepth See(int i, const Eigen::Vector3d& velocity, const Pose& T_WC) {
+    BoxWorld world;
+    world.boxes = {kPole, kChest, kPerson.MovedBy(0.5 * (i - kReferences) * velocity)};
+    cv::Mat depth = DepthOf(world, Camera(), T_WC);
+    AddNoise(noise, rng, depth);
+    return {i * kStep, grid.Sample(depth, 0.3, 8.0), T_WC};
+  }
+  // velocity: of the person [m/s]; step: of the camera between two instants.
+  cv::Mat Find(const Eigen::Vector3d& velocity, const Pose& step = Pose()) {
+    std::vector<PosedDepth> references;
+    Pose T_WC;
+    for (int i = 0; i < kReferences; ++i) {
+      references.push_back(See(i, velocity, T_WC));
+      T_WC = T_WC * step;
+    }
+    last = T_WC;
+    return FindMoving(See(kReferences, velocity, T_WC), references, grid, noise, {});
+  }
+  // The cells that show the person where it is in the end.
+  cv::Mat PersonCells() const {
+    BoxWorld with, without;
+    with.boxes = {kPerson};
+    const cv::Mat a = grid.Sample(DepthOf(with, Camera(), last), 0.3, 8.0);
+    const cv::Mat b = grid.Sample(DepthOf(without, Camera(), last), 0.3, 8.0);
+    return a < b - 0.01;
+  }
+  // Shares of the person and of everything else that a mask covers.
+  double Covered(const cv::Mat& mask, bool person) const {
+    const cv::Mat cells = person ? PersonCells() : cv::Mat(~PersonCells());
+    return static_cast<double>(cv::countNonZero(mask & cells)) / cv::countNonZero(cells);
+  }
+
+  const DepthGrid grid{Camera()};
+  const DepthNoise noise;
+  std::mt19937 rng{5};
+  Pose last;
+};
+
+TEST_F(FindMovingTest, NothingMovesInAStillRoomWithNoise) {
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(Find(Eigen::Vector3d::Zero()).empty()) << i;
+}
+
+TEST_F(FindMovingTest, NothingMovesWhenTheCameraAloneDoes) {
+  for (const Pose& step :
+       {Pose::FromTangent({0.1, 0, 0}, {0, 0, 0}), Pose::FromTangent({0, 0, 0.15}, {0, 0, 0}),
+        Pose::FromTangent({-0.05, 0.02, 0}, {0.01, 0.08, 0.02})}) {
+    EXPECT_TRUE(Find(Eigen::Vector3d::Zero(), step).empty());
+  }
+}
+
+TEST_F(FindMovingTest, NothingMovesWhereThePoseIsALittleWrong) {
+  // A third of a cell at the edges of pole, chest and person.
+  std::vector<PosedDepth> references;
+  for (int i = 0; i < kReferences; ++i) references.push_back(See(i, {0, 0, 0}, Pose()));
+  PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
+  view.T_WC = Pose::FromTangent({0.01, 0.0, 0.01}, {0.0, 0.005, 0.0});
+  EXPECT_TRUE(FindMoving(view, references, grid, noise, {}).empty());
+}
+
+TEST_F(FindMovingTest, APersonWhoCrossesIsMasked) {
+  const cv::Mat mask = Find({0.6, 0, 0});
+  ASSERT_FALSE(mask.empty());
+  EXPECT_GT(Covered(mask, true), 0.9);
+  EXPECT_LT(Covered(mask, false), 0.05);  // the border is a cell wide
+}
+
+TEST_F(FindMovingTest, APersonWhoCrossesBeforeAMovingCameraIsMasked) {
+  const cv::Mat mask = Find({0.6, 0, 0}, Pose::FromTangent({0, 0, 0.05}, {0, 0.01, 0}));
+  ASSERT_FALSE(mask.empty());
+  EXPECT_GT(Covered(mask, true), 0.9);
+  EXPECT_LT(Covered(mask, false), 0.08);
+}
+
+TEST_F(FindMovingTest, APersonWhoComesNearerIsMasked) {
+  const cv::Mat mask = Find({0, 0, -0.3});
+  ASSERT_FALSE(mask.empty());
+  EXPECT_GT(Covered(mask, true), 0.9);
+}
+
+TEST_F(FindMovingTest, APersonWhoWalksAheadOfTheCameraIsMasked) {
+  // Hidden behind where it stood before, which the view looks through.
+  const cv::Mat mask = Find({0, 0, 0.3}, Pose::FromTangent({0, 0, 0.15}, {0, 0, 0}));
+  ASSERT_FALSE(mask.empty());
+  EXPECT_GT(Covered(mask, true), 0.8);
+}
+
+TEST_F(FindMovingTest, WhatWillHaveLeftIsMaskedInHindsight) {
+  std::vector<PosedDepth> later;
+  for (int i = 1; i <= kReferences; ++i) {
+    later.push_back(See(kReferences + i, {0.6, 0, 0}, Pose()));
+  }
+  const cv::Mat mask = FindMoving(See(kReferences, {0.6, 0, 0}, Pose()), later, grid, noise, {});
+  ASSERT_FALSE(mask.empty());
+  EXPECT_GT(Covered(mask, true), 0.9);
+}
+
+TEST_F(FindMovingTest, WhatMovedAMomentAgoMovesStill) {
+  // Too slow to leave its own place between the references, but it was known to move.
+  std::vector<PosedDepth> references;
+  for (int i = 0; i < 3; ++i) {
+    references.push_back(See(kReferences, {0, 0, 0}, Pose()));
+    references.back().stamp = (kReferences - 3 + i) * kStep;
+    references.back().moving = PersonCells();  // 255 each
+  }
+  const PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
+  const cv::Mat mask = FindMoving(view, references, grid, noise, {.settled = 1.6});
+  ASSERT_FALSE(mask.empty());
+  EXPECT_GT(Covered(mask, true), 0.9);
+  // Until it has been in place for long.
+  EXPECT_TRUE(FindMoving(view, references, grid, noise, {.settled = 0.4}).empty());
+}
+
+TEST_F(FindMovingTest, WhatHasComeToRestStands) {
+  std::vector<PosedDepth> references;
+  for (int i = 0; i < kReferences; ++i) {
+    const bool walks = i < 3;
+    references.push_back(See(walks ? i : kReferences, {0.6, 0, 0}, Pose()));
+    references.back().stamp = i * kStep;
+  }
+  EXPECT_TRUE(
+      FindMoving(See(kReferences, {0.6, 0, 0}, Pose()), references, grid, noise, {}).empty());
+}
+
+TEST_F(FindMovingTest, AWrongPoseIsNotTakenForAMovingWorld) {
+  std::vector<PosedDepth> references;
+  for (int i = 0; i < kReferences; ++i) references.push_back(See(i, {0, 0, 0}, Pose()));
+  PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
+  view.T_WC = Pose::FromTangent({0, -0.25, -0.5}, {0, 0, 0});  // everything is nearer than it was
+  EXPECT_TRUE(FindMoving(view, references, grid, noise, {}).empty());
+  EXPECT_FALSE(FindMoving(view, references, grid, noise, {.max_share = 1.0}).empty());
+}
+
+TEST_F(FindMovingTest, NothingIsKnownWithoutReferencesOrDepth) {
+  EXPECT_TRUE(FindMoving(See(0, {0, 0, 0}, Pose()), {}, grid, noise, {}).empty());
+  const PosedDepth dark(0, cv::Mat::zeros(60, 80, CV_32FC1), Pose());
+  const std::vector<PosedDepth> references(3, See(0, {0, 0, 0}, Pose()));
+  EXPECT_TRUE(FindMoving(dark, references, grid, noise, {}).empty());
+  const std::vector<PosedDepth> none(3, dark);
+  EXPECT_TRUE(FindMoving(See(0, {0, 0, 0}, Pose()), none, grid, noise, {}).empty());
+}
+
+class MovingObjectsTest : public ::testing::Test {
+ protected:
+  MovingObjectsTest() {
+    Frame frame;
+    frame.features = std::make_shared<const FrameFeatures>();
+    keyframe = map.AddKeyFrame(frame, Pose()).id;
+  }
+
+  cv::Mat See(double x, const Pose& T_WC = Pose()) const {
+    BoxWorld world;
+    world.boxes = {kPerson.MovedBy({x, 0, 0})};
+    return moving.grid().Sample(DepthOf(world, Camera(), T_WC), 0.3, 8.0);
+  }
+
+  Map map;
+  KeyFrameId keyframe = kNoId;
+  MovingObjects moving{Camera(), DepthNoise(), {}};
+};
+
+TEST_F(MovingObjectsTest, FindsWhatMovedInTheLastSeconds) {
+  for (int i = 0; i < 16; ++i) {
+    moving.Remember(i * Stamp{250'000'000}, See(0.125 * i - 1.2), Pose(), {}, keyframe, map);
+  }
+  EXPECT_FALSE(moving.Find(4'000'000'000, See(0.8), Pose(), map).empty());
+  EXPECT_TRUE(moving.Find(4'000'000'000, cv::Mat(), Pose(), map).empty()) << "of a loaded map";
+}
+
+TEST_F(MovingObjectsTest, ForgetsWhatIsLongAgo) {
+  moving.Remember(0, See(0.0), Pose(), {}, keyframe, map);
+  moving.Remember(600'000'000, See(0.0), Pose(), {}, keyframe, map);
+  EXPECT_FALSE(moving.Find(700'000'000, See(0.8), Pose(), map).empty());
+  moving.Remember(20'000'000'000, See(0.8), Pose(), {}, keyframe, map);
+  EXPECT_TRUE(moving.Find(20'100'000'000, See(0.8), Pose(), map).empty());
+}
+
+TEST_F(MovingObjectsTest, FollowsTheKeyframesOfTheMap) {
+  for (const Stamp stamp : {0L, 600'000'000L, 1'200'000'000L}) {
+    moving.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
+  }
+  const Pose T_new_old = Pose::FromTangent({5.0, 2.0, -1.0}, {0.1, 0.2, 0.3});
+  map.Transform(T_new_old);
+  EXPECT_TRUE(moving.Find(1'300'000'000, See(0.0), T_new_old, map).empty());
+  EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), T_new_old, map).empty());
+}
+
+TEST_F(MovingObjectsTest, FindsNothingWhenTurnedOff) {
+  MovingObjects off(Camera(), DepthNoise(), {.enabled = false});
+  for (const Stamp stamp : {0L, 600'000'000L})
+    off.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
+  EXPECT_TRUE(off.Find(700'000'000, See(0.8), Pose(), map).empty());
+}
+
+TEST(MovingObjectOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const MovingObjectOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      FAIL() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+    }
+  };
+  EXPECT_NO_THROW(MovingObjectOptions().Validate());
+  expect_error({.sigmas = 0.0}, "sigmas");
+  expect_error({.relative = -0.1}, "relative");
+  expect_error({.link = 0.0}, "link");
+  expect_error({.min_votes = 0}, "min_votes");
+  expect_error({.settled = 0.0}, "settled");
+  expect_error({.min_core = 0}, "min_core");
+  expect_error({.max_share = 1.1}, "max_share");
+  expect_error({.interval = 0.0}, "interval");
+  expect_error({.history = 0.1}, "history");
+}
+
+}  // namespace
+}  // namespace highwall
