@@ -1,0 +1,59 @@
+#include <highwall/factors/scaled_motion.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/manifolds.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+
+ScaledMotion::ScaledMotion(const Pose& Z, const Eigen::Matrix<double, 6, 6>& sqrt_information,
+                           const Pose& T_BC)
+    : Z_(Z), W_(sqrt_information), T_BC_(T_BC), R_CB_(T_BC.R().transpose()) {
+  HIGHWALL_REQUIRE(Z.IsFinite() && T_BC.IsFinite(), "ScaledMotion: non-finite pose");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "ScaledMotion: non-finite sqrt_information");
+}
+
+bool ScaledMotion::Evaluate(double const* const* parameters, double* residuals,
+                            double** jacobians) const {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  const Eigen::Map<const Eigen::Vector3d> p_i(parameters[kPoseI]), p_j(parameters[kPoseJ]);
+  const Eigen::Map<const Eigen::Quaterniond> q_i(parameters[kPoseI] + 3);
+  const Eigen::Map<const Eigen::Quaterniond> q_j(parameters[kPoseJ] + 3);
+  const double s = parameters[kScale][0];
+
+  const Eigen::Quaterniond q_ij = q_i.conjugate() * q_j;
+  const Eigen::Vector3d p_BiCj = q_i.conjugate() * (p_j - p_i) + q_ij * T_BC_.p();
+  const Eigen::Quaterniond q_CiCj = T_BC_.q().conjugate() * q_ij * T_BC_.q();
+  const Eigen::Vector3d theta = so3::Log(Z_.q().conjugate() * q_CiCj);
+  Vector6 e;
+  e << R_CB_ * (p_BiCj - T_BC_.p()) - s * Z_.p(), theta;
+  if (!e.allFinite()) return false;
+  Eigen::Map<Vector6> r(residuals);
+  r.noalias() = W_ * e;  // Eq. 1
+  if (jacobians == nullptr) return true;
+
+  const Eigen::Matrix3d R_CiW = R_CB_ * q_i.conjugate().toRotationMatrix();
+  const Eigen::Matrix3d dtheta = so3::RightJacobianInverse(theta) * R_CB_;
+  if (jacobians[kPoseI] != nullptr) {  // Eq. 2
+    Matrix6 J = Matrix6::Zero();
+    J.topLeftCorner<3, 3>() = -R_CiW;
+    J.topRightCorner<3, 3>() = R_CB_ * so3::Hat(p_BiCj);
+    J.bottomRightCorner<3, 3>() = -dtheta * q_ij.conjugate().toRotationMatrix();
+    PoseManifold::Lift<6>(parameters[kPoseI], W_ * J, jacobians[kPoseI]);
+  }
+  if (jacobians[kPoseJ] != nullptr) {  // Eq. 3
+    Matrix6 J = Matrix6::Zero();
+    J.topLeftCorner<3, 3>() = R_CiW;
+    J.topRightCorner<3, 3>() = -R_CB_ * q_ij.toRotationMatrix() * so3::Hat(T_BC_.p());
+    J.bottomRightCorner<3, 3>() = dtheta;
+    PoseManifold::Lift<6>(parameters[kPoseJ], W_ * J, jacobians[kPoseJ]);
+  }
+  if (jacobians[kScale] != nullptr) {  // Eq. 4
+    Eigen::Map<Vector6> J(jacobians[kScale]);
+    J.noalias() = -W_.leftCols<3>() * Z_.p();
+  }
+  return true;
+}
+
+}  // namespace highwall
