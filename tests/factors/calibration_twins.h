@@ -81,7 +81,7 @@ struct ScaledMotion {
     const Eigen::Quaternion<T> q_WCi = q_i * T_BC.q().cast<T>(), q_WCj = q_j * T_BC.q().cast<T>();
     const Vector3<T> p_CiCj = q_WCi.conjugate() * (p_j + q_j * p_BC - p_i - q_i * p_BC);
     Eigen::Matrix<T, 6, 1> e;
-    e << p_CiCj - *s * Z.p().cast<T>(),
+    e << p_CiCj / *s - Z.p().cast<T>(),
         RotationVector<T>(Z.q().conjugate().cast<T>() * q_WCi.conjugate() * q_WCj);
     Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
     r = W.cast<T>() * e;

@@ -48,7 +48,7 @@ TEST(ScaledMotion, ComputedByHand) {
   const Pose Z = Pose::FromTangent({-0.4, 0.1, 0.3}, {0, 0, 0});
   const ScaledMotion f(Z, Matrix6::Identity(), Pose::FromMatrix(T_BC));
   Vector6 expected;  // up is -y of C
-  expected << -0.5 + 0.8, -0.2, 0.5 - 0.6, 0, -0.5 * std::numbers::pi, 0;
+  expected << -0.25 + 0.4, -0.1, 0.25 - 0.3, 0, -0.5 * std::numbers::pi, 0;
   const Eigen::VectorXd r = Residual(f, {ToBlock(Pose()), ToBlock(T_j), {2.0}});
   EXPECT_LT((r - expected).norm(), 1e-14);
 }
@@ -154,10 +154,11 @@ TEST(ScaledMotion, RefusesBadArguments) {
 TEST(ScaledMotion, FailsWhereAValueIsNotFinite) {
   const ScaledMotion f(Pose(), Matrix6::Identity());
   const Pose pose;
-  const double scale = std::numeric_limits<double>::infinity();
-  const double* blocks[] = {pose.data(), pose.data(), &scale};
-  Vector6 r;
-  EXPECT_FALSE(f.Evaluate(blocks, r.data(), nullptr));
+  for (const double scale : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
+    const double* blocks[] = {pose.data(), pose.data(), &scale};
+    Vector6 r;
+    EXPECT_FALSE(f.Evaluate(blocks, r.data(), nullptr));
+  }
 }
 
 }  // namespace
