@@ -117,6 +117,12 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
                          {"innovation_per_dof", inertial.mean_innovation}};
   if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
   if (!last.reason.empty()) json["reason"] = last.reason;
+  if (const auto& depth = inertial.depth_scale) {
+    json["depth_scale"] = {{"value", depth->scale},
+                           {"sigma", depth->sigma},
+                           {"keyframes", depth->keyframes},
+                           {"chi2_per_dof", depth->error}};
+  }
   if (!last.estimate) return json;
   const auto triple = [](const auto& v) { return nlohmann::json{v(0), v(1), v(2)}; };
   const ImuBias& bias = last.estimate->bias;

@@ -100,12 +100,29 @@ void WarnOfImu(const SlamRun& run) {
       run.inertial->last.reason.empty() ? "it was never initialized" : run.inertial->last.reason);
 }
 
+// Beyond doubt, and more than the calibration of most depth cameras leaves.
+void WarnOfDepth(const SlamRun& run, double depth_factor) {
+  if (!run.inertial || !run.inertial->depth_scale) return;
+  const DepthScale& depth = *run.inertial->depth_scale;
+  const double off = std::abs(depth.scale - 1.0);
+  if (off <= 0.01 || off <= 3.0 * depth.sigma) return;
+  fmt::print(stderr,
+             "highwall slam: warning: depth reads {:.1f} % too {}: set depth_factor: {:.5g} in "
+             "calibration.yaml\n",
+             100.0 * std::abs(1.0 / depth.scale - 1.0), depth.scale < 1.0 ? "long" : "short",
+             depth_factor / depth.scale);
+}
+
 void PrintInertial(const InertialSummary& inertial) {
   if (!inertial.last.estimate) return;
   const InertialReport& last = inertial.last;
   fmt::print("imu         t_d {:.2f} +- {:.2f} ms, gravity +- {:.2f} deg, {} frames by it alone\n",
              last.time_offset * 1e3, last.time_offset_sigma * 1e3,
              last.gravity_sigma * 180.0 / M_PI, inertial.dead_reckoned);
+  if (const auto& depth = inertial.depth_scale) {
+    fmt::print("depth       scale {:.4f} +- {:.4f} (true depth = scale x measured)\n", depth->scale,
+               depth->sigma);
+  }
 }
 
 void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::string& out,
@@ -183,6 +200,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
     fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame, problem.what);
   }
   WarnOfImu(run);
+  WarnOfDepth(run, sensor.depth_factor);
   if (run.trajectory.empty()) {
     throw IoError(arguments.dataset,
                   "no frame could be tracked: too little texture or depth to start a map (see "

@@ -22,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 
 // [s] Long enough for something that moves to have left its place.
 constexpr double kSettling = 2.0;
+// A scale that is known less well tells nobody whether a depth camera is calibrated.
+constexpr double kMaxScaleSigma = 0.02;
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -154,6 +156,16 @@ bool MovesMap(const std::vector<LoopReport>& reports) {
   return std::ranges::any_of(reports, &LoopReport::accepted);
 }
 
+std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
+                                  const SlamRunOptions& options) {
+  if (!map.gravity_W()) return std::nullopt;
+  const Pose& T_BC = options.imu->calibration.T_BC;
+  const MeasurementModel model(sensor, options.slam.measurement, T_BC);
+  const std::optional<DepthScale> scale =
+      EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), T_BC);
+  return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
+}
+
 std::map<std::int64_t, Pose> KeyFramePoses(const Map& map) {
   std::map<std::int64_t, Pose> poses;
   for (const KeyFrameId id : map.keyframe_ids()) poses[id] = map.keyframe(id)->T_WC;
@@ -270,6 +282,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.skipped = reader.count() - run.frames - run.dropped;
   Count(slam.Finish(), &run.loops);
   run.trajectory = slam.trajectory();
+  if (run.inertial) run.inertial->depth_scale = ScaleOf(slam.map(), sensor, options);
   if (options.adjust_all && slam.map().num_keyframes() > 1) {
     slam.AdjustAll();
     run.adjusted = slam.trajectory();

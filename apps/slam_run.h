@@ -9,6 +9,7 @@
 
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/dataset.h>
+#include <highwall/frontend/depth_scale.h>
 #include <highwall/frontend/slam_system.h>
 
 #include "dense_map.h"
@@ -60,6 +61,8 @@ struct InertialSummary {
   std::size_t restarts = 0;          // for want of readings
   double mean_weight = 0.0;          // of the IMU factors
   double mean_innovation = 0.0;      // squared, per degree of freedom: 1 where consistent
+  // In the end; empty where the motion does not tell it to 2 %.
+  std::optional<DepthScale> depth_scale;
 };
 
 // What loops came to in a run.

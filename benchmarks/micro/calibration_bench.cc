@@ -2,6 +2,7 @@
 
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/extrinsic_reprojection.h>
+#include <highwall/factors/scaled_motion.h>
 #include <highwall/factors/time_offset_reprojection.h>
 
 #include "calibration_twins.h"
@@ -45,10 +46,23 @@ void RegisterCameraPose() {
                    {{T_WB.data(), T_WB.data() + Pose::kSize}, {1.0, 0.5, -0.2}, {0.02}});
 }
 
+void RegisterScaledMotion() {
+  const Pose Z = Pose::FromTangent({0.3, -0.1, 0.2}, {0.1, 0.2, -0.05});
+  const Pose T_BC = Pose::FromTangent({0.05, 0.0, 0.1}, {0.3, -0.5, 0.2});
+  const Pose T_i = Pose::FromTangent({0.9, 2.1, 0.5}, {0.1, 1.2, -0.8});
+  const Pose T_j = Pose::FromTangent({1.2, 2.0, 0.7}, {0.2, 1.1, -0.7});
+  const Eigen::Matrix<double, 6, 6> W = 2.0 * Eigen::Matrix<double, 6, 6>::Identity();
+  RegisterEvaluate(
+      "ScaledMotion", std::make_shared<ScaledMotion>(Z, W, T_BC),
+      twins::MakeScaledMotion({Z, W, T_BC}),
+      {{T_i.data(), T_i.data() + Pose::kSize}, {T_j.data(), T_j.data() + Pose::kSize}, {0.98}});
+}
+
 const bool registered = [] {
   Register<2>("");
   Register<3>("Rgbd");
   RegisterCameraPose();
+  RegisterScaledMotion();
   return true;
 }();
 

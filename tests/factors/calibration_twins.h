@@ -68,6 +68,27 @@ struct CameraPose {
   }
 };
 
+struct ScaledMotion {
+  highwall::Pose Z;
+  Eigen::Matrix<double, 6, 6> W;
+  highwall::Pose T_BC;
+
+  template <typename T>
+  bool operator()(const T* T_WB_i, const T* T_WB_j, const T* s, T* residuals) const {
+    const Eigen::Map<const Vector3<T>> p_i(T_WB_i), p_j(T_WB_j);
+    const Eigen::Map<const Eigen::Quaternion<T>> q_i(T_WB_i + 3), q_j(T_WB_j + 3);
+    const Vector3<T> p_BC = T_BC.p().cast<T>();
+    const Eigen::Quaternion<T> q_WCi = q_i * T_BC.q().cast<T>(), q_WCj = q_j * T_BC.q().cast<T>();
+    const Vector3<T> p_CiCj = q_WCi.conjugate() * (p_j + q_j * p_BC - p_i - q_i * p_BC);
+    Eigen::Matrix<T, 6, 1> e;
+    e << p_CiCj / *s - Z.p().cast<T>(),
+        RotationVector<T>(Z.q().conjugate().cast<T>() * q_WCi.conjugate() * q_WCj);
+    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
+    r = W.cast<T>() * e;
+    return true;
+  }
+};
+
 template <int kRows>
 std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<kRows>& twin) {
   using Cost = ceres::AutoDiffCostFunction<TimeOffset<kRows>, kRows, 7, 3, 1>;
@@ -83,6 +104,11 @@ std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twi
 inline std::unique_ptr<ceres::CostFunction> MakeCameraPose(const CameraPose& twin) {
   using Cost = ceres::AutoDiffCostFunction<CameraPose, 6, 7, 3, 1>;
   return std::make_unique<Cost>(new CameraPose(twin));
+}
+
+inline std::unique_ptr<ceres::CostFunction> MakeScaledMotion(const ScaledMotion& twin) {
+  using Cost = ceres::AutoDiffCostFunction<ScaledMotion, 6, 7, 7, 1>;
+  return std::make_unique<Cost>(new ScaledMotion(twin));
 }
 
 }  // namespace highwall::twins
