@@ -12,7 +12,7 @@ namespace highwall {
 struct DepthScaleOptions {
   double prior_sigma = 0.1;               // > 0: of the scale, about 1
   double position_sigma = 5e-4;           // [m] > 0: of the motion between two keyframes, and
-  double position_share = 2e-3;           // >= 0: of the distance, added to it
+  double position_share = 4e-3;           // >= 0: of the distance, added to it
   double rotation_sigma = 5e-4;           // [rad] > 0
   double gyroscope_bias_sigma = 0.02;     // [rad/s] > 0: of the biases, about zero
   double accelerometer_bias_sigma = 0.1;  // [m/s^2] > 0
