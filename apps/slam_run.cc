@@ -202,6 +202,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
       run.lost.push_back(result.stamp);
     }
     if (result.relocalized) ++run.relocalizations;
+    if (!result.open_directions.empty()) ++run.open_frames;
     if (result.mapping) {
       ++run.keyframes_made;
       if (options.dense) {
