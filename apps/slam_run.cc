@@ -29,7 +29,7 @@ double MillisecondsSince(Clock::time_point start) {
 
 // The samples of StageTimes, frame by frame.
 struct StageSamples {
-  std::vector<double> points, lines, features, pose, tracking, mapping, frame, dense;
+  std::vector<double> points, lines, features, pose, tracking, mapping, frame;
 
   void Add(const FrameTimes& times, bool keyframe) {
     points.push_back(times.points);
@@ -43,7 +43,7 @@ struct StageSamples {
 
   StageTimes Summary() const {
     return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
-            Summarize(tracking), Summarize(mapping), Summarize(frame),    Summarize(dense)};
+            Summarize(tracking), Summarize(mapping), Summarize(frame),    {}};
   }
 };
 
@@ -160,6 +160,81 @@ std::map<std::int64_t, Pose> KeyFramePoses(const Map& map) {
   return poses;
 }
 
+// Adds up what the frames of a run have come to.
+class RunTally {
+ public:
+  void Add(const FrameResult& result) {
+    ++run_.frames;
+    samples_.Add(result.times, result.mapping.has_value());
+    inertial_.Add(result);
+    Count(result.loops, &run_.loops);
+    run_.matched_points += result.matched_points;
+    run_.matched_lines += result.matched_lines;
+    if (HasPose(result.state)) {
+      run_.causal.push_back({result.stamp, result.T_WC});
+    } else {
+      run_.lost.push_back(result.stamp);
+    }
+    if (result.relocalized) ++run_.relocalizations;
+    if (!result.open_directions.empty()) ++run_.open_frames;
+    if (result.mapping) ++run_.keyframes_made;
+  }
+
+  // Call once, last.
+  SlamRun Take() {
+    SlamRun run = std::move(run_);
+    const std::size_t tracked = run.frames - run.lost.size();
+    if (tracked > 0) {
+      run.matched_points /= static_cast<double>(tracked);
+      run.matched_lines /= static_cast<double>(tracked);
+    }
+    run.inertial = inertial_.Summary();
+    run.times = samples_.Summary();
+    return run;
+  }
+
+ private:
+  SlamRun run_;
+  StageSamples samples_;
+  InertialTally inertial_;
+};
+
+// Takes the keyframes of a run to its dense map.
+class KeyframeMapping {
+ public:
+  KeyframeMapping(const SlamSystem& slam, const RgbdSensor& sensor, const SlamRunOptions& options)
+      : slam_(slam),
+        mapper_(MapOptions(options), sensor),
+        settling_(slam, mapper_, options.slam.tracker.moving.enabled ? kSettling : 0.0) {}
+
+  void Follow(const FrameResult& result, const RgbdImage& image) {
+    if (result.mapping) {
+      settling_.Add(result.mapping->keyframe, image);
+      for (const KeyFrameId culled : result.mapping->culled_keyframes) settling_.Remove(culled);
+    }
+    settling_.HandOver(image.stamp);
+    const bool levelled = result.inertial && result.inertial->T_level;
+    if (levelled || MovesMap(result.loops)) mapper_.SetPoses(KeyFramePoses(slam_.map()));
+  }
+
+  DenseMap Finish() {
+    settling_.HandOverAll();
+    mapper_.SetPoses(KeyFramePoses(slam_.map()));
+    return mapper_.Finish();
+  }
+
+ private:
+  static DenseMapOptions MapOptions(const SlamRunOptions& options) {
+    DenseMapOptions map = options.map;
+    if (options.imu) map.level = true;
+    return map;
+  }
+
+  const SlamSystem& slam_;
+  DenseMapper mapper_;
+  SettlingKeyframes settling_;
+};
+
 }  // namespace
 
 Milliseconds Summarize(std::vector<double> samples) {
@@ -178,50 +253,20 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   const auto start = Clock::now();
   SlamSystem slam = MakeSystem(sensor, options);
   ImuReplay imu(options.imu);
-  DenseMapOptions map_options = options.map;
-  if (options.imu) map_options.level = true;
-  DenseMapper mapper(map_options, sensor);
-  SettlingKeyframes settling(slam, mapper, options.slam.tracker.moving.enabled ? kSettling : 0.0);
+  std::optional<KeyframeMapping> mapping;
+  if (options.dense) mapping.emplace(slam, sensor, options);
   FrameSource reader(dataset, options);
 
-  SlamRun run;
-  StageSamples samples;
-  InertialTally inertial;
+  RunTally tally;
   while (const std::optional<RgbdImage> image = reader.Next()) {
     imu.FeedUntil(image->stamp, slam);
     const FrameResult result = slam.Track(*image);
-    ++run.frames;
-    samples.Add(result.times, result.mapping.has_value());
-    inertial.Add(result);
-    Count(result.loops, &run.loops);
-    run.matched_points += result.matched_points;
-    run.matched_lines += result.matched_lines;
-    if (HasPose(result.state)) {
-      run.causal.push_back({result.stamp, result.T_WC});
-    } else {
-      run.lost.push_back(result.stamp);
-    }
-    if (result.relocalized) ++run.relocalizations;
-    if (!result.open_directions.empty()) ++run.open_frames;
-    if (result.mapping) {
-      ++run.keyframes_made;
-      if (options.dense) {
-        settling.Add(result.mapping->keyframe, *image);
-        for (const KeyFrameId culled : result.mapping->culled_keyframes) settling.Remove(culled);
-      }
-    }
-    if (options.dense) {
-      settling.HandOver(image->stamp);
-      if (MovesMap(result.loops)) mapper.SetPoses(KeyFramePoses(slam.map()));
-    }
+    tally.Add(result);
+    if (mapping) mapping->Follow(result, *image);
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
   }
-  const std::size_t tracked = run.frames - run.lost.size();
-  if (tracked > 0) {
-    run.matched_points /= static_cast<double>(tracked);
-    run.matched_lines /= static_cast<double>(tracked);
-  }
-  if (options.imu) run.inertial = inertial.Summary();
+  SlamRun run = tally.Take();
+  if (!options.imu) run.inertial.reset();
   run.dropped = reader.dropped();
   run.skipped = reader.count() - run.frames - run.dropped;
   Count(slam.Finish(), &run.loops);
@@ -235,13 +280,10 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.sparse = SurveyMap(slam.map(), run.trajectory, run.keyframes);
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
-  if (options.dense) {
-    settling.HandOverAll();
-    mapper.SetPoses(KeyFramePoses(slam.map()));
-    run.dense = mapper.Finish();
-    samples.dense = run.dense->keyframe_ms;
+  if (mapping) {
+    run.dense = mapping->Finish();
+    run.times.dense = Summarize(run.dense->keyframe_ms);
   }
-  run.times = samples.Summary();
   run.seconds = MillisecondsSince(start) * 1e-3;
   return run;
 }

@@ -15,6 +15,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include <octomap/OcTree.h>
@@ -87,30 +88,118 @@ double Agreement(const OctomapBuilder& map, const octomap::OcTree& stock) {
   return all > 0 ? static_cast<double>(same) / static_cast<double>(all) : 1.0;
 }
 
+// Of the whole process.
+template <typename Work>
+double Seconds(const Work& work) {
+  const std::clock_t start = std::clock();
+  work();
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+// Of the calling thread alone.
+double ThreadSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct Scan {
+  cv::Mat depth;
+  Pose T_WC;
+};
+
+// Times [s] of a scan.
+struct ScanTimes {
+  std::vector<double> wall;
+  double processor = 0.0, caller = 0.0;  // sums; the share of the calling thread
+
+  void Insert(const Scan& scan, const DepthUnprojector& unprojector, OctomapBuilder& map) {
+    // As between the images of a camera: on a busy machine, work without a rest loses its turn.
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    const auto start = std::chrono::steady_clock::now();
+    const double caller_start = ThreadSeconds();
+    processor += Seconds([&] { map.Insert(scan.depth, unprojector, scan.T_WC); });
+    caller += ThreadSeconds() - caller_start;
+    wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+};
+
+double Median(std::vector<double> samples) {
+  const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
+  std::nth_element(samples.begin(), middle, samples.end());
+  return *middle;
+}
+
+// Mean over the scans of the best time of each: what other processes add is left out.
+double MeanOfBest(const std::vector<double>& wall, std::size_t scans) {
+  double sum = 0.0;
+  for (std::size_t scan = 0; scan < scans; ++scan) {
+    double best = wall[scan];
+    for (std::size_t i = scan; i < wall.size(); i += scans) best = std::min(best, wall[i]);
+    sum += best;
+  }
+  return sum / static_cast<double>(scans);
+}
+
+// The same nodes, and leaves of the same place, size and log-odds to the last bit.
+bool Equal(const OctomapBuilder& a, const OctomapBuilder& b) {
+  std::vector<OctreeLeaf> leaves;
+  a.ForEachLeaf([&](const OctreeLeaf& leaf) { leaves.push_back(leaf); });
+  std::size_t i = 0, same = 0;
+  b.ForEachLeaf([&](const OctreeLeaf& leaf) {
+    if (i < leaves.size()) {
+      same += leaf.center_W == leaves[i].center_W && leaf.size == leaves[i].size &&
+              leaf.log_odds == leaves[i].log_odds;
+    }
+    ++i;
+  });
+  return i == leaves.size() && same == i && a.NodeCount() == b.NodeCount();
+}
+
+// The map by one thread and by `threads`, scan by scan in turns, each `rounds` times from scratch.
+nlohmann::json CompareThreads(const std::vector<Scan>& scans, const PinholeCamera& camera,
+                              const OctomapBuilderOptions& options, int threads, int rounds) {
+  const DepthUnprojector unprojector(camera);
+  OctomapBuilderOptions parallel_options = options;
+  parallel_options.threads = threads;
+  ScanTimes single_times, parallel_times;
+  bool equal = true;
+  for (int round = 0; round < rounds; ++round) {
+    OctomapBuilder single(options), parallel(parallel_options);
+    for (const Scan& scan : scans) {
+      single_times.Insert(scan, unprojector, single);
+      parallel_times.Insert(scan, unprojector, parallel);
+    }
+    equal = equal && Equal(single, parallel);
+  }
+  const double milliseconds = 1e3 / static_cast<double>(single_times.wall.size());
+  const double single_best = MeanOfBest(single_times.wall, scans.size());
+  const double parallel_best = MeanOfBest(parallel_times.wall, scans.size());
+  return {
+      {"count", threads},
+      {"equal", equal},
+      {"speedup_of_best", single_best / parallel_best},
+      {"speedup_of_medians", Median(single_times.wall) / Median(parallel_times.wall)},
+      {"one_wall_ms_best", 1e3 * single_best},
+      {"wall_ms_best", 1e3 * parallel_best},
+      {"one_wall_ms_median", 1e3 * Median(single_times.wall)},
+      {"wall_ms_median", 1e3 * Median(parallel_times.wall)},
+      {"one_processor_ms", single_times.processor * milliseconds},
+      {"caller_processor_ms", parallel_times.caller * milliseconds},
+      {"others_processor_ms", (parallel_times.processor - parallel_times.caller) * milliseconds}};
+}
+
 class Benchmark {
  public:
   Benchmark(const PinholeCamera& camera, const OctomapBuilderOptions& options)
       : unprojector_(camera),
         options_(options),
         map_(options),
-        one_thread_(options),
-        two_threads_([&] {
-          OctomapBuilderOptions two = options;
-          two.threads = 2;
-          return OctomapBuilder(two);
-        }()),
         stock_(MakeStock(options)),
         discretized_(MakeStock(options)) {}
 
   void Insert(const cv::Mat& depth, const Pose& T_WC) {
     ours_seconds_ += Seconds([&] { map_.Insert(depth, unprojector_, T_WC); });
-    // Where two threads run is for the clock on the wall to tell, against one thread on that clock.
-    one_wall_.push_back(WallSeconds([&] { one_thread_.Insert(depth, unprojector_, T_WC); }));
-    const double caller_before = ThreadSeconds();
-    two_seconds_ += Seconds([&] {
-      two_wall_.push_back(WallSeconds([&] { two_threads_.Insert(depth, unprojector_, T_WC); }));
-    });
-    caller_seconds_ += ThreadSeconds() - caller_before;
     // The cloud is made outside of the clock: stock octomap is charged for the insertion alone.
     const octomap::Pointcloud cloud = WorldCloud(depth, T_WC);
     const Eigen::Vector3f p = T_WC.p().cast<float>();
@@ -127,10 +216,6 @@ class Benchmark {
             {"resolution", options_.resolution},
             {"speedup", stock_seconds_ / ours_seconds_},
             {"speedup_discretized", discretized_seconds_ / ours_seconds_},
-            {"two_threads_over_one", Median(one_wall_) / Median(two_wall_)},
-            // Processor time of each, whatever else the machine does.
-            {"two_threads_first_ms", caller_seconds_ * milliseconds},
-            {"two_threads_second_ms", (two_seconds_ - caller_seconds_) * milliseconds},
             {"agreement", Agreement(map_, stock_)},
             {"agreement_discretized", Agreement(map_, discretized_)},
             {"scan_ms", ours_seconds_ * milliseconds},
@@ -139,36 +224,8 @@ class Benchmark {
             {"nodes", map_.NodeCount()},
             {"memory_bytes", map_.MemoryBytes()}};
   }
-  int scans() const { return scans_; }
 
  private:
-  template <typename Work>
-  static double Seconds(const Work& work) {
-    const std::clock_t start = std::clock();
-    work();
-    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-  }
-
-  // Of the calling thread alone.
-  static double ThreadSeconds() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  }
-
-  template <typename Work>
-  static double WallSeconds(const Work& work) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-  static double Median(std::vector<double> samples) {
-    if (samples.empty()) return 0.0;
-    const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
-    std::nth_element(samples.begin(), middle, samples.end());
-    return *middle;
-  }
-
   octomap::Pointcloud WorldCloud(const cv::Mat& depth, const Pose& T_WC) const {
     const Eigen::Matrix3f R_WC = T_WC.R().cast<float>();
     const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
@@ -186,20 +243,17 @@ class Benchmark {
 
   DepthUnprojector unprojector_;
   OctomapBuilderOptions options_;
-  OctomapBuilder map_, one_thread_, two_threads_;
+  OctomapBuilder map_;
   octomap::OcTree stock_;
   octomap::OcTree discretized_;
   double ours_seconds_ = 0.0, stock_seconds_ = 0.0, discretized_seconds_ = 0.0;
-  double two_seconds_ = 0.0, caller_seconds_ = 0.0;
-  std::vector<double> one_wall_, two_wall_;
   int scans_ = 0;
 };
 
-nlohmann::json Run(const std::filesystem::path& dataset, const RgbdSensor& sensor,
-                   const OctomapBuilderOptions& options, int stride) {
+std::vector<Scan> ReadScans(const std::filesystem::path& dataset, double depth_factor, int stride) {
   const auto images = ReadList(dataset / "depth.txt");
   const auto poses = ReadList(dataset / "groundtruth.txt");
-  Benchmark benchmark(sensor.camera, options);
+  std::vector<Scan> scans;
   int index = 0;
   for (const auto& [stamp, name] : images) {
     if (index++ % stride != 0) continue;
@@ -208,11 +262,11 @@ nlohmann::json Run(const std::filesystem::path& dataset, const RgbdSensor& senso
     const cv::Mat raw = cv::imread((dataset / name).string(), cv::IMREAD_UNCHANGED);
     if (raw.type() != CV_16UC1) throw IoError(dataset / name, "is not a 16-bit depth image");
     cv::Mat depth;
-    raw.convertTo(depth, CV_32F, 1.0 / sensor.depth_factor);
-    benchmark.Insert(depth, *T_WC);
+    raw.convertTo(depth, CV_32F, 1.0 / depth_factor);
+    scans.push_back({depth, *T_WC});
   }
-  if (benchmark.scans() == 0) throw IoError(dataset, "no depth image has a ground-truth pose");
-  return benchmark.Report();
+  if (scans.empty()) throw IoError(dataset, "no depth image has a ground-truth pose");
+  return scans;
 }
 
 }  // namespace
@@ -224,13 +278,16 @@ int main(int argc, char** argv) {
       "highwall_bench_octomap --dataset fr1_xyz --config tum1 --resolution 0.05 --json"};
   std::string dataset, config;
   highwall::OctomapBuilderOptions options;
-  int stride = 8;
+  int stride = 8, threads = 2, rounds = 3;
   bool json = false;
   app.add_option("--dataset", dataset, "Folder with depth.txt and groundtruth.txt")->required();
   app.add_option("--config", config, "Calibration, as in highwall slam");
   app.add_option("--resolution", options.resolution, "Voxel size [m]")->check(CLI::PositiveNumber);
   app.add_option("--max-range", options.max_range, "[m]")->check(CLI::PositiveNumber);
   app.add_option("--stride", stride, "Every how many-th depth image")->check(CLI::PositiveNumber);
+  app.add_option("--threads", threads, "Compared with one thread")->check(CLI::Range(1, 256));
+  app.add_option("--rounds", rounds, "Maps of that comparison; 0 leaves it out")
+      ->check(CLI::NonNegativeNumber);
   app.add_flag("--json", json, "One JSON object on standard output");
   try {
     app.parse(argc, argv);
@@ -239,7 +296,17 @@ int main(int argc, char** argv) {
   }
   try {
     const highwall::apps::ResolvedConfig resolved = highwall::apps::ResolveConfig(config, dataset);
-    const nlohmann::json report = highwall::Run(dataset, resolved.config.sensor, options, stride);
+    const highwall::RgbdSensor& sensor = resolved.config.sensor;
+    const std::vector<highwall::Scan> scans =
+        highwall::ReadScans(dataset, sensor.depth_factor, stride);
+    highwall::Benchmark benchmark(sensor.camera, options);
+    for (const highwall::Scan& scan : scans) benchmark.Insert(scan.depth, scan.T_WC);
+    nlohmann::json report = benchmark.Report();
+    if (rounds > 0) {
+      const nlohmann::json comparison =
+          highwall::CompareThreads(scans, sensor.camera, options, threads, rounds);
+      for (const auto& [key, value] : comparison.items()) report["threads_" + key] = value;
+    }
     if (json) {
       std::printf("%s\n", report.dump().c_str());
     } else {

@@ -138,11 +138,7 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
   if (!options_.enabled || (job_ && job_->IsClosing())) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
-  if (job_) {
-    // The adjustment after an older loop: its thread need not be waited for.
-    job_->Stop();
-    ending_.push_back(std::move(job_));
-  }
+  GiveUp();  // the adjustment after an older loop
   job_ = std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, levels_, options_);
   return true;
 }
@@ -165,6 +161,12 @@ std::vector<LoopReport> LoopCloser::Update(Map* map) {
   }
   if (done) job_.reset();
   return reports;
+}
+
+void LoopCloser::GiveUp() {
+  if (!job_) return;
+  job_->Stop();
+  ending_.push_back(std::move(job_));
 }
 
 std::vector<LoopReport> LoopCloser::Finish(Map* map) {

@@ -106,7 +106,10 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   } else if (inertial_ && tracked.state != TrackingState::kInitializing) {
     Fuse(tracked, result);
     // What is being adjusted is a map that stood otherwise.
-    if (result.inertial->T_level) mapper_.GiveUp();
+    if (result.inertial->T_level) {
+      mapper_.GiveUp();
+      loop_closer_.GiveUp();
+    }
   }
   result.times.tracking = tracking_watch.Milliseconds();
   if (starts || WantsKeyFrame(tracked)) {

@@ -50,6 +50,7 @@ OctomapBuilder::Impl::Impl(const OctomapBuilderOptions& o)
       tree(o.resolution),
       scans(static_cast<std::size_t>(o.threads),
             internal::ScanVoxels(o.resolution, o.max_range, o.far_range)),
+      helpers(scans.size() - 1, tree),
       team(scans.size()) {
   tree.setProbHit(o.hit);
   tree.setProbMiss(o.miss);
@@ -67,11 +68,25 @@ const octomap::OcTreeNode* OctomapBuilder::Impl::Find(const Eigen::Vector3d& p_W
 bool OctomapBuilder::Impl::GatherPoints(std::span<const Eigen::Vector3f> points_W,
                                         const Eigen::Vector3f& origin_W) {
   return Gather({origin_W.x(), origin_W.y(), origin_W.z()},
-                [&](std::size_t part, internal::ScanVoxels& scan) {
-                  const std::size_t begin = points_W.size() * part / scans.size();
-                  const std::size_t end = points_W.size() * (part + 1) / scans.size();
+                [&](std::size_t part, std::size_t parts, internal::ScanVoxels& scan) {
+                  const std::size_t begin = points_W.size() * part / parts;
+                  const std::size_t end = points_W.size() * (part + 1) / parts;
                   scan.AddPoints(points_W.subspan(begin, end - begin));
                 });
+}
+
+void OctomapBuilder::Impl::CastRays() {
+  constexpr std::size_t kTask = 256;
+  std::vector<std::span<const internal::VoxelKey>> tasks;
+  for (const internal::ScanVoxels& scan : scans) {
+    const auto endpoints = scan.endpoints();
+    for (std::size_t begin = 0; begin < endpoints.size(); begin += kTask) {
+      tasks.push_back(endpoints.subspan(begin, std::min(kTask, endpoints.size() - begin)));
+    }
+  }
+  team.Run(tasks.size(),
+           [&](std::size_t worker, std::size_t task) { scans[worker].CastRays(tasks[task]); });
+  for (std::size_t worker = 1; worker < scans.size(); ++worker) scans.front().Merge(scans[worker]);
 }
 
 void OctomapBuilder::Impl::KeepBricks(std::span<const std::uint64_t> mortons) {
@@ -84,18 +99,18 @@ void OctomapBuilder::Impl::KeepBricks(std::span<const std::uint64_t> mortons) {
 
 void OctomapBuilder::Impl::Apply() {
   if (!std::isfinite(options.far_range)) {
-    tree.Apply(bricks);
+    tree.Apply(bricks, helpers, team);
   } else {
     using internal::VoxelBrick;
     std::vector<VoxelBrick*> touched = bricks;
     std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_free && !b->any_occupied; });
-    tree.Apply(touched);
+    tree.Apply(touched, helpers, team);
     // Voxels of their own: they take their turn as the hits of a second, weaker scan.
     for (VoxelBrick* brick : bricks) brick->KeepFarHits();
     touched = bricks;
     std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_occupied; });
     tree.setProbHit(options.far_hit);
-    tree.Apply(touched);
+    tree.Apply(touched, helpers, team);
     tree.setProbHit(options.hit);
   }
   if (!on_change) return;
@@ -138,11 +153,11 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unproj
   const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
   const auto min_depth =
       std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
-  const std::ptrdiff_t parts = impl_->options.threads;
   // Columns: ranges differ more from the ground to the sky than from left to right.
-  const auto fill = [&](std::size_t part, internal::ScanVoxels& scan) {
-    const std::ptrdiff_t begin = depth.cols * static_cast<std::ptrdiff_t>(part) / parts;
-    const std::ptrdiff_t end = depth.cols * (static_cast<std::ptrdiff_t>(part) + 1) / parts;
+  const auto fill = [&](std::size_t part, std::size_t parts, internal::ScanVoxels& scan) {
+    const auto columns = static_cast<std::size_t>(depth.cols);
+    const auto begin = static_cast<std::ptrdiff_t>(columns * part / parts);
+    const auto end = static_cast<std::ptrdiff_t>(columns * (part + 1) / parts);
     for (int v = 0; v < depth.rows; ++v) {
       scan.AddDepthRow(depth.ptr<float>(v) + begin, unprojector.RowX(v) + begin,
                        unprojector.RowY(v) + begin, static_cast<int>(end - begin), min_depth, R_WC,

@@ -1,13 +1,17 @@
 #include "scan_octree.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace highwall::internal {
 namespace {
 constexpr unsigned kBrickDepth = 13;  // of 16: a brick is three levels high
-}
+// Enough of them that the last worker to finish is not late by much.
+constexpr std::size_t kSubtreesPerWorker = 16;
+}  // namespace
 
-void ScanOctree::Apply(std::span<VoxelBrick* const> bricks) {
+void ScanOctree::Apply(std::span<VoxelBrick* const> bricks, std::span<ScanOctree> helpers,
+                       WorkerTeam& team) {
   if (bricks.empty()) return;
   const bool created = root == nullptr;
   if (created) {
@@ -15,17 +19,54 @@ void ScanOctree::Apply(std::span<VoxelBrick* const> bricks) {
     ++tree_size;
   }
   size_changed = true;
-  ApplyBricks(root, created, 0, bricks);
+  const Subtree whole{root, created, 0, bricks};
+  if (helpers.empty()) return ApplyBricks(whole);
+
+  std::vector<Subtree> subtrees;
+  std::vector<octomap::OcTreeNode*> opened;
+  Split(whole, bricks.size() / (kSubtreesPerWorker * (helpers.size() + 1)), subtrees, opened);
+  for (ScanOctree& helper : helpers) {
+    helper.prob_hit_log = prob_hit_log;
+    helper.prob_miss_log = prob_miss_log;
+    helper.clamping_thres_min = clamping_thres_min;
+    helper.clamping_thres_max = clamping_thres_max;
+  }
+  team.Run(subtrees.size(), [&](std::size_t worker, std::size_t task) {
+    (worker == 0 ? *this : helpers[worker - 1]).ApplyBricks(subtrees[task]);
+  });
+  // A helper that merged more nodes than it made has a count below zero, which wraps around.
+  for (ScanOctree& helper : helpers) tree_size += std::exchange(helper.tree_size, 0);
+  for (octomap::OcTreeNode* const node : opened) Close(node);
 }
 
-void ScanOctree::ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned depth,
-                             std::span<VoxelBrick* const> bricks) {
-  if (depth == kBrickDepth) return ApplyBrick(node, created, *bricks.front());
+void ScanOctree::ApplyBricks(const Subtree& subtree) {
+  if (subtree.depth == kBrickDepth) {
+    return ApplyBrick(subtree.node, subtree.created, *subtree.bricks.front());
+  }
+  if (VisitChildren(subtree, [this](const Subtree& child) { ApplyBricks(child); })) {
+    Close(subtree.node);
+  }
+}
+
+void ScanOctree::Split(const Subtree& subtree, std::size_t limit, std::vector<Subtree>& subtrees,
+                       std::vector<octomap::OcTreeNode*>& opened) {
+  if (subtree.depth == kBrickDepth || subtree.bricks.size() <= limit) {
+    subtrees.push_back(subtree);
+    return;
+  }
+  const auto split = [&](const Subtree& child) { Split(child, limit, subtrees, opened); };
+  if (VisitChildren(subtree, split)) opened.push_back(subtree.node);
+}
+
+template <typename Visit>
+bool ScanOctree::VisitChildren(const Subtree& subtree, const Visit& visit) {
+  const auto& [node, created, depth, all_bricks] = subtree;
+  std::span<VoxelBrick* const> bricks = all_bricks;
   if (!created && !nodeHasChildren(node)) {
     const bool any_free = std::ranges::any_of(bricks, [](auto* brick) { return brick->any_free; });
     const bool any_occupied =
         std::ranges::any_of(bricks, [](auto* brick) { return brick->any_occupied; });
-    if (IsSaturated(node, any_free, any_occupied)) return;
+    if (IsSaturated(node, any_free, any_occupied)) return false;
     expandNode(node);
   }
   const unsigned shift = 3 * (kBrickDepth - 1 - depth);
@@ -34,13 +75,12 @@ void ScanOctree::ApplyBricks(octomap::OcTreeNode* node, bool created, unsigned d
     const auto end = std::ranges::find_if(
         bricks, [&](const VoxelBrick* brick) { return brick->morton >> shift != prefix; });
     const auto count = static_cast<std::size_t>(end - bricks.begin());
-    bool child_created = false;
-    octomap::OcTreeNode* const child =
-        Child(node, static_cast<unsigned>(prefix & 7u), child_created);
-    ApplyBricks(child, child_created, depth + 1, bricks.first(count));
+    Subtree child{.depth = depth + 1, .bricks = bricks.first(count)};
+    child.node = Child(node, static_cast<unsigned>(prefix & 7u), child.created);
+    visit(child);
     bricks = bricks.subspan(count);
   }
-  Close(node);
+  return true;
 }
 
 void ScanOctree::ApplyBrick(octomap::OcTreeNode* node, bool created, const VoxelBrick& brick) {

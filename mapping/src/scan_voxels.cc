@@ -56,10 +56,10 @@ void ScanVoxels::AddEndpoint(const VoxelKey& key) {
   if (bricks_.BrickOf(voxel).seen.Set(voxel)) endpoints_.push_back(key);
 }
 
-void ScanVoxels::CastRays() {
+void ScanVoxels::CastRays(std::span<const VoxelKey> endpoints) {
   ray_count_ = 0;
   octomap::point3d end;
-  for (const VoxelKey& key : endpoints_) {
+  for (const VoxelKey& key : endpoints) {
     end = Center(key);
     const octomap::point3d ray = end - origin_;
     const double range = ray.norm();

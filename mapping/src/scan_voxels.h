@@ -28,8 +28,10 @@ class ScanVoxels {
   // Endpoints p_W = R_WC (m_x z, m_y z, z) + p_WC of a row of pixels; z below min_depth is dropped.
   void AddDepthRow(const float* z, const float* m_x, const float* m_y, int count, float min_depth,
                    const Eigen::Matrix3f& R_WC, const Eigen::Vector3f& p_WC);
-  // Sets the bits of the endpoints in range and casts the rays. Call once, after all endpoints.
-  void CastRays();
+  // The voxels of the endpoints so far, each once.
+  std::span<const VoxelKey> endpoints() const { return endpoints_; }
+  // Sets the bits of endpoints, of this or another part of the same scan, and casts their rays.
+  void CastRays(std::span<const VoxelKey> endpoints);
   // Adds what another part of the same scan saw, its rays cast like those of this one.
   void Merge(ScanVoxels& other);
   // The bricks with any bit set, in Morton order; valid until Start(). Call last.

@@ -4,45 +4,57 @@
 
 namespace highwall::internal {
 
-WorkerTeam::WorkerTeam(std::size_t parts) {
-  for (std::size_t part = 1; part < parts; ++part) {
-    threads_.emplace_back([this, part](std::stop_token stop) { Serve(part, std::move(stop)); });
+WorkerTeam::WorkerTeam(std::size_t workers) {
+  for (std::size_t worker = 1; worker < workers; ++worker) {
+    threads_.emplace_back([this, worker](std::stop_token stop) { Serve(worker, std::move(stop)); });
   }
 }
 
-void WorkerTeam::Run(const std::function<void(std::size_t)>& work) {
-  if (threads_.empty()) return work(0);
-  {
-    const std::lock_guard lock(mutex_);
-    work_ = &work;
-    pending_ = threads_.size();
-    ++round_;
+void WorkerTeam::Run(std::size_t tasks, const Work& work) {
+  const bool alone = threads_.empty() || tasks < 2;
+  next_ = 0;
+  if (!alone) {
+    {
+      const std::lock_guard lock(mutex_);
+      work_ = &work;
+      tasks_ = tasks;
+      ++round_;
+    }
+    start_.notify_all();
   }
-  start_.notify_all();
-  Do(0);
+  Do(0, work, tasks);
   std::unique_lock lock(mutex_);
-  done_.wait(lock, [this] { return pending_ == 0; });
+  work_ = nullptr;
+  done_.wait(lock, [this] { return active_ == 0; });
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-void WorkerTeam::Serve(std::size_t part, std::stop_token stop) {
-  for (std::size_t served = 0;; ++served) {
+void WorkerTeam::Serve(std::size_t worker, std::stop_token stop) {
+  for (std::size_t served = 0;;) {
+    const Work* work = nullptr;
+    std::size_t tasks = 0;
     {
       std::unique_lock lock(mutex_);
-      if (!start_.wait(lock, stop, [&] { return round_ != served; })) return;
+      if (!start_.wait(lock, stop, [&] { return work_ != nullptr && round_ != served; })) return;
+      work = work_;
+      tasks = tasks_;
+      served = round_;
+      ++active_;
     }
-    Do(part);
+    Do(worker, *work, tasks);
     const std::lock_guard lock(mutex_);
-    if (--pending_ == 0) done_.notify_one();
+    if (--active_ == 0) done_.notify_one();
   }
 }
 
-void WorkerTeam::Do(std::size_t part) {
-  try {
-    (*work_)(part);
-  } catch (...) {
-    const std::lock_guard lock(mutex_);
-    error_ = std::current_exception();
+void WorkerTeam::Do(std::size_t worker, const Work& work, std::size_t tasks) {
+  for (std::size_t task = next_++; task < tasks; task = next_++) {
+    try {
+      work(worker, task);
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      error_ = std::current_exception();
+    }
   }
 }
 

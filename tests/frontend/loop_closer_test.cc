@@ -126,6 +126,22 @@ TEST(LoopCloser, WorkThatIsNotWaitedForIsGivenUp) {
   EXPECT_EQ(scene.Rmse(), before);
 }
 
+TEST(LoopCloser, OfALoopThatIsGivenUpNothingIsApplied) {
+  LoopScene scene(kDrifting);
+  LoopCloserOptions options = Lockstep();
+  options.background = true;
+  LoopCloser closer(scene.model, testing::kLevels, options);
+  int i = 0;
+  while (i < scene.size() && !closer.InsertKeyFrame(scene.map, scene.Add(i))) ++i;
+  ASSERT_LT(i, scene.size());
+  const double before = scene.Rmse();
+  closer.GiveUp();
+  EXPECT_FALSE(closer.HasNews());
+  EXPECT_TRUE(closer.Finish(&scene.map).empty());
+  EXPECT_EQ(scene.Rmse(), before);
+  EXPECT_TRUE(closer.loops().empty());
+}
+
 TEST(LoopCloser, RepeatsBitForBitInLockstep) {
   LoopScene first(kDrifting), second(kDrifting);
   Walk(first, Lockstep());

@@ -1,5 +1,6 @@
 #include <highwall/mapping/octomap_builder.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -100,6 +101,39 @@ INSTANTIATE_TEST_SUITE_P(
                                             .clamp_max = 0.7,
                                             .occupancy_threshold = 0.65},
                       OctomapBuilderOptions{.resolution = 0.05, .threads = 3}));
+
+TEST(OctomapBuilder, ThreadsMakeTheMapOfOneBitForBit) {
+  // Far hits update the tree a second time; a view that stands still saturates and merges it.
+  const OctomapBuilderOptions options{.resolution = 0.05, .max_range = 3.0, .far_range = 2.0};
+  OctomapBuilder one(options);
+  std::vector<OctomapBuilder> others;
+  for (const int threads : {2, 4}) {
+    OctomapBuilderOptions parallel = options;
+    parallel.threads = threads;
+    others.emplace_back(parallel);
+  }
+  std::mt19937 rng(17);
+  for (int scan = 0; scan < 20; ++scan) {
+    const double turn = 0.02 * std::max(0, scan - 10);
+    const Pose T_WC = Pose::FromTangent({0.1, turn, 0.05}, {0.1, turn, 0.0});
+    const Points points_W = RandomScan(rng, T_WC);
+    one.InsertWorld(points_W, T_WC.p().cast<float>());
+    std::vector<OctreeLeaf> expected;
+    one.ForEachLeaf([&](const OctreeLeaf& leaf) { expected.push_back(leaf); });
+    for (OctomapBuilder& other : others) {
+      other.InsertWorld(points_W, T_WC.p().cast<float>());
+      std::size_t i = 0;
+      other.ForEachLeaf([&](const OctreeLeaf& leaf) {
+        ASSERT_LT(i, expected.size());
+        ASSERT_EQ(leaf.center_W, expected[i].center_W);
+        ASSERT_EQ(leaf.size, expected[i].size);
+        ASSERT_EQ(leaf.log_odds, expected[i++].log_odds);
+      });
+      ASSERT_EQ(i, expected.size());
+      ASSERT_EQ(other.NodeCount(), one.NodeCount());
+    }
+  }
+}
 
 TEST(OctomapBuilder, EqualsStockOctomapWhereTheViewStandsStill) {
   // Saturated space, regions of equal voxels that split and merge again.

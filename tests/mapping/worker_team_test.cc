@@ -10,44 +10,71 @@
 namespace highwall::internal {
 namespace {
 
-TEST(WorkerTeam, DoesEveryPartOnceInEveryRound) {
-  for (const std::size_t parts : {1, 2, 5}) {
-    WorkerTeam team(parts);
-    std::vector<int> done(parts, 0);
-    for (int round = 1; round <= 100; ++round) {
-      team.Run([&](std::size_t part) { ++done.at(part); });
-      for (const int count : done) ASSERT_EQ(count, round) << parts;
+TEST(WorkerTeam, DoesEveryTaskOnceInEveryRound) {
+  for (const std::size_t workers : {1, 2, 5}) {
+    WorkerTeam team(workers);
+    for (const std::size_t tasks : {0, 1, 2, 17}) {
+      std::vector<int> done(tasks, 0);
+      for (int round = 1; round <= 100; ++round) {
+        team.Run(tasks, [&](std::size_t, std::size_t task) { ++done.at(task); });
+        for (const int count : done) ASSERT_EQ(count, round) << workers;
+      }
     }
   }
 }
 
-TEST(WorkerTeam, PartsRunSideBySide) {
+TEST(WorkerTeam, TasksRunSideBySide) {
   WorkerTeam team(2);
   // Each waits for the other: one after the other would wait for ever.
   std::array<std::atomic<bool>, 2> here{};
-  team.Run([&](std::size_t part) {
-    here[part] = true;
-    here[part].notify_all();
-    here[1 - part].wait(false);
+  team.Run(2, [&](std::size_t, std::size_t task) {
+    here[task] = true;
+    here[task].notify_all();
+    here[1 - task].wait(false);
   });
   EXPECT_TRUE(here[0] && here[1]);
 }
 
-TEST(WorkerTeam, ThrowsWhatAPartThrewOnceAllAreDoneAndGoesOn) {
-  for (const std::size_t thrower : {0, 1}) {
-    WorkerTeam team(2);
-    std::array<bool, 2> done{};
-    EXPECT_THROW(team.Run([&](std::size_t part) {
-      done[part] = true;
-      if (part == thrower) throw std::runtime_error("part");
-    }),
-                 std::runtime_error);
-    EXPECT_TRUE(done[0] && done[1]);
-    int sum = 0;
-    team.Run([&](std::size_t part) {
-      if (part == 0) sum = 1;
-    });
-    EXPECT_EQ(sum, 1);
+TEST(WorkerTeam, AWorkerDoesOneTaskAtATime) {
+  WorkerTeam team(3);
+  std::vector<int> done(3, 0);  // by each worker; a race if two of one number ran side by side
+  for (int round = 0; round < 100; ++round) {
+    team.Run(50, [&](std::size_t worker, std::size_t) { ++done.at(worker); });
+  }
+  EXPECT_EQ(done[0] + done[1] + done[2], 5000);
+}
+
+TEST(WorkerTeam, OthersGoOnWhileAWorkerIsHeldUp) {
+  WorkerTeam team(3);
+  std::atomic<int> done = 0;
+  team.Run(20, [&](std::size_t, std::size_t task) {
+    if (task == 0) {
+      for (int count = done; count < 19; count = done) done.wait(count);
+    } else {
+      ++done;
+      done.notify_all();
+    }
+  });
+  EXPECT_EQ(done, 19);
+}
+
+TEST(WorkerTeam, ThrowsWhatATaskThrewOnceAllAreDoneAndGoesOn) {
+  for (const std::size_t workers : {1, 2}) {
+    WorkerTeam team(workers);
+    for (const std::size_t thrower : {0, 1}) {
+      std::array<bool, 2> done{};
+      const auto work = [&](std::size_t, std::size_t task) {
+        done[task] = true;
+        if (task == thrower) throw std::runtime_error("task");
+      };
+      EXPECT_THROW(team.Run(2, work), std::runtime_error);
+      EXPECT_TRUE(done[0] && done[1]);
+      int sum = 0;
+      team.Run(2, [&](std::size_t, std::size_t task) {
+        if (task == 0) sum = 1;
+      });
+      EXPECT_EQ(sum, 1);
+    }
   }
 }
 

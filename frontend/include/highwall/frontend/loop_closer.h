@@ -59,6 +59,8 @@ class LoopCloser {
   std::vector<LoopReport> Update(Map* map);
   // Waits for the work to end and applies it.
   std::vector<LoopReport> Finish(Map* map);
+  // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
+  void GiveUp();
   // As far as they were accepted and applied.
   const std::vector<LoopEdge>& loops() const { return loops_; }
 
