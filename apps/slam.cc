@@ -129,6 +129,9 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::stri
                   bool live) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
+  if (run.open_frames > 0) {
+    fmt::print("open        {} frames leave a direction of the pose open\n", run.open_frames);
+  }
   if (live) fmt::print("live        {} frames dropped\n", run.dropped);
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);

@@ -188,6 +188,7 @@ class RunTally {
       run_.lost.push_back(result.stamp);
     }
     if (result.relocalized) ++run_.relocalizations;
+    if (!result.open_directions.empty()) ++run_.open_frames;
     if (result.mapping) ++run_.keyframes_made;
   }
 

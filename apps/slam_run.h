@@ -85,8 +85,9 @@ struct SlamRun {
   std::vector<Stamp> lost;  // frames without a pose, those before the map began included
   std::optional<InertialSummary> inertial;  // with an IMU
   std::size_t relocalizations = 0;
-  std::size_t points = 0, lines = 0;                 // landmarks in the end
-  std::size_t keyframes_made = 0;                    // culled ones included
+  std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open
+  std::size_t points = 0, lines = 0;  // landmarks in the end
+  std::size_t keyframes_made = 0;     // culled ones included
   double matched_points = 0.0, matched_lines = 0.0;  // mean per tracked frame
   StageTimes times;
   double seconds = 0.0;  // of the whole run, dense map included

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include <ceres/tiny_solver.h>
@@ -80,19 +81,23 @@ class PoseProblem {
 
   PoseProblem(const Pose& T_start, const RgbdProjection& projection,
               std::span<const PosePoint> points, std::span<const PoseLine> lines,
-              const PoseSolverOptions& options, const KnownPose* known)
+              const PoseSolverOptions& options, const KnownPose* known,
+              std::span<const PointToPlaneRow> planes)
       : T_start_(T_start),
         projection_(projection),
         points_(points),
         lines_(lines),
         options_(options),
         known_(known),
+        planes_(planes),
         point_active_(points.size(), true),
-        line_active_(lines.size(), true) {}
+        line_active_(lines.size(), true),
+        plane_active_(planes.size(), true) {}
 
   // The last one is what robust rows lack of their cost.
   int NumResiduals() const {
-    return 3 * active_points_ + 4 * active_lines_ + (known_ != nullptr ? 6 : 0) + 1;
+    return 3 * active_points_ + 4 * active_lines_ + active_planes_ + (known_ != nullptr ? 6 : 0) +
+           1;
   }
 
   bool operator()(const double* x, double* residuals, double* jacobian) const {
@@ -116,6 +121,12 @@ class PoseProblem {
       Eigen::Matrix<double, 4, 6> J;
       LineRows(view, lines_[i], r, jacobian != nullptr ? &J : nullptr);
       out.Append<4>(r, J, options_.line_huber);
+    }
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      if (!plane_active_[i]) continue;
+      Eigen::Matrix<double, 1, 6> J;
+      const double r = PlaneRow(view, planes_[i], jacobian != nullptr ? &J : nullptr);
+      out.Append<1>(Eigen::Matrix<double, 1, 1>(r), J, options_.plane_huber);
     }
     if (known_ != nullptr) AppendKnown(T, out);
     return out.Finish();
@@ -146,6 +157,12 @@ class PoseProblem {
       LineRows(view, lines_[i], r, &J);
       add(r, J, lines_[i].dimension);
     }
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      if (!plane_active_[i]) continue;
+      Eigen::Matrix<double, 1, 6> J;
+      const double r = PlaneRow(view, planes_[i], &J);
+      add(Eigen::Matrix<double, 1, 1>(r), J, 1);
+    }
     if (rows > 6) solution.error = squares / (rows - 6);
   }
 
@@ -166,21 +183,48 @@ class PoseProblem {
       line_active_[i] = LineRows(view, lines_[i], r, nullptr) && r.squaredNorm() <= bound;
       active_lines_ += line_active_[i] ? 1 : 0;
     }
+    active_planes_ = 0;
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      const double r = PlaneRow(view, planes_[i], nullptr);
+      plane_active_[i] = r * r <= options_.chi2_1;
+      active_planes_ += plane_active_[i] ? 1 : 0;
+    }
   }
 
   void Restart(const Pose& T_start) { T_start_ = T_start; }
   void ActivateAll() {
     std::fill(point_active_.begin(), point_active_.end(), true);
     std::fill(line_active_.begin(), line_active_.end(), true);
+    std::fill(plane_active_.begin(), plane_active_.end(), true);
     active_points_ = static_cast<int>(points_.size());
     active_lines_ = static_cast<int>(lines_.size());
+    active_planes_ = static_cast<int>(planes_.size());
   }
 
   int Support() const { return active_points_ + 2 * active_lines_; }
   int active_points() const { return active_points_; }
   int active_lines() const { return active_lines_; }
+  int active_planes() const { return active_planes_; }
   const std::vector<bool>& point_active() const { return point_active_; }
   const std::vector<bool>& line_active() const { return line_active_; }
+
+  // Median of z in C; that of a line is its middle's.
+  double Depth(const Pose& T) const {
+    const Pose T_CW = T.Inverse();
+    std::vector<double> depths;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (point_active_[i]) depths.push_back((T_CW * points_[i].p_W).z());
+    }
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (!line_active_[i]) continue;
+      const Segment3& segment_W = lines_[i].segment_W;
+      depths.push_back((T_CW * Eigen::Vector3d(0.5 * (segment_W.p() + segment_W.q()))).z());
+    }
+    if (depths.empty()) return 0.0;
+    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+    std::nth_element(depths.begin(), middle, depths.end());
+    return *middle;
+  }
 
  private:
   // Zero rows and false outside of the domain.
@@ -211,6 +255,11 @@ class PoseProblem {
     return inside;
   }
 
+  static double PlaneRow(const RgbdProjection::View& view, const PointToPlaneRow& row,
+                         Eigen::Matrix<double, 1, 6>* J) {
+    return row.Evaluate(view.R_BW.transpose(), view.p_WB, J);
+  }
+
   void AppendKnown(const Pose& T, Output& out) const {
     const Eigen::Vector3d theta = so3::Log(known_->T_WC.q().conjugate() * T.q());
     Vector6 e;
@@ -227,8 +276,9 @@ class PoseProblem {
   std::span<const PoseLine> lines_;
   const PoseSolverOptions& options_;
   const KnownPose* known_;
-  std::vector<bool> point_active_, line_active_;
-  int active_points_ = 0, active_lines_ = 0;
+  std::span<const PointToPlaneRow> planes_;
+  std::vector<bool> point_active_, line_active_, plane_active_;
+  int active_points_ = 0, active_lines_ = 0, active_planes_ = 0;
 };
 
 }  // namespace
@@ -236,8 +286,9 @@ class PoseProblem {
 void PoseSolverOptions::Validate() const {
   HIGHWALL_REQUIRE(point_huber > 0.0, "PoseSolverOptions::point_huber must be positive");
   HIGHWALL_REQUIRE(line_huber > 0.0, "PoseSolverOptions::line_huber must be positive");
-  HIGHWALL_REQUIRE(chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
-                   "PoseSolverOptions::chi2_2, chi2_3 and chi2_4 must be positive");
+  HIGHWALL_REQUIRE(plane_huber > 0.0, "PoseSolverOptions::plane_huber must be positive");
+  HIGHWALL_REQUIRE(chi2_1 > 0.0 && chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
+                   "PoseSolverOptions::chi2_1, chi2_2, chi2_3 and chi2_4 must be positive");
   HIGHWALL_REQUIRE(rounds >= 1, "PoseSolverOptions::rounds must be at least 1");
   HIGHWALL_REQUIRE(max_iterations >= 1, "PoseSolverOptions::max_iterations must be at least 1");
   HIGHWALL_REQUIRE(min_support >= 3, "PoseSolverOptions::min_support must be at least 3");
@@ -246,8 +297,9 @@ void PoseSolverOptions::Validate() const {
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
-                                      const PoseSolverOptions& options, const KnownPose* known) {
-  PoseProblem problem(T_WC, projection, points, lines, options, known);
+                                      const PoseSolverOptions& options, const KnownPose* known,
+                                      std::span<const PointToPlaneRow> planes) {
+  PoseProblem problem(T_WC, projection, points, lines, options, known, planes);
   problem.ActivateAll();
   ceres::TinySolver<PoseProblem> solver;
   // TinySolver counts the evaluation at the start as an iteration.
@@ -273,6 +325,8 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
   solution.line_inliers = problem.line_active();
   solution.num_points = problem.active_points();
   solution.num_lines = problem.active_lines();
+  solution.num_planes = problem.active_planes();
+  solution.depth = problem.Depth(T);
   return solution;
 }
 

@@ -122,6 +122,7 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   result.T_WC = tracked.T_WC;
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
+  result.open_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
   if (HasPose(tracked.state)) {
     tracked_.push_back({image.stamp, tracked.reference,

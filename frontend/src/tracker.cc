@@ -45,6 +45,40 @@ std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
   return taken;
 }
 
+// The landmarks that a frame was found to see, and the features that see them.
+struct Sightings {
+  std::vector<PosePoint> points;
+  std::vector<PoseLine> lines;
+  std::vector<std::size_t> point_features, line_features;
+};
+
+// What is no longer in the map, or not in front of the camera, is unmatched.
+Sightings LandmarksSeen(const MeasurementModel& model, const Map& map, TrackedFrame& tracked) {
+  const FrameFeatures& features = *tracked.frame.features;
+  Sightings seen;
+  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
+    const MapPoint* point = map.point(tracked.points[i]);
+    if (point == nullptr) {
+      tracked.points[i] = kNoId;
+      continue;
+    }
+    seen.points.push_back(MakePosePoint(model, *point, features.points[i]));
+    seen.point_features.push_back(i);
+  }
+  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
+    const MapLine* line = map.line(tracked.lines[i]);
+    std::optional<PoseLine> pose_line;
+    if (line != nullptr) pose_line = MakePoseLine(model, *line, features.lines[i], tracked.T_WC);
+    if (!pose_line) {
+      tracked.lines[i] = kNoId;
+      continue;
+    }
+    seen.lines.push_back(*pose_line);
+    seen.line_features.push_back(i);
+  }
+  return seen;
+}
+
 }  // namespace
 
 const char* ToString(TrackingState state) {
@@ -65,11 +99,20 @@ bool HasPose(TrackingState state) {
   return state == TrackingState::kTracking || state == TrackingState::kInertial;
 }
 
+void SurfaceTrackingOptions::Validate() const {
+  matcher.Validate();
+  HIGHWALL_REQUIRE(min_support >= 3, "SurfaceTrackingOptions::min_support must be at least 3");
+  HIGHWALL_REQUIRE(min_rows >= 1, "SurfaceTrackingOptions::min_rows must be at least 1");
+  HIGHWALL_REQUIRE(max_sigma > 0.0, "SurfaceTrackingOptions::max_sigma must be positive");
+}
+
 void TrackerOptions::Validate() const {
   pose.Validate();
   matcher.Validate();
   relocalizer.Validate();
   moving.Validate();
+  degeneracy.Validate();
+  surfaces.Validate();
   HIGHWALL_REQUIRE(min_motion_support >= 6,
                    "TrackerOptions::min_motion_support must be at least 6");
   HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
@@ -111,6 +154,10 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
     }
   }
   if (!match) match = TrackLocalMap(Relocalize(frame, map), map);
+  if (!match && was_tracking && !predicted && options_.surfaces.enabled) {
+    match = TrackLocalMap(TrackMotion(frame, map, nullptr, Aid::kSurfaces), map, nullptr,
+                          Aid::kSurfaces);
+  }
   if (!match) {
     // With an IMU the landmarks of the last frame can be looked for again, however long ago.
     if (!predicted) last_.reset();
@@ -153,7 +200,7 @@ void Tracker::Transform(const Pose& T_new_old) {
 }
 
 std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map,
-                                                 const KnownPose* predicted) const {
+                                                 const KnownPose* predicted, Aid aid) const {
   // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
   for (const double radius_scale : {1.0, 2.0}) {
     TrackedFrame tracked =
@@ -165,7 +212,7 @@ std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& 
         matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
         tracked.lines);
     const int matched = Support(tracked);
-    if (Solve(tracked, map, options_.min_motion_support, predicted) &&
+    if (Solve(tracked, map, options_.min_motion_support, predicted, aid) &&
         Support(tracked) >= options_.min_motion_share * matched) {
       return tracked;
     }
@@ -228,7 +275,8 @@ cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
 
 std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
                                                           const Map& map,
-                                                          const KnownPose* predicted) const {
+                                                          const KnownPose* predicted,
+                                                          Aid aid) const {
   if (!rough) return std::nullopt;
   LocalMatch match{std::move(*rough), {}, {}};
   TrackedFrame& tracked = match.frame;
@@ -255,7 +303,7 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
   };
   append(match.points_in_view, first_points);
   append(match.lines_in_view, first_lines);
-  if (!Solve(tracked, map, options_.min_support, predicted)) return std::nullopt;
+  if (!Solve(tracked, map, options_.min_support, predicted, aid)) return std::nullopt;
   tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
   return match;
 }
@@ -287,51 +335,60 @@ void Tracker::LocalMatch::CountSightings(Map& map) const {
 }
 
 bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
-                    const KnownPose* predicted) const {
-  const FrameFeatures& features = *tracked.frame.features;
-  std::vector<PosePoint> points;
-  std::vector<std::size_t> point_features;
-  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    const MapPoint* point = map.point(tracked.points[i]);
-    if (point == nullptr) {
-      tracked.points[i] = kNoId;
-      continue;
-    }
-    points.push_back(MakePosePoint(model_, *point, features.points[i]));
-    point_features.push_back(i);
-  }
-  std::vector<PoseLine> lines;
-  std::vector<std::size_t> line_features;
-  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    const MapLine* line = map.line(tracked.lines[i]);
-    std::optional<PoseLine> pose_line;
-    if (line != nullptr) pose_line = MakePoseLine(model_, *line, features.lines[i], tracked.T_WC);
-    if (!pose_line) {
-      tracked.lines[i] = kNoId;
-      continue;
-    }
-    lines.push_back(*pose_line);
-    line_features.push_back(i);
-  }
+                    const KnownPose* predicted, Aid aid) const {
+  const Sightings seen = LandmarksSeen(model_, map, tracked);
   PoseSolverOptions options = options_.pose;
   options.min_support =
       predicted != nullptr ? std::min(min_support, options_.min_predicted_support) : min_support;
-  const auto solution =
-      SolvePose(tracked.T_WC, model_.projection(), points, lines, options, predicted);
-  if (!solution) return false;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!solution->point_inliers[i]) tracked.points[point_features[i]] = kNoId;
+  std::vector<PointToPlaneRow> planes;
+  if (aid == Aid::kSurfaces) {
+    planes = MatchSurfaces(tracked, map);
+    options.min_support = options_.surfaces.min_support;
   }
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (!solution->line_inliers[i]) tracked.lines[line_features[i]] = kNoId;
+  const auto solution = SolvePose(tracked.T_WC, model_.projection(), seen.points, seen.lines,
+                                  options, predicted, planes);
+  if (!solution) return false;
+  const auto open = [&](double max_sigma) {
+    return FindOpenDirections(solution->information, solution->T_WC, solution->depth,
+                              {.max_sigma = max_sigma});
+  };
+  if (aid == Aid::kSurfaces && (solution->num_planes < options_.surfaces.min_rows ||
+                                !open(options_.surfaces.max_sigma).empty())) {
+    return false;
+  }
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    if (!solution->point_inliers[i]) tracked.points[seen.point_features[i]] = kNoId;
+  }
+  for (std::size_t i = 0; i < seen.lines.size(); ++i) {
+    if (!solution->line_inliers[i]) tracked.lines[seen.line_features[i]] = kNoId;
   }
   tracked.T_WC = solution->T_WC;
   tracked.num_points = solution->num_points;
   tracked.num_lines = solution->num_lines;
+  tracked.num_planes = solution->num_planes;
   tracked.information = solution->information;
   tracked.gradient = solution->gradient;
   tracked.error = solution->error;
+  tracked.open = open(options_.degeneracy.max_sigma);
   return true;
+}
+
+std::vector<PointToPlaneRow> Tracker::MatchSurfaces(const TrackedFrame& tracked,
+                                                    const Map& map) const {
+  const KeyFrame* reference = last_ ? map.keyframe(last_->reference) : nullptr;
+  const cv::Mat& depth = tracked.frame.features->depth_grid;
+  if (reference == nullptr || depth.empty() || reference->frame.features->depth_grid.empty()) {
+    return {};
+  }
+  const DepthGrid& grid = moving_.grid();
+  std::vector<SurfacePatch> patches = FindPatches(reference->frame.features->depth_grid, grid,
+                                                  model_.depth_noise(), options_.surfaces.matcher);
+  for (SurfacePatch& patch : patches) {
+    patch.a = reference->T_WC * patch.a;
+    patch.n = reference->T_WC.q() * patch.n;
+  }
+  return MatchPatches(patches, depth, tracked.moving, tracked.T_WC, grid, model_.depth_noise(),
+                      options_.surfaces.matcher);
 }
 
 }  // namespace highwall

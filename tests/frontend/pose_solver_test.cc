@@ -137,6 +137,30 @@ TEST_F(PoseSolver, FlagsThirtyPercentGrossOutliers) {
   EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-6);
 }
 
+TEST_F(PoseSolver, PointsOnPlanesJoinAndTheWrongOnesAreSetAside) {
+  // Two planes of W, and every tenth point half a metre off.
+  const Problem problem = Exact(60, 0);
+  std::vector<PointToPlaneRow> planes;
+  std::mt19937 rng(6);
+  for (int i = 0; i < 100; ++i) {
+    Eigen::Vector3d p_W = testing::UniformInBox(rng, {-1, -1, 2}, {1, 1, 4});
+    p_W(i % 2) = 1.5;
+    if (i % 10 == 0) p_W(i % 2) += 0.5;
+    planes.push_back({Eigen::Vector3d::Unit(i % 2), {1.5, 1.5, 0.0}, kTruth.Inverse() * p_W, 50.0});
+  }
+  const auto without = Solve(problem);
+  const auto solution =
+      SolvePose(kStart, model.projection(), problem.points, problem.lines, {}, nullptr, planes);
+  ASSERT_TRUE(without && solution);
+  EXPECT_EQ(solution->num_planes, 90);
+  EXPECT_EQ(without->num_planes, 0);
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
+  // All that are off belong to the plane across x: 40 rows of (1 / 2 cm)^2 remain. Both solutions
+  // see the points alike but for 1e-7 m.
+  const double added = solution->information(0, 0) - without->information(0, 0);
+  EXPECT_NEAR(added, 40 * 2500.0, 1.0);
+}
+
 TEST_F(PoseSolver, TooFewInliersAreNoSolution) {
   const Problem all = Exact(60, 0);
   Problem problem{{all.points.begin(), all.points.begin() + 12}, {}};

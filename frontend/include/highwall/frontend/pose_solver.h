@@ -9,6 +9,7 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
+#include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/rgbd_projection.h>
 
 namespace highwall {
@@ -32,7 +33,9 @@ struct PoseLine {
 struct PoseSolverOptions {
   double point_huber = 2.4;  // [sigma] > 0: Huber threshold on the norm of a point's rows
   double line_huber = 2.4;   // [sigma] > 0: the same for a line's rows
-  double chi2_2 = 5.991;     // > 0: inlier bounds, 95 % of chi-square with 2, 3 and 4 rows
+  double plane_huber = 1.5;  // [sigma] > 0: of a point on a plane
+  double chi2_1 = 3.841;     // > 0: inlier bounds, 95 % of chi-square with 1, 2, 3 and 4 rows
+  double chi2_2 = 5.991;     // > 0
   double chi2_3 = 7.815;     // > 0
   double chi2_4 = 9.488;     // > 0
   int rounds = 3;            // >= 1: solve, classify inliers, solve again
@@ -62,17 +65,21 @@ struct PoseSolution {
   std::vector<bool> line_inliers;
   int num_points = 0;  // inliers
   int num_lines = 0;   // inliers
+  int num_planes = 0;  // inliers
+  double depth = 0.0;  // [m] median of the inliers' in C, those on planes not counted
 };
 
 // Camera pose from known points and lines: robust Levenberg-Marquardt (ceres::TinySolver) in the
 // tangent space at T_WC, with outliers set aside between rounds. B = C in `projection`.
-// known: where not null, joins the least squares. Empty where less than min_support remains or the
-// steps stop being finite.
+// known: where not null, joins the least squares. planes: the row's frames are W and C; they join
+// the least squares as well, and do not count as support. Empty where less than min_support remains
+// or the steps stop being finite.
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
                                       const PoseSolverOptions& options = {},
-                                      const KnownPose* known = nullptr);
+                                      const KnownPose* known = nullptr,
+                                      std::span<const PointToPlaneRow> planes = {});
 
 // The piece of line_C [m] that the undistorted pixels s and e see: each end is the point of the
 // line nearest to the ray. Empty where that is behind the camera or the ray runs along the line.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/degeneracy.h>
 #include <highwall/frontend/frame.h>
 #include <highwall/frontend/imu_calibration.h>
 #include <highwall/frontend/inertial_odometry.h>
@@ -48,6 +49,8 @@ struct FrameResult {
   Pose T_WC;                  // causal estimate; meaningful where HasPose(state)
   int points = 0, lines = 0;  // features extracted
   int matched_points = 0, matched_lines = 0;
+  // Directions of the pose that these leave open, the most open one first.
+  std::vector<OpenDirection> open_directions;
   // What moves, as the past tells: CV_8UC1 of the image, 255; empty where nothing does. Its
   // features make no pose and no landmarks.
   cv::Mat moving;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <highwall/core/pose.h>
+#include <highwall/frontend/degeneracy.h>
 #include <highwall/frontend/frame.h>
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/map_matcher.h>
@@ -11,6 +12,7 @@
 #include <highwall/frontend/moving_objects.h>
 #include <highwall/frontend/pose_solver.h>
 #include <highwall/frontend/relocalizer.h>
+#include <highwall/frontend/surface_matcher.h>
 
 namespace highwall {
 
@@ -26,11 +28,25 @@ const char* ToString(TrackingState state);
 // The frame has a pose: kTracking and kInertial.
 bool HasPose(TrackingState state);
 
+// How surfaces hold a pose that points and lines alone do not: points of the image lie on the flat
+// patches that the reference keyframe saw. Without an IMU, which bridges such frames by itself.
+struct SurfaceTrackingOptions {
+  bool enabled = true;
+  SurfaceMatcherOptions matcher{};
+  int min_support = 6;     // >= 3, of points and lines (PoseSolverOptions)
+  int min_rows = 30;       // >= 1, on patches
+  double max_sigma = 0.2;  // [m] > 0: a pose with a more open direction is none
+
+  void Validate() const;
+};
+
 struct TrackerOptions {
   PoseSolverOptions pose{};
   MapMatcherOptions matcher{};
   RelocalizerOptions relocalizer{};
   MovingObjectOptions moving{};
+  DegeneracyOptions degeneracy{};
+  SurfaceTrackingOptions surfaces{};
   // Support (PoseSolverOptions) for a pose to be believed, >= 6: after the first match against the
   // last frame or keyframe, and after the local map.
   int min_motion_support = 15;
@@ -64,10 +80,12 @@ struct TrackedFrame {
   // those of `frame`.
   cv::Mat moving;
   int num_points = 0, num_lines = 0;  // matched
+  int num_planes = 0;                 // points of the image on flat patches of the reference
   // What the matches alone say of the pose (PoseSolution).
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
   double error = 1.0;
+  std::vector<OpenDirection> open;  // directions of the pose that they leave open
 };
 
 // Camera pose frame by frame: prediction by an IMU or at constant velocity, matching of the last
@@ -97,8 +115,11 @@ class Tracker {
   void Transform(const Pose& T_new_old);
 
  private:
+  // What may tell a pose, beside points and lines.
+  enum class Aid { kNone, kSurfaces };
+
   std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map,
-                                          const KnownPose* predicted) const;
+                                          const KnownPose* predicted, Aid aid = Aid::kNone) const;
   std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
   std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
   // A frame matched with the local map, and the landmarks that were to be seen from its pose.
@@ -112,13 +133,18 @@ class Tracker {
   };
   // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
-                                          const KnownPose* predicted = nullptr) const;
+                                          const KnownPose* predicted = nullptr,
+                                          Aid aid = Aid::kNone) const;
   // Takes the features off a frame that are on something that moves.
   void SetMovingAside(TrackedFrame& rough, const Map& map) const;
   bool IsDoubtful(const LocalMatch& match) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
-  bool Solve(TrackedFrame& tracked, const Map& map, int min_support,
-             const KnownPose* predicted) const;
+  bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
+             Aid aid) const;
+
+  // Rows on the flat patches that the reference keyframe of the last frame saw; none where it has
+  // no depth.
+  std::vector<PointToPlaneRow> MatchSurfaces(const TrackedFrame& tracked, const Map& map) const;
 
   const MeasurementModel& model_;
   TrackerOptions options_;
