@@ -167,11 +167,15 @@ void AddMapCompareCommand(CLI::App& map, CommandAction& action) {
   command->add_option("--spacing", arguments->spacing, "Distance of the samples of a mesh [m]")
       ->check(Between(1e-3, 10.0))
       ->capture_default_str();
-  command->add_option("--seen-by", arguments->seen_by,
-                      "Dataset or run: only what its depth images show has to be complete");
-  command->add_option("--trajectory", arguments->trajectory, "Its poses, in the reference's frame");
-  command->add_option("--config", arguments->config, "Its calibration, as in highwall slam");
+  CLI::Option* seen_by =
+      command->add_option("--seen-by", arguments->seen_by,
+                          "Dataset or run: only what its depth images show has to be complete");
+  command->add_option("--trajectory", arguments->trajectory, "Its poses, in the reference's frame")
+      ->needs(seen_by);
+  command->add_option("--config", arguments->config, "Its calibration, as in highwall slam")
+      ->needs(seen_by);
   command->add_option("--every", arguments->every, "Takes every n-th of its frames")
+      ->needs(seen_by)
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command

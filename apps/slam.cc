@@ -19,6 +19,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/tum_dataset.h>
+#include <highwall/mapping/octree_size.h>
 
 #include "commands.h"
 #include "config.h"
@@ -172,11 +173,37 @@ void RequireFolder(const std::filesystem::path& out) {
   }
 }
 
+// The same for a file.
+void RequireFile(const std::filesystem::path& file) {
+  RequireFolder(std::filesystem::absolute(file).parent_path());
+  std::error_code error;
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
+    throw IoError(file, "is not a file");
+  }
+}
+
+// An octree that is too fine is refused at once, by what a single image would take of it.
+void RequireMemory(const TumDataset& dataset, const PinholeCamera& camera,
+                   const OctomapBuilderOptions& octree) {
+  constexpr double kLimit = 200.0;  // [MB] of one image: a map holds what tens of them show
+  constexpr std::size_t kImages = 4;
+  const DepthUnprojector unprojector(camera);
+  for (std::size_t i = 0; i < kImages; ++i) {
+    const auto image = dataset.Load(i * dataset.size() / kImages);
+    if (!image) continue;
+    const DepthView view{image->depth, Pose()};
+    const double megabytes = PredictOctreeBytes({&view, 1}, unprojector, octree) / 1e6;
+    if (megabytes <= kLimit) continue;
+    throw InvalidArgument(fmt::format(
+        "an octree of {} m would take about {:.0f} MB for a single image, more than the limit of "
+        "{:.0f} MB: choose a coarser --resolution or --no-map",
+        octree.resolution, megabytes, kLimit));
+  }
+}
+
 int RunSlamCommand(const SlamArguments& arguments) {
   RequireFolder(arguments.out);
-  if (!arguments.save_map.empty()) {
-    RequireFolder(std::filesystem::absolute(arguments.save_map).parent_path());
-  }
+  if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
   const ResolvedConfig resolved = ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = resolved.config.sensor;
   const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor,
@@ -186,6 +213,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
   SlamRunOptions options = MakeOptions(arguments);
+  if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
   if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
   if (const auto weighting = ReadImuChoice(arguments.imu)) {
     options.slam.inertial.weighting = *weighting;
@@ -204,6 +232,9 @@ int RunSlamCommand(const SlamArguments& arguments) {
   }
   WarnOfImu(run);
   WarnOfDepth(run, sensor.depth_factor);
+  if (run.trajectory.empty() && !arguments.load_map.empty()) {
+    throw IoError(arguments.load_map, "no frame was recognized in this map");
+  }
   if (run.trajectory.empty()) {
     throw IoError(arguments.dataset,
                   "no frame could be tracked: too little texture or depth to start a map (see "

@@ -288,9 +288,12 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     slam.AdjustAll();
     run.adjusted = slam.trajectory();
   }
-  if (!options.save_map.empty()) SaveMap(options.save_map, sensor.camera, slam.map());
+  if (!options.save_map.empty() && !run.trajectory.empty()) {
+    SaveMap(options.save_map, sensor.camera, slam.map());
+  }
   run.keyframes = slam.keyframe_trajectory();
-  run.sparse = SurveyMap(slam.map(), run.trajectory, run.keyframes);
+  run.sparse =
+      SurveyMap(slam.map(), run.adjusted.empty() ? run.trajectory : run.adjusted, run.keyframes);
   run.points = slam.map().num_points();
   run.lines = slam.map().num_lines();
   if (mapping) {

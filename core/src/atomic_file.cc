@@ -20,13 +20,24 @@ std::string UniqueSuffix(const AtomicFile* file) {
   return text.str();
 }
 
+// What a link leads to: it stays a link. A device or a pipe must not be replaced by a file.
+std::filesystem::path Target(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return path;
+  const bool replaceable =
+      std::filesystem::is_regular_file(path, error) || std::filesystem::is_directory(path, error);
+  if (!replaceable) throw IoError(path, "is not a regular file");
+  if (!std::filesystem::is_symlink(path, error)) return path;
+  return std::filesystem::canonical(path);
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& path)
-    : path_(path),
+    : path_(Target(path)),
       // The extension stays last: writers that choose a format by it must see it.
-      temporary_(path.parent_path() / ("." + path.stem().string() + "." + UniqueSuffix(this) +
-                                       path.extension().string())) {
+      temporary_(path_.parent_path() / ("." + path_.stem().string() + "." + UniqueSuffix(this) +
+                                        path_.extension().string())) {
   stream_.open(temporary_, std::ios::binary | std::ios::trunc);
   if (!stream_) throw IoError(path, std::string("cannot be written: ") + std::strerror(errno));
 }

@@ -102,6 +102,7 @@ TEST_F(MapCommand, AsksForWhatWasSeenWithinTheRangeAlone) {
   EXPECT_LT(near, far);
   EXPECT_EQ(seen("20"), far) << "the room is smaller than that";
   ExpectRefused("compare a.ply b.ply --max-range 0", 1, "--max-range");
+  ExpectRefused("compare a.ply b.ply --trajectory a.txt", 1, "--seen-by");
 }
 
 TEST_F(MapCommand, ComparesOctreesAndClouds) {

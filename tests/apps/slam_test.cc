@@ -385,6 +385,30 @@ TEST_F(SlamCommand, RefusesImagesWithoutAnyTexture) {
   ExpectRefused({dataset().string() + ": no frame could be tracked"});
 }
 
+TEST_F(SlamCommand, ARunThatTracksNothingKeepsTheMapOfAnEarlierOne) {
+  WriteBlank();
+  const fs::path map = dataset().parent_path() / "room.hwmap";
+  WriteText(map, "precious");
+  ExpectRefused({"no frame could be tracked"}, "--save-map " + map.string());
+  EXPECT_EQ(ReadText(map), "precious");
+}
+
+TEST_F(SlamCommand, RefusesAFolderInPlaceOfAMapBeforeTheWork) {
+  const std::string folder = dataset().parent_path().string();
+  const Outcome outcome =
+      Slam("--dataset /nowhere --out " + run().string() + " --save-map " + folder);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, folder + ": is not a file")) << outcome.err;
+}
+
+TEST_F(SlamCommand, RefusesAnOctreeThatWouldNotFitInMemory) {
+  Film(2);
+  const Outcome outcome = SlamOnDataset("--resolution 0.001");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(Contains(outcome.err, "choose a coarser --resolution")) << outcome.err;
+  EXPECT_FALSE(fs::exists(run() / "trajectory.txt"));
+}
+
 TEST_F(SlamCommand, RefusesAFileInPlaceOfTheResultsFolder) {
   WriteBlank();
   WriteText(run(), "precious");

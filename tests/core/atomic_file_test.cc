@@ -1,6 +1,7 @@
 #include <highwall/core/atomic_file.h>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -145,6 +146,30 @@ TEST_F(AtomicFileTest, AWriteThatTheSystemRefusesIsFoundAtCommit) {
   }
   EXPECT_EQ(Read(folder_ / "a.txt"), "old");
   EXPECT_EQ(FilesInFolder(), 1u);
+}
+
+TEST_F(AtomicFileTest, ALinkStaysAndWhatItLeadsToIsReplaced) {
+  fs::create_directories(folder_ / "elsewhere");
+  const fs::path target = folder_ / "elsewhere" / "kept.txt", link = folder_ / "link.txt";
+  std::ofstream(target) << "old";
+  fs::create_symlink(target, link);
+  AtomicFile file(link);
+  file.stream() << "new";
+  file.Commit();
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(Read(target), "new");
+}
+
+TEST_F(AtomicFileTest, APipeIsRefusedAndStays) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  try {
+    AtomicFile file(pipe);
+    FAIL() << "must throw";
+  } catch (const IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("pipe"), std::string::npos) << error.what();
+  }
+  EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
 TEST_F(AtomicFileTest, APathThatIsAFolderThrowsAtCommit) {

@@ -10,7 +10,8 @@ namespace highwall {
 // the old file stays as it was.
 class AtomicFile {
  public:
-  // Throws IoError if the temporary cannot be opened (the folder must exist).
+  // A link stays, what it leads to is replaced. Throws IoError if the temporary cannot be opened
+  // (the folder must exist) or `path` is a device or a pipe.
   explicit AtomicFile(const std::filesystem::path& path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
