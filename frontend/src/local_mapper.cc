@@ -67,6 +67,8 @@ void LocalMapperOptions::Validate() const {
                    "LocalMapperOptions::min_observations must be at least 1");
   HIGHWALL_REQUIRE(redundant_share > 0.0 && redundant_share <= 1.0,
                    "LocalMapperOptions::redundant_share must be in (0, 1]");
+  HIGHWALL_REQUIRE(redundant_observers >= 1,
+                   "LocalMapperOptions::redundant_observers must be at least 1");
   HIGHWALL_REQUIRE(max_motion_gap > 0.0, "LocalMapperOptions::max_motion_gap must be positive");
   HIGHWALL_REQUIRE(max_depth_sigma > 0.0, "LocalMapperOptions::max_depth_sigma must be positive");
   HIGHWALL_REQUIRE(min_line_length > 0.0, "LocalMapperOptions::min_line_length must be positive");
@@ -290,7 +292,6 @@ void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
 }
 
 void LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
-  constexpr int kOthers = 3;
   for (const auto& [id, shared] : map.Covisible(newest_, 15)) {
     if (id == 0 || id == newest_) continue;
     const KeyFrame& keyframe = *map.keyframe(id);
@@ -307,7 +308,7 @@ void LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
                            ->frame.features->points[static_cast<std::size_t>(o.index)]
                            .octave <= octave + 1;
           });
-      if (others >= kOthers) ++redundant;
+      if (others >= options_.redundant_observers) ++redundant;
     }
     if (total == 0 || redundant < options_.redundant_share * total) continue;
     if (const KeyFrame* next = map.Successor(id);
@@ -316,8 +317,25 @@ void LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
             options_.max_motion_gap) {
       continue;
     }
-    map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
+    RemoveKeyFrame(id, map);
     report.culled_keyframes.push_back(id);
+  }
+}
+
+void LocalMapper::RemoveKeyFrame(KeyFrameId id, Map& map) const {
+  // By value: they go with the keyframe.
+  const std::vector<PointId> points = map.keyframe(id)->points;
+  const std::vector<LineId> lines = map.keyframe(id)->lines;
+  map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
+  const auto too_few = [&](const auto* landmark) {
+    return landmark != nullptr &&
+           static_cast<int>(landmark->observations.size()) < options_.min_observations;
+  };
+  for (const PointId p : points) {
+    if (too_few(map.point(p))) map.RemovePoint(p);
+  }
+  for (const LineId l : lines) {
+    if (too_few(map.line(l))) map.RemoveLine(l);
   }
 }
 

@@ -11,38 +11,6 @@
 namespace highwall {
 namespace {
 
-template <class T>
-T* Get(const std::vector<std::unique_ptr<T>>& slots, std::int32_t id) {
-  return id >= 0 && static_cast<std::size_t>(id) < slots.size()
-             ? slots[static_cast<std::size_t>(id)].get()
-             : nullptr;
-}
-
-template <class T>
-T& Add(std::vector<std::unique_ptr<T>>& slots, std::size_t& count) {
-  slots.push_back(std::make_unique<T>());
-  slots.back()->id = static_cast<std::int32_t>(slots.size() - 1);
-  ++count;
-  return *slots.back();
-}
-
-template <class T>
-std::vector<std::int32_t> LiveIds(const std::vector<std::unique_ptr<T>>& slots) {
-  std::vector<std::int32_t> ids;
-  for (const auto& slot : slots) {
-    if (slot) ids.push_back(slot->id);
-  }
-  return ids;
-}
-
-template <class T>
-std::vector<std::unique_ptr<T>> Copy(const std::vector<std::unique_ptr<T>>& slots) {
-  std::vector<std::unique_ptr<T>> copies;
-  copies.reserve(slots.size());
-  for (const auto& slot : slots) copies.push_back(slot ? std::make_unique<T>(*slot) : nullptr);
-  return copies;
-}
-
 bool Sees(const std::vector<Observation>& observations, KeyFrameId keyframe) {
   return std::any_of(observations.begin(), observations.end(),
                      [&](const Observation& o) { return o.keyframe == keyframe; });
@@ -132,20 +100,16 @@ BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index) {
 
 Map Map::Clone() const {
   Map clone;
-  clone.keyframes_ = Copy(keyframes_);
+  clone.keyframes_ = keyframes_;
+  clone.points_ = points_;
+  clone.lines_ = lines_;
   clone.removed_ = removed_;
-  clone.points_ = Copy(points_);
-  clone.lines_ = Copy(lines_);
-  clone.num_keyframes_ = num_keyframes_;
-  clone.num_points_ = num_points_;
-  clone.num_lines_ = num_lines_;
   clone.gravity_W_ = gravity_W_;
   return clone;
 }
 
 KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC) {
-  KeyFrame& keyframe = Add(keyframes_, num_keyframes_);
-  removed_.emplace_back();
+  KeyFrame& keyframe = keyframes_.Add();
   keyframe.frame = frame;
   keyframe.T_WC = T_WC;
   keyframe.points.assign(frame.features->points.size(), kNoId);
@@ -155,46 +119,46 @@ KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC) {
 }
 
 MapPoint& Map::AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index) {
-  MapPoint& point = Add(points_, num_points_);
+  MapPoint& point = points_.Add();
   point.p_W = p_W;
   point.first_frame = frame_index;
   return point;
 }
 
 MapLine& Map::AddLine(const Segment3& segment_W, std::int64_t frame_index) {
-  MapLine& line = Add(lines_, num_lines_);
+  MapLine& line = lines_.Add();
   line.segment_W = segment_W;
   line.first_frame = frame_index;
   return line;
 }
 
 KeyFrame* Map::keyframe(KeyFrameId id) {
-  return Get(keyframes_, id);
+  return keyframes_.Find(id);
 }
 const KeyFrame* Map::keyframe(KeyFrameId id) const {
-  return Get(keyframes_, id);
+  return keyframes_.Find(id);
 }
 MapPoint* Map::point(PointId id) {
-  return Get(points_, id);
+  return points_.Find(id);
 }
 const MapPoint* Map::point(PointId id) const {
-  return Get(points_, id);
+  return points_.Find(id);
 }
 MapLine* Map::line(LineId id) {
-  return Get(lines_, id);
+  return lines_.Find(id);
 }
 const MapLine* Map::line(LineId id) const {
-  return Get(lines_, id);
+  return lines_.Find(id);
 }
 
 std::vector<KeyFrameId> Map::keyframe_ids() const {
-  return LiveIds(keyframes_);
+  return keyframes_.ids();
 }
 std::vector<PointId> Map::point_ids() const {
-  return LiveIds(points_);
+  return points_.ids();
 }
 std::vector<LineId> Map::line_ids() const {
-  return LiveIds(lines_);
+  return lines_.ids();
 }
 
 bool Map::ObservePoint(KeyFrameId keyframe_id, int index, PointId id) {
@@ -229,8 +193,7 @@ void Map::RemovePoint(PointId id) {
   for (const Observation& o : p->observations) {
     keyframe(o.keyframe)->points[static_cast<std::size_t>(o.index)] = kNoId;
   }
-  points_[static_cast<std::size_t>(id)].reset();
-  --num_points_;
+  points_.Remove(id);
 }
 
 void Map::RemoveLine(LineId id) {
@@ -239,8 +202,7 @@ void Map::RemoveLine(LineId id) {
   for (const Observation& o : l->observations) {
     keyframe(o.keyframe)->lines[static_cast<std::size_t>(o.index)] = kNoId;
   }
-  lines_[static_cast<std::size_t>(id)].reset();
-  --num_lines_;
+  lines_.Remove(id);
 }
 
 void Map::MergePoints(PointId from, PointId into) {
@@ -279,17 +241,16 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
                                       kf->motion->from_previous->Joined(*motion.from_previous))
                                 : nullptr;
   }
-  removed_[static_cast<std::size_t>(id)] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
+  removed_[id] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
   index_.Remove(id, *kf->frame.features);
-  keyframes_[static_cast<std::size_t>(id)].reset();
-  --num_keyframes_;
+  keyframes_.Remove(id);
 }
 
 KeyFrame* Map::Successor(KeyFrameId id) {
   if (id < 0) return nullptr;
   // Ids ascend with time: it is the next one alive, or none is.
-  for (std::size_t i = static_cast<std::size_t>(id) + 1; i < keyframes_.size(); ++i) {
-    KeyFrame* next = keyframes_[i].get();
+  for (KeyFrameId i = id + 1; i < keyframes_.end_id(); ++i) {
+    KeyFrame* next = keyframes_.Find(i);
     if (next != nullptr) return next->motion && next->motion->previous == id ? next : nullptr;
   }
   return nullptr;
@@ -298,30 +259,25 @@ KeyFrame* Map::Successor(KeyFrameId id) {
 Pose Map::ResolvePose(KeyFrameId id) const {
   Pose T;
   while (keyframe(id) == nullptr) {
-    HIGHWALL_REQUIRE(id >= 0 && static_cast<std::size_t>(id) < removed_.size(),
-                     "Map::ResolvePose: no such keyframe");
-    const Removed& removed = removed_[static_cast<std::size_t>(id)];
-    T = removed.T_parent * T;
-    id = removed.parent;
+    const auto removed = removed_.find(id);
+    HIGHWALL_REQUIRE(removed != removed_.end(), "Map::ResolvePose: no such keyframe");
+    T = removed->second.T_parent * T;
+    id = removed->second.parent;
   }
   return keyframe(id)->T_WC * T;
 }
 
 void Map::Transform(const Pose& T_new_old) {
   const Eigen::Quaterniond q = T_new_old.q();
-  for (const auto& keyframe : keyframes_) {
-    if (keyframe == nullptr) continue;
-    keyframe->T_WC = T_new_old * keyframe->T_WC;
-    if (keyframe->motion) keyframe->motion->v_WB = q * keyframe->motion->v_WB;
+  for (auto& [id, keyframe] : keyframes_) {
+    keyframe.T_WC = T_new_old * keyframe.T_WC;
+    if (keyframe.motion) keyframe.motion->v_WB = q * keyframe.motion->v_WB;
   }
-  for (const auto& point : points_) {
-    if (point == nullptr) continue;
-    point->p_W = T_new_old * point->p_W;
-    point->normal_W = q * point->normal_W;
+  for (auto& [id, point] : points_) {
+    point.p_W = T_new_old * point.p_W;
+    point.normal_W = q * point.normal_W;
   }
-  for (const auto& line : lines_) {
-    if (line != nullptr) line->segment_W = T_new_old * line->segment_W;
-  }
+  for (auto& [id, line] : lines_) line.segment_W = T_new_old * line.segment_W;
   if (gravity_W_) gravity_W_ = q * *gravity_W_;
 }
 
@@ -349,7 +305,7 @@ void Map::RefreshPoint(PointId id, double scale_factor, int levels) {
 
 std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> points,
                                                        std::span<const LineId> lines) const {
-  std::vector<int> count(keyframes_.size(), 0);
+  std::vector<int> count(static_cast<std::size_t>(keyframes_.end_id()), 0);
   const auto add = [&](const auto* landmark) {
     if (landmark == nullptr) return;
     for (const Observation& o : landmark->observations)

@@ -288,6 +288,49 @@ TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
   EXPECT_EQ(map.num_keyframes() + culled.size(), 8u);
 }
 
+TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
+  LocalMapper mapper(model, kLevels, {});
+  // The most there ever is, in the first laps and after.
+  std::size_t keyframes[2] = {}, points[2] = {}, lines[2] = {};
+  for (int lap = 0; lap < 15; ++lap) {
+    const int late = lap < 3 ? 0 : 1;
+    for (int i = 0; i < 8; ++i) {
+      InsertAt(mapper, 0.15 * (i < 4 ? i : 8 - i) + 0.001 * lap);
+      keyframes[late] = std::max(keyframes[late], map.num_keyframes());
+      points[late] = std::max(points[late], map.num_points());
+      lines[late] = std::max(lines[late], map.num_lines());
+    }
+  }
+  EXPECT_GE(keyframes[0], 4u);
+  // One keyframe more may come before another goes.
+  EXPECT_LE(keyframes[1], keyframes[0] + 1);
+  EXPECT_LE(points[1], points[0] + points[0] / 20);
+  EXPECT_LE(lines[1], lines[0] + 1);
+}
+
+TEST_F(LocalMapperTest, LandmarksThatTooFewSeeGoWithARedundantKeyFrame) {
+  // Probation is over before anything is redundant.
+  LocalMapper mapper(model, kLevels, {.probation_keyframes = 1, .min_observations = 2});
+  int culled = 0;
+  for (int i = 0; i < 8; ++i) {
+    const auto report = InsertAt(mapper, 0.03 * i);
+    culled += static_cast<int>(report.culled_keyframes.size());
+    for (const PointId id : map.point_ids()) {
+      const auto& seen = map.point(id)->observations;
+      if (seen.size() < 2) {
+        EXPECT_EQ(seen.front().keyframe, report.keyframe) << id;
+      }
+    }
+    for (const LineId id : map.line_ids()) {
+      const auto& seen = map.line(id)->observations;
+      if (seen.size() < 2) {
+        EXPECT_EQ(seen.front().keyframe, report.keyframe) << id;
+      }
+    }
+  }
+  EXPECT_GE(culled, 2);
+}
+
 TEST_F(LocalMapperTest, KeyFramesThatSeeNewThingsStay) {
   LocalMapper mapper(model, kLevels, {});
   for (int i = 0; i < 5; ++i) {
@@ -388,6 +431,7 @@ TEST(LocalMapperOptions, ErrorsNameTheField) {
   expect_error({.probation_keyframes = 0}, "probation_keyframes");
   expect_error({.min_observations = 0}, "min_observations");
   expect_error({.redundant_share = 0.0}, "redundant_share");
+  expect_error({.redundant_observers = 0}, "redundant_observers");
   expect_error({.min_line_length = 0.0}, "min_line_length");
   expect_error({.max_depth_sigma = 0.0}, "max_depth_sigma");
   expect_error({.bundle = {.threads = 0}}, "threads");

@@ -23,13 +23,16 @@ struct LocalMapperOptions {
   int fixed_keyframes = 20;                      // >= 1: most keyframes that hold it in place
   int fused_keyframes = 8;  // >= 0: neighbours whose landmarks are looked for in a new keyframe
   // A landmark is dropped when found in fewer of the frames that had it in view, or when, this
-  // many keyframes after its creation, fewer keyframes see it.
+  // many keyframes after its creation, fewer keyframes see it; also where the removal of a keyframe
+  // leaves fewer.
   double min_found_ratio = 0.25;  // [0, 1]
   int probation_keyframes = 3;    // >= 1
   int min_observations = 2;       // >= 1
-  // A keyframe is dropped when this share of its points is seen by at least three others at the
-  // same or a finer pyramid level.
+  // A keyframe is dropped when this share of its points is seen by so many others at the same or a
+  // finer pyramid level. This bounds the map by the area that it covers, however long the camera
+  // stays.
   double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
+  int redundant_observers = 2;   // >= 1
   // [s] > 0: with an IMU none is dropped where that leaves keyframes farther apart than this, for
   // the IMU ties neighbours the better the nearer they are.
   double max_motion_gap = 1.0;
@@ -93,6 +96,8 @@ class LocalMapper {
   void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
   // Of those around the newest, after its adjustment.
   void CullKeyFrames(Map& map, LocalMappingReport& report) const;
+  // With the landmarks that too few others see.
+  void RemoveKeyFrame(KeyFrameId id, Map& map) const;
   // Begins the adjustment of the keyframe and its neighbours.
   void AdjustAround(KeyFrameId id, const Map& map);
   void RefreshPoints(KeyFrameId id, Map& map) const;

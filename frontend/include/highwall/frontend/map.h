@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/frame.h>
+#include <highwall/frontend/id_table.h>
 #include <highwall/frontend/keyframe_index.h>
 #include <highwall/frontend/map_ids.h>
 
@@ -96,9 +98,9 @@ class Map {
   std::vector<KeyFrameId> keyframe_ids() const;
   std::vector<PointId> point_ids() const;
   std::vector<LineId> line_ids() const;
-  std::size_t num_keyframes() const { return num_keyframes_; }
-  std::size_t num_points() const { return num_points_; }
-  std::size_t num_lines() const { return num_lines_; }
+  std::size_t num_keyframes() const { return keyframes_.size(); }
+  std::size_t num_points() const { return points_.size(); }
+  std::size_t num_lines() const { return lines_.size(); }
   // Of the live keyframes.
   const KeyFrameIndex& index() const { return index_; }
 
@@ -146,11 +148,10 @@ class Map {
     KeyFrameId parent = kNoId;
     Pose T_parent;
   };
-  std::vector<std::unique_ptr<KeyFrame>> keyframes_;
-  std::vector<Removed> removed_;  // by keyframe id; parent kNoId while the keyframe lives
-  std::vector<std::unique_ptr<MapPoint>> points_;
-  std::vector<std::unique_ptr<MapLine>> lines_;
-  std::size_t num_keyframes_ = 0, num_points_ = 0, num_lines_ = 0;
+  IdTable<KeyFrame> keyframes_;
+  IdTable<MapPoint> points_;
+  IdTable<MapLine> lines_;
+  std::unordered_map<KeyFrameId, Removed> removed_;
   std::optional<Eigen::Vector3d> gravity_W_;
   KeyFrameIndex index_;
 };
