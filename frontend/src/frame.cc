@@ -5,13 +5,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <exception>
 #include <string>
-#include <thread>
 
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/worker_team.h>
 
 namespace highwall {
 namespace {
@@ -111,10 +110,14 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
       depth_grid_(sensor.camera) {
   sensor_.Validate();
   options_.Validate();
+  const bool both = options.use_lines && options.use_points;
+  team_ = std::make_unique<WorkerTeam>(options.parallel && both ? 2 : 1);
   options_.segment_depth.noise = sensor.depth_noise;
   options_.segment_depth.min_depth = options.min_depth;
   options_.segment_depth.max_depth = options.max_depth;
 }
+
+FrameBuilder::~FrameBuilder() = default;
 
 std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
                                                          FrameBuilderTimes* times) {
@@ -144,23 +147,8 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
     if (options_.use_points) BuildPoints(gray, image.depth, *features);
     elapsed.points = MillisecondsSince(start);
   };
-  if (options_.parallel && options_.use_lines && options_.use_points) {
-    std::exception_ptr error;
-    {
-      const std::jthread thread([&] {
-        try {
-          build_lines();
-        } catch (...) {
-          error = std::current_exception();
-        }
-      });
-      build_points();
-    }
-    if (error) std::rethrow_exception(error);
-  } else {
-    build_lines();
-    build_points();
-  }
+  // Lines take longer: they are the caller's, who begins at once.
+  team_->Run(2, [&](std::size_t, std::size_t task) { task == 0 ? build_lines() : build_points(); });
   if (times != nullptr) *times = elapsed;
   return features;
 }

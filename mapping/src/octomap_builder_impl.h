@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
+#include <highwall/core/worker_team.h>
 #include <highwall/mapping/octomap_builder.h>
 
 #include "scan_octree.h"
 #include "scan_voxels.h"
-#include "worker_team.h"
 
 namespace highwall {
 
@@ -50,7 +50,7 @@ struct OctomapBuilder::Impl {
   internal::ScanOctree tree;
   std::vector<internal::ScanVoxels> scans;    // of each worker
   std::vector<internal::ScanOctree> helpers;  // of each worker but the first
-  internal::WorkerTeam team;
+  WorkerTeam team;
   std::vector<internal::VoxelBrick*> bricks;  // of the last scan, in Morton order
   ChangeCallback on_change;
 };

@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
+#include <highwall/core/worker_team.h>
 #include <octomap/OcTree.h>
 
 #include "voxel_brick.h"
-#include "worker_team.h"
 
 namespace highwall::internal {
 

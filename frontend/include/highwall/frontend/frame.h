@@ -21,6 +21,8 @@
 
 namespace highwall {
 
+class WorkerTeam;
+
 // One point observation: an ORB corner with its depth where the sensor gave one.
 struct PointFeature {
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
@@ -86,6 +88,7 @@ struct FrameBuilderTimes {
 class FrameBuilder {
  public:
   FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options);
+  ~FrameBuilder();
 
   // Throws InvalidArgument where the images do not fit the sensor.
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
@@ -102,6 +105,9 @@ class FrameBuilder {
   OrbExtractor orb_;
   LineExtractor line_extractor_;
   DepthGrid depth_grid_;
+  // Not a thread per image: OpenCV keeps what it has laid down for a thread when the thread is
+  // gone.
+  std::unique_ptr<WorkerTeam> team_;
 };
 
 }  // namespace highwall

@@ -1,4 +1,4 @@
-#include "worker_team.h"
+#include <highwall/core/worker_team.h>
 
 #include <array>
 #include <atomic>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall::internal {
+namespace highwall {
 namespace {
 
 TEST(WorkerTeam, DoesEveryTaskOnceInEveryRound) {
@@ -83,4 +83,4 @@ TEST(WorkerTeam, EndsWithoutWork) {
 }
 
 }  // namespace
-}  // namespace highwall::internal
+}  // namespace highwall

@@ -1,8 +1,8 @@
-#include "worker_team.h"
+#include <highwall/core/worker_team.h>
 
 #include <utility>
 
-namespace highwall::internal {
+namespace highwall {
 
 WorkerTeam::WorkerTeam(std::size_t workers) {
   for (std::size_t worker = 1; worker < workers; ++worker) {
@@ -58,4 +58,4 @@ void WorkerTeam::Do(std::size_t worker, const Work& work, std::size_t tasks) {
   }
 }
 
-}  // namespace highwall::internal
+}  // namespace highwall

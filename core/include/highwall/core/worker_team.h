@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-namespace highwall::internal {
+namespace highwall {
 
 // Threads that share out tasks which are over before a new thread would have begun. Whoever is free
 // takes the next task, and nobody waits for a thread that has not begun: where the processors are
@@ -43,4 +43,4 @@ class WorkerTeam {
   std::vector<std::jthread> threads_;  // last, so that they end before what they use
 };
 
-}  // namespace highwall::internal
+}  // namespace highwall
