@@ -103,6 +103,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"loops", options.slam.loops.enabled},
           {"loops_in_background", options.slam.loops.background},
           {"loaded_map", options.load_map.string()},
+          {"localize_only", options.slam.localize_only},
           {"octree_resolution_m", options.map.octree.resolution},
           {"voxel_m", options.map.cloud.voxel_size},
           {"imu", options.imu ? ToString(options.slam.inertial.weighting.policy) : "off"}};

@@ -49,6 +49,7 @@ struct SlamArguments {
   bool no_map = false;
   bool no_loops = false;
   bool adjust_all = false;
+  bool localize = false;
   bool json = false;
 };
 
@@ -63,7 +64,9 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.slam.mapper.matcher.lines.mad_rule = arguments.mad_rule;
   options.slam.tracker.moving.enabled = arguments.moving_objects;
   options.map.octree.resolution = arguments.resolution;
-  options.dense = !arguments.no_map;
+  // The dense map is made of the keyframes of the run: where there are none there is none.
+  options.dense = !arguments.no_map && !arguments.localize;
+  options.slam.localize_only = arguments.localize;
   options.slam.loops.enabled = !arguments.no_loops;
   options.adjust_all = arguments.adjust_all;
   options.load_map = arguments.load_map;
@@ -215,7 +218,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   SlamRunOptions options = MakeOptions(arguments);
   if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
   if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
-  if (const auto weighting = ReadImuChoice(arguments.imu)) {
+  if (const auto weighting = ReadImuChoice(arguments.imu); weighting && !arguments.localize) {
     options.slam.inertial.weighting = *weighting;
     options.imu = MakeImuFeed(dataset, resolved.config, !arguments.imu.empty());
   }
@@ -279,11 +282,12 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
       ->check(Between(1e-3, 10.0))
       ->capture_default_str();
-  command
-      ->add_option("--imu", arguments->imu,
-                   "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
-                   "consistent where the dataset has an IMU)")
-      ->check(ImuChoice());
+  CLI::Option* imu =
+      command
+          ->add_option("--imu", arguments->imu,
+                       "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
+                       "consistent where the dataset has an IMU)")
+          ->check(ImuChoice());
   command
       ->add_option("--moving-objects", arguments->moving_objects,
                    "on: what moves is neither tracked nor mapped, or off (default: on)")
@@ -296,13 +300,24 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
       ->add_flag("--live", arguments->live,
                  "At the pace of the stamps; frames that come too fast are dropped and counted")
       ->excludes(deterministic);
-  command->add_option("--load-map", arguments->load_map, "Go on in a map that --save-map wrote");
-  command->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
-      ->check(NotEmpty());
+  CLI::Option* load_map = command->add_option("--load-map", arguments->load_map,
+                                              "Go on in a map that --save-map wrote");
+  CLI::Option* save_map =
+      command
+          ->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
+          ->check(NotEmpty());
   command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
-  command->add_flag("--adjust-all", arguments->adjust_all,
-                    "In the end adjust all keyframes and landmarks together, and write "
-                    "trajectory_adjusted.txt");
+  CLI::Option* adjust_all =
+      command->add_flag("--adjust-all", arguments->adjust_all,
+                        "In the end adjust all keyframes and landmarks together, and write "
+                        "trajectory_adjusted.txt");
+  command
+      ->add_flag("--localize", arguments->localize,
+                 "The map of --load-map stays as it is: poses in it by images alone, nothing else")
+      ->needs(load_map)
+      ->excludes(save_map)
+      ->excludes(adjust_all)
+      ->excludes(imu);
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
   command->footer(

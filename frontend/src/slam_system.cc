@@ -63,6 +63,8 @@ SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
   const auto ids = map_.keyframe_ids();
+  HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
+                   "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) first_own_keyframe_ = ids.back() + 1;
 }
 
@@ -112,7 +114,7 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
     }
   }
   result.times.tracking = tracking_watch.Milliseconds();
-  if (starts || WantsKeyFrame(tracked)) {
+  if (!options_.localize_only && (starts || WantsKeyFrame(tracked))) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
   }

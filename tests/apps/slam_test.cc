@@ -260,6 +260,32 @@ TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
                 "--load-map " + map.string() + " --config " + (dataset() / "other.yaml").string());
 }
 
+TEST_F(SlamCommand, LocalizesInASavedMapThatStaysAsItIs) {
+  Film(30);
+  const fs::path map = dataset().parent_path() / "room.hwmap";
+  ASSERT_EQ(SlamOnDataset("--no-map --save-map " + map.string()).exit_code, 0);
+  const Trajectory first = ReadTumTrajectory(run() / "trajectory.txt");
+  const std::string bytes = ReadText(map);
+  const Outcome outcome = SlamOnDataset("--json --localize --load-map " + map.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["lost_frames"], 0);
+  EXPECT_EQ(report["keyframes"], 0);
+  EXPECT_EQ(report["options"]["localize_only"], true);
+  EXPECT_FALSE(fs::exists(run() / "cloud.ply"));
+  EXPECT_TRUE(ReadText(map) == bytes);
+  const Trajectory second = ReadTumTrajectory(run() / "trajectory.txt");
+  ASSERT_EQ(second.size(), first.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.01) << i;
+  }
+  EXPECT_EQ(SlamOnDataset("--localize").exit_code, 1);
+  for (const std::string with : {"--save-map x.hwmap", "--adjust-all", "--imu paper"}) {
+    EXPECT_EQ(SlamOnDataset("--localize --load-map " + map.string() + " " + with).exit_code, 1)
+        << with;
+  }
+}
+
 TEST_F(SlamCommand, WritesTheCausalAndTheAdjustedTrajectoryBesideTheFirst) {
   Film(20);
   ASSERT_EQ(SlamOnDataset("--no-map --adjust-all").exit_code, 0);

@@ -245,6 +245,17 @@ TEST_F(SlamSystemTest, RefusesImagesOfAnotherSizeAndGoesOn) {
   EXPECT_EQ(system.Track(next).state, TrackingState::kTracking) << "its stamp was not used up";
 }
 
+TEST_F(SlamSystemTest, LocalizingNeedsAMapAndNoImu) {
+  const SlamOptions options{.localize_only = true};
+  EXPECT_THROW(SlamSystem(Sensor(), options), InvalidArgument);
+  SlamSystem first(Sensor());
+  first.Track(Images()[0]);
+  ImuCalibration imu;
+  imu.rate = 200.0;
+  EXPECT_THROW(SlamSystem(Sensor(), options, imu, first.map().Clone()), InvalidArgument);
+  EXPECT_NO_THROW(SlamSystem(Sensor(), options, std::nullopt, first.map().Clone()));
+}
+
 TEST(SlamOptions, ErrorsNameTheField) {
   const auto expect_error = [](const SlamOptions& options, const std::string& field) {
     try {

@@ -29,6 +29,9 @@ struct SlamOptions {
   LocalMapperOptions mapper{};
   InertialOptions inertial{};  // where there is an IMU
   LoopCloserOptions loops{};
+  // The map that is given stays as it is: frames find their pose in it, none becomes a keyframe.
+  // Images alone, without an IMU.
+  bool localize_only = false;
 
   // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
   void Validate() const;
@@ -94,7 +97,8 @@ class SlamSystem {
   // Throws InvalidArgument on bad options.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {});
   // imu: with one every reading until some 50 ms after an image goes to AddImu() before that image.
-  // map: of the same camera, to go on in (LoadMap): lost until a frame is recognized.
+  // map: of the same camera, to go on in (LoadMap): lost until a frame is recognized. Throws
+  // InvalidArgument also where localize_only comes with an IMU or without a map.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
              const std::optional<ImuCalibration>& imu, Map map = {});
   SlamSystem(const SlamSystem&) = delete;
