@@ -36,8 +36,7 @@ struct BundleAdjuster::Result {
   std::vector<Motion> motions;
   std::vector<std::pair<PointId, Eigen::Vector3d>> points;
   std::vector<std::pair<LineId, PluckerLine>> lines;
-  std::vector<std::pair<KeyFrameId, PointId>> point_outliers;
-  std::vector<std::pair<KeyFrameId, LineId>> line_outliers;
+  OutlierSights outliers;
 
   void Write(Map& map) const {
     for (const auto& [id, T_WC] : poses) {
@@ -59,12 +58,16 @@ struct BundleAdjuster::Result {
       // A line that has turned across its old ends leaves nothing between them.
       if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
     }
-    for (const auto& [keyframe, point] : point_outliers) {
-      map.ForgetPointObservation(keyframe, point);
-    }
-    for (const auto& [keyframe, line] : line_outliers) map.ForgetLineObservation(keyframe, line);
+    Forget(outliers, &map);
   }
 };
+
+void Forget(const OutlierSights& outliers, Map* map) {
+  for (const auto& [keyframe, point] : outliers.points) {
+    map->ForgetPointObservation(keyframe, point);
+  }
+  for (const auto& [keyframe, line] : outliers.lines) map->ForgetLineObservation(keyframe, line);
+}
 
 // The graph of one adjustment and how its variables and factors map to the map.
 class BundleAdjuster::Problem {
@@ -148,7 +151,7 @@ class BundleAdjuster::Problem {
       result.lines.emplace_back(id, graph_.Value(line).Plucker());
     }
     for (const Seen& seen : outliers_) {
-      auto& outliers = seen.segment != nullptr ? result.line_outliers : result.point_outliers;
+      auto& outliers = seen.segment != nullptr ? result.outliers.lines : result.outliers.points;
       outliers.emplace_back(seen.keyframe, seen.landmark);
     }
     return result;
@@ -312,6 +315,10 @@ void BundleAdjuster::Solve(const std::stop_token& stop) {
 BundleAdjustmentReport BundleAdjuster::Write(Map* map) const {
   result_->Write(*map);
   return result_->report;
+}
+
+const OutlierSights& BundleAdjuster::outliers() const {
+  return result_->outliers;
 }
 
 BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,

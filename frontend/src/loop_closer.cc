@@ -81,18 +81,22 @@ class LoopCloser::Job {
     result.report.fused_points = static_cast<int>(closed.fusion.points.size());
     result.report.fused_lines = static_cast<int>(closed.fusion.lines.size());
     if (closed.accepted) {
-      result.correction = {std::move(before), GeometryOf(map_), std::move(closed.fusion)};
+      result.correction = {std::move(before), GeometryOf(map_), std::move(closed.fusion), {}};
       before = result.correction.after;
     }
     Put(std::move(result));
     if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
 
-    const auto bundle = AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.bundle, stop);
+    BundleAdjuster adjuster(map_, model_, map_.keyframe_ids(), {}, options_.bundle);
+    adjuster.Solve(stop);
     if (stop.stop_requested()) return;
+    const BundleAdjustmentReport bundle = adjuster.Write(&map_);
     result = {};
     result.report.accepted = true;
     result.report.bundle = bundle;
-    if (bundle.usable) result.correction = {std::move(before), GeometryOf(map_), {}};
+    if (bundle.usable) {
+      result.correction = {std::move(before), GeometryOf(map_), {}, adjuster.outliers()};
+    }
     Put(std::move(result));
   }
 

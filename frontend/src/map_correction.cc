@@ -8,51 +8,47 @@ namespace highwall {
 namespace {
 
 template <class Value, class Ids, class Read>
-std::vector<std::optional<Value>> ById(const Ids& ids, const Read& read) {
-  std::vector<std::optional<Value>> values;
-  if (!ids.empty()) values.resize(static_cast<std::size_t>(ids.back()) + 1);
-  for (const auto id : ids) values[static_cast<std::size_t>(id)] = read(id);
+std::unordered_map<std::int32_t, Value> ById(const Ids& ids, const Read& read) {
+  std::unordered_map<std::int32_t, Value> values;
+  values.reserve(ids.size());
+  for (const auto id : ids) values.emplace(id, read(id));
   return values;
 }
 
+// nullptr where there is none.
 template <class Value>
-const std::optional<Value>& At(const std::vector<std::optional<Value>>& values, std::int32_t id) {
-  static const std::optional<Value> kNone;
-  return static_cast<std::size_t>(id) < values.size() ? values[static_cast<std::size_t>(id)]
-                                                      : kNone;
+const Value* At(const std::unordered_map<std::int32_t, Value>& values, std::int32_t id) {
+  const auto found = values.find(id);
+  return found != values.end() ? &found->second : nullptr;
 }
 
-// The move D_W of every keyframe of the map, by id: x_W <- D_W x_W.
+// The move D_W of every keyframe of the map: x_W <- D_W x_W.
 class Moves {
  public:
   Moves(const MapCorrection& correction, const Map& map) {
-    const auto ids = map.keyframe_ids();
-    if (!ids.empty()) moves_.resize(static_cast<std::size_t>(ids.back()) + 1);
     Pose D;
-    for (const KeyFrameId id : ids) {
-      const auto& before = At(correction.before.keyframes, id);
-      const auto& after = At(correction.after.keyframes, id);
+    for (const KeyFrameId id : map.keyframe_ids()) {
+      const Pose* before = At(correction.before.keyframes, id);
+      const Pose* after = At(correction.after.keyframes, id);
       if (before && after) D = *after * before->Inverse();
-      moves_[static_cast<std::size_t>(id)] = D;
+      moves_.emplace(id, D);
     }
   }
 
-  const Pose& operator[](KeyFrameId id) const { return moves_[static_cast<std::size_t>(id)]; }
+  const Pose& operator[](KeyFrameId id) const { return moves_.at(id); }
   // Of a landmark: with the first keyframe that sees it.
   Pose Of(const std::vector<Observation>& observations) const {
     return observations.empty() ? Pose() : (*this)[observations.front().keyframe];
   }
 
  private:
-  std::vector<Pose> moves_;
+  std::unordered_map<KeyFrameId, Pose> moves_;
 };
 
 // A place that was at `before` when the copy was made, is at `now`, and would be at `after`.
-Eigen::Vector3d Moved(const Eigen::Vector3d& now, const Pose& D,
-                      const std::optional<Eigen::Vector3d>& before,
-                      const std::optional<Eigen::Vector3d>& after) {
-  if (!before || !after) return D * now;
-  return *after + D.R() * (now - *before);
+Eigen::Vector3d Moved(const Eigen::Vector3d& now, const Pose& D, const Eigen::Vector3d& before,
+                      const Eigen::Vector3d& after) {
+  return after + D.R() * (now - before);
 }
 
 // May the feature be a sight of p_W?
@@ -74,19 +70,21 @@ MapGeometry GeometryOf(const Map& map) {
 }
 
 void Apply(const MapCorrection& correction, Map* map) {
-  const auto& [before, after, fusion] = correction;
+  const auto& [before, after, fusion, outliers] = correction;
   const Moves moves(correction, *map);
   for (const PointId id : map->point_ids()) {
     MapPoint& point = *map->point(id);
     const Pose D = moves.Of(point.observations);
-    point.p_W = Moved(point.p_W, D, At(before.points, id), At(after.points, id));
+    const Eigen::Vector3d* from = At(before.points, id);
+    const Eigen::Vector3d* to = At(after.points, id);
+    point.p_W = from && to ? Moved(point.p_W, D, *from, *to) : D * point.p_W;
     point.normal_W = D.R() * point.normal_W;
   }
   for (const LineId id : map->line_ids()) {
     MapLine& line = *map->line(id);
     const Pose D = moves.Of(line.observations);
-    const auto& from = At(before.lines, id);
-    const auto& to = At(after.lines, id);
+    const Segment3* from = At(before.lines, id);
+    const Segment3* to = At(after.lines, id);
     if (from && to) {
       line.segment_W = Segment3(Moved(line.segment_W.p(), D, from->p(), to->p()),
                                 Moved(line.segment_W.q(), D, from->q(), to->q()));
@@ -100,6 +98,7 @@ void Apply(const MapCorrection& correction, Map* map) {
     if (auto& motion = map->keyframe(id)->motion) motion->v_WB = moves[id].q() * motion->v_WB;
   }
   Apply(fusion, map);
+  Forget(outliers, map);
 }
 
 void Apply(const MapFusion& fusion, Map* map) {
@@ -118,9 +117,8 @@ void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<P
   HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(), "MoveKeyFrames: a pose for every keyframe");
   MapCorrection correction;
   correction.before.keyframes = GeometryOf(*map).keyframes;
-  correction.after.keyframes.resize(correction.before.keyframes.size());
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    correction.after.keyframes[static_cast<std::size_t>(keyframes[i])] = T_WC[i];
+    correction.after.keyframes.emplace(keyframes[i], T_WC[i]);
   }
   Apply(correction, map);
 }

@@ -37,13 +37,13 @@ TEST_F(MapCorrectionTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
   EXPECT_LT(PositionError(map().keyframe(1)->T_WC, kMove * kPoses[1]), 1e-12);
   for (const PointId id : map().point_ids()) {
     const MapPoint& point = *map().point(id);
-    const Eigen::Vector3d& old = *before.points[static_cast<std::size_t>(id)];
+    const Eigen::Vector3d& old = before.points.at(id);
     const Eigen::Vector3d expected = point.observations.front().keyframe == 0 ? old : kMove * old;
     EXPECT_LT((point.p_W - expected).norm(), 1e-12);
   }
   for (const LineId id : map().line_ids()) {
     const MapLine& line = *map().line(id);
-    const Segment3& old = *before.lines[static_cast<std::size_t>(id)];
+    const Segment3& old = before.lines.at(id);
     const Segment3 expected = line.observations.front().keyframe == 0 ? old : kMove * old;
     EXPECT_LT((line.segment_W.p() - expected.p()).norm(), 1e-12);
   }
@@ -83,6 +83,20 @@ TEST_F(MapCorrectionTest, WhatHappenedSinceTheCopyIsKept) {
   if (map().point(moved) != nullptr) {
     EXPECT_LT((map().point(moved)->p_W - copy.point(moved)->p_W).norm(), 1e-12);
   }
+}
+
+TEST_F(MapCorrectionTest, WhatWasFoundWrongInTheCopyIsForgotten) {
+  const KeyFrame& keyframe = *map().keyframe(1);
+  const PointId point = keyframe.points[0], other = keyframe.points[1];
+  const LineId line = keyframe.lines[0];
+  MapCorrection correction;
+  correction.before = correction.after = GeometryOf(map());
+  // The last two are no more.
+  correction.outliers = {{{1, point}, {77, other}, {1, 12345}}, {{1, line}}};
+  Apply(correction, &map());
+  EXPECT_EQ(keyframe.points[0], kNoId);
+  EXPECT_EQ(keyframe.points[1], other);
+  EXPECT_EQ(keyframe.lines[0], kNoId);
 }
 
 TEST_F(MapCorrectionTest, TwofoldLandmarksBecomeOne) {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include <highwall/frontend/map.h>
@@ -31,6 +32,15 @@ struct BundleAdjustmentReport {
   bool usable = false;  // false: the solver failed and the map was not touched
 };
 
+// Sights of landmarks that an adjustment found wrong.
+struct OutlierSights {
+  std::vector<std::pair<KeyFrameId, PointId>> points;
+  std::vector<std::pair<KeyFrameId, LineId>> lines;
+};
+
+// The keyframes see them no more; what is no more is passed over.
+void Forget(const OutlierSights& outliers, Map* map);
+
 // Moves the keyframes of `free` and every point and line that they see, so that the reprojection
 // errors of `free` and `fixed` are least; observations that remain outliers are forgotten. Lines
 // move in the orthonormal form and keep their ends where they were seen. Where the map knows
@@ -54,6 +64,8 @@ class BundleAdjuster {
   // The map: as it was, and nothing of it moved since; it may have grown, and what has left it is
   // passed over. A solve that failed leaves it untouched.
   BundleAdjustmentReport Write(Map* map) const;
+  // After Solve(): what Write() forgets.
+  const OutlierSights& outliers() const;
 
  private:
   struct Result;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <optional>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -9,17 +9,18 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
+#include <highwall/frontend/bundle_adjustment.h>
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/map_matcher.h>
 #include <highwall/frontend/measurement_model.h>
 
 namespace highwall {
 
-// Where the keyframes and landmarks of a map lie, by id; empty where there is none.
+// Where the keyframes and landmarks of a map lie.
 struct MapGeometry {
-  std::vector<std::optional<Pose>> keyframes;          // T_WC
-  std::vector<std::optional<Eigen::Vector3d>> points;  // p_W [m]
-  std::vector<std::optional<Segment3>> lines;          // [m]
+  std::unordered_map<KeyFrameId, Pose> keyframes;       // T_WC
+  std::unordered_map<PointId, Eigen::Vector3d> points;  // p_W [m]
+  std::unordered_map<LineId, Segment3> lines;           // [m]
 };
 MapGeometry GeometryOf(const Map& map);
 
@@ -39,11 +40,12 @@ struct MapFusion {
 struct MapCorrection {
   MapGeometry before, after;
   MapFusion fusion;
+  OutlierSights outliers;
 };
 
 // Moves the map as the copy was moved: what both have ends where it does in `after`, and keeps what
 // it has moved by since the copy was made; newer keyframes move with the newest that is older than
-// them, other landmarks with the first keyframe that sees them. Then fuses.
+// them, other landmarks with the first keyframe that sees them. Then fuses, and forgets outliers.
 void Apply(const MapCorrection& correction, Map* map);
 
 // Merges and adds sights; what is no more is passed over.
