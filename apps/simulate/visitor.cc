@@ -10,8 +10,8 @@
 namespace highwall::simulate {
 
 Pose VisitorAt(const CameraPath& path, double t) {
-  const Eigen::Vector2d axes(1.95, 1.55);           // [m] of the ellipse
-  constexpr double kSwing = 0.45, kInterval = 8.0;  // [rad] ahead and behind, [s]
+  const Eigen::Vector2d axes(2.05, 1.62);          // [m] of the ellipse
+  constexpr double kSwing = 0.6, kInterval = 8.0;  // [rad] ahead and behind, [s]
   const Eigen::Vector3d p_WC = path.T_WC(t).p();
   const double lead = -kSwing * std::cos(2.0 * std::numbers::pi * t / kInterval);
   const double azimuth = std::atan2(p_WC.y() / axes.y(), p_WC.x() / axes.x()) + lead;

@@ -13,6 +13,7 @@ namespace {
 Film FilmScene(const std::string& scene, int seed, double seconds, bool traffic) {
   simulate::SimulationOptions options =
       scene == "room" ? SmallRoomOptions(seed, seconds) : SmallFieldTestOptions(seed, seconds);
+  options.fps = 12.0;
   options.imu.enabled = false;
   options.traffic = traffic;
   return Film(Simulate(scene, options));
