@@ -74,7 +74,8 @@ TEST(Visitor, WalksForwardAndIsInViewAGoodPartOfTheTime) {
       EXPECT_LT(std::abs(step.y()), 0.02 * 0.01) << t;  // [m/s] sideways
       EXPECT_GT(step.x(), -0.2 * 0.01) << t;            // nearly stands where the camera passes by
       EXPECT_LT(step.x(), 2.2 * 0.01) << t;
-      const Eigen::Vector3d chest_C = path.T_WC(t).Inverse() * (T_WB * Point(0.0, 0.0, 1.2));
+      const Eigen::Vector3d chest_C =
+          path.T_WC(t).Inverse() * (T_WB * Eigen::Vector3d(0.0, 0.0, 1.2));
       if (chest_C.z() <= 0.1) continue;
       const Eigen::Vector2d uv = camera.Project(chest_C);
       seen += uv.x() > 0.0 && uv.x() < camera.width && uv.y() > 0.0 && uv.y() < camera.height;
