@@ -13,7 +13,6 @@ namespace {
 Film FilmScene(const std::string& scene, int seed, double seconds, bool traffic) {
   simulate::SimulationOptions options =
       scene == "room" ? SmallRoomOptions(seed, seconds) : SmallFieldTestOptions(seed, seconds);
-  options.fps = 12.0;
   options.imu.enabled = false;
   options.traffic = traffic;
   return Film(Simulate(scene, options));
@@ -22,7 +21,11 @@ Film FilmScene(const std::string& scene, int seed, double seconds, bool traffic)
 Scores Run(const Film& film, bool set_aside) {
   SlamOptions slam;
   slam.tracker.moving.enabled = set_aside;
-  return ScoreAll(film, RunOver(film, slam, false));
+  const apps::SlamRun run = RunOver(film, slam, false);
+  Scores scores = ScoreAll(film, run);
+  scores["matched_points"] = run.matched_points;
+  scores["matched_lines"] = run.matched_lines;
+  return scores;
 }
 
 // Adds by how much the error differs from that of the still scene.
