@@ -191,7 +191,8 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
                    "How long the camera stands still at first [s] [default: 1, room 0]")
       ->check(Between(0.0, 60.0));
   command->add_flag("--moving", arguments->moving,
-                    "Let a worker walk ahead and a truck come along (mine and road)");
+                    "Let a worker walk ahead and a truck come along; in the room, "
+                    "somebody walk round it");
   AddCameraOptions(command, arguments.get());
   AddImuOptions(command, arguments.get());
   command->footer("Example: highwall simulate mine --out mine --duration 20");

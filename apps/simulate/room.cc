@@ -11,6 +11,7 @@
 
 #include "simulate/prints.h"
 #include "simulate/random.h"
+#include "simulate/visitor.h"
 
 namespace highwall::simulate {
 namespace {
@@ -306,11 +307,11 @@ Scene MakeRoom(std::uint64_t seed) {
   return RoomBuilder(seed).Build();
 }
 
-SplineTrajectory MakeRoomTrajectory(double duration, std::uint64_t seed) {
-  constexpr double kSpeed = 0.45;                            // [m/s]
-  constexpr double kShortestLap = 10.0, kLongestLap = 20.0;  // [s]
-  constexpr double kKnotInterval = 0.8;                      // [s]
-  const double period = std::max(kShortestLap, duration / std::ceil(duration / kLongestLap));
+SplineTrajectory MakeRoomTrajectory(double duration, std::uint64_t seed, double longest_lap) {
+  constexpr double kSpeed = 0.45;        // [m/s]
+  constexpr double kShortestLap = 10.0;  // [s]
+  constexpr double kKnotInterval = 0.8;  // [s]
+  const double period = std::max(kShortestLap, duration / std::ceil(duration / longest_lap));
   const double radius = kSpeed * period / (2 * kPi);
   const Vector2d axes(1.1 * radius, 0.9 * radius);  // the room is longer than wide
 
@@ -333,7 +334,11 @@ SplineTrajectory MakeRoomTrajectory(double duration, std::uint64_t seed) {
 Simulation SimulateRoom(const SimulationOptions& options) {
   options.Validate();
   const double moving = std::max(1.0, CameraPath::MovingTime(options.duration, options.rest));
-  return Simulation(MakeRoom(options.seed), MakeRoomTrajectory(moving, options.seed), options);
+  const double longest_lap = options.traffic ? kLongestLapWithVisitor : 20.0;  // [s]
+  Scene room = MakeRoom(options.seed);
+  SplineTrajectory walk = MakeRoomTrajectory(moving, options.seed, longest_lap);
+  MovingScene visitor = MakeVisitor(CameraPath(walk, options.rest), room.lights, room.ambient);
+  return Simulation(std::move(room), std::move(walk), options, {}, {}, std::move(visitor));
 }
 
 }  // namespace highwall::simulate

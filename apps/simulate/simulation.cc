@@ -49,6 +49,13 @@ std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period
   return all;
 }
 
+// About the mean colour.
+void ScaleContrast(double share, cv::Mat* bgr) {
+  if (share == 1.0) return;
+  const cv::Scalar mean = cv::mean(*bgr);
+  *bgr = (*bgr - mean) * share + mean;
+}
+
 }  // namespace
 
 SimulationOptions FieldTestOptions() {
@@ -77,6 +84,8 @@ void SimulationOptions::Validate() const {
     HIGHWALL_REQUIRE(std::isfinite(blackout.duration) && blackout.duration > 0.0,
                      "Blackout::duration must be positive");
   }
+  HIGHWALL_REQUIRE(low_texture_contrast > 0.0 && low_texture_contrast <= 1.0,
+                   "SimulationOptions::low_texture_contrast must be in (0, 1]");
   camera.Validate();
   exposure.Validate();
   sensor.Validate();
@@ -141,6 +150,8 @@ SimulatedFrame Simulation::Render(int i, int threads) const {
   AddHaze({.density = kHazeDensity * Intensity(stretches_, StretchKind::kDust, t),
            .seed = static_cast<std::uint32_t>(options_.seed)},
           t, &rendering);
+  const double texture = Intensity(stretches_, StretchKind::kLowTexture, t);
+  ScaleContrast(1.0 - (1.0 - options_.low_texture_contrast) * texture, &rendering.bgr);
   const double light =
       std::min(1.0 - (1.0 - kShadow) * Intensity(stretches_, StretchKind::kLowLight, t),
                1.0 - (1.0 - kShade) * Intensity(stretches_, StretchKind::kBlurred, t));

@@ -40,6 +40,8 @@ struct SimulationOptions {
   SensorOptions sensor{};
   std::vector<Blackout> blackouts{};
   bool traffic = false;  // something moves, in scenes that have traffic
+  // (0, 1]: share of the contrast that images keep in stretches of low texture.
+  double low_texture_contrast = 1.0;
   ImuSimulationOptions imu{};
 
   // Throws InvalidArgument naming the field.

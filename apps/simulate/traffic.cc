@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "simulate/person.h"
 #include "simulate/sunlight.h"
 
 namespace highwall::simulate {
@@ -15,7 +16,7 @@ using Eigen::Vector3d;
 
 // Paints of a frame's scene.
 struct Paints {
-  int yellow, dark, glass, vest, skin, trousers;
+  int yellow, dark, glass;
 };
 
 Paints AddPaints(Scene* scene) {
@@ -23,20 +24,9 @@ Paints AddPaints(Scene* scene) {
     return scene->AddTexture(std::make_unique<NoiseTexture>(
         colour, contrast, ValueNoise{.wavelength = 0.15f, .octaves = 4, .seed = 8}));
   };
-  const int vest = scene->AddTexture(
-      std::make_unique<MasonryTexture>(MasonryOptions{.cell = {5.0f, 0.16f},
-                                                      .joint = 0.0f,
-                                                      .shift = 0.0f,
-                                                      .checker = true,
-                                                      .first = Rgb(0.95, 0.5, 0.05),
-                                                      .second = Rgb(0.85, 0.85, 0.8),
-                                                      .contrast = 0.2f}));
   return {.yellow = paint(Rgb(0.8, 0.6, 0.1), 0.3f),
           .dark = paint(Rgb(0.12, 0.12, 0.12), 0.4f),
-          .glass = paint(Rgb(0.2, 0.25, 0.3), 0.2f),
-          .vest = vest,
-          .skin = paint(Rgb(0.75, 0.72, 0.2), 0.2f),
-          .trousers = paint(Rgb(0.15, 0.2, 0.35), 0.3f)};
+          .glass = paint(Rgb(0.2, 0.25, 0.3), 0.2f)};
 }
 
 Pose At(const Vector3d& p) {
@@ -59,21 +49,6 @@ void AddTruck(const Pose& T_WB, const Paints& paints, Scene* scene) {
   }
 }
 
-// stride [rad]: where the legs are in their swing.
-void AddWorker(const Pose& T_WB, double stride, const Paints& paints, Scene* scene) {
-  constexpr double kHip = 0.85, kSwing = 0.4;  // [m], [rad]
-  for (const double side : {-1.0, 1.0}) {
-    const Eigen::Quaterniond q(
-        Eigen::AngleAxisd(side * kSwing * std::sin(stride), Vector3d::UnitY()));
-    const Pose T_WL = T_WB * Pose(q, Vector3d(0, 0.1 * side, kHip)) * At({0, 0, -kHip});
-    scene->AddBox(T_WL, {0.15, 0.14, kHip}, {paints.trousers, paints.trousers, paints.trousers});
-  }
-  scene->AddBox(T_WB * At({0, 0, kHip}), {0.24, 0.42, 0.6},
-                {paints.vest, paints.vest, paints.vest});
-  scene->AddBox(T_WB * At({0, 0, kHip + 0.62}), {0.2, 0.18, 0.24},
-                {paints.skin, paints.skin, paints.skin});
-}
-
 }  // namespace
 
 MovingScene MakeTraffic(const Course& course, const RoadSurface& surface) {
@@ -88,12 +63,11 @@ MovingScene MakeTraffic(const Course& course, const RoadSurface& surface) {
     };
     constexpr double kTruckSpeed = 1.1, kWorkerSpeed = 0.62;  // [m/s]
     constexpr double kTruckLane = 1.65, kWorkerLane = 0.4;    // [m]
-    constexpr double kStepsPerSecond = 0.7;                   // pairs of them
     Scene scene;
-    const Paints paints = AddPaints(&scene);
-    AddTruck(stand(13.0 - kTruckSpeed * t, kTruckLane, std::numbers::pi), paints, &scene);
-    AddWorker(stand(3.2 + kWorkerSpeed * t, kWorkerLane, 0.0),
-              2.0 * std::numbers::pi * kStepsPerSecond * t, paints, &scene);
+    AddTruck(stand(13.0 - kTruckSpeed * t, kTruckLane, std::numbers::pi), AddPaints(&scene),
+             &scene);
+    AddPerson(stand(3.2 + kWorkerSpeed * t, kWorkerLane, 0.0),
+              2.0 * std::numbers::pi * kStepsPerSecond * t, &scene);
     BakeSunlight({}, &scene, 1);
     return scene;
   };

@@ -10,6 +10,8 @@
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 
+#include "scenes.h"
+
 namespace highwall::bench {
 namespace {
 
@@ -150,19 +152,6 @@ void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
   if (!bias_chi2_.empty()) {
     s["bias_chi2_per_dof"] = chi2 / static_cast<double>(bias_chi2_.size());
   }
-}
-
-Scores Medians(const std::vector<Scores>& runs) {
-  std::map<std::string, std::vector<double>> values;
-  for (const Scores& run : runs) {
-    for (const auto& [name, value] : run) values[name].push_back(value);
-  }
-  Scores medians;
-  for (auto& [name, list] : values) {
-    std::sort(list.begin(), list.end());
-    medians[name] = list[list.size() / 2];
-  }
-  return medians;
 }
 
 }  // namespace highwall::bench

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,14 +7,11 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/slam_system.h>
 
+#include "medians.h"
 #include "sequence.h"
 #include "slam_run.h"
 
 namespace highwall::bench {
-
-// What one run is worth; by name, in the unit that the name ends with. A figure that could not be
-// computed is absent.
-using Scores = std::map<std::string, double>;
 
 // Watches a run frame by frame against the truth, then scores it.
 class Judge {
@@ -39,8 +35,5 @@ class Judge {
   std::vector<double> bias_chi2_;       // of 6 degrees of freedom, a frame each
   std::optional<ImuBias> bias_sigmas_;  // the last errors, in standard deviations
 };
-
-// Of each figure over the runs that have it.
-Scores Medians(const std::vector<Scores>& runs);
 
 }  // namespace highwall::bench

@@ -62,15 +62,6 @@ Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::pat
   return sequence;
 }
 
-Trajectory TrueTrajectory(const simulate::Simulation& simulation) {
-  Trajectory trajectory;
-  for (int i = 0; i < simulation.size(); ++i) {
-    const Stamp stamp = simulation.StampOf(i);
-    trajectory.push_back({stamp, simulation.T_WC(stamp)});
-  }
-  return trajectory;
-}
-
 RgbdImage CoveredLens::DoLoad(std::size_t index) const {
   std::optional<RgbdImage> image = dataset_.Load(index);
   if (!image) throw IoError(fmt::format("frame {}", index), "cannot be used");

@@ -45,9 +45,6 @@ struct Sequence {
 Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::path& cache,
                       const std::function<void(int, int)>& progress);
 
-// T_WC of every frame.
-Trajectory TrueTrajectory(const simulate::Simulation& simulation);
-
 // A dataset whose lens is covered for a while: black images without depth.
 class CoveredLens final : public Dataset {
  public:

@@ -12,28 +12,15 @@
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 #include <highwall/frontend/slam_system.h>
-#include <simulate/haul_road.h>
-#include <simulate/mine.h>
 
 #include "scenes.h"
 
 namespace highwall::bench {
 namespace {
 
-// The field test's sensor with half the pixels, once round and on for as long as a loop needs.
-simulate::Simulation MakeOutdoors(const std::string& scene, int seed) {
-  simulate::SimulationOptions options = simulate::FieldTestOptions();
-  options.seed = static_cast<std::uint64_t>(seed);
-  options.fps = 10.0;
-  PinholeCamera& camera = options.camera;
-  camera.width /= 2;
-  camera.height /= 2;
-  camera.fx *= 0.5;
-  camera.fy *= 0.5;
-  camera.cx = 0.5 * camera.cx - 0.25;
-  camera.cy = 0.5 * camera.cy - 0.25;
-  options.duration = scene == "mine" ? 95.0 : 85.0;
-  return scene == "mine" ? simulate::SimulateMine(options) : simulate::SimulateRoad(options);
+// [s] once round outdoors and on for as long as a loop needs.
+double OnceRound(const std::string& scene) {
+  return scene == "mine" ? 95.0 : 85.0;
 }
 
 bool IsTrue(const LoopReport& report, const Map& map, const simulate::Simulation& scene) {
@@ -52,14 +39,6 @@ double RmseOf(const Trajectory& truth, const Trajectory& estimate) {
   } catch (const InvalidArgument&) {  // too few poses
     return -1.0;
   }
-}
-
-ImuCalibration CalibrationOf(const simulate::ImuSimulationOptions& imu) {
-  ImuCalibration calibration;
-  calibration.T_BC = imu.T_BC;
-  calibration.noise = imu.noise;
-  calibration.rate = imu.rate;
-  return calibration;
 }
 
 // One system on its way through a scene.
@@ -117,7 +96,8 @@ nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds)
   double worst_share = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const simulate::Simulation simulation =
-        room ? MakeRoom(seed, seconds) : MakeOutdoors(scene, seed);
+        room ? MakeRoom(seed, seconds)
+             : Simulate(scene, SmallFieldTestOptions(seed, OnceRound(scene)));
     Walk with(simulation, true, !room);
     std::optional<Walk> without;  // in rooms: elsewhere it would double the time
     if (room) without.emplace(simulation, false, false);

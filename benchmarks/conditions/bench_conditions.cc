@@ -1,0 +1,102 @@
+// highwall_bench_conditions: what becomes of the error where things move, where there is little
+// texture, and where the depth reads too long, on generated sequences with exact truth.
+#include "bench_conditions.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <exception>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "option_checks.h"
+
+namespace highwall::bench {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> parts{"moving", "texture", "depth"};
+  ConditionOptions conditions;
+  bool json = false;
+};
+
+void AddOptions(CLI::App& app, Arguments& arguments) {
+  ConditionOptions& conditions = arguments.conditions;
+  app.add_option("--parts", arguments.parts, "moving, texture, depth; separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"moving", "texture", "depth"}));
+  app.add_option("--scenes", conditions.scenes,
+                 "mine, road, room; separated by commas; depth: road and room, texture: the road")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"mine", "road", "room"}));
+  app.add_option("--seeds", conditions.seeds, "Sequences of each scene")
+      ->check(apps::Between(1.0, 1000.0))
+      ->capture_default_str();
+  app.add_option("--duration", conditions.seconds,
+                 "Of a sequence [s] [default: moving 24, texture 33, depth 30]")
+      ->check(apps::Between(1.0, 3600.0));
+  app.add_option("--contrast", conditions.contrast, "That the stretch of low texture keeps")
+      ->check(apps::Between(0.01, 1.0))
+      ->capture_default_str();
+  app.add_option("--too-long", conditions.too_long, "Measured over true depth")
+      ->check(apps::Between(0.5, 2.0))
+      ->capture_default_str();
+  app.add_flag("--json", arguments.json, "Print one JSON object");
+  app.footer("Example: highwall_bench_conditions --parts moving --scenes room --seeds 5");
+}
+
+nlohmann::json Run(const Arguments& arguments) {
+  const std::set<std::string> wanted(arguments.parts.begin(), arguments.parts.end());
+  nlohmann::json report;
+  if (wanted.contains("moving")) report["moving"] = BenchMoving(arguments.conditions);
+  if (wanted.contains("texture")) report["texture"] = BenchTexture(arguments.conditions);
+  if (wanted.contains("depth")) report["depth"] = BenchDepth(arguments.conditions);
+  return report;
+}
+
+void PrintMedians(const nlohmann::json& report) {
+  for (const auto& [part, rows] : report.items()) {
+    for (const auto& [name, row] : rows.items()) {
+      fmt::print("{:<8} {:<30}", part, name);
+      for (const auto& [figure, value] : row["median"].items()) {
+        fmt::print(" {} {:.4g}", figure, value.get<double>());
+      }
+      fmt::print("\n");
+    }
+  }
+}
+
+int Main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Moving objects, little texture, a wrong depth: generated scenes, medians of seeds.",
+               "highwall_bench_conditions");
+  AddOptions(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 1;
+  }
+  try {
+    const nlohmann::json report = Run(arguments);
+    if (arguments.json) {
+      fmt::print("{}\n", report.dump(2));
+    } else {
+      PrintMedians(report);
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "highwall_bench_conditions: failed: {}\n", error.what());
+    return 3;
+  }
+}
+
+}  // namespace
+}  // namespace highwall::bench
+
+int main(int argc, char** argv) {
+  return highwall::bench::Main(argc, argv);
+}

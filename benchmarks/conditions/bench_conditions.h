@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace highwall::bench {
+
+struct ConditionOptions {
+  int seeds = 5;                                            // >= 1, of every scene
+  std::vector<std::string> scenes{"mine", "road", "room"};  // of those that a part knows
+  std::optional<double> seconds;                            // > 0 [s]; of each part else its own
+  double contrast = 0.5;   // (0, 1]: share that the stretch of low texture keeps
+  double too_long = 1.04;  // > 0: measured over true depth
+};
+
+// Scenes with traffic and without: what it changes, with moving objects set aside and not.
+nlohmann::json BenchMoving(const ConditionOptions& options);
+
+// A stretch of the road whose images have little contrast: who crosses it, with what.
+nlohmann::json BenchTexture(const ConditionOptions& options);
+
+// Depth that reads too long, and as it should: the scale that the IMU tells.
+nlohmann::json BenchDepth(const ConditionOptions& options);
+
+}  // namespace highwall::bench

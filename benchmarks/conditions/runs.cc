@@ -1,0 +1,79 @@
+#include "runs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+
+namespace highwall::bench {
+namespace {
+
+Trajectory Between(const Trajectory& trajectory, Stamp begin, Stamp end) {
+  Trajectory part;
+  std::ranges::copy_if(trajectory, std::back_inserter(part), [&](const StampedPose& pose) {
+    return pose.stamp >= begin && pose.stamp <= end;
+  });
+  return part;
+}
+
+// One line on standard error.
+void Tell(const std::string& name, int seed, const Scores& scores) {
+  std::string line = fmt::format("{} {}:", name, seed);
+  for (const auto& [figure, value] : scores) line += fmt::format(" {} {:.4g}", figure, value);
+  fmt::print(stderr, "{}\n", line);
+}
+
+}  // namespace
+
+apps::SlamRun RunOver(const Film& film, const SlamOptions& slam, bool imu) {
+  apps::SlamRunOptions options;
+  options.slam = Deterministic(slam);
+  options.dense = false;
+  options.prefetch = 0;
+  if (imu) options.imu = film.imu();
+  return apps::RunSlam(film, film.sensor(), options);
+}
+
+Scores ScorePart(const Film& film, const apps::SlamRun& run, Stamp begin, Stamp end) {
+  const Trajectory truth = Between(*film.groundtruth(), begin, end);
+  const Trajectory estimate = Between(run.trajectory, begin, end);
+  Scores scores;
+  scores["lost_frames"] = static_cast<double>(truth.size()) - static_cast<double>(estimate.size());
+  const double interval = ToSeconds(film.stamp(1) - film.stamp(0));
+  try {
+    scores["ape_rmse_m"] = AbsolutePoseError(truth, estimate).statistics.rmse;
+    scores["rpe_1s_rmse_m"] =
+        RelativePoseError(truth, estimate, {.delta = std::round(1.0 / interval), .all_pairs = true})
+            .statistics.rmse;
+  } catch (const InvalidArgument&) {  // too few poses
+  }
+  return scores;
+}
+
+Scores ScoreAll(const Film& film, const apps::SlamRun& run) {
+  return ScorePart(film, run, film.stamp(0), film.stamp(film.size() - 1));
+}
+
+void Table::Add(const std::string& name, int seed, Scores scores) {
+  Tell(name, seed, scores);
+  scores["seed"] = seed;
+  runs_[name].push_back(std::move(scores));
+}
+
+nlohmann::json Table::ToJson() const {
+  nlohmann::json json;
+  for (const auto& [name, runs] : runs_) {
+    Scores medians = Medians(runs);
+    medians.erase("seed");
+    json[name] = {{"median", medians}, {"runs", runs}};
+  }
+  return json;
+}
+
+}  // namespace highwall::bench

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <highwall/frontend/slam_system.h>
+
+#include "film.h"
+#include "medians.h"
+#include "slam_run.h"
+
+namespace highwall::bench {
+
+// The system over a film as `highwall slam --deterministic --no-map` runs it.
+apps::SlamRun RunOver(const Film& film, const SlamOptions& slam, bool imu);
+
+// ape_rmse_m, rpe_1s_rmse_m and lost_frames of the frames with stamps in [begin, end].
+Scores ScorePart(const Film& film, const apps::SlamRun& run, Stamp begin, Stamp end);
+Scores ScoreAll(const Film& film, const apps::SlamRun& run);
+
+// Figures of several seeds, by what was run.
+class Table {
+ public:
+  // Also told in a line on standard error.
+  void Add(const std::string& name, int seed, Scores scores);
+  // name: {"median": figures, "runs": [figures and seed]}.
+  nlohmann::json ToJson() const;
+
+ private:
+  std::map<std::string, std::vector<Scores>> runs_;
+};
+
+}  // namespace highwall::bench

@@ -1,0 +1,52 @@
+// Runs highwall_bench_conditions as a user does, on a few generated frames.
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "../apps/run_program.h"
+
+namespace highwall {
+namespace {
+
+using nlohmann::json;
+using testing::Outcome;
+
+Outcome Bench(const std::string& options) {
+  return testing::RunProgram(HIGHWALL_BENCH_CONDITIONS, options);
+}
+
+TEST(BenchConditions, JsonHoldsEverySeedAndTheMediansOfEachRun) {
+  const Outcome outcome = Bench("--parts moving,depth --scenes room --seeds 1 --duration 1 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  ASSERT_EQ(report["moving"].size(), 3U);
+  ASSERT_EQ(report["depth"].size(), 2U);
+  for (const json& part : report) {
+    for (const auto& [name, row] : part.items()) {
+      SCOPED_TRACE(name);
+      ASSERT_EQ(row["runs"].size(), 1U);
+      EXPECT_EQ(row["runs"][0]["seed"], 1);
+      EXPECT_EQ(row["median"]["lost_frames"], 0.0);
+      EXPECT_LT(row["median"]["ape_rmse_m"], 0.04);   // 4 % of the depth, half a metre of the way
+      EXPECT_FALSE(row["median"].contains("scale"));  // a second tells none
+    }
+  }
+  EXPECT_TRUE(report["moving"]["room, traffic"]["median"].contains("ape_change_percent"));
+}
+
+TEST(BenchConditions, WrongUsageExitsWithOne) {
+  EXPECT_EQ(Bench("--parts fog").exit_code, 1);
+  EXPECT_EQ(Bench("--scenes cave").exit_code, 1);
+  EXPECT_EQ(Bench("--seeds 0").exit_code, 1);
+  EXPECT_EQ(Bench("--contrast 0").exit_code, 1);
+}
+
+TEST(BenchConditions, AFilmThatEndsBeforeTheLowTextureIsOneLine) {
+  const Outcome outcome = Bench("--parts texture --seeds 1 --duration 5");
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_NE(outcome.err.find("ends before the stretch"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace highwall
