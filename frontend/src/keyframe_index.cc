@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/core/target_clones.h>
 
 namespace highwall {
 namespace {
@@ -45,9 +46,10 @@ std::uint32_t Key(const std::uint8_t* descriptor, std::size_t table) {
 
 // Appends to `alike` the keyframes of a bucket whose signature is near and whose last voter is not
 // `voter`, who then is. Clones: counting bits is what a query spends its time on.
-[[gnu::target_clones("popcnt", "default")]] void AppendAlike(
-    const std::vector<DescriptorTables::Posting>& bucket, std::uint32_t signature, int max_bits,
-    int voter, std::vector<int>* last_voter, std::vector<KeyFrameId>* alike) {
+HIGHWALL_TARGET_CLONES("popcnt", "default")
+void AppendAlike(const std::vector<DescriptorTables::Posting>& bucket, std::uint32_t signature,
+                 int max_bits, int voter, std::vector<int>* last_voter,
+                 std::vector<KeyFrameId>* alike) {
   for (const DescriptorTables::Posting& posting : bucket) {
     if (std::popcount(posting.signature ^ signature) > max_bits) continue;
     int& last = (*last_voter)[static_cast<std::size_t>(posting.keyframe)];

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include <highwall/core/error.h>
+#include <highwall/core/target_clones.h>
 
 namespace highwall {
 namespace {
@@ -25,10 +26,9 @@ constexpr int kDescriptorBits = 8 * kDescriptorBytes;
   return count;
 }
 
-[[gnu::target_clones("popcnt", "default")]] void DistancesToAll(const std::uint8_t* query,
-                                                                const std::uint8_t* train,
-                                                                std::size_t stride, int count,
-                                                                int* distances) {
+HIGHWALL_TARGET_CLONES("popcnt", "default")
+void DistancesToAll(const std::uint8_t* query, const std::uint8_t* train, std::size_t stride,
+                    int count, int* distances) {
   for (int i = 0; i < count; ++i, train += stride) distances[i] = CountDifferentBits(query, train);
 }
 
@@ -56,8 +56,8 @@ struct Best {
 
 }  // namespace
 
-[[gnu::target_clones("popcnt", "default")]] int HammingDistance(const std::uint8_t* a,
-                                                                const std::uint8_t* b) {
+HIGHWALL_TARGET_CLONES("popcnt", "default")
+int HammingDistance(const std::uint8_t* a, const std::uint8_t* b) {
   return CountDifferentBits(a, b);
 }
 

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <limits>
 
+#include <highwall/core/target_clones.h>
+
 namespace highwall::internal {
 namespace {
 
@@ -21,10 +23,10 @@ struct AxisTransform {
 // The hot loop of a scan, over every pixel: free of branches, so that it compiles to vector
 // instructions. (AVX2 without FMA: both clones round alike.) Voxels come out in single precision;
 // `unsure` is set where that may take the wrong side of a border.
-__attribute__((target_clones("avx2", "default"))) void RowVoxels(
-    const float* __restrict z, const float* __restrict m_x, const float* __restrict m_y, int count,
-    float min_depth, const AxisTransform& transform, float inverse_resolution,
-    int* __restrict voxels, int* __restrict unsure) {
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void RowVoxels(const float* __restrict z, const float* __restrict m_x, const float* __restrict m_y,
+               int count, float min_depth, const AxisTransform& transform, float inverse_resolution,
+               int* __restrict voxels, int* __restrict unsure) {
   const AxisTransform a = transform;
   constexpr float kLimit = kKeyOffset;
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
@@ -46,9 +48,9 @@ __attribute__((target_clones("avx2", "default"))) void RowVoxels(
 }
 
 // changes[i]: whether pixel i may lie in another voxel than pixel i - 1.
-__attribute__((target_clones("avx2", "default"))) void MarkChanges(
-    const int* __restrict x, const int* __restrict y, const int* __restrict z,
-    const int* __restrict unsure, int count, int* __restrict changes) {
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void MarkChanges(const int* __restrict x, const int* __restrict y, const int* __restrict z,
+                 const int* __restrict unsure, int count, int* __restrict changes) {
   changes[0] = 1;
   for (int i = 1; i < count; ++i) {
     const int difference = (x[i] ^ x[i - 1]) | (y[i] ^ y[i - 1]) | (z[i] ^ z[i - 1]);

@@ -1,10 +1,12 @@
 #include "ray_batch.h"
 
+#include <highwall/core/target_clones.h>
+
 namespace highwall::internal {
 
 // Two clones for the sake of the vector width; AVX2 without FMA, so that both round alike.
-__attribute__((target_clones("avx2", "default"))) void TraverseRays(const RayBatch& rays,
-                                                                    BrickTable& bricks) {
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void TraverseRays(const RayBatch& rays, BrickTable& bricks) {
   auto [next_x, next_y, next_z] = rays.next;
   auto [x, y, z] = rays.voxel;
   const BitLanes mask_x = BitLanes{} + static_cast<std::int64_t>(kMortonMaskX);
