@@ -67,7 +67,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   // The dense map is made of the keyframes of the run: where there are none there is none.
   options.dense = !arguments.no_map && !arguments.localize;
   options.slam.localize_only = arguments.localize;
-  options.slam.loops.enabled = !arguments.no_loops;
+  options.slam.loops.enabled = !arguments.no_loops && !arguments.localize;
   options.adjust_all = arguments.adjust_all;
   options.load_map = arguments.load_map;
   options.save_map = arguments.save_map;
@@ -129,21 +129,28 @@ void PrintInertial(const InertialSummary& inertial) {
   }
 }
 
-void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::string& out,
-                  bool live) {
+void PrintMapping(const SlamRun& run) {
+  fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
+             run.lines);
+  if (run.inertial) PrintInertial(*run.inertial);
+  fmt::print("loops       {} closed, {} refused\n", run.loops.closed, run.loops.refused);
+  fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
+}
+
+void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArguments& arguments) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
   if (run.open_frames > 0) {
     fmt::print("open        {} frames leave a direction of the pose open\n", run.open_frames);
   }
-  if (live) fmt::print("live        {} frames dropped\n", run.dropped);
-  fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
-             run.lines);
-  if (run.inertial) PrintInertial(*run.inertial);
-  fmt::print("loops       {} closed, {} refused\n", run.loops.closed, run.loops.refused);
+  if (arguments.live) fmt::print("live        {} frames dropped\n", run.dropped);
+  if (arguments.localize) {
+    fmt::print("map         {} points, {} lines, as they were\n", run.points, run.lines);
+  } else {
+    PrintMapping(run);
+  }
   fmt::print("tracking    {:.1f} ms a frame (median), 95 % within {:.1f} ms\n",
              run.times.tracking.median, run.times.tracking.p95);
-  fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
   if (run.dense) {
     fmt::print("dense map   {} points, {} octree nodes at {} m\n", run.dense->cloud.size(),
                run.dense->octree.NodeCount(), run.dense->octree.options().resolution);
@@ -152,9 +159,9 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const std::stri
   if (dataset.groundtruth() != nullptr) {
     fmt::print("error       highwall eval ape {} {}\n",
                (dataset.directory() / "groundtruth.txt").string(),
-               (std::filesystem::path(out) / "trajectory.txt").string());
+               (std::filesystem::path(arguments.out) / "trajectory.txt").string());
   }
-  fmt::print("results in  {}\n", out);
+  fmt::print("results in  {}\n", arguments.out);
 }
 
 // Before the work, not after it: a folder that can be written, or made where it is absent.
@@ -248,9 +255,29 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {
-    PrintSummary(run, dataset, arguments.out, arguments.live);
+    PrintSummary(run, dataset, arguments);
   }
   return kExitOk;
+}
+
+// What a run does with a map: go on in one, keep it, localize in it.
+void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
+  CLI::Option* load_map = command->add_option("--load-map", arguments->load_map,
+                                              "Go on in a map that --save-map wrote");
+  CLI::Option* save_map =
+      command
+          ->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
+          ->check(NotEmpty());
+  CLI::Option* adjust_all =
+      command->add_flag("--adjust-all", arguments->adjust_all,
+                        "In the end adjust all keyframes and landmarks together, and write "
+                        "trajectory_adjusted.txt");
+  command
+      ->add_flag("--localize", arguments->localize,
+                 "The map of --load-map stays as it is: poses in it by images alone, nothing else")
+      ->needs(load_map)
+      ->excludes(save_map)
+      ->excludes(adjust_all);
 }
 
 }  // namespace
@@ -282,12 +309,11 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
       ->check(Between(1e-3, 10.0))
       ->capture_default_str();
-  CLI::Option* imu =
-      command
-          ->add_option("--imu", arguments->imu,
-                       "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
-                       "consistent where the dataset has an IMU)")
-          ->check(ImuChoice());
+  command
+      ->add_option("--imu", arguments->imu,
+                   "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
+                   "consistent where the dataset has an IMU)")
+      ->check(ImuChoice());
   command
       ->add_option("--moving-objects", arguments->moving_objects,
                    "on: what moves is neither tracked nor mapped, or off (default: on)")
@@ -300,30 +326,18 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
       ->add_flag("--live", arguments->live,
                  "At the pace of the stamps; frames that come too fast are dropped and counted")
       ->excludes(deterministic);
-  CLI::Option* load_map = command->add_option("--load-map", arguments->load_map,
-                                              "Go on in a map that --save-map wrote");
-  CLI::Option* save_map =
-      command
-          ->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
-          ->check(NotEmpty());
+  AddMapOptions(command, arguments.get());
   command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
-  CLI::Option* adjust_all =
-      command->add_flag("--adjust-all", arguments->adjust_all,
-                        "In the end adjust all keyframes and landmarks together, and write "
-                        "trajectory_adjusted.txt");
-  command
-      ->add_flag("--localize", arguments->localize,
-                 "The map of --load-map stays as it is: poses in it by images alone, nothing else")
-      ->needs(load_map)
-      ->excludes(save_map)
-      ->excludes(adjust_all)
-      ->excludes(imu);
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
   command->footer(
       "Example:\n  highwall slam --dataset rgbd_dataset_freiburg1_xyz --config tum1 --out run");
-  command->callback(
-      [arguments, &action] { action = [arguments] { return RunSlamCommand(*arguments); }; });
+  command->callback([arguments, &action] {
+    if (arguments->localize && !arguments->imu.empty() && ReadImuChoice(arguments->imu)) {
+      throw CLI::ValidationError("--localize", "works by images alone: leave --imu out or off");
+    }
+    action = [arguments] { return RunSlamCommand(*arguments); };
+  });
 }
 
 }  // namespace highwall::apps

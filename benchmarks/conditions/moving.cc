@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <highwall/core/error.h>
+
 #include "bench_conditions.h"
 #include "film.h"
 #include "runs.h"
@@ -45,6 +47,10 @@ nlohmann::json BenchMoving(const ConditionOptions& options) {
   for (const std::string& scene : options.scenes) {
     for (int seed = 1; seed <= options.seeds; ++seed) {
       const double seconds = options.seconds.value_or(kSeconds);
+      // The visitor leaves the camera laps of 12 s at most (simulator.md).
+      HIGHWALL_REQUIRE(scene != "room" || seconds <= 12.0 || (seconds > 20.0 && seconds <= 24.0),
+                       "--duration of moving in the room must be up to 12, or 20 to 24 s: the "
+                       "camera's path differs otherwise with and without a visitor");
       const Scores still = Run(FilmScene(scene, seed, seconds, false), true);
       table.Add(scene + ", still", seed, still);
       const Film film = FilmScene(scene, seed, seconds, true);

@@ -147,7 +147,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
     if (options_.use_points) BuildPoints(gray, image.depth, *features);
     elapsed.points = MillisecondsSince(start);
   };
-  // Lines take longer: they are the caller's, who begins at once.
+  // Lines take longer: they come first, for the caller begins at once.
   team_->Run(2, [&](std::size_t, std::size_t task) { task == 0 ? build_lines() : build_points(); });
   if (times != nullptr) *times = elapsed;
   return features;

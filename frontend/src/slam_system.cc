@@ -308,6 +308,8 @@ std::vector<LoopReport> SlamSystem::Finish() {
 }
 
 BundleAdjustmentReport SlamSystem::AdjustAll() {
+  HIGHWALL_REQUIRE(!options_.localize_only,
+                   "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
   BundleAdjustmentReport report;
   WithTracker(
       [&] { report = AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle); });

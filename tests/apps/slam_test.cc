@@ -272,6 +272,7 @@ TEST_F(SlamCommand, LocalizesInASavedMapThatStaysAsItIs) {
   EXPECT_EQ(report["lost_frames"], 0);
   EXPECT_EQ(report["keyframes"], 0);
   EXPECT_EQ(report["options"]["localize_only"], true);
+  EXPECT_EQ(report["options"]["loops"], false);
   EXPECT_FALSE(fs::exists(run() / "cloud.ply"));
   EXPECT_TRUE(ReadText(map) == bytes);
   const Trajectory second = ReadTumTrajectory(run() / "trajectory.txt");
@@ -279,6 +280,7 @@ TEST_F(SlamCommand, LocalizesInASavedMapThatStaysAsItIs) {
   for (std::size_t i = 0; i < first.size(); ++i) {
     EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.01) << i;
   }
+  EXPECT_EQ(SlamOnDataset("--localize --imu off --load-map " + map.string()).exit_code, 0);
   EXPECT_EQ(SlamOnDataset("--localize").exit_code, 1);
   for (const std::string with : {"--save-map x.hwmap", "--adjust-all", "--imu paper"}) {
     EXPECT_EQ(SlamOnDataset("--localize --load-map " + map.string() + " " + with).exit_code, 1)

@@ -253,7 +253,8 @@ TEST_F(SlamSystemTest, LocalizingNeedsAMapAndNoImu) {
   ImuCalibration imu;
   imu.rate = 200.0;
   EXPECT_THROW(SlamSystem(Sensor(), options, imu, first.map().Clone()), InvalidArgument);
-  EXPECT_NO_THROW(SlamSystem(Sensor(), options, std::nullopt, first.map().Clone()));
+  SlamSystem localizing(Sensor(), options, std::nullopt, first.map().Clone());
+  EXPECT_THROW(localizing.AdjustAll(), InvalidArgument);
 }
 
 TEST(SlamOptions, ErrorsNameTheField) {

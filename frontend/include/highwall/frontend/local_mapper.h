@@ -30,7 +30,7 @@ struct LocalMapperOptions {
   int min_observations = 2;       // >= 1
   // A keyframe is dropped when this share of its points is seen by so many others at the same or a
   // finer pyramid level. This bounds the map by the area that it covers, however long the camera
-  // stays.
+  // stays; with an IMU, max_motion_gap keeps one a second all the same.
   double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
   int redundant_observers = 2;   // >= 1
   // [s] > 0: with an IMU none is dropped where that leaves keyframes farther apart than this, for

@@ -29,8 +29,8 @@ struct SlamOptions {
   LocalMapperOptions mapper{};
   InertialOptions inertial{};  // where there is an IMU
   LoopCloserOptions loops{};
-  // The map that is given stays as it is: frames find their pose in it, none becomes a keyframe.
-  // Images alone, without an IMU.
+  // The map that is given stays as it is, but for how often its landmarks were looked for and
+  // found: frames find their pose in it, none becomes a keyframe. Images alone, without an IMU.
   bool localize_only = false;
 
   // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
@@ -122,6 +122,7 @@ class SlamSystem {
   // both to the map.
   std::vector<LoopReport> Finish();
   // After Finish(): one more adjustment of all keyframes and landmarks together. Frames follow.
+  // Throws InvalidArgument where the system localizes only.
   BundleAdjustmentReport AdjustAll();
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
