@@ -59,6 +59,37 @@ TEST(LoopCloser, TakesTheDriftOutOfTheLoop) {
   EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
 }
 
+TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {
+  LoopScene scene(kDrifting);
+  LoopCloser closer(scene.model, testing::kLevels, Lockstep());
+  constexpr KeyFrameId kWrong = 20;
+  PointId point = kNoId;
+  std::size_t feature = 0;
+  for (int i = 0; i < scene.size(); ++i) {
+    const KeyFrameId id = scene.Add(i);
+    if (id == kWrong + 3) {
+      // A point that others see as well is taken for what is far off in the image.
+      KeyFrame& keyframe = *scene.map.keyframe(kWrong);
+      const auto uv = [&](std::size_t f) { return keyframe.frame.features->points[f].uv; };
+      for (std::size_t f = 0; f < keyframe.points.size() && point == kNoId; ++f) {
+        const MapPoint* seen = scene.map.point(keyframe.points[f]);
+        if (seen != nullptr && seen->observations.size() >= 4) point = seen->id;
+        if (point == kNoId) continue;
+        while ((uv(feature) - uv(f)).norm() < 100.0) ++feature;
+      }
+      scene.map.ForgetPointObservation(kWrong, keyframe.points[feature]);
+      scene.map.ForgetPointObservation(kWrong, point);
+      ASSERT_TRUE(scene.map.ObservePoint(kWrong, static_cast<int>(feature), point));
+    }
+    closer.InsertKeyFrame(scene.map, id);
+    closer.Update(&scene.map);
+  }
+  closer.Finish(&scene.map);
+  ASSERT_FALSE(closer.loops().empty());
+  ASSERT_NE(point, kNoId);
+  EXPECT_NE(scene.map.keyframe(kWrong)->points[feature], point);
+}
+
 TEST(LoopCloser, ConnectsTheTwoSides) {
   LoopScene scene(kDrifting);
   const auto reports = Walk(scene, Lockstep());
