@@ -288,6 +288,22 @@ TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
   EXPECT_EQ(map.num_keyframes() + culled.size(), 8u);
 }
 
+TEST_F(LocalMapperTest, AKeyFrameGoesOnceSoManyOthersSeeItsPoints) {
+  const int usual = LocalMapperOptions().redundant_observers;
+  EXPECT_EQ(usual, 2) << "more, and a camera that stays makes the map grow";
+  for (const int observers : {usual, 3, 4}) {
+    map = Map();
+    std::fill(point_ids.begin(), point_ids.end(), kNoId);
+    std::fill(line_ids.begin(), line_ids.end(), kNoId);
+    LocalMapper mapper(model, kLevels, {.redundant_observers = observers});
+    // Neither the first nor the last goes: one between them has all but itself for others.
+    for (int i = 0; i <= observers + 1; ++i) {
+      const auto report = InsertAt(mapper, 0.002 * i);
+      EXPECT_EQ(report.culled_keyframes.empty(), i <= observers) << observers << ' ' << i;
+    }
+  }
+}
+
 TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
   LocalMapper mapper(model, kLevels, {});
   // The most there ever is, in the first laps and after.
