@@ -3,9 +3,6 @@
 #include "bench_conditions.h"
 
 #include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <exception>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "bench_main.h"
 #include "option_checks.h"
 
 namespace highwall::bench {
@@ -26,13 +24,9 @@ struct Arguments {
 
 void AddOptions(CLI::App& app, Arguments& arguments) {
   ConditionOptions& conditions = arguments.conditions;
-  app.add_option("--parts", arguments.parts, "moving, texture, depth; separated by commas")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"moving", "texture", "depth"}));
-  app.add_option("--scenes", conditions.scenes,
-                 "mine, road, room; separated by commas; depth: road and room, texture: the road")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"mine", "road", "room"}));
+  AddList(app, "--parts", arguments.parts, {"moving", "texture", "depth"});
+  AddList(app, "--scenes", conditions.scenes, {"mine", "road", "room"},
+          "; depth: road and room, texture: the road");
   app.add_option("--seeds", conditions.seeds, "Sequences of each scene")
       ->check(apps::Between(1.0, 1000.0))
       ->capture_default_str();
@@ -70,33 +64,21 @@ void PrintMedians(const nlohmann::json& report) {
   }
 }
 
-int Main(int argc, char** argv) {
+}  // namespace
+}  // namespace highwall::bench
+
+int main(int argc, char** argv) {
+  using namespace highwall::bench;
   Arguments arguments;
   CLI::App app("Moving objects, little texture, a wrong depth: generated scenes, medians of seeds.",
                "highwall_bench_conditions");
   AddOptions(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
+  return RunBench(app, argc, argv, [&] {
     const nlohmann::json report = Run(arguments);
     if (arguments.json) {
       fmt::print("{}\n", report.dump(2));
     } else {
       PrintMedians(report);
     }
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "highwall_bench_conditions: failed: {}\n", error.what());
-    return 3;
-  }
-}
-
-}  // namespace
-}  // namespace highwall::bench
-
-int main(int argc, char** argv) {
-  return highwall::bench::Main(argc, argv);
+  });
 }
