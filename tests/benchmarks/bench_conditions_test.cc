@@ -43,9 +43,8 @@ TEST(BenchConditions, WrongUsageExitsWithOne) {
 }
 
 TEST(BenchConditions, AFilmThatEndsBeforeTheLowTextureIsOneLine) {
-  const Outcome outcome = Bench("--parts texture --seeds 1 --duration 5");
-  EXPECT_EQ(outcome.exit_code, 3);
-  EXPECT_NE(outcome.err.find("ends before the stretch"), std::string::npos) << outcome.err;
+  testing::ExpectRefused(Bench("--parts texture --seeds 1 --duration 5"), 3,
+                         {"ends before the stretch"});
 }
 
 }  // namespace
