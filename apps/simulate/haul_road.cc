@@ -77,4 +77,9 @@ Simulation SimulateRoad(const SimulationOptions& options) {
   return Film(std::move(terrain), options);
 }
 
+std::vector<Stretch> RoadStretches(const SimulationOptions& options) {
+  const double speed = VehicleOptions().speed, length = MakeCourse().length();
+  return LayOut(MakeStretches(speed, length), length / speed, options);
+}
+
 }  // namespace highwall::simulate

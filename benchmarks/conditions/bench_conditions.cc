@@ -32,7 +32,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--duration", conditions.seconds,
                  "Of a sequence [s] [default: moving 24, texture 33, depth 30]")
-      ->check(apps::Between(1.0, 3600.0));
+      ->check(apps::Between(0.5, 3600.0));
   app.add_option("--contrast", conditions.contrast, "That the stretch of low texture keeps")
       ->check(apps::Between(0.01, 1.0))
       ->capture_default_str();
