@@ -52,7 +52,11 @@ nlohmann::json Run(const Arguments& arguments) {
   return report;
 }
 
-void PrintMedians(const nlohmann::json& report) {
+void Print(const nlohmann::json& report, bool json) {
+  if (json) {
+    fmt::print("{}\n", report.dump(2));
+    return;
+  }
   for (const auto& [part, rows] : report.items()) {
     for (const auto& [name, row] : rows.items()) {
       fmt::print("{:<8} {:<30}", part, name);
@@ -73,12 +77,5 @@ int main(int argc, char** argv) {
   CLI::App app("Moving objects, little texture, a wrong depth: generated scenes, medians of seeds.",
                "highwall_bench_conditions");
   AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] {
-    const nlohmann::json report = Run(arguments);
-    if (arguments.json) {
-      fmt::print("{}\n", report.dump(2));
-    } else {
-      PrintMedians(report);
-    }
-  });
+  return RunBench(app, argc, argv, [&] { Print(Run(arguments), arguments.json); });
 }

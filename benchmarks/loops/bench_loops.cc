@@ -65,10 +65,13 @@ nlohmann::json Run(const Arguments& arguments) {
   return report;
 }
 
-// A line a part, without the single runs.
-void PrintParts(nlohmann::json report) {
+void Print(nlohmann::json report, bool json) {
+  if (json) {
+    fmt::print("{}\n", report.dump(2));
+    return;
+  }
   for (auto& [part, figures] : report.items()) {
-    figures.erase("runs");
+    figures.erase("runs");  // a line a part
     fmt::print("{}: {}\n", part, figures.dump());
   }
 }
@@ -82,12 +85,5 @@ int main(int argc, char** argv) {
   CLI::App app("Loops, relocalization and place recognition in generated scenes.",
                "highwall_bench_loops");
   AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] {
-    const nlohmann::json report = Run(arguments);
-    if (arguments.json) {
-      fmt::print("{}\n", report.dump(2));
-    } else {
-      PrintParts(report);
-    }
-  });
+  return RunBench(app, argc, argv, [&] { Print(Run(arguments), arguments.json); });
 }
