@@ -15,7 +15,7 @@ namespace highwall::bench {
 namespace {
 
 std::vector<std::string> AllParts() {
-  return {"room", "mine", "road", "kidnapped", "index", "correction", "endurance"};
+  return {"room", "mine", "road", "kidnapped", "index", "correction", "endurance", "endurance-imu"};
 }
 
 struct Arguments {
@@ -61,7 +61,10 @@ nlohmann::json Run(const Arguments& arguments) {
     if (!wanted.contains(scene)) continue;
     report[scene] = BenchReturns(scene, arguments.seeds, arguments.seconds);
   }
-  if (wanted.contains("endurance")) report["endurance"] = BenchEndurance(arguments.minutes);
+  for (const char* part : {"endurance", "endurance-imu"}) {
+    if (!wanted.contains(part)) continue;
+    report[part] = BenchEndurance(arguments.minutes, part == std::string("endurance-imu"));
+  }
   return report;
 }
 

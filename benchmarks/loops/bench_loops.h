@@ -19,8 +19,9 @@ nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds)
 // The camera is blinded and put down elsewhere in the room: how many frames until it knows where?
 nlohmann::json BenchKidnapped(int seeds);
 
-// A room filmed for so long, lap after lap: what the process holds after each of them.
-nlohmann::json BenchEndurance(double minutes);
+// A room filmed for so long, lap after lap: what the process holds after each of them. imu: with
+// its readings.
+nlohmann::json BenchEndurance(double minutes, bool imu);
 
 // Recall and time of a query among `keyframes` keyframes: ours, OpenCV's FLANN LSH, faiss.
 nlohmann::json BenchIndex(int keyframes);
