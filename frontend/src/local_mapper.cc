@@ -346,7 +346,7 @@ bool LocalMapper::IsRedundant(const KeyFrame& keyframe, const Map& map) const {
     if (line == nullptr) continue;
     ++lines;
     const int others = static_cast<int>(line->observations.size()) - 1;
-    if (others >= options_.redundant_observers) ++redundant_lines;
+    if (others >= 2 * options_.redundant_observers) ++redundant_lines;
   }
   const auto [all, redundant] =
       points > 0 ? std::pair(points, redundant_points) : std::pair(lines, redundant_lines);

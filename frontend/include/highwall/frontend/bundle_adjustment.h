@@ -20,7 +20,11 @@ struct BundleAdjustmentOptions {
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
   double tolerance = 1e-6;    // >= 0: ends before, where a step lowers the cost by a smaller share
-  int threads = 2;            // >= 1; with more than one the last bits vary from run to run
+  // > 0: of the first step, as SolveOptions::initial_trust_region_radius. Small, it holds what is
+  // measured badly where it was: the lines of a map without points; large, it lets a few steps
+  // straighten the bend of a long loop, which costs next to nothing.
+  double trust_region = 1e4;
+  int threads = 2;  // >= 1; with more than one the last bits vary from run to run
 
   void Validate() const;
 };
