@@ -31,8 +31,9 @@ class Margin {
   float offset_, quadratic_, reference_, relative_;
 };
 
-// Of a mask: known to move, and presumed to move with such cells or behind where something was.
-constexpr std::uint8_t kSeenMoving = 255, kPresumed = 127;
+// Of a mask: known to move by the depth of references, or by the landmarks on the surface; presumed
+// to move with such cells, or behind where something was.
+constexpr std::uint8_t kSeenMoving = 255, kSurface = 254, kPresumed = 127;
 
 // kSettle: a confirmation over a long time. kGone: a contradiction in that what was before the
 // point has gone.
@@ -66,7 +67,7 @@ class Comparison {
     const float farthest = reference_.farthest.at<float>(cell);
     if (p_R.z() <= farthest + margin_(p_R.z())) {
       // What moved a moment ago moves still, though not yet out of its own place.
-      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) == kSeenMoving;
+      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) >= kSurface;
       return moved ? Vote::kContradict : confirms_;
     }
     return HasGone(cell) ? Vote::kGone : Vote::kNone;
@@ -258,7 +259,7 @@ void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts,
 // A cell shows what moved there in the frame before.
 bool MovedBefore(const SurfaceClues& clues, const cv::Point& cell, float z) {
   constexpr float kSameDepth = 0.1F;  // share of the depth by which it may have come nearer
-  return !clues.moving.empty() && clues.moving.at<std::uint8_t>(cell) == kSeenMoving &&
+  return !clues.moving.empty() && clues.moving.at<std::uint8_t>(cell) == kSurface &&
          std::abs(clues.depth.at<float>(cell) - z) < kSameDepth * z;
 }
 
@@ -281,7 +282,7 @@ void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClue
     const int size = surfaces.sizes[k], surface = static_cast<int>(k);
     if (size < options.min_surface || size > most || 2 * stand[k] > size) continue;
     const bool moves = 2 * moved[k] > size || (clues.moved && clues.moved(surfaces, surface));
-    if (moves) mask.setTo(kSeenMoving, surfaces.labels == surface);
+    if (moves) mask.setTo(kSurface, surfaces.labels == surface);
   }
 }
 

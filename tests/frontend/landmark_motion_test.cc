@@ -67,7 +67,13 @@ TEST_F(LandmarkMotion, ThePoseOfAllTogetherWouldFollowThem) {
   const auto together = SolvePose(Pose(), model.projection(), all, {});
   ASSERT_TRUE(together);
   EXPECT_GT(PositionError(together->T_WC, Pose()), 0.01);
-  EXPECT_TRUE(Moved());
+  EXPECT_TRUE(Moved({.outnumber = 0.5}));
+}
+
+TEST_F(LandmarkMotion, OfTwoBodiesTheOneThatIsMoreOfTheSceneStands) {
+  Look({0.1, 0, 0}, 60, 60);
+  EXPECT_FALSE(Moved());
+  EXPECT_TRUE(Moved({.outnumber = 0.5}));
 }
 
 TEST_F(LandmarkMotion, MarksThatStandDoNot) {
@@ -84,7 +90,7 @@ TEST_F(LandmarkMotion, AFewMarksTellNothing) {
 }
 
 TEST_F(LandmarkMotion, MostOfTheMarksMustContradict) {
-  Look({0.1, 0, 0}, 30, 15);
+  Look({0.1, 0, 0}, 20, 10);
   EXPECT_FALSE(Moved());
   EXPECT_TRUE(Moved({.min_share = 0.4}));
 }
@@ -119,6 +125,7 @@ TEST(LandmarkMotionOptions, ErrorsNameTheField) {
   expect_error({.min_share = 0.0}, "min_share");
   expect_error({.chi2 = 0.0}, "chi2");
   expect_error({.min_support = 5}, "min_support");
+  expect_error({.outnumber = 0.0}, "outnumber");
 }
 
 }  // namespace

@@ -221,7 +221,7 @@ TEST_F(FindMovingSurfaces, MoveWhereTheirLandmarksDo) {
   EXPECT_TRUE(Find({}).empty());
   const cv::Mat mask = Find({.moved = PanelMoved()});
   ASSERT_FALSE(mask.empty());
-  EXPECT_EQ(cv::countNonZero((mask == 255) != panel), 0) << "the panel and nothing else";
+  EXPECT_EQ(cv::countNonZero((mask == 254) != panel), 0) << "the panel and nothing else";
   EXPECT_GE(asked, 1);
   EXPECT_TRUE(Find({.moved = PanelMoved()}, {.settled = 2.0, .min_surface = 2000}).empty());
   EXPECT_TRUE(Find({.moved = PanelMoved()}, {.settled = 2.0, .max_surface = 0.05}).empty());
@@ -233,14 +233,14 @@ TEST_F(FindMovingSurfaces, StandWhereTheyHaveBeenForLong) {
 
 TEST_F(FindMovingSurfaces, MoveOnAfterTheFrameBefore) {
   const PosedDepth before = SeePanel(-0.05, 0);
-  SurfaceClues clues{.depth = before.depth, .moving = before.depth < 2.0};
-  EXPECT_EQ(cv::countNonZero((Find(clues) == 255) != panel), 0);
+  SurfaceClues clues{.depth = before.depth, .moving = (before.depth < 2.0) - 1};  // 254
+  EXPECT_EQ(cv::countNonZero((Find(clues) == 254) != panel), 0);
   EXPECT_TRUE(Find(clues, {.settled = 1.0}).empty()) << "until it has been in place for long";
-  clues.moving = clues.moving / 2;  // presumed
+  clues.moving = before.depth < 2.0;  // by references alone, which say it again
   EXPECT_TRUE(Find(clues).empty());
-  clues.moving = SeePanel(-0.45, 0).depth < 2.0;  // of something else beside it
+  clues.moving = (SeePanel(-0.45, 0).depth < 2.0) - 1;  // of something else beside it
   EXPECT_TRUE(Find(clues).empty());
-  clues.moving = before.depth < 2.0;
+  clues.moving = (before.depth < 2.0) - 1;
   clues.depth = clues.depth * 0.8;  // of something before it
   EXPECT_TRUE(Find(clues).empty());
 }
@@ -295,10 +295,11 @@ TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
   BoxWorld world;
   world.boxes = {Box{{-0.3, -0.5, 1.5}, {0.3, 0.3, 1.6}}};
   const cv::Mat depth = moving.grid().Sample(DepthOf(world, Camera(), Pose()), 0.3, 8.0);
-  moving.Remember(100'000'000, depth, Pose(), depth < 2.0, keyframe, map);
+  const cv::Mat surface = (depth < 2.0) - 1;  // 254
+  moving.Remember(100'000'000, depth, Pose(), surface, keyframe, map);
   const cv::Mat mask = moving.Find(200'000'000, depth, Pose(), map);
   ASSERT_FALSE(mask.empty());
-  EXPECT_EQ(cv::countNonZero((mask == 255) != (depth < 2.0)), 0);
+  EXPECT_EQ(cv::countNonZero((mask == 254) != (depth < 2.0)), 0);
   EXPECT_TRUE(moving.Find(700'000'000, depth, Pose(), map).empty()) << "too long ago";
   EXPECT_TRUE(moving.Find(50'000'000, depth, Pose(), map).empty()) << "in hindsight";
 }
