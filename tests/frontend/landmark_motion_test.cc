@@ -71,7 +71,7 @@ TEST_F(LandmarkMotion, ThePoseOfAllTogetherWouldFollowThem) {
 }
 
 TEST_F(LandmarkMotion, OfTwoBodiesTheOneThatIsMoreOfTheSceneStands) {
-  Look({0.1, 0, 0}, 60, 60);
+  Look({0.1, 0, 0}, 70, 70);
   EXPECT_FALSE(Moved());
   EXPECT_TRUE(Moved({.outnumber = 0.5}));
 }

@@ -15,7 +15,7 @@ struct LandmarkMotionOptions {
   // errors of landmarks on one surface go together.
   double chi2 = 25.9;
   int min_support = 20;    // >= 6: that the others must have (PoseSolverOptions) ...
-  double outnumber = 2.0;  // > 0: and this many times the number of those that are judged
+  double outnumber = 1.0;  // > 0: and this many times the number of those that are judged
 
   void Validate() const;
 };
