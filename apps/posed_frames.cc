@@ -14,13 +14,22 @@ namespace {
 
 constexpr Stamp kMaxStampDifference = 20'000'000;  // [ns]
 
-std::string DatasetOfRun(const std::filesystem::path& run_json) {
-  std::ifstream stream(run_json);
-  const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
-  if (!json.is_object() || !json.contains("dataset") || !json["dataset"].is_string()) {
-    throw IoError(run_json, "does not name a dataset: give --dataset");
+// What run.json holds; not an object where it is not whole.
+nlohmann::json ReadReport(const std::filesystem::path& run) {
+  std::ifstream stream(run / "run.json");
+  return nlohmann::json::parse(stream, nullptr, false);
+}
+
+std::string DatasetOfRun(const std::filesystem::path& run, const nlohmann::json& report) {
+  if (!report.is_object() || !report.contains("dataset") || !report["dataset"].is_string()) {
+    throw IoError(run / "run.json", "does not name a dataset: give --dataset");
   }
-  return json["dataset"];
+  return report["dataset"];
+}
+
+bool IsLocalization(const nlohmann::json& report) {
+  const nlohmann::json::json_pointer option("/options/localize_only");
+  return report.is_object() && report.contains(option) && report.at(option) == true;
 }
 
 std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
@@ -41,7 +50,14 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
   MapSource resolved;
   const bool run = std::filesystem::exists(source / "run.json");
   if (run) {
-    resolved.dataset = dataset.empty() ? DatasetOfRun(source / "run.json") : dataset;
+    const nlohmann::json report = ReadReport(source);
+    if (trajectory.empty() && IsLocalization(report)) {
+      throw IoError(source,
+                    "is a localization (slam --localize), which makes no keyframes: map the run "
+                    "that made its map, or give --trajectory " +
+                        (source / "trajectory.txt").string());
+    }
+    resolved.dataset = dataset.empty() ? DatasetOfRun(source, report) : dataset;
     resolved.trajectory = source / "keyframes.txt";
     resolved.keyframes = true;
   } else {

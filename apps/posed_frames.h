@@ -21,7 +21,8 @@ struct MapSource {
 
 // trajectory, dataset: override what the source says where they are not empty. The trajectory of a
 // run is its keyframes.txt, that of a dataset its groundtruth.txt. Throws IoError where the source
-// is neither, and where a run names a dataset that is not there.
+// is neither, where a run names a dataset that is not there, and where it has no keyframes because
+// it localized only.
 MapSource ResolveSource(const std::filesystem::path& source, const std::string& dataset,
                         const std::string& trajectory);
 

@@ -2,15 +2,11 @@
 // after a loop costs and whether it is right, and how large cloud and octree are.
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <ctime>
-#include <exception>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
@@ -21,8 +17,11 @@
 #include <highwall/mapping/keyframe_octree.h>
 #include <highwall/mapping/point_cloud_io.h>
 
+#include "bench_main.h"
 #include "config.h"
 #include "posed_frames.h"
+#include "same_leaves.h"
+#include "timing.h"
 
 namespace highwall {
 namespace {
@@ -40,19 +39,6 @@ struct Keyframe {
   std::vector<Eigen::Vector3f> points_C;
   Pose T_WC;
 };
-
-// Processor time of this thread [s].
-template <typename Work>
-double Seconds(const Work& work) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 
 struct Maps {
   explicit Maps(const Arguments& arguments)
@@ -77,19 +63,6 @@ Pose Corrected(const Pose& T_WC, double share) {
   return T_WC.Plus(share * step);
 }
 
-bool SameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
-  std::vector<OctreeLeaf> leaves;
-  a.ForEachLeaf([&](const OctreeLeaf& leaf) { leaves.push_back(leaf); });
-  std::size_t i = 0;
-  bool same = true;
-  b.ForEachLeaf([&](const OctreeLeaf& leaf) {
-    same = same && i < leaves.size() && leaves[i].center_W == leaf.center_W &&
-           leaves[i].size == leaf.size && leaves[i].log_odds == leaf.log_odds;
-    ++i;
-  });
-  return same && i == leaves.size();
-}
-
 // Reads the keyframes and adds each to the maps; returns the seconds that took, sorted.
 std::vector<double> AddKeyframes(const Arguments& arguments, std::vector<Keyframe>& keyframes,
                                  Maps& maps) {
@@ -107,7 +80,7 @@ std::vector<double> AddKeyframes(const Arguments& arguments, std::vector<Keyfram
     if (!image || keyframes.size() == arguments.keyframes) continue;
     Keyframe& keyframe = keyframes.emplace_back();
     keyframe.T_WC = frame.T_WC;
-    seconds.push_back(Seconds([&] {
+    seconds.push_back(bench::ThreadSeconds([&] {
       keyframe.cloud_C = MakeKeyframeCloud(image->depth, image->bgr, unprojector, cloud_options);
       for (const ColoredPoint& point : keyframe.cloud_C) keyframe.points_C.push_back(point.p);
       maps.Add(keyframes.size() - 1, keyframe, keyframe.T_WC);
@@ -149,12 +122,13 @@ nlohmann::ordered_json Correct(const Arguments& arguments, const std::vector<Key
     const bool stays = moved.p().norm() <= 0.01 && moved.Angle() <= 0.5 * 0.01745329;
     fresh.octree.SetKeyframe(id, keyframes[i].points_C, stays ? T_WC : target);
   }
-  const double octree_seconds = Seconds([&] { maps.octree.Rebuild(); });
-  const double cloud_seconds = Seconds([&] { maps.cloud.Rebuild(); });
-  return {{"correction_s", octree_seconds + cloud_seconds},
-          {"correction_octree_s", octree_seconds},
-          {"correction_cloud_s", cloud_seconds},
-          {"octree_equals_one_from_scratch", SameLeaves(maps.octree.map(), fresh.octree.map())}};
+  const double octree_seconds = bench::ThreadSeconds([&] { maps.octree.Rebuild(); });
+  const double cloud_seconds = bench::ThreadSeconds([&] { maps.cloud.Rebuild(); });
+  return {
+      {"correction_s", octree_seconds + cloud_seconds},
+      {"correction_octree_s", octree_seconds},
+      {"correction_cloud_s", cloud_seconds},
+      {"octree_equals_one_from_scratch", bench::SameLeaves(maps.octree.map(), fresh.octree.map())}};
 }
 
 nlohmann::ordered_json Run(const Arguments& arguments) {
@@ -174,9 +148,10 @@ nlohmann::ordered_json Run(const Arguments& arguments) {
 }  // namespace highwall
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  CLI::App app(
       "Cost, correction and size of the dense map of a TUM RGB-D sequence.\nExample: "
-      "highwall_bench_dense --dataset fr1_xyz --config tum1 --keyframes 200"};
+      "highwall_bench_dense --dataset fr1_xyz --config tum1 --keyframes 200",
+      "highwall_bench_dense");
   highwall::Arguments arguments;
   bool json = false;
   app.add_option("--dataset", arguments.dataset, "Folder with groundtruth.txt")->required();
@@ -188,26 +163,6 @@ int main(int argc, char** argv) {
   app.add_option("--voxel", arguments.voxel, "Of the cloud [m]")->check(CLI::PositiveNumber);
   app.add_option("--max-range", arguments.max_range, "[m]")->check(CLI::PositiveNumber);
   app.add_flag("--json", json, "One JSON object on standard output");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
-    const nlohmann::ordered_json report = highwall::Run(arguments);
-    if (json) {
-      std::printf("%s\n", report.dump().c_str());
-    } else {
-      for (const auto& [key, value] : report.items()) {
-        std::printf("%-32s %s\n", key.c_str(), value.dump().c_str());
-      }
-    }
-  } catch (const highwall::IoError& error) {
-    std::fprintf(stderr, "highwall_bench_dense: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "highwall_bench_dense: failed: %s\n", error.what());
-    return 3;
-  }
-  return 0;
+  return highwall::bench::RunBench(
+      app, argc, argv, [&] { highwall::bench::PrintFigures(highwall::Run(arguments), json, 32); });
 }

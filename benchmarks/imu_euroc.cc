@@ -3,11 +3,8 @@
 // normalised by the predicted covariance (about 1 where the noise of the IMU is all there is; the
 // errors of the ground truth come on top). Twice: with gravity along -z, and with its direction
 // estimated from the sequence, since a frame of ground truth may be tilted.
-#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -15,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <Eigen/Cholesky>
 #include <nlohmann/json.hpp>
 
@@ -25,6 +22,9 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/imu_preintegration.h>
+
+#include "bench_main.h"
+#include "medians.h"
 
 namespace highwall {
 namespace {
@@ -86,12 +86,6 @@ std::vector<TrueState> ReadGroundTruth(const std::filesystem::path& path) {
     states.push_back(truth);
   }
   return states;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 struct Window {
@@ -162,12 +156,12 @@ nlohmann::json Errors(const std::vector<Window>& windows, const Eigen::Vector3d&
       normalised[i].push_back(part.dot(P.llt().solve(part)) / 3.0);
     }
   }
-  return {{"rotation_deg", Median(rotation_deg)},
-          {"velocity_m_s", Median(velocity)},
-          {"position_m", Median(position)},
-          {"normalised_rotation", Median(normalised[0])},
-          {"normalised_velocity", Median(normalised[1])},
-          {"normalised_position", Median(normalised[2])}};
+  return {{"rotation_deg", bench::Median(rotation_deg)},
+          {"velocity_m_s", bench::Median(velocity)},
+          {"position_m", bench::Median(position)},
+          {"normalised_rotation", bench::Median(normalised[0])},
+          {"normalised_velocity", bench::Median(normalised[1])},
+          {"normalised_position", bench::Median(normalised[2])}};
 }
 
 nlohmann::json Run(const std::filesystem::path& folder, double length) {
@@ -183,7 +177,7 @@ nlohmann::json Run(const std::filesystem::path& folder, double length) {
   return {{"windows", windows.all.size()},
           {"skipped", windows.skipped},
           {"window_s", length},
-          {"median_motion_m", Median(motion)},
+          {"median_motion_m", bench::Median(motion)},
           {"median_errors", Errors(windows.all, down)},
           {"gravity_tilt_deg",
            std::atan2(down.cross(gravity_W).norm(), down.dot(gravity_W)) * 180.0 / M_PI},
@@ -194,36 +188,17 @@ nlohmann::json Run(const std::filesystem::path& folder, double length) {
 }  // namespace highwall
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  CLI::App app(
       "IMU preintegration against the ground truth of a EuRoC sequence.\nExample: "
-      "highwall_bench_imu --data ../shared/data/euroc_v101 --json"};
+      "highwall_bench_imu --data ../shared/data/euroc_v101 --json",
+      "highwall_bench_imu");
   std::string data;
   double window = 0.5;
   bool json = false;
   app.add_option("--data", data, "Folder with imu.csv and groundtruth.csv")->required();
   app.add_option("--window", window, "Length of a prediction [s]")->check(CLI::PositiveNumber);
   app.add_flag("--json", json, "One JSON object on standard output");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
-    const nlohmann::json report = highwall::Run(data, window);
-    if (json) {
-      std::printf("%s\n", report.dump().c_str());
-    } else {
-      const nlohmann::json flat = report.flatten();
-      for (const auto& [key, value] : flat.items()) {
-        std::printf("%-54s %s\n", key.substr(1).c_str(), value.dump().c_str());
-      }
-    }
-  } catch (const highwall::IoError& error) {
-    std::fprintf(stderr, "highwall_bench_imu: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "highwall_bench_imu: %s\n", error.what());
-    return 3;
-  }
-  return 0;
+  return highwall::bench::RunBench(app, argc, argv, [&] {
+    highwall::bench::PrintFigures(highwall::Run(data, window), json, 54);
+  });
 }

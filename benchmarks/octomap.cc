@@ -1,12 +1,9 @@
 // Octree building over a TUM RGB-D sequence with its ground-truth poses: OctomapBuilder against
 // octomap::OcTree::insertPointCloud, in seconds of processor time and voxel by voxel.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <ctime>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -18,7 +15,7 @@
 #include <vector>
 
 #include <octomap/OcTree.h>
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -26,7 +23,12 @@
 #include <highwall/core/stamp.h>
 #include <highwall/mapping/octomap_builder.h>
 
+#include "bench_main.h"
 #include "config.h"
+#include "medians.h"
+#include "same_leaves.h"
+#include "stock_octree.h"
+#include "timing.h"
 
 namespace highwall {
 namespace {
@@ -65,16 +67,6 @@ std::optional<Pose> PoseAt(const std::map<Stamp, std::string>& poses, Stamp stam
   return Pose::FromBlock(block);
 }
 
-octomap::OcTree MakeStock(const OctomapBuilderOptions& options) {
-  octomap::OcTree tree(options.resolution);
-  tree.setProbHit(options.hit);
-  tree.setProbMiss(options.miss);
-  tree.setClampingThresMin(options.clamp_min);
-  tree.setClampingThresMax(options.clamp_max);
-  tree.setOccupancyThres(options.occupancy_threshold);
-  return tree;
-}
-
 // Share of the leaves of `map` that `stock` classifies alike.
 double Agreement(const OctomapBuilder& map, const octomap::OcTree& stock) {
   std::size_t same = 0, all = 0;
@@ -87,19 +79,12 @@ double Agreement(const OctomapBuilder& map, const octomap::OcTree& stock) {
   return all > 0 ? static_cast<double>(same) / static_cast<double>(all) : 1.0;
 }
 
-// Of the whole process.
+// Processor time of the whole process.
 template <typename Work>
-double Seconds(const Work& work) {
+double ProcessSeconds(const Work& work) {
   const std::clock_t start = std::clock();
   work();
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
-// Of the calling thread alone.
-double ThreadSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 struct Scan {
@@ -113,19 +98,13 @@ struct ScanTimes {
   double processor = 0.0, caller = 0.0;  // sums; the share of the calling thread
 
   void Insert(const Scan& scan, const DepthUnprojector& unprojector, OctomapBuilder& map) {
-    const auto start = std::chrono::steady_clock::now();
-    const double caller_start = ThreadSeconds();
-    processor += Seconds([&] { map.Insert(scan.depth, unprojector, scan.T_WC); });
-    caller += ThreadSeconds() - caller_start;
-    wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    wall.push_back(bench::WallSeconds([&] {
+      caller += bench::ThreadSeconds([&] {
+        processor += ProcessSeconds([&] { map.Insert(scan.depth, unprojector, scan.T_WC); });
+      });
+    }));
   }
 };
-
-double Median(std::vector<double> samples) {
-  const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
-  std::nth_element(samples.begin(), middle, samples.end());
-  return *middle;
-}
 
 // Mean over the scans of the best time of each: what other processes add is left out.
 double MeanOfBest(const std::vector<double>& wall, std::size_t scans) {
@@ -136,21 +115,6 @@ double MeanOfBest(const std::vector<double>& wall, std::size_t scans) {
     sum += best;
   }
   return sum / static_cast<double>(scans);
-}
-
-// The same nodes, and leaves of the same place, size and log-odds to the last bit.
-bool Equal(const OctomapBuilder& a, const OctomapBuilder& b) {
-  std::vector<OctreeLeaf> leaves;
-  a.ForEachLeaf([&](const OctreeLeaf& leaf) { leaves.push_back(leaf); });
-  std::size_t i = 0, same = 0;
-  b.ForEachLeaf([&](const OctreeLeaf& leaf) {
-    if (i < leaves.size()) {
-      same += leaf.center_W == leaves[i].center_W && leaf.size == leaves[i].size &&
-              leaf.log_odds == leaves[i].log_odds;
-    }
-    ++i;
-  });
-  return i == leaves.size() && same == i && a.NodeCount() == b.NodeCount();
 }
 
 // The map by one thread and by `threads`, scan by scan in turns, each `rounds` times from scratch.
@@ -167,7 +131,8 @@ nlohmann::json CompareThreads(const std::vector<Scan>& scans, const PinholeCamer
       single_times.Insert(scan, unprojector, single);
       parallel_times.Insert(scan, unprojector, parallel);
     }
-    equal = equal && Equal(single, parallel);
+    equal =
+        equal && bench::SameLeaves(single, parallel) && single.NodeCount() == parallel.NodeCount();
   }
   const double milliseconds = 1e3 / static_cast<double>(single_times.wall.size());
   const double single_best = MeanOfBest(single_times.wall, scans.size());
@@ -176,11 +141,11 @@ nlohmann::json CompareThreads(const std::vector<Scan>& scans, const PinholeCamer
       {"count", threads},
       {"equal", equal},
       {"speedup_of_best", single_best / parallel_best},
-      {"speedup_of_medians", Median(single_times.wall) / Median(parallel_times.wall)},
+      {"speedup_of_medians", bench::Median(single_times.wall) / bench::Median(parallel_times.wall)},
       {"one_wall_ms_best", 1e3 * single_best},
       {"wall_ms_best", 1e3 * parallel_best},
-      {"one_wall_ms_median", 1e3 * Median(single_times.wall)},
-      {"wall_ms_median", 1e3 * Median(parallel_times.wall)},
+      {"one_wall_ms_median", 1e3 * bench::Median(single_times.wall)},
+      {"wall_ms_median", 1e3 * bench::Median(parallel_times.wall)},
       {"one_processor_ms", single_times.processor * milliseconds},
       {"caller_processor_ms", parallel_times.caller * milliseconds},
       {"others_processor_ms", (parallel_times.processor - parallel_times.caller) * milliseconds}};
@@ -192,13 +157,13 @@ class Benchmark {
       : unprojector_(camera),
         options_(options),
         map_(options),
-        stock_(MakeStock(options)),
-        discretized_(MakeStock(options)) {}
+        stock_(StockTree(options)),
+        discretized_(StockTree(options)) {}
 
   // Each of the three makes its map on its own, as in use: none finds the caches full of another's.
   void Insert(const std::vector<Scan>& scans) {
     for (const Scan& scan : scans) {
-      ours_seconds_ += Seconds([&] { map_.Insert(scan.depth, unprojector_, scan.T_WC); });
+      ours_seconds_ += ProcessSeconds([&] { map_.Insert(scan.depth, unprojector_, scan.T_WC); });
     }
     const auto insert = [&](const auto& insert_cloud, double* seconds) {
       for (const Scan& scan : scans) {
@@ -206,7 +171,7 @@ class Benchmark {
         const octomap::Pointcloud cloud = WorldCloud(scan.depth, scan.T_WC);
         const Eigen::Vector3f p = scan.T_WC.p().cast<float>();
         const octomap::point3d origin(p.x(), p.y(), p.z());
-        *seconds += Seconds([&] { insert_cloud(cloud, origin); });
+        *seconds += ProcessSeconds([&] { insert_cloud(cloud, origin); });
       }
     };
     insert([&](const auto& cloud,
@@ -279,57 +244,55 @@ std::vector<Scan> ReadScans(const std::filesystem::path& dataset, double depth_f
   return scans;
 }
 
+struct Arguments {
+  std::string dataset, config;
+  OctomapBuilderOptions octree;
+  int stride = 8, threads = 2, rounds = 3;
+  bool json = false;
+};
+
+void AddOptions(CLI::App& app, Arguments& arguments) {
+  app.add_option("--dataset", arguments.dataset, "Folder with depth.txt and groundtruth.txt")
+      ->required();
+  app.add_option("--config", arguments.config, "Calibration, as in highwall slam");
+  app.add_option("--resolution", arguments.octree.resolution, "Voxel size [m]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--max-range", arguments.octree.max_range, "[m]")->check(CLI::PositiveNumber);
+  app.add_option("--stride", arguments.stride, "Every how many-th depth image")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--threads", arguments.threads, "Compared with one thread")
+      ->check(CLI::Range(1, 256));
+  app.add_option("--rounds", arguments.rounds, "Maps of that comparison; 0 leaves it out")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("--json", arguments.json, "One JSON object on standard output");
+}
+
+nlohmann::json Run(const Arguments& arguments) {
+  const apps::ResolvedConfig resolved = apps::ResolveConfig(arguments.config, arguments.dataset);
+  const RgbdSensor& sensor = resolved.config.sensor;
+  const std::vector<Scan> scans =
+      ReadScans(arguments.dataset, sensor.depth_factor, arguments.stride);
+  Benchmark benchmark(sensor.camera, arguments.octree);
+  benchmark.Insert(scans);
+  nlohmann::json report = benchmark.Report();
+  if (arguments.rounds == 0) return report;
+  const nlohmann::json comparison =
+      CompareThreads(scans, sensor.camera, arguments.octree, arguments.threads, arguments.rounds);
+  for (const auto& [key, value] : comparison.items()) report["threads_" + key] = value;
+  return report;
+}
+
 }  // namespace
 }  // namespace highwall
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  CLI::App app(
       "Octree building against stock octomap over a TUM RGB-D sequence.\nExample: "
-      "highwall_bench_octomap --dataset fr1_xyz --config tum1 --resolution 0.05 --json"};
-  std::string dataset, config;
-  highwall::OctomapBuilderOptions options;
-  int stride = 8, threads = 2, rounds = 3;
-  bool json = false;
-  app.add_option("--dataset", dataset, "Folder with depth.txt and groundtruth.txt")->required();
-  app.add_option("--config", config, "Calibration, as in highwall slam");
-  app.add_option("--resolution", options.resolution, "Voxel size [m]")->check(CLI::PositiveNumber);
-  app.add_option("--max-range", options.max_range, "[m]")->check(CLI::PositiveNumber);
-  app.add_option("--stride", stride, "Every how many-th depth image")->check(CLI::PositiveNumber);
-  app.add_option("--threads", threads, "Compared with one thread")->check(CLI::Range(1, 256));
-  app.add_option("--rounds", rounds, "Maps of that comparison; 0 leaves it out")
-      ->check(CLI::NonNegativeNumber);
-  app.add_flag("--json", json, "One JSON object on standard output");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
-    const highwall::apps::ResolvedConfig resolved = highwall::apps::ResolveConfig(config, dataset);
-    const highwall::RgbdSensor& sensor = resolved.config.sensor;
-    const std::vector<highwall::Scan> scans =
-        highwall::ReadScans(dataset, sensor.depth_factor, stride);
-    highwall::Benchmark benchmark(sensor.camera, options);
-    benchmark.Insert(scans);
-    nlohmann::json report = benchmark.Report();
-    if (rounds > 0) {
-      const nlohmann::json comparison =
-          highwall::CompareThreads(scans, sensor.camera, options, threads, rounds);
-      for (const auto& [key, value] : comparison.items()) report["threads_" + key] = value;
-    }
-    if (json) {
-      std::printf("%s\n", report.dump().c_str());
-    } else {
-      for (const auto& [key, value] : report.items()) {
-        std::printf("%-26s %s\n", key.c_str(), value.dump().c_str());
-      }
-    }
-  } catch (const highwall::IoError& error) {
-    std::fprintf(stderr, "highwall_bench_octomap: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "highwall_bench_octomap: %s\n", error.what());
-    return 3;
-  }
-  return 0;
+      "highwall_bench_octomap --dataset fr1_xyz --config tum1 --resolution 0.05 --json",
+      "highwall_bench_octomap");
+  highwall::Arguments arguments;
+  highwall::AddOptions(app, arguments);
+  return highwall::bench::RunBench(app, argc, argv, [&] {
+    highwall::bench::PrintFigures(highwall::Run(arguments), arguments.json, 26);
+  });
 }

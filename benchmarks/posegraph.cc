@@ -1,12 +1,9 @@
 // Pose graphs against the straight way to solve them: AutoDiff residuals, SPARSE_NORMAL_CHOLESKY,
 // the given initial values (odometry where the file has none), everything else as Ceres sets it.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -15,7 +12,7 @@
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <Eigen/Cholesky>
 #include <nlohmann/json.hpp>
 
@@ -24,7 +21,9 @@
 #include <highwall/core/manifolds.h>
 #include <highwall/core/pose_graph.h>
 
+#include "bench_main.h"
 #include "false_loops.h"
+#include "timing.h"
 
 namespace highwall {
 namespace {
@@ -105,17 +104,11 @@ double Yaw(const Pose& pose) {
   return 2.0 * std::atan2(pose.q().z(), pose.q().w());
 }
 
-double SecondsOf(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 Outcome SolveStraight(const PoseGraph& graph) {
   const bool planar = graph.space == PoseGraphSpace::kSe2;
   Outcome outcome;
   ceres::Solver::Summary summary;
-  outcome.seconds = SecondsOf([&] {
+  outcome.seconds = bench::WallSeconds([&] {
     PoseManifold manifold;
     ceres::Problem::Options options;
     options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -155,7 +148,7 @@ Outcome SolveStraight(const PoseGraph& graph) {
 Outcome SolveChordal(PoseGraph graph) {
   Outcome outcome;
   PoseGraphSummary summary;
-  outcome.seconds = SecondsOf([&] {
+  outcome.seconds = bench::WallSeconds([&] {
     InitializePoseGraph(&graph, PoseGraphInitialization::kChordal);
     summary = SolvePoseGraph(&graph);
   });
@@ -212,7 +205,7 @@ nlohmann::ordered_json RejectFalseLoops(const std::filesystem::path& path, doubl
   PoseGraph graph = clean;
   const std::vector<std::size_t> places = AddFalseLoops(share, kind, seed, &graph);
   PoseGraphSummary summary;
-  const double seconds = SecondsOf([&] {
+  const double seconds = bench::WallSeconds([&] {
     InitializePoseGraph(&graph, PoseGraphInitialization::kChordal);
     summary = SolvePoseGraph(&graph, {.robust = robust});
   });
@@ -254,7 +247,10 @@ struct Arguments {
   bool json = false;
 };
 
-int Run(const Arguments& arguments) {
+void Run(const Arguments& arguments) {
+  if (!std::filesystem::is_directory(arguments.data)) {
+    throw IoError(arguments.data, "is not a folder");
+  }
   std::set<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(arguments.data)) {
     const std::string name = entry.path().stem().string();
@@ -279,13 +275,9 @@ int Run(const Arguments& arguments) {
     }
   }
   if (arguments.json) std::printf("%s\n", rows.dump(1).c_str());
-  return 0;
 }
 
-int Main(int argc, char** argv) {
-  Arguments arguments;
-  CLI::App app(
-      "Pose graphs: chordal initialization and analytic residuals against the straight way.");
+void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--data", arguments.data, "Folder of .g2o files")->required();
   app.add_option("--files", arguments.files, "Names without .g2o, all if absent")->delimiter(',');
   app.add_option("--runs", arguments.runs, "Runs of each way, of which the median counts")
@@ -298,18 +290,16 @@ int Main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_flag("--json", arguments.json, "A JSON array on standard output");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return Run(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "highwall_bench_posegraph: %s\n", error.what());
-    return 2;
-  }
 }
 
 }  // namespace
 }  // namespace highwall
 
 int main(int argc, char** argv) {
-  return highwall::Main(argc, argv);
+  highwall::Arguments arguments;
+  CLI::App app(
+      "Pose graphs: chordal initialization and analytic residuals against the straight way.",
+      "highwall_bench_posegraph");
+  highwall::AddOptions(app, arguments);
+  return highwall::bench::RunBench(app, argc, argv, [&] { highwall::Run(arguments); });
 }

@@ -9,10 +9,7 @@
 #include "simulate/road_surface.h"
 #include "simulate/roadside.h"
 #include "simulate/rock_wall.h"
-#include "simulate/strata.h"
-#include "simulate/sunlight.h"
 #include "simulate/terrain_kit.h"
-#include "simulate/traffic.h"
 #include "simulate/vehicle.h"
 
 namespace highwall::simulate {
@@ -57,20 +54,16 @@ Simulation SimulateRoad(const SimulationOptions& options) {
   options.Validate();
   const VehicleOptions vehicle;
   const Course course = MakeCourse();
-  const std::vector<Stretch> stretches = MakeStretches(vehicle.speed, course.length());
-  RandomSequence random(Mix(options.seed));
-  const auto seed = [&random] { return static_cast<std::uint32_t>(random.Bits()); };
-  const RoadSurface surface(stretches, vehicle.speed, course.length(), seed());
-  const Strata strata(static_cast<float>(course.length()), seed());
-
-  Scene scene;
-  scene.sky = {.horizon = Rgb(0.78, 0.8, 0.82), .zenith = Rgb(0.5, 0.62, 0.8)};
-  const TerrainTextures textures =
-      AddTerrainTextures(strata, {12.0, 9.0}, -1.0, 3.0, &random, &scene);
-  AddRoad(course, surface, -2.15, 3.65, textures.gravel, &scene);
-  AddRockWall(course, surface, strata,
-              {.toe = 1.55, .top = 2.2, .rock = textures.rock, .ground = textures.gravel}, &scene);
-  AddRockWall(course, surface, strata,
+  Terrain terrain(course, MakeStretches(vehicle.speed, course.length()), vehicle,
+                  Mix(options.seed));
+  const RoadSurface& surface = terrain.surface;
+  Scene* const scene = &terrain.scene;
+  scene->sky = {.horizon = Rgb(0.78, 0.8, 0.82), .zenith = Rgb(0.5, 0.62, 0.8)};
+  const TerrainTextures textures = AddTerrainTextures({12.0, 9.0}, -1.0, 3.0, &terrain);
+  AddRoad(-2.15, 3.65, textures.gravel, &terrain);
+  AddRockWall(course, surface, terrain.strata,
+              {.toe = 1.55, .top = 2.2, .rock = textures.rock, .ground = textures.gravel}, scene);
+  AddRockWall(course, surface, terrain.strata,
               {.left = true,
                .toe = 3.15,
                .lean = 0.15,
@@ -78,15 +71,15 @@ Simulation SimulateRoad(const SimulationOptions& options) {
                .bench = 0.5,
                .rock = textures.rock,
                .ground = textures.gravel},
-              &scene);
-  AddRoadside(course, surface, {}, random.Bits(), &scene);
-  AddDebris(course, surface, {}, textures.stone, random.Bits(), &scene);
-  BakeSunlight({}, &scene);
+              scene);
+  AddRoadside(course, surface, {}, terrain.random.Bits(), scene);
+  AddDebris(course, surface, {}, textures.stone, terrain.random.Bits(), scene);
+  return Film(std::move(terrain), options);
+}
 
-  SplineTrajectory drive = Drive(course, surface, vehicle, random.Bits());
-  VibrationIntensity vibration = VibrationOn(stretches, drive.period());
-  return Simulation(std::move(scene), std::move(drive), options, std::move(vibration), stretches,
-                    MakeTraffic(course, surface));
+std::vector<Stretch> RoadStretches(const SimulationOptions& options) {
+  const double speed = VehicleOptions().speed, length = MakeCourse().length();
+  return LayOut(MakeStretches(speed, length), length / speed, options);
 }
 
 }  // namespace highwall::simulate

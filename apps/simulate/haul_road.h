@@ -1,6 +1,9 @@
 #pragma once
 
+#include <vector>
+
 #include "simulate/simulation.h"
+#include "simulate/stretch.h"
 
 namespace highwall::simulate {
 
@@ -10,5 +13,8 @@ namespace highwall::simulate {
 // 10 m a washboard, from 14 m covered with dust. The seed draws rock, stones, bumps and places.
 // Throws InvalidArgument.
 Simulation SimulateRoad(const SimulationOptions& options);
+
+// The stretches of that simulation, without the work of building it.
+std::vector<Stretch> RoadStretches(const SimulationOptions& options);
 
 }  // namespace highwall::simulate

@@ -13,10 +13,7 @@
 #include "simulate/road_surface.h"
 #include "simulate/roadside.h"
 #include "simulate/rock_wall.h"
-#include "simulate/strata.h"
-#include "simulate/sunlight.h"
 #include "simulate/terrain_kit.h"
-#include "simulate/traffic.h"
 #include "simulate/vehicle.h"
 
 namespace highwall::simulate {
@@ -100,32 +97,22 @@ void AddHighwall(const Course& course, const RoadSurface& surface, const Strata&
 Simulation SimulateMine(const SimulationOptions& options) {
   options.Validate();
   const VehicleOptions vehicle;
-  const Course course = MakeCourse();
-  const std::vector<Stretch> stretches = MakeStretches(vehicle.speed);
-  RandomSequence random(Mix(options.seed + 1));
-  const auto seed = [&random] { return static_cast<std::uint32_t>(random.Bits()); };
-  const RoadSurface surface(stretches, vehicle.speed, course.length(), seed());
-  const Strata strata(static_cast<float>(course.length()), seed());
-
-  Scene scene;
-  scene.sky = {.horizon = Rgb(0.8, 0.8, 0.78), .zenith = Rgb(0.45, 0.6, 0.82)};
-  const TerrainTextures textures =
-      AddTerrainTextures(strata, {20.0, 20.0}, -1.5, 9.0, &random, &scene);
-  AddRoad(course, surface, -kToe - 0.6, kInside, textures.gravel, &scene);
-  AddFloor(course, surface, textures.gravel, seed(), &scene);
-  AddHighwall(course, surface, strata, textures, &scene);
+  Terrain terrain(MakeCourse(), MakeStretches(vehicle.speed), vehicle, Mix(options.seed + 1));
+  const Course& course = terrain.course;
+  const RoadSurface& surface = terrain.surface;
+  Scene* const scene = &terrain.scene;
+  scene->sky = {.horizon = Rgb(0.8, 0.8, 0.78), .zenith = Rgb(0.45, 0.6, 0.82)};
+  const TerrainTextures textures = AddTerrainTextures({20.0, 20.0}, -1.5, 9.0, &terrain);
+  AddRoad(-kToe - 0.6, kInside, textures.gravel, &terrain);
+  AddFloor(course, surface, textures.gravel, terrain.Seed(), scene);
+  AddHighwall(course, surface, terrain.strata, textures, scene);
   AddRoadside(course, surface, {.marker_spacing = 4.0, .sign_spacing = 11.0, .pipe = false},
-              random.Bits(), &scene);
-  AddDebris(course, surface, {.pebbles = 18.0}, textures.stone, random.Bits(), &scene);
+              terrain.random.Bits(), scene);
+  AddDebris(course, surface, {.pebbles = 18.0}, textures.stone, terrain.random.Bits(), scene);
   AddDebris(course, surface,
             {.pebbles = 0.0, .boulders = 2.5, .right = -1.15, .left = 2.95, .reach = 4.0},
-            textures.stone, random.Bits(), &scene);
-  BakeSunlight({}, &scene);
-
-  SplineTrajectory drive = Drive(course, surface, vehicle, random.Bits());
-  VibrationIntensity vibration = VibrationOn(stretches, drive.period());
-  return Simulation(std::move(scene), std::move(drive), options, std::move(vibration), stretches,
-                    MakeTraffic(course, surface));
+            textures.stone, terrain.random.Bits(), scene);
+  return Film(std::move(terrain), options);
 }
 
 }  // namespace highwall::simulate

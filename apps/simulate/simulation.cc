@@ -25,7 +25,15 @@ int NumberOfFrames(const SimulationOptions& options) {
   return std::max(1, static_cast<int>(std::lround(options.duration * options.fps)));
 }
 
-// One period's stretches, period after period, and the blackouts, as far as the sequence reaches.
+// About the mean colour.
+void ScaleContrast(double share, cv::Mat* bgr) {
+  if (share == 1.0) return;
+  const cv::Scalar mean = cv::mean(*bgr);
+  *bgr = (*bgr - mean) * share + mean;
+}
+
+}  // namespace
+
 std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
                             const SimulationOptions& options) {
   // A start from rest falls behind the spline by this much.
@@ -48,15 +56,6 @@ std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period
                    [](const Stretch& a, const Stretch& b) { return a.begin < b.begin; });
   return all;
 }
-
-// About the mean colour.
-void ScaleContrast(double share, cv::Mat* bgr) {
-  if (share == 1.0) return;
-  const cv::Scalar mean = cv::mean(*bgr);
-  *bgr = (*bgr - mean) * share + mean;
-}
-
-}  // namespace
 
 SimulationOptions FieldTestOptions() {
   SimulationOptions options;

@@ -48,6 +48,11 @@ struct SimulationOptions {
   void Validate() const;
 };
 
+// The hard parts of a sequence in order of their beginning: those of one period [s] of the camera's
+// way, period after period, and the blackouts, as far as the sequence reaches.
+std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
+                            const SimulationOptions& options);
+
 // What moves, at t [s] since the first frame; its vertices have looks.
 using MovingScene = std::function<Scene(double t)>;
 

@@ -1,19 +1,42 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "simulate/course.h"
-#include "simulate/imu_simulator.h"
 #include "simulate/random.h"
 #include "simulate/road_surface.h"
 #include "simulate/scene.h"
+#include "simulate/simulation.h"
 #include "simulate/strata.h"
 #include "simulate/stretch.h"
+#include "simulate/vehicle.h"
 
 // What the haul road and the mine share.
 namespace highwall::simulate {
+
+// A course in the open that a vehicle drives, and the scene about it as far as it is built.
+struct Terrain {
+  // stretches: of one lap of the course.
+  Terrain(Course line, std::vector<Stretch> hard_parts, const VehicleOptions& rover,
+          std::uint64_t seed);
+
+  // For one more thing at random.
+  std::uint32_t Seed() { return static_cast<std::uint32_t>(random.Bits()); }
+
+  VehicleOptions vehicle;
+  Course course;
+  std::vector<Stretch> stretches;
+  RandomSequence random;
+  RoadSurface surface;
+  Strata strata;
+  Scene scene;
+};
+
+// What the vehicle films on its laps once the scene is complete and lit by the sun.
+Simulation Film(Terrain terrain, const SimulationOptions& options);
 
 // Indices of the textures of a scene in the open.
 struct TerrainTextures {
@@ -23,16 +46,10 @@ struct TerrainTextures {
 };
 
 // half_extent [m]: of the ground about the origin.  lowest, highest [m]: of the faces.
-TerrainTextures AddTerrainTextures(const Strata& strata, const Eigen::Vector2d& half_extent,
-                                   double lowest, double highest, RandomSequence* random,
-                                   Scene* scene);
+TerrainTextures AddTerrainTextures(const Eigen::Vector2d& half_extent, double lowest,
+                                   double highest, Terrain* terrain);
 
-// The ground along a course from `right` to `left` metres beside it.
-void AddRoad(const Course& course, const RoadSurface& surface, double right, double left,
-             int texture, Scene* scene);
-
-// The shaking of an IMU: a little everywhere, all of it in the bumpy and the blurred stretches.
-// stretches: of one lap, period [s] of the lap.
-VibrationIntensity VibrationOn(std::vector<Stretch> stretches, double period);
+// The ground along the course from `right` to `left` metres beside it.
+void AddRoad(double right, double left, int texture, Terrain* terrain);
 
 }  // namespace highwall::simulate

@@ -3,9 +3,6 @@
 #include "bench_conditions.h"
 
 #include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <exception>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "bench_main.h"
 #include "option_checks.h"
 
 namespace highwall::bench {
@@ -26,19 +24,15 @@ struct Arguments {
 
 void AddOptions(CLI::App& app, Arguments& arguments) {
   ConditionOptions& conditions = arguments.conditions;
-  app.add_option("--parts", arguments.parts, "moving, texture, depth; separated by commas")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"moving", "texture", "depth"}));
-  app.add_option("--scenes", conditions.scenes,
-                 "mine, road, room; separated by commas; depth: road and room, texture: the road")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"mine", "road", "room"}));
+  AddList(app, "--parts", arguments.parts, {"moving", "texture", "depth"});
+  AddList(app, "--scenes", conditions.scenes, {"mine", "road", "room"},
+          "; depth: road and room, texture: the road");
   app.add_option("--seeds", conditions.seeds, "Sequences of each scene")
       ->check(apps::Between(1.0, 1000.0))
       ->capture_default_str();
   app.add_option("--duration", conditions.seconds,
                  "Of a sequence [s] [default: moving 24, texture 33, depth 30]")
-      ->check(apps::Between(1.0, 3600.0));
+      ->check(apps::Between(0.5, 3600.0));
   app.add_option("--contrast", conditions.contrast, "That the stretch of low texture keeps")
       ->check(apps::Between(0.01, 1.0))
       ->capture_default_str();
@@ -58,7 +52,11 @@ nlohmann::json Run(const Arguments& arguments) {
   return report;
 }
 
-void PrintMedians(const nlohmann::json& report) {
+void Print(const nlohmann::json& report, bool json) {
+  if (json) {
+    fmt::print("{}\n", report.dump(2));
+    return;
+  }
   for (const auto& [part, rows] : report.items()) {
     for (const auto& [name, row] : rows.items()) {
       fmt::print("{:<8} {:<30}", part, name);
@@ -70,33 +68,14 @@ void PrintMedians(const nlohmann::json& report) {
   }
 }
 
-int Main(int argc, char** argv) {
-  Arguments arguments;
-  CLI::App app("Moving objects, little texture, a wrong depth: generated scenes, medians of seeds.",
-               "highwall_bench_conditions");
-  AddOptions(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
-    const nlohmann::json report = Run(arguments);
-    if (arguments.json) {
-      fmt::print("{}\n", report.dump(2));
-    } else {
-      PrintMedians(report);
-    }
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "highwall_bench_conditions: failed: {}\n", error.what());
-    return 3;
-  }
-}
-
 }  // namespace
 }  // namespace highwall::bench
 
 int main(int argc, char** argv) {
-  return highwall::bench::Main(argc, argv);
+  using namespace highwall::bench;
+  Arguments arguments;
+  CLI::App app("Moving objects, little texture, a wrong depth: generated scenes, medians of seeds.",
+               "highwall_bench_conditions");
+  AddOptions(app, arguments);
+  return RunBench(app, argc, argv, [&] { Print(Run(arguments), arguments.json); });
 }

@@ -1,8 +1,6 @@
 #include "runs.h"
 
-#include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include <fmt/core.h>
@@ -11,16 +9,10 @@
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 
+#include "scenes.h"
+
 namespace highwall::bench {
 namespace {
-
-Trajectory Between(const Trajectory& trajectory, Stamp begin, Stamp end) {
-  Trajectory part;
-  std::ranges::copy_if(trajectory, std::back_inserter(part), [&](const StampedPose& pose) {
-    return pose.stamp >= begin && pose.stamp <= end;
-  });
-  return part;
-}
 
 // One line on standard error.
 void Tell(const std::string& name, int seed, const Scores& scores) {

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
+#include <simulate/haul_road.h>
 
 #include "bench_conditions.h"
 #include "film.h"
@@ -23,11 +25,11 @@ constexpr Uses kUses[] = {{"points", false, false},
                           {"points, lines", true, false},
                           {"points, lines, planes", true, true}};
 
-simulate::Stretch LowTextureOf(const simulate::Simulation& simulation) {
-  const auto found = std::ranges::find(simulation.stretches(), simulate::StretchKind::kLowTexture,
-                                       &simulate::Stretch::kind);
-  HIGHWALL_REQUIRE(found != simulation.stretches().end(),
-                   "the film ends before the stretch of low texture");
+simulate::Stretch LowTextureOf(const simulate::SimulationOptions& road) {
+  const std::vector<simulate::Stretch> stretches = simulate::RoadStretches(road);
+  const auto found =
+      std::ranges::find(stretches, simulate::StretchKind::kLowTexture, &simulate::Stretch::kind);
+  HIGHWALL_REQUIRE(found != stretches.end(), "the film ends before the stretch of low texture");
   return *found;
 }
 
@@ -41,8 +43,8 @@ nlohmann::json BenchTexture(const ConditionOptions& options) {
         SmallFieldTestOptions(seed, options.seconds.value_or(kSeconds));
     road.fps = 15.0;
     road.low_texture_contrast = options.contrast;
+    const simulate::Stretch stretch = LowTextureOf(road);
     const simulate::Simulation simulation = Simulate("road", road);
-    const simulate::Stretch stretch = LowTextureOf(simulation);
     const Film film(simulation, stretch.begin - kBefore);
     const Stamp start = simulation.StampOf(0);
     for (const Uses& uses : kUses) {

@@ -1,8 +1,6 @@
 // highwall_bench_inertial: what an IMU is worth. Generated sequences, with exact truth, run with
 // RGB-D alone and with each way to weigh the IMU, once a seed; the table gives medians.
 #include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -17,6 +15,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/tum_dataset.h>
 
+#include "bench_main.h"
 #include "config.h"
 #include "imu_choice.h"
 #include "imu_input.h"
@@ -134,7 +133,7 @@ void PrintRow(const std::string& scene, const std::string& policy, const Scores&
   }
 }
 
-int Run(const Arguments& arguments) {
+void Run(const Arguments& arguments) {
   const CacheFolder cache(arguments.cache);
   nlohmann::json report;
   report["versions"] = apps::VersionsJson();
@@ -168,13 +167,10 @@ int Run(const Arguments& arguments) {
     }
   }
   if (arguments.json) fmt::print("{}\n", report.dump(2));
-  return 0;
 }
 
 void AddOptions(CLI::App& app, Arguments& arguments) {
-  app.add_option("--scenes", arguments.scenes, "mine, road, room; separated by commas")
-      ->delimiter(',')
-      ->check(CLI::IsMember(SceneNames()));
+  AddList(app, "--scenes", arguments.scenes, SceneNames());
   app.add_option("--imu", arguments.policies,
                  "off, paper, consistent, fixed:W; separated by commas")
       ->delimiter(',')
@@ -198,30 +194,14 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.footer("Example: highwall_bench_inertial --scenes room --seeds 5 --cache sequences");
 }
 
-int Main(int argc, char** argv) {
-  Arguments arguments;
-  CLI::App app("What an IMU is worth, on generated sequences with exact truth.",
-               "highwall_bench_inertial");
-  AddOptions(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
-    return Run(arguments);
-  } catch (const IoError& error) {
-    fmt::print(stderr, "highwall_bench_inertial: {}\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "highwall_bench_inertial: failed: {}\n", error.what());
-    return 3;
-  }
-}
-
 }  // namespace
 }  // namespace highwall::bench
 
 int main(int argc, char** argv) {
-  return highwall::bench::Main(argc, argv);
+  using namespace highwall::bench;
+  Arguments arguments;
+  CLI::App app("What an IMU is worth, on generated sequences with exact truth.",
+               "highwall_bench_inertial");
+  AddOptions(app, arguments);
+  return RunBench(app, argc, argv, [&] { Run(arguments); });
 }

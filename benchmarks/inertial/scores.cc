@@ -25,13 +25,6 @@ double PathLength(const Trajectory& trajectory) {
   return length;
 }
 
-Trajectory Between(const Trajectory& trajectory, Stamp begin, Stamp end) {
-  Trajectory part;
-  std::copy_if(trajectory.begin(), trajectory.end(), std::back_inserter(part),
-               [&](const StampedPose& pose) { return pose.stamp >= begin && pose.stamp <= end; });
-  return part;
-}
-
 // The angle between what both take for the vertical.
 double TiltDegrees(const Pose& estimate, const Pose& truth) {
   const Eigen::Vector3d up = estimate.q().conjugate() * Eigen::Vector3d::UnitZ();

@@ -8,25 +8,21 @@
 
 #include <highwall/core/error.h>
 
-#include "simulate/haul_road.h"
-#include "simulate/mine.h"
-#include "simulate/room.h"
+#include "scenes.h"
 #include "simulate/tum_writer.h"
 
 namespace highwall::bench {
 namespace {
 
 struct Scene {
-  simulate::Simulation (*simulate)(const simulate::SimulationOptions&);
   simulate::SimulationOptions options;
   double duration;  // [s]
 };
 
 const std::map<std::string, Scene>& Scenes() {
-  static const std::map<std::string, Scene> scenes{
-      {"mine", {simulate::SimulateMine, simulate::FieldTestOptions(), 90.0}},
-      {"road", {simulate::SimulateRoad, simulate::FieldTestOptions(), 70.0}},
-      {"room", {simulate::SimulateRoom, {}, 20.0}}};
+  static const std::map<std::string, Scene> scenes{{"mine", {simulate::FieldTestOptions(), 90.0}},
+                                                   {"road", {simulate::FieldTestOptions(), 70.0}},
+                                                   {"room", {{}, 20.0}}};
   return scenes;
 }
 
@@ -50,7 +46,7 @@ Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::pat
   simulation.duration = options.duration;
   simulation.fps = options.fps;
   Sequence sequence;
-  sequence.simulation = std::make_unique<simulate::Simulation>(scene.simulate(simulation));
+  sequence.simulation = std::make_unique<simulate::Simulation>(Simulate(options.scene, simulation));
   sequence.folder = cache / fmt::format("{}_seed{}_{}s_{}fps", options.scene, options.seed,
                                         options.duration, options.fps);
   if (!std::filesystem::exists(sequence.folder)) {  // it appears whole or not at all

@@ -1,73 +1,92 @@
 // highwall_bench_loops: what place recognition and loop closing find, and what they take.
+#include "bench_loops.h"
+
 #include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <exception>
 #include <set>
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
-#include "bench_loops.h"
+#include "bench_main.h"
 
-int main(int argc, char** argv) {
-  const std::vector<std::string> all{"room",  "mine",       "road",     "kidnapped",
-                                     "index", "correction", "endurance"};
-  std::vector<std::string> parts = all;
+namespace highwall::bench {
+namespace {
+
+std::vector<std::string> AllParts() {
+  return {"room", "mine", "road", "kidnapped", "index", "correction", "endurance", "endurance-imu"};
+}
+
+struct Arguments {
+  std::vector<std::string> parts = AllParts();
   int seeds = 20, index_keyframes = 2000, corrected_keyframes = 500;
   double seconds = 40.0, minutes = 30.0;
   bool json = false;
+};
+
+void AddOptions(CLI::App& app, Arguments& arguments) {
+  AddList(app, "--parts", arguments.parts, AllParts());
+  app.add_option("--seeds", arguments.seeds, "Scenes of each kind")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--seconds", arguments.seconds,
+                 "Of each walk in a room; it has laps of at most 20 s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--minutes", arguments.minutes, "Of the walk of endurance")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--index-keyframes", arguments.index_keyframes,
+                 "Keyframes that a query is made among")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--corrected-keyframes", arguments.corrected_keyframes,
+                 "Keyframes that a loop goes over")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("--json", arguments.json, "Print one JSON object");
+  app.footer("Example: highwall_bench_loops --parts room --seeds 20");
+}
+
+nlohmann::json Run(const Arguments& arguments) {
+  const std::set<std::string> wanted(arguments.parts.begin(), arguments.parts.end());
+  nlohmann::json report;
+  if (wanted.contains("index")) report["index"] = BenchIndex(arguments.index_keyframes);
+  if (wanted.contains("correction")) {
+    report["correction"] = BenchCorrection(arguments.corrected_keyframes);
+  }
+  if (wanted.contains("kidnapped")) report["kidnapped"] = BenchKidnapped(arguments.seeds);
+  for (const char* scene : {"room", "mine", "road"}) {
+    if (!wanted.contains(scene)) continue;
+    report[scene] = BenchReturns(scene, arguments.seeds, arguments.seconds);
+  }
+  for (const char* part : {"endurance", "endurance-imu"}) {
+    if (!wanted.contains(part)) continue;
+    report[part] = BenchEndurance(arguments.minutes, part == std::string("endurance-imu"));
+  }
+  return report;
+}
+
+void Print(nlohmann::json report, bool json) {
+  if (json) {
+    fmt::print("{}\n", report.dump(2));
+    return;
+  }
+  for (auto& [part, figures] : report.items()) {
+    figures.erase("runs");  // a line a part
+    fmt::print("{}: {}\n", part, figures.dump());
+  }
+}
+
+}  // namespace
+}  // namespace highwall::bench
+
+int main(int argc, char** argv) {
+  using namespace highwall::bench;
+  Arguments arguments;
   CLI::App app("Loops, relocalization and place recognition in generated scenes.",
                "highwall_bench_loops");
-  app.add_option("--parts", parts, fmt::format("{}; separated by commas", fmt::join(all, ", ")))
-      ->delimiter(',')
-      ->check(CLI::IsMember(all));
-  app.add_option("--seeds", seeds, "Scenes of each kind")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--seconds", seconds, "Of each walk in a room; it has laps of at most 20 s")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--minutes", minutes, "Of the walk of endurance")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--index-keyframes", index_keyframes, "Keyframes that a query is made among")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--corrected-keyframes", corrected_keyframes, "Keyframes that a loop goes over")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_flag("--json", json, "Print one JSON object");
-  app.footer("Example: highwall_bench_loops --parts room --seeds 20");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
-    using namespace highwall::bench;
-    const std::set<std::string> wanted(parts.begin(), parts.end());
-    nlohmann::json report;
-    if (wanted.contains("index")) report["index"] = BenchIndex(index_keyframes);
-    if (wanted.contains("correction")) report["correction"] = BenchCorrection(corrected_keyframes);
-    if (wanted.contains("kidnapped")) report["kidnapped"] = BenchKidnapped(seeds);
-    for (const char* scene : {"room", "mine", "road"}) {
-      if (wanted.contains(scene)) report[scene] = BenchReturns(scene, seeds, seconds);
-    }
-    if (wanted.contains("endurance")) report["endurance"] = BenchEndurance(minutes);
-    if (json) {
-      fmt::print("{}\n", report.dump(2));
-    } else {
-      for (auto& [part, figures] : report.items()) {
-        figures.erase("runs");
-        fmt::print("{}: {}\n", part, figures.dump());
-      }
-    }
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "highwall_bench_loops: failed: {}\n", error.what());
-    return 3;
-  }
+  AddOptions(app, arguments);
+  return RunBench(app, argc, argv, [&] { Print(Run(arguments), arguments.json); });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,8 +19,9 @@ nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds)
 // The camera is blinded and put down elsewhere in the room: how many frames until it knows where?
 nlohmann::json BenchKidnapped(int seeds);
 
-// A room filmed for so long, lap after lap: what the process holds after each of them.
-nlohmann::json BenchEndurance(double minutes);
+// A room filmed for so long, lap after lap: what the process holds after each of them. imu: with
+// its readings.
+nlohmann::json BenchEndurance(double minutes, bool imu);
 
 // Recall and time of a query among `keyframes` keyframes: ours, OpenCV's FLANN LSH, faiss.
 nlohmann::json BenchIndex(int keyframes);
@@ -42,8 +44,15 @@ struct Query {
 std::vector<nlohmann::json> BenchFaiss(const DescriptorSet& set, const std::vector<Query>& queries,
                                        int copies);
 
-// Right where the keyframe with most votes is of the place asked for. votes: a row of neighbours
-// (row numbers, -1 for none) of every query descriptor.
+// Share of right places and times of an index. fill(): builds it. answer(): the keyframe that it
+// takes for the query's, -1 for none; right where it is of the place asked for. Also told in a line
+// on standard error.
+nlohmann::json BenchOne(const std::string& name, const std::vector<Query>& queries, int copies,
+                        const std::function<void()>& fill,
+                        const std::function<int(const Query&)>& answer);
+
+// The keyframe with most votes, -1 for none. neighbours: row numbers, -1 for none, of every query
+// descriptor.
 int BestKeyFrame(const DescriptorSet& set, const std::vector<std::vector<int>>& neighbours);
 
 }  // namespace highwall::bench

@@ -1,7 +1,7 @@
 #include "bench_loops.h"
 
 #include <algorithm>
-#include <chrono>
+#include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -10,18 +10,9 @@
 #include <highwall/frontend/loop_closer.h>
 
 #include "loop_scene.h"
+#include "timing.h"
 
 namespace highwall::bench {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-}  // namespace
-
 nlohmann::json BenchCorrection(int keyframes) {
   // A walk of a quarter of a metre a keyframe that comes back with a drift of half a percent; some
   // 300 points and 30 lines a keyframe.
@@ -35,14 +26,12 @@ nlohmann::json BenchCorrection(int keyframes) {
   int i = 0;
   for (bool found = false; !found && i < scene.size(); ++i) {
     const KeyFrameId id = scene.Add(i);
-    const auto start = Clock::now();
-    found = closer.InsertKeyFrame(scene.map, id);
-    worst_caller_ms = std::max(worst_caller_ms, MillisecondsSince(start));
+    const double seconds = WallSeconds([&] { found = closer.InsertKeyFrame(scene.map, id); });
+    worst_caller_ms = std::max(worst_caller_ms, 1e3 * seconds);
   }
   const double drifted = scene.Rmse();
-  const auto start = Clock::now();
-  const auto reports = closer.Finish(&scene.map);
-  const double seconds = MillisecondsSince(start) * 1e-3;
+  std::vector<LoopReport> reports;
+  const double seconds = WallSeconds([&] { reports = closer.Finish(&scene.map); });
   if (reports.size() != 2 || !reports[0].accepted) throw InvalidArgument("the loop was not closed");
   fmt::print(
       stderr,

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <fstream>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -23,19 +26,32 @@ double MemoryMib() {
   return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
+// Gives it what was measured up to shortly after a frame: a pose is fused with what surrounds it.
+void AddImu(std::span<const ImuSample> samples, Stamp frame, std::size_t* next, SlamSystem* slam) {
+  constexpr Stamp kAhead = 50'000'000;  // [ns], as the constructor of SlamSystem asks
+  while (*next < samples.size() && samples[*next].stamp <= frame + kAhead) {
+    slam->AddImu(samples[(*next)++]);
+  }
+}
+
 }  // namespace
 
-nlohmann::json BenchEndurance(double minutes) {
+nlohmann::json BenchEndurance(double minutes, bool imu) {
   constexpr double kLap = 20.0;  // [s]
   const simulate::Simulation room = MakeRoom(1, 60.0 * minutes);
   const int lap = static_cast<int>(kLap * room.options().fps);
-  SlamSystem slam({.camera = SmallCamera()});
+  const std::vector<ImuSample> samples = imu ? room.ImuSamples() : std::vector<ImuSample>();
+  std::optional<ImuCalibration> calibration;
+  if (imu) calibration = CalibrationOf(room.options().imu);
+  SlamSystem slam({.camera = SmallCamera()}, {}, calibration);
+  std::size_t next = 0;
   nlohmann::json report;
   double first = 0.0, most = 0.0;
   const double before = MemoryMib();  // of the process and the scene
   int lost = 0;
   for (int i = 0; i < room.size(); ++i) {
     const auto frame = room.Render(i);
+    AddImu(samples, frame.stamp, &next, &slam);
     const FrameResult result = slam.Track({frame.stamp, frame.bgr, frame.depth});
     lost += HasPose(result.state) ? 0 : 1;
     if ((i + 1) % lap != 0) continue;

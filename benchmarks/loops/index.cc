@@ -1,7 +1,6 @@
 #include "bench_loops.h"
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <random>
 
@@ -12,14 +11,10 @@
 #include <highwall/frontend/keyframe_index.h>
 #include <simulate/room.h>
 
+#include "timing.h"
+
 namespace highwall::bench {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 // Features of real images of generated rooms, ten views a room.
 std::vector<std::shared_ptr<const FrameFeatures>> Places(int count) {
@@ -70,71 +65,70 @@ std::shared_ptr<const FrameFeatures> SeenAgain(const FrameFeatures& place, const
   return again;
 }
 
-nlohmann::json Entry(const std::string& name, int right, std::size_t queries, double query_ms,
-                     double build_ms, double worst_ms) {
-  const double recall = static_cast<double>(right) / static_cast<double>(queries);
-  fmt::print(stderr, "{:<28} right {:.3f}, query {:.2f} ms, at worst {:.2f} ms, build {:.0f} ms\n",
-             name, recall, query_ms, worst_ms, build_ms);
-  return {{"index", name},
-          {"right", recall},
-          {"query_ms", query_ms},
-          {"worst_query_ms", worst_ms},
-          {"build_ms", build_ms}};
-}
-
 nlohmann::json BenchOurs(const DescriptorSet& set, const std::vector<Query>& queries, int copies,
                          bool lines) {
+  const auto used = [lines](const FrameFeatures& all) {
+    FrameFeatures features = all;
+    if (!lines) features.line_descriptors = cv::Mat();
+    return features;
+  };
   KeyFrameIndex index;
-  const auto build = Clock::now();
-  for (std::size_t k = 0; k < set.keyframes.size(); ++k) {
-    FrameFeatures features = *set.keyframes[k];
-    if (!lines) features.line_descriptors = cv::Mat();
-    index.Add(static_cast<KeyFrameId>(k), features);
-  }
-  const double build_ms = MillisecondsSince(build);
-  int right = 0;
-  double total = 0.0, worst = 0.0;
-  for (const Query& query : queries) {
-    FrameFeatures features = *query.features;
-    if (!lines) features.line_descriptors = cv::Mat();
-    const auto start = Clock::now();
-    const auto places = index.Query(features);
-    const double ms = MillisecondsSince(start);
-    total += ms;
-    worst = std::max(worst, ms);
-    right += !places.empty() && places[0].keyframe / copies == query.place ? 1 : 0;
-  }
-  return Entry(lines ? "Highwall, points and lines" : "Highwall, points", right, queries.size(),
-               total / static_cast<double>(queries.size()), build_ms, worst);
+  const auto fill = [&] {
+    for (std::size_t k = 0; k < set.keyframes.size(); ++k) {
+      index.Add(static_cast<KeyFrameId>(k), used(*set.keyframes[k]));
+    }
+  };
+  const auto answer = [&](const Query& query) {
+    const auto places = index.Query(used(*query.features));
+    return places.empty() ? -1 : static_cast<int>(places[0].keyframe);
+  };
+  return BenchOne(lines ? "Highwall, points and lines" : "Highwall, points", queries, copies, fill,
+                  answer);
 }
 
 nlohmann::json BenchFlann(const DescriptorSet& set, const std::vector<Query>& queries, int copies) {
-  const auto build = Clock::now();
-  cv::flann::Index index(set.descriptors, cv::flann::LshIndexParams(4, 20, 0),
-                         cvflann::FLANN_DIST_HAMMING);
-  const double build_ms = MillisecondsSince(build);
-  int right = 0;
-  double total = 0.0, worst = 0.0;
-  for (const Query& query : queries) {
+  cv::flann::Index index;
+  const auto fill = [&] {
+    index.build(set.descriptors, cv::flann::LshIndexParams(4, 20, 0), cvflann::FLANN_DIST_HAMMING);
+  };
+  const auto answer = [&](const Query& query) {
     constexpr int kNeighbours = 10;
     cv::Mat rows, distances;
-    const auto start = Clock::now();
     index.knnSearch(query.features->point_descriptors, rows, distances, kNeighbours);
     std::vector<std::vector<int>> neighbours;
     for (int i = 0; i < rows.rows; ++i) {
       neighbours.emplace_back(rows.ptr<int>(i), rows.ptr<int>(i) + rows.cols);
     }
-    const int best = BestKeyFrame(set, neighbours);
-    const double ms = MillisecondsSince(start);
-    total += ms;
-    worst = std::max(worst, ms);
-    right += best >= 0 && best / copies == query.place ? 1 : 0;
-  }
-  return Entry("OpenCV FLANN LSH", right, queries.size(),
-               total / static_cast<double>(queries.size()), build_ms, worst);
+    return BestKeyFrame(set, neighbours);
+  };
+  return BenchOne("OpenCV FLANN LSH", queries, copies, fill, answer);
 }
 
 }  // namespace
+
+nlohmann::json BenchOne(const std::string& name, const std::vector<Query>& queries, int copies,
+                        const std::function<void()>& fill,
+                        const std::function<int(const Query&)>& answer) {
+  const double fill_ms = 1e3 * WallSeconds(fill);
+  int right = 0;
+  double total_ms = 0.0, worst_ms = 0.0;
+  for (const Query& query : queries) {
+    int keyframe = -1;
+    const double ms = 1e3 * WallSeconds([&] { keyframe = answer(query); });
+    total_ms += ms;
+    worst_ms = std::max(worst_ms, ms);
+    right += keyframe >= 0 && keyframe / copies == query.place ? 1 : 0;
+  }
+  const auto count = static_cast<double>(queries.size());
+  const double recall = right / count, query_ms = total_ms / count;
+  fmt::print(stderr, "{:<28} right {:.3f}, query {:.2f} ms, at worst {:.2f} ms, build {:.0f} ms\n",
+             name, recall, query_ms, worst_ms, fill_ms);
+  return {{"index", name},
+          {"right", recall},
+          {"query_ms", query_ms},
+          {"worst_query_ms", worst_ms},
+          {"build_ms", fill_ms}};
+}
 
 int BestKeyFrame(const DescriptorSet& set, const std::vector<std::vector<int>>& neighbours) {
   std::map<int, int> votes;

@@ -1,8 +1,15 @@
 #include "medians.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace highwall::bench {
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 Scores Medians(const std::vector<Scores>& runs) {
   std::map<std::string, std::vector<double>> values;
@@ -10,10 +17,7 @@ Scores Medians(const std::vector<Scores>& runs) {
     for (const auto& [name, value] : run) values[name].push_back(value);
   }
   Scores medians;
-  for (auto& [name, list] : values) {
-    std::sort(list.begin(), list.end());
-    medians[name] = list[list.size() / 2];
-  }
+  for (auto& [name, list] : values) medians[name] = Median(std::move(list));
   return medians;
 }
 

@@ -1,6 +1,8 @@
 #include "scenes.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 
 #include <highwall/core/error.h>
 #include <simulate/haul_road.h>
@@ -57,6 +59,14 @@ Trajectory TrueTrajectory(const simulate::Simulation& simulation) {
     trajectory.push_back({stamp, simulation.T_WC(stamp)});
   }
   return trajectory;
+}
+
+Trajectory Between(const Trajectory& trajectory, Stamp begin, Stamp end) {
+  Trajectory part;
+  std::ranges::copy_if(trajectory, std::back_inserter(part), [&](const StampedPose& pose) {
+    return pose.stamp >= begin && pose.stamp <= end;
+  });
+  return part;
 }
 
 ImuCalibration CalibrationOf(const simulate::ImuSimulationOptions& imu) {

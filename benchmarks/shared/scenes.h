@@ -23,6 +23,8 @@ simulate::Simulation Simulate(const std::string& scene, const simulate::Simulati
 
 // T_WC of every frame.
 Trajectory TrueTrajectory(const simulate::Simulation& simulation);
+// The poses with stamps in [begin, end].
+Trajectory Between(const Trajectory& trajectory, Stamp begin, Stamp end);
 
 ImuCalibration CalibrationOf(const simulate::ImuSimulationOptions& imu);
 

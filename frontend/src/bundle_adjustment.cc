@@ -20,6 +20,9 @@ namespace {
 // [rad] Which way is down is found anew by each adjustment. Were it taken from the odometry, whose
 // own estimate hangs on the tilt of the very map that is adjusted, the two would drift together.
 constexpr double kGravitySigma = 0.02;
+// Next to Gauss-Newton from the first step on. Damped as Ceres does by default (1e4) the few steps
+// of an adjustment leave the bend of a long loop, which costs next to nothing, where it was.
+constexpr double kTrustRegion = 1e8;
 constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tells no direction
 
 }  // namespace
@@ -169,6 +172,8 @@ class BundleAdjuster::Problem {
   SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {
     SolveOptions solve;
     solve.max_iterations = iterations;
+    solve.function_tolerance = options_.tolerance;
+    solve.initial_trust_region_radius = kTrustRegion;
     solve.threads = options_.threads;
     solve.stop = stopped;
     return graph_.Solve(solve);
@@ -284,6 +289,7 @@ void BundleAdjustmentOptions::Validate() const {
                    "BundleAdjustmentOptions::chi2_2, chi2_3 and chi2_4 must be positive");
   HIGHWALL_REQUIRE(first_iterations >= 1 && second_iterations >= 1,
                    "BundleAdjustmentOptions: iterations must be at least 1");
+  HIGHWALL_REQUIRE(tolerance >= 0.0, "BundleAdjustmentOptions::tolerance must not be negative");
   HIGHWALL_REQUIRE(threads >= 1, "BundleAdjustmentOptions::threads must be at least 1");
 }
 

@@ -11,6 +11,17 @@
 #include <highwall/core/stamp.h>
 
 namespace highwall {
+namespace {
+
+// Would the IMU tie `next`, which follows a keyframe, over more than max_gap [s] without that one,
+// or to nothing?
+bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
+  if (next == nullptr) return false;
+  const auto& readings = keyframe.motion->from_previous;
+  return readings == nullptr || ToSeconds(next->motion->stamp - readings->start()) > max_gap;
+}
+
+}  // namespace
 
 // The adjustment around a keyframe, at once or on a thread of its own.
 class LocalMapper::Adjustment {
@@ -70,6 +81,7 @@ void LocalMapperOptions::Validate() const {
   HIGHWALL_REQUIRE(redundant_observers >= 1,
                    "LocalMapperOptions::redundant_observers must be at least 1");
   HIGHWALL_REQUIRE(max_motion_gap > 0.0, "LocalMapperOptions::max_motion_gap must be positive");
+  HIGHWALL_REQUIRE(motion_span >= 0.0, "LocalMapperOptions::motion_span must not be negative");
   HIGHWALL_REQUIRE(max_depth_sigma > 0.0, "LocalMapperOptions::max_depth_sigma must be positive");
   HIGHWALL_REQUIRE(min_line_length > 0.0, "LocalMapperOptions::min_line_length must be positive");
 }
@@ -86,7 +98,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
                                                std::optional<KeyFrameMotion> motion) {
   Finish(&map);
   LocalMappingReport report;
-  CullKeyFrames(map, report);
+  const Landmarks left = CullKeyFrames(map, report);
   KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC);
   keyframe.motion = std::move(motion);
   report.keyframe = newest_ = keyframe.id;
@@ -96,6 +108,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
     map.ObserveLine(keyframe.id, static_cast<int>(i), tracked.lines[i]);
   }
+  CullUnseen(left, map);  // not before: this keyframe sees some of them
   CullLandmarks(keyframe.id, map, report);
   FuseNeighbours(keyframe.id, map, report);
   CreatePoints(keyframe, map, report);
@@ -291,50 +304,64 @@ void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
   }
 }
 
-void LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
-  for (const auto& [id, shared] : map.Covisible(newest_, 15)) {
-    if (id == 0 || id == newest_) continue;
-    const KeyFrame& keyframe = *map.keyframe(id);
-    int total = 0, redundant = 0;
-    for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
-      const MapPoint* point = map.point(keyframe.points[i]);
-      if (point == nullptr) continue;
-      ++total;
-      const int octave = keyframe.frame.features->points[i].octave;
-      const auto others = std::count_if(
-          point->observations.begin(), point->observations.end(), [&](const Observation& o) {
-            return o.keyframe != id &&
-                   map.keyframe(o.keyframe)
-                           ->frame.features->points[static_cast<std::size_t>(o.index)]
-                           .octave <= octave + 1;
-          });
-      if (others >= options_.redundant_observers) ++redundant;
+LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
+  Landmarks left;
+  const auto neighbours = map.Covisible(newest_, 15);
+  if (neighbours.empty()) return left;
+  const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(options_.motion_span);
+  for (const auto& [id, shared] : neighbours) {
+    KeyFrame& keyframe = *map.keyframe(id);
+    if (id == 0 || !IsRedundant(keyframe, map)) continue;
+    if (LeavesGap(keyframe, map.Successor(id), options_.max_motion_gap)) {
+      if (keyframe.frame.stamp >= recent) continue;
+      keyframe.motion->previous = kNoId;
+      keyframe.motion->from_previous = nullptr;
     }
-    if (total == 0 || redundant < options_.redundant_share * total) continue;
-    if (const KeyFrame* next = map.Successor(id);
-        next != nullptr && keyframe.motion && keyframe.motion->from_previous != nullptr &&
-        ToSeconds(next->motion->stamp - keyframe.motion->from_previous->start()) >
-            options_.max_motion_gap) {
-      continue;
-    }
-    RemoveKeyFrame(id, map);
+    left.points.insert(left.points.end(), keyframe.points.begin(), keyframe.points.end());
+    left.lines.insert(left.lines.end(), keyframe.lines.begin(), keyframe.lines.end());
+    map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
     report.culled_keyframes.push_back(id);
   }
+  return left;
 }
 
-void LocalMapper::RemoveKeyFrame(KeyFrameId id, Map& map) const {
-  // By value: they go with the keyframe.
-  const std::vector<PointId> points = map.keyframe(id)->points;
-  const std::vector<LineId> lines = map.keyframe(id)->lines;
-  map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
+bool LocalMapper::IsRedundant(const KeyFrame& keyframe, const Map& map) const {
+  int points = 0, redundant_points = 0, lines = 0, redundant_lines = 0;
+  for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
+    const MapPoint* point = map.point(keyframe.points[i]);
+    if (point == nullptr) continue;
+    ++points;
+    const int octave = keyframe.frame.features->points[i].octave;
+    const auto others = std::count_if(
+        point->observations.begin(), point->observations.end(), [&](const Observation& o) {
+          return o.keyframe != keyframe.id &&
+                 map.keyframe(o.keyframe)
+                         ->frame.features->points[static_cast<std::size_t>(o.index)]
+                         .octave <= octave + 1;
+        });
+    if (others >= options_.redundant_observers) ++redundant_points;
+  }
+  for (const LineId id : keyframe.lines) {
+    const MapLine* line = map.line(id);
+    if (line == nullptr) continue;
+    ++lines;
+    const int others = static_cast<int>(line->observations.size()) - 1;
+    if (others >= options_.redundant_observers) ++redundant_lines;
+  }
+  const auto [all, redundant] =
+      points > 0 ? std::pair(points, redundant_points) : std::pair(lines, redundant_lines);
+  return all > 0 && redundant >= options_.redundant_share * all;
+}
+
+void LocalMapper::CullUnseen(const Landmarks& landmarks, Map& map) const {
   const auto too_few = [&](const auto* landmark) {
     return landmark != nullptr &&
            static_cast<int>(landmark->observations.size()) < options_.min_observations;
   };
-  for (const PointId p : points) {
+  for (const PointId p : landmarks.points) {
     if (too_few(map.point(p))) map.RemovePoint(p);
   }
-  for (const LineId l : lines) {
+  for (const LineId l : landmarks.lines) {
     if (too_few(map.line(l))) map.RemoveLine(l);
   }
 }

@@ -72,7 +72,6 @@ class LoopCloser::Job {
   }
 
   void Close(const std::stop_token& stop) {
-    MapGeometry before = GeometryOf(map_);
     LoopCorrectionResult closed =
         CorrectLoops(old_loops_, {&loop_, 1}, model_, levels_, options_.correction, &map_);
     Result result;
@@ -81,8 +80,7 @@ class LoopCloser::Job {
     result.report.fused_points = static_cast<int>(closed.fusion.points.size());
     result.report.fused_lines = static_cast<int>(closed.fusion.lines.size());
     if (closed.accepted) {
-      result.correction = {std::move(before), GeometryOf(map_), std::move(closed.fusion), {}};
-      before = result.correction.after;
+      result.correction = {GeometryOf(map_), std::move(closed.fusion), {}};
     }
     Put(std::move(result));
     if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
@@ -95,7 +93,7 @@ class LoopCloser::Job {
     result.report.accepted = true;
     result.report.bundle = bundle;
     if (bundle.usable) {
-      result.correction = {std::move(before), GeometryOf(map_), {}, adjuster.outliers()};
+      result.correction = {GeometryOf(map_), {}, adjuster.outliers()};
     }
     Put(std::move(result));
   }

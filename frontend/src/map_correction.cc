@@ -28,9 +28,8 @@ class Moves {
   Moves(const MapCorrection& correction, const Map& map) {
     Pose D;
     for (const KeyFrameId id : map.keyframe_ids()) {
-      const Pose* before = At(correction.before.keyframes, id);
       const Pose* after = At(correction.after.keyframes, id);
-      if (before && after) D = *after * before->Inverse();
+      if (after) D = *after * map.keyframe(id)->T_WC.Inverse();
       moves_.emplace(id, D);
     }
   }
@@ -44,12 +43,6 @@ class Moves {
  private:
   std::unordered_map<KeyFrameId, Pose> moves_;
 };
-
-// A place that was at `before` when the copy was made, is at `now`, and would be at `after`.
-Eigen::Vector3d Moved(const Eigen::Vector3d& now, const Pose& D, const Eigen::Vector3d& before,
-                      const Eigen::Vector3d& after) {
-  return after + D.R() * (now - before);
-}
 
 // May the feature be a sight of p_W?
 bool Fits(const MeasurementModel& model, const PointFeature& feature, const Pose& T_WC,
@@ -70,27 +63,20 @@ MapGeometry GeometryOf(const Map& map) {
 }
 
 void Apply(const MapCorrection& correction, Map* map) {
-  const auto& [before, after, fusion, outliers] = correction;
+  const auto& [after, fusion, outliers] = correction;
   const Moves moves(correction, *map);
   for (const PointId id : map->point_ids()) {
     MapPoint& point = *map->point(id);
     const Pose D = moves.Of(point.observations);
-    const Eigen::Vector3d* from = At(before.points, id);
     const Eigen::Vector3d* to = At(after.points, id);
-    point.p_W = from && to ? Moved(point.p_W, D, *from, *to) : D * point.p_W;
+    point.p_W = to ? *to : D * point.p_W;
     point.normal_W = D.R() * point.normal_W;
   }
   for (const LineId id : map->line_ids()) {
     MapLine& line = *map->line(id);
     const Pose D = moves.Of(line.observations);
-    const Segment3* from = At(before.lines, id);
     const Segment3* to = At(after.lines, id);
-    if (from && to) {
-      line.segment_W = Segment3(Moved(line.segment_W.p(), D, from->p(), to->p()),
-                                Moved(line.segment_W.q(), D, from->q(), to->q()));
-    } else {
-      line.segment_W = D * line.segment_W;
-    }
+    line.segment_W = to ? *to : D * line.segment_W;
   }
   for (const KeyFrameId id : map->keyframe_ids()) {
     Pose& T_WC = map->keyframe(id)->T_WC;
@@ -116,7 +102,6 @@ void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<P
                    Map* map) {
   HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(), "MoveKeyFrames: a pose for every keyframe");
   MapCorrection correction;
-  correction.before.keyframes = GeometryOf(*map).keyframes;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     correction.after.keyframes.emplace(keyframes[i], T_WC[i]);
   }

@@ -1,28 +1,18 @@
 // Runs the highwall executable as a user does.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 #include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "run_program.h"
 
 namespace highwall {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string ReadAll(const fs::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
+using testing::Outcome;
 
 // A line of a TUM file on a bent path; the estimate is off by `error` metres along z, in turns up
 // and down.
@@ -34,17 +24,9 @@ std::string TumLine(int i, double error) {
   return line;
 }
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
-
 class EvalCommand : public ::testing::Test {
  protected:
-  EvalCommand()
-      : folder_(fs::path(::testing::TempDir()) / ("highwall_eval_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
+  EvalCommand() {
     for (int i = 0; i < 100; ++i) {
       reference_lines_ += TumLine(i, 0.0);
       estimate_lines_ += TumLine(i, 0.25);
@@ -52,36 +34,25 @@ class EvalCommand : public ::testing::Test {
     Write("reference.txt", reference_lines_);
     Write("estimate.txt", estimate_lines_);
   }
-  ~EvalCommand() override { fs::remove_all(folder_); }
 
   void Write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
+    testing::WriteText(folder_ / name, text);
   }
 
   // In the folder, so that names need no path.
   Outcome Run(const std::string& arguments) const {
-    const std::string command =
-        "cd '" + folder_.string() + "' && '" HIGHWALL_BINARY "' " + arguments + " >stdout 2>stderr";
-    const int status = std::system(command.c_str());
-    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadAll(folder_ / "stdout"),
-                    ReadAll(folder_ / "stderr")};
-    fs::remove(folder_ / "stdout");
-    fs::remove(folder_ / "stderr");
-    return outcome;
+    return testing::RunProgram(HIGHWALL_BINARY, arguments, folder_.path());
   }
 
   // Exit code, one line on standard error that contains `text`, nothing on standard output.
   void ExpectFailure(const std::string& arguments, int exit_code, const std::string& text) const {
     SCOPED_TRACE(arguments);
     const Outcome outcome = Run(arguments);
-    EXPECT_EQ(outcome.exit_code, exit_code);
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    testing::ExpectRefused(outcome, exit_code, {text});
     EXPECT_TRUE(outcome.err.starts_with("highwall eval: ")) << outcome.err;
-    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
   }
 
-  const fs::path folder_;
+  const testing::TemporaryDirectory folder_;
   std::string reference_lines_;
   std::string estimate_lines_;
 };
@@ -175,7 +146,7 @@ TEST_F(EvalCommand, PlotIsAWholeSvg) {
         Run("eval " + metric + " reference.txt estimate.txt --json --plot error.svg");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_TRUE(nlohmann::json::accept(outcome.out));
-    const std::string svg = ReadAll(folder_ / "error.svg");
+    const std::string svg = testing::ReadText(folder_ / "error.svg");
     EXPECT_TRUE(svg.starts_with("<svg "));
     EXPECT_TRUE(svg.ends_with("</svg>\n"));
     EXPECT_NE(svg.find("estimate.txt against reference.txt"), std::string::npos);
@@ -192,21 +163,21 @@ TEST_F(EvalCommand, PlotOfAPerfectOrSinglePoseIsDrawnToo) {
   for (const std::string estimate : {"reference.txt", "one.txt"}) {
     EXPECT_EQ(Run("eval ape reference.txt " + estimate + " --align none --plot e.svg").exit_code,
               0);
-    const std::string svg = ReadAll(folder_ / "e.svg");
+    const std::string svg = testing::ReadText(folder_ / "e.svg");
     EXPECT_TRUE(svg.ends_with("</svg>\n"));
     EXPECT_EQ(svg.find("nan"), std::string::npos);
   }
   EXPECT_EQ(Run("eval ape one.txt one.txt --align none --plot e.svg").exit_code, 0);
-  EXPECT_EQ(ReadAll(folder_ / "e.svg").find("nan"), std::string::npos);
+  EXPECT_EQ(testing::ReadText(folder_ / "e.svg").find("nan"), std::string::npos);
 }
 
 TEST_F(EvalCommand, AFailureLeavesAnOldPlotAloneAndNothingBeside) {
   Write("error.svg", "old");
   ExpectFailure("eval ape reference.txt none.txt --plot error.svg", 2, "none.txt");
-  EXPECT_EQ(ReadAll(folder_ / "error.svg"), "old");
+  EXPECT_EQ(testing::ReadText(folder_ / "error.svg"), "old");
   ExpectFailure("eval ape reference.txt estimate.txt --json --plot no/error.svg", 2,
                 "no/error.svg");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 3);
+  EXPECT_EQ(folder_.FileCount(), 3U);
 }
 
 TEST_F(EvalCommand, HelpHasAnExampleAndTheProgramAVersion) {

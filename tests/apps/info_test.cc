@@ -52,11 +52,7 @@ class InfoTest : public ::testing::Test {
 
   // One line on standard error that holds `part`, and exit code 2.
   void ExpectRefused(const std::string& part) const {
-    const Outcome run = Info("--json");
-    EXPECT_EQ(run.exit_code, 2);
-    EXPECT_EQ(run.out, "");
-    EXPECT_NE(run.err.find(part), std::string::npos) << run.err;
-    EXPECT_EQ(run.err.find('\n') + 1, run.err.size()) << run.err;
+    testing::ExpectRefused(Info("--json"), 2, {part});
   }
 
  private:

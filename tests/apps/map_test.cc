@@ -36,11 +36,8 @@ class MapCommand : public ::testing::Test {
   }
   // Exit code, one line that says why, nothing else.
   static void ExpectRefused(const std::string& arguments, int code, const std::string& why) {
-    const Outcome outcome = Map(arguments);
-    EXPECT_EQ(outcome.exit_code, code) << arguments;
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+    SCOPED_TRACE(arguments);
+    testing::ExpectRefused(Map(arguments), code, {why});
   }
 
  private:
@@ -135,6 +132,21 @@ TEST_F(MapCommand, MapsARunByItsKeyframes) {
   ExpectRefused(run + " --out " + Path("x"), 2, "give --dataset");
   std::ofstream(run + "/run.json") << "{";
   ExpectRefused(run + " --out " + Path("x"), 2, "does not name a dataset");
+}
+
+TEST_F(MapCommand, MapsALocalizationByItsTrajectoryAlone) {
+  const std::string run = Path("run"), trajectory = run + "/trajectory.txt";
+  std::filesystem::create_directories(run);
+  const json report{{"dataset", Dataset()}, {"options", {{"localize_only", true}}}};
+  testing::WriteText(run + "/run.json", report.dump());
+  testing::WriteText(run + "/keyframes.txt", "# none\n");
+  std::filesystem::copy_file(Dataset() + "/groundtruth.txt", trajectory);
+  ExpectRefused(run + " --out " + Path("x"), 2,
+                run + ": is a localization (slam --localize), which makes no keyframes");
+  const Outcome outcome = Map(run + " --trajectory " + trajectory +
+                              " --resolution 0.2 --raw --json --out " + Path("run_map"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["frames"], 2);
 }
 
 TEST_F(MapCommand, RefusesAResolutionThatDoesNotFitBeforeTheWork) {

@@ -76,6 +76,14 @@ TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
   ASSERT_EQ(bumpy.kind, StretchKind::kBumpy);
   EXPECT_GT(roughness(bumpy.begin + 0.5, bumpy.end - 0.5), 2.0 * roughness(2.0, bumpy.begin));
   for (const Stretch& stretch : film.stretches()) EXPECT_LE(stretch.end, options.duration);
+  if (GetParam() == "mine") return;
+  const std::vector<Stretch> told = RoadStretches(options);
+  ASSERT_EQ(told.size(), film.stretches().size());
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(told[i].kind, film.stretches()[i].kind) << i;
+    EXPECT_EQ(told[i].begin, film.stretches()[i].begin) << i;
+    EXPECT_EQ(told[i].end, film.stretches()[i].end) << i;
+  }
 }
 
 TEST_P(OpenPit, SameSeedSameBytesWhateverTheThreads) {

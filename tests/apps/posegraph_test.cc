@@ -1,67 +1,38 @@
 // Runs highwall posegraph as a user does.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <highwall/core/g2o_io.h>
 #include <highwall/core/pose_graph.h>
 
 #include "false_loops.h"
 #include "pose_graph_scenes.h"
+#include "run_program.h"
 
 namespace highwall {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string ReadAll(const fs::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
+using testing::Outcome;
 
 class PosegraphCommand : public ::testing::Test {
  protected:
-  PosegraphCommand()
-      : folder_(fs::path(::testing::TempDir()) /
-                ("highwall_posegraph_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
+  PosegraphCommand() {
     WriteG2o(folder_ / "sphere.g2o", MakeSphere(1));
     PoseGraph field = MakeField(1);
     field.has_poses = false;
     WriteG2o(folder_ / "field.g2o", field);
   }
-  ~PosegraphCommand() override { fs::remove_all(folder_); }
 
   void Write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
+    testing::WriteText(folder_ / name, text);
   }
 
   // In the folder, so that names need no path.
   Outcome Run(const std::string& arguments) const {
-    const std::string command = "cd '" + folder_.string() +
-                                "' && '" HIGHWALL_BINARY "' posegraph " + arguments +
-                                " >stdout 2>stderr";
-    const int status = std::system(command.c_str());
-    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadAll(folder_ / "stdout"),
-                    ReadAll(folder_ / "stderr")};
-    fs::remove(folder_ / "stdout");
-    fs::remove(folder_ / "stderr");
-    return outcome;
+    return testing::RunProgram(HIGHWALL_BINARY, "posegraph " + arguments, folder_.path());
   }
 
   nlohmann::json RunJson(const std::string& arguments) const {
@@ -74,15 +45,12 @@ class PosegraphCommand : public ::testing::Test {
   void ExpectFailure(const std::string& arguments, int exit_code, const std::string& text) const {
     SCOPED_TRACE(arguments);
     const Outcome outcome = Run(arguments);
-    EXPECT_EQ(outcome.exit_code, exit_code);
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    testing::ExpectRefused(outcome, exit_code, {text});
     EXPECT_TRUE(outcome.err.starts_with("highwall posegraph: ")) << outcome.err;
-    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
-    EXPECT_FALSE(fs::exists(folder_ / "out.g2o"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out.g2o"));
   }
 
-  const fs::path folder_;
+  const testing::TemporaryDirectory folder_;
 };
 
 TEST_F(PosegraphCommand, JsonHasTheContractsKeysAndTheOutputItsChi2) {
@@ -129,7 +97,7 @@ TEST_F(PosegraphCommand, RobustMethodsReportEachRejectedLoop) {
 TEST_F(PosegraphCommand, PlotIsAWholeSvg) {
   for (const std::string file : {"sphere.g2o", "field.g2o"}) {
     EXPECT_EQ(Run(file + " out.g2o --init odometry --plot graph.svg").exit_code, 0);
-    const std::string svg = ReadAll(folder_ / "graph.svg");
+    const std::string svg = testing::ReadText(folder_ / "graph.svg");
     EXPECT_TRUE(svg.starts_with("<svg "));
     EXPECT_TRUE(svg.ends_with("</svg>\n"));
     EXPECT_NE(svg.find(file), std::string::npos);
@@ -139,7 +107,7 @@ TEST_F(PosegraphCommand, PlotIsAWholeSvg) {
 }
 
 TEST_F(PosegraphCommand, APieceOfItsOwnIsSolvedWithAWarning) {
-  Write("two.g2o", ReadAll(folder_ / "sphere.g2o") +
+  Write("two.g2o", testing::ReadText(folder_ / "sphere.g2o") +
                        "VERTEX_SE3:QUAT 900 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 901 1 0 0 0 0 0 1\n"
                        "EDGE_SE3:QUAT 900 901 2 0 0 0 0 0 1 "
                        "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n");
@@ -160,7 +128,7 @@ TEST_F(PosegraphCommand, WrongUsageExitsWithOne) {
 }
 
 TEST_F(PosegraphCommand, BadDataExitsWithTwoAndSaysWhere) {
-  const std::string sphere = ReadAll(folder_ / "sphere.g2o");
+  const std::string sphere = testing::ReadText(folder_ / "sphere.g2o");
   const std::string identity = " 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n";
   const auto expect = [&](const std::string& text, const std::string& message) {
     Write("bad.g2o", text);

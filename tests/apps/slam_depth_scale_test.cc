@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../frontend/generated_tum.h"
 #include "run_program.h"
 #include "simulate/room.h"
 #include "simulate/tum_writer.h"

@@ -81,10 +81,7 @@ TEST(BenchImu, NamesTheLineItCannotRead) {
   const testing::TemporaryDirectory folder("imu");
   WriteSequence(folder.path(), 0.0);
   std::ofstream(folder.path() / "imu.csv", std::ios::app) << "12,oops\n";
-  const Outcome outcome = Bench(folder.path());
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("imu.csv:1203: expected a stamp and 6 numbers"), std::string::npos)
-      << outcome.err;
+  testing::ExpectRefused(Bench(folder.path()), 2, {"imu.csv:1203: expected a stamp and 6 numbers"});
   EXPECT_EQ(Bench("/nowhere").exit_code, 2);
   EXPECT_EQ(Bench(folder.path(), "--window -1").exit_code, 1);
 }

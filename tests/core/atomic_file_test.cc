@@ -1,65 +1,27 @@
 #include <highwall/core/atomic_file.h>
 
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
 
+#include "../file_size_limit.h"
+#include "../temporary_directory.h"
+
 namespace highwall {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string Read(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-// While it lives, files of this process cannot grow beyond `bytes`: writes fail as on a full disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) : old_handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    ::getrlimit(RLIMIT_FSIZE, &old_limit_);
-    const rlimit limit{bytes, old_limit_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    ::setrlimit(RLIMIT_FSIZE, &old_limit_);
-    std::signal(SIGXFSZ, old_handler_);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit old_limit_{};
-  void (*old_handler_)(int);
-};
-
 class AtomicFileTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const ::testing::TestInfo& info = *::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) /
-              ("highwall_" + std::to_string(::getpid()) + "_" + info.name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::size_t FilesInFolder() const {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
-
-  fs::path folder_;
+  testing::TemporaryDirectory folder_;
 };
 
 TEST_F(AtomicFileTest, AppearsWholeOnCommit) {
@@ -67,8 +29,8 @@ TEST_F(AtomicFileTest, AppearsWholeOnCommit) {
   file.stream() << "one\n";
   EXPECT_FALSE(fs::exists(folder_ / "a.txt"));
   file.Commit();
-  EXPECT_EQ(Read(folder_ / "a.txt"), "one\n");
-  EXPECT_EQ(FilesInFolder(), 1u);
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "one\n");
+  EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
 TEST_F(AtomicFileTest, WithoutCommitTheOldFileStaysAndNothingIsLeftBehind) {
@@ -77,8 +39,8 @@ TEST_F(AtomicFileTest, WithoutCommitTheOldFileStaysAndNothingIsLeftBehind) {
     AtomicFile file(folder_ / "a.txt");
     file.stream() << "new";
   }
-  EXPECT_EQ(Read(folder_ / "a.txt"), "old");
-  EXPECT_EQ(FilesInFolder(), 1u);
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "old");
+  EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
 TEST_F(AtomicFileTest, CommitReplacesTheOldFile) {
@@ -86,12 +48,12 @@ TEST_F(AtomicFileTest, CommitReplacesTheOldFile) {
   AtomicFile file(folder_ / "a.txt");
   file.stream() << "new";
   file.Commit();
-  EXPECT_EQ(Read(folder_ / "a.txt"), "new");
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "new");
 }
 
 TEST_F(AtomicFileTest, TemporaryKeepsFolderAndExtension) {
   const AtomicFile file(folder_ / "cloud.ply");
-  EXPECT_EQ(file.temporary().parent_path(), folder_);
+  EXPECT_EQ(file.temporary().parent_path(), folder_.path());
   EXPECT_EQ(file.temporary().extension(), ".ply");
 }
 
@@ -99,7 +61,7 @@ TEST_F(AtomicFileTest, AWriterMayUseTheTemporaryByName) {
   AtomicFile file(folder_ / "a.txt");
   std::ofstream(file.temporary()) << "by name";
   file.Commit();
-  EXPECT_EQ(Read(folder_ / "a.txt"), "by name");
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "by name");
 }
 
 TEST_F(AtomicFileTest, TwoWritersOfOnePathDoNotMixTheirBytes) {
@@ -107,10 +69,10 @@ TEST_F(AtomicFileTest, TwoWritersOfOnePathDoNotMixTheirBytes) {
   first.stream() << "first";
   second.stream() << "the second";
   first.Commit();
-  EXPECT_EQ(Read(folder_ / "a.txt"), "first");
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "first");
   second.Commit();
-  EXPECT_EQ(Read(folder_ / "a.txt"), "the second");
-  EXPECT_EQ(FilesInFolder(), 1u);
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "the second");
+  EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
 TEST_F(AtomicFileTest, AMissingFolderThrowsWithThePath) {
@@ -132,20 +94,20 @@ TEST_F(AtomicFileTest, AFailedWriteThrowsAtCommitAndKeepsTheOldFile) {
     file.stream().setstate(std::ios::badbit);  // as a full disk leaves it
     EXPECT_THROW(file.Commit(), IoError);
   }
-  EXPECT_EQ(Read(folder_ / "a.txt"), "old");
-  EXPECT_EQ(FilesInFolder(), 1u);
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "old");
+  EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
 TEST_F(AtomicFileTest, AWriteThatTheSystemRefusesIsFoundAtCommit) {
   std::ofstream(folder_ / "a.txt") << "old";
   {
-    const FileSizeLimit limit(4096);
+    const testing::FileSizeLimit limit(4096);
     AtomicFile file(folder_ / "a.txt");
     file.stream() << std::string(1 << 20, 'x');
     EXPECT_THROW(file.Commit(), IoError);
   }
-  EXPECT_EQ(Read(folder_ / "a.txt"), "old");
-  EXPECT_EQ(FilesInFolder(), 1u);
+  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "old");
+  EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
 TEST_F(AtomicFileTest, ALinkStaysAndWhatItLeadsToIsReplaced) {
@@ -157,7 +119,7 @@ TEST_F(AtomicFileTest, ALinkStaysAndWhatItLeadsToIsReplaced) {
   file.stream() << "new";
   file.Commit();
   EXPECT_TRUE(fs::is_symlink(link));
-  EXPECT_EQ(Read(target), "new");
+  EXPECT_EQ(testing::ReadText(target), "new");
 }
 
 TEST_F(AtomicFileTest, APipeIsRefusedAndStays) {
@@ -180,7 +142,7 @@ TEST_F(AtomicFileTest, APathThatIsAFolderThrowsAtCommit) {
     EXPECT_THROW(file.Commit(), IoError);
   }
   EXPECT_TRUE(fs::is_directory(folder_ / "taken" / "inside"));
-  EXPECT_EQ(FilesInFolder(), 1u);
+  EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
 }  // namespace

@@ -18,28 +18,12 @@
 #include <highwall/core/relative_pose.h>
 
 #include "random_states.h"
+#include "sighting.h"
 
 namespace highwall {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-// A user's AutoDiff cost on a Pose block: r = R(q)^T (x - p) - z.
-struct Sighting {
-  Eigen::Vector3d z;
-  template <class S>
-  bool operator()(const S* pose, const S* x, S* r) const {
-    const Eigen::Map<const Eigen::Matrix<S, 3, 1>> p(pose), point(x);
-    const Eigen::Map<const Eigen::Quaternion<S>> q(pose + 3);
-    Eigen::Map<Eigen::Matrix<S, 3, 1>> residual(r);
-    residual = q.conjugate() * (point - p) - z.cast<S>();
-    return true;
-  }
-};
-
-std::unique_ptr<ceres::CostFunction> MakeSighting(const Eigen::Vector3d& z) {
-  return std::make_unique<ceres::AutoDiffCostFunction<Sighting, 3, 7, 3>>(new Sighting{z});
-}
 
 std::unique_ptr<VectorPrior<1>> MakeScalarPrior(double x_0, double w = 1.0) {
   using Scalar = Eigen::Matrix<double, 1, 1>;

@@ -1,15 +1,14 @@
 #include <highwall/core/g2o_io.h>
 
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <highwall/core/error.h>
 
+#include "../temporary_directory.h"
 #include "pose_graph_scenes.h"
 
 namespace highwall {
@@ -28,14 +27,8 @@ const std::string kPlanar =
 
 class G2oFile : public ::testing::Test {
  protected:
-  G2oFile()
-      : folder_(fs::path(::testing::TempDir()) / ("highwall_g2o_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~G2oFile() override { fs::remove_all(folder_); }
-
   PoseGraph Read(const std::string& text) const {
-    std::ofstream(folder_ / "graph.g2o", std::ios::binary) << text;
+    testing::WriteText(folder_ / "graph.g2o", text);
     return ReadG2o(folder_ / "graph.g2o");
   }
   void ExpectError(const std::string& text, const std::string& message) const {
@@ -49,7 +42,7 @@ class G2oFile : public ::testing::Test {
     }
   }
 
-  const fs::path folder_;
+  const testing::TemporaryDirectory folder_;
 };
 
 TEST_F(G2oFile, HoldsVerticesAndEdgesOfSpace) {
@@ -170,7 +163,7 @@ TEST_F(G2oFile, WithoutAGraphIsRefused) {
   ExpectError("", ": holds no pose graph");
   ExpectError("# nothing\n\n", ": holds no pose graph");
   EXPECT_THROW(ReadG2o(folder_ / "none.g2o"), IoError);
-  EXPECT_THROW(ReadG2o(folder_), IoError);
+  EXPECT_THROW(ReadG2o(folder_.path()), IoError);
   EXPECT_THROW(WriteG2o(folder_ / "no" / "graph.g2o", MakeField(1)), IoError);
 }
 

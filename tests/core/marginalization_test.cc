@@ -19,6 +19,7 @@
 #include <highwall/core/testing/jacobian_check.h>
 
 #include "random_states.h"
+#include "sighting.h"
 
 namespace highwall {
 namespace {
@@ -26,20 +27,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// r = R(q)^T (x - p) - z: a point seen in three dimensions.
-struct Sighting {
-  Eigen::Vector3d z;
-  template <class S>
-  bool operator()(const S* pose, const S* x, S* r) const {
-    const Eigen::Map<const Eigen::Matrix<S, 3, 1>> p(pose), point(x);
-    const Eigen::Map<const Eigen::Quaternion<S>> q(pose + 3);
-    Eigen::Map<Eigen::Matrix<S, 3, 1>> residual(r);
-    residual = q.conjugate() * (point - p) - z.cast<S>();
-    return true;
-  }
-};
-
-// The same, of its direction only.
+// A point seen in its direction only.
 struct Bearing {
   Eigen::Vector2d z;
   template <class S>
@@ -72,8 +60,7 @@ struct Scene {
 
   void See(std::size_t i, std::size_t j, ceres::LossFunction* loss = nullptr) {
     const Eigen::Vector3d z = poses[i].Inverse() * truth[j] + random.Vector(0.05);
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Sighting, 3, 7, 3>(new Sighting{z}),
-                             loss, pose(i), point(j));
+    problem.AddResidualBlock(MakeSighting(z).release(), loss, pose(i), point(j));
   }
   void SeeEverything() {
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -201,8 +188,8 @@ TEST(Marginalization, AppliesRobustLossesAsCeresDoes) {
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < 12; ++j) {
       const Eigen::Vector3d z = scene.poses[i].Inverse() * scene.truth[j];
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Sighting, 3, 7, 3>(new Sighting{z}),
-                               losses[(i + j) % 4], scene.pose(i), scene.point(j));
+      problem.AddResidualBlock(MakeSighting(z).release(), losses[(i + j) % 4], scene.pose(i),
+                               scene.point(j));
     }
   }
   std::vector<double*> removed;

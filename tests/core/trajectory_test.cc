@@ -1,18 +1,17 @@
 #include <highwall/core/trajectory.h>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
+
+#include "../temporary_directory.h"
 
 namespace highwall {
 namespace {
@@ -21,16 +20,9 @@ namespace fs = std::filesystem;
 
 class TrajectoryFile : public ::testing::Test {
  protected:
-  TrajectoryFile()
-      : folder_(fs::path(::testing::TempDir()) /
-                ("highwall_trajectory_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~TrajectoryFile() override { fs::remove_all(folder_); }
-
   fs::path Write(const std::string& text) const {
     const fs::path path = folder_ / "trajectory.txt";
-    std::ofstream(path, std::ios::binary) << text;
+    testing::WriteText(path, text);
     return path;
   }
   std::string MessageOf(const fs::path& path) const {
@@ -42,7 +34,7 @@ class TrajectoryFile : public ::testing::Test {
     return "no error";
   }
 
-  const fs::path folder_;
+  const testing::TemporaryDirectory folder_;
 };
 
 StampedPose At(double seconds, double x = 0.0) {
@@ -100,7 +92,7 @@ TEST_F(TrajectoryFile, MalformedLinesAreErrorsThatNameFileLineAndReason) {
 
 TEST_F(TrajectoryFile, MissingFilesAndFoldersAreErrors) {
   EXPECT_NE(MessageOf(folder_ / "none.txt").find("none.txt: cannot be opened"), std::string::npos);
-  EXPECT_NE(MessageOf(folder_).find("is a folder"), std::string::npos);
+  EXPECT_NE(MessageOf(folder_.path()).find("is a folder"), std::string::npos);
 }
 
 TEST_F(TrajectoryFile, EqualStampsAreAccepted) {
@@ -134,10 +126,8 @@ TEST_F(TrajectoryFile, IsLeftAloneWhenTheNewOneCannotBeWritten) {
   broken[1].pose.data()[0] = std::nan("");
   EXPECT_THROW(WriteTumTrajectory(path, broken), InvalidArgument);
   EXPECT_THROW(WriteTumTrajectory(path, {At(2.0), At(1.0)}), InvalidArgument);
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  EXPECT_EQ(text.str(), "old\n");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+  EXPECT_EQ(testing::ReadText(path), "old\n");
+  EXPECT_EQ(folder_.FileCount(), 1U);
   EXPECT_THROW(WriteTumTrajectory(folder_ / "no" / "out.txt", {}), IoError);
 }
 

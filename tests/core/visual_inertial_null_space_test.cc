@@ -14,6 +14,7 @@
 #include <highwall/core/so3.h>
 
 #include "random_states.h"
+#include "sighting.h"
 
 // A visual-inertial window of poses, velocities and points, without any absolute measurement:
 // gravity gives roll and pitch; position and yaw stay unobservable for ever.
@@ -40,18 +41,6 @@ struct Motion {
     r.template segment<3>(3) =
         (dR.conjugate().cast<S>() * (q_i.conjugate() * q_j)).vec() * S(2.0 * 200.0);
     r.template segment<3>(6) = (q_i.conjugate() * (vj - vi - g * dt) - dv.cast<S>()) * S(50);
-    return true;
-  }
-};
-
-struct Sighting {
-  Eigen::Vector3d z;
-  template <class S>
-  bool operator()(const S* pose, const S* x, S* r) const {
-    const Eigen::Map<const Eigen::Matrix<S, 3, 1>> p(pose), point(x);
-    const Eigen::Map<const Eigen::Quaternion<S>> q(pose + 3);
-    Eigen::Map<Eigen::Matrix<S, 3, 1>> residual(r);
-    residual = (q.conjugate() * (point - p) - z.cast<S>()) * S(50);
     return true;
   }
 };
@@ -125,9 +114,7 @@ class Window {
     for (std::size_t i = points_.size() - std::min<std::size_t>(6, points_.size());
          i < points_.size(); ++i) {
       const Eigen::Vector3d z = truth.T.Inverse() * truths_[i] + random_.Vector(0.05);
-      graph_.AddFactor(
-          std::make_unique<ceres::AutoDiffCostFunction<Sighting, 3, 7, 3>>(new Sighting{z}),
-          poses_.back(), points_[i]);
+      graph_.AddFactor(MakeSighting(z, 50.0), poses_.back(), points_[i]);
     }
   }
 

@@ -16,6 +16,7 @@
 #include <highwall/factors/line_reprojection.h>
 
 #include "reprojection_scene.h"
+#include "solve_exactly.h"
 
 namespace highwall {
 namespace {
@@ -301,13 +302,7 @@ TEST(LineReprojection, WhitenedResidualsOfNoisyMeasurementsHaveUnitCovariance) {
 }
 
 void SolveToRounding(ceres::Problem* problem) {
-  ceres::Solver::Options options;
-  options.max_num_iterations = 100;
-  options.function_tolerance = 1e-20;
-  options.gradient_tolerance = 1e-14;
-  options.parameter_tolerance = 1e-14;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, problem, &summary);
+  const ceres::Solver::Summary summary = SolveExactly(problem);
   EXPECT_LT(summary.final_cost, 1e-14) << summary.BriefReport();
 }
 

@@ -5,7 +5,6 @@
 #include <random>
 
 #include <ceres/problem.h>
-#include <ceres/solver.h>
 #include <Eigen/Core>
 
 #include <highwall/core/error.h>
@@ -15,6 +14,7 @@
 #include <highwall/factors/point_reprojection.h>
 
 #include "reprojection_scene.h"
+#include "solve_exactly.h"
 
 namespace highwall {
 namespace {
@@ -143,12 +143,7 @@ TEST(PointReprojectionRgbd, SolvesForAPerturbedPose) {
       problem.SetParameterBlockConstant(p_W.data());
     }
     problem.SetManifold(T_WB.data(), new PoseManifold);
-    ceres::Solver::Options options;
-    options.function_tolerance = 1e-20;
-    options.gradient_tolerance = 1e-14;
-    options.parameter_tolerance = 1e-14;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
+    SolveExactly(&problem);
     // Exact data: the truth to rounding.
     EXPECT_LT((T_WB.p() - truth.p()).norm(), 1e-9);
     EXPECT_LT((truth.Inverse() * T_WB).Angle(), 1e-9);
@@ -171,12 +166,7 @@ TEST(PointReprojection, TwoViewsSolveForThePoint) {
     problem.SetManifold(T_WB.data(), new PoseManifold);
     problem.SetParameterBlockConstant(T_WB.data());
   }
-  ceres::Solver::Options options;
-  options.function_tolerance = 1e-20;
-  options.gradient_tolerance = 1e-14;
-  options.parameter_tolerance = 1e-14;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  SolveExactly(&problem);
   EXPECT_LT((p_W - truth).norm(), 1e-8);
 }
 

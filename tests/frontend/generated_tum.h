@@ -1,45 +1,16 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
-
-#include <unistd.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <gtest/gtest.h>
+#include "../temporary_directory.h"
 
-// Small TUM RGB-D datasets for tests, in a folder that goes with the object.
+// Small TUM RGB-D datasets for tests.
 namespace highwall::testing {
-
-class TemporaryDirectory {
- public:
-  explicit TemporaryDirectory(const std::string& name = "") {
-    const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            ("highwall_" + std::to_string(::getpid()) + "_" + test->test_suite_name() + "_" +
-             test->name() + name);
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-inline void WriteText(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
-}
 
 struct GeneratedTum {
   int frames = 6;                  // <= 10

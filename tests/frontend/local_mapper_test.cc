@@ -1,7 +1,10 @@
 #include <highwall/frontend/local_mapper.h>
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -48,8 +51,9 @@ class LocalMapperTest : public ::testing::Test {
     return tracked;
   }
   LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view,
-                            const TrackedFrame& tracked) {
-    LocalMappingReport report = mapper.InsertKeyFrame(tracked, map);
+                            const TrackedFrame& tracked,
+                            std::optional<KeyFrameMotion> motion = std::nullopt) {
+    LocalMappingReport report = mapper.InsertKeyFrame(tracked, map, std::move(motion));
     if (finish_) report.bundle = mapper.Finish(&map).value_or(report.bundle);
     const KeyFrame& keyframe = *map.keyframe(report.keyframe);
     for (std::size_t i = 0; i < view.points.size(); ++i) {
@@ -322,6 +326,64 @@ TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
   EXPECT_LE(keyframes[1], keyframes[0] + 1);
   EXPECT_LE(points[1], points[0] + points[0] / 20);
   EXPECT_LE(lines[1], lines[0] + 1);
+}
+
+TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
+  LocalMapper mapper(model, kLevels, {});
+  std::size_t culled = 0;
+  for (int i = 0; i < 8; ++i) {
+    SyntheticView view = Look(scene, IdealSensor(), At(0.002 * i));
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    features->points.clear();
+    features->point_descriptors = cv::Mat();
+    view.features = features;
+    view.points.clear();
+    culled += Insert(mapper, view, At(0.002 * i)).culled_keyframes.size();
+  }
+  EXPECT_GE(culled, 3u);
+  EXPECT_EQ(map.num_points(), 0u);
+}
+
+TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForAWhile) {
+  // Of a camera that stands still, a keyframe every 0.6 s: without one of them there are 1.2 s.
+  LocalMapper mapper(model, kLevels, {.max_motion_gap = 1.0, .motion_span = 3.0});
+  const auto stamp = [](KeyFrameId k) { return Stamp{k} * 600'000'000; };
+  for (KeyFrameId k = 0; k < 20; ++k) {
+    const SyntheticView view = Look(scene, IdealSensor(), At(0.001 * k));
+    TrackedFrame tracked = Tracked(view, At(0.001 * k));
+    tracked.frame.stamp = stamp(k);
+    KeyFrameMotion motion;
+    motion.stamp = stamp(k);
+    if (k > 0) {
+      motion.previous = k - 1;
+      const std::vector<ImuSample> readings{{stamp(k - 1), {0, 0, 0}, {0, 0, 9.81}},
+                                            {stamp(k), {0, 0, 0}, {0, 0, 9.81}}};
+      motion.from_previous = std::make_shared<const ImuPreintegration>(readings, ImuBias::Zero());
+    }
+    const auto report = Insert(mapper, view, tracked, motion);
+    // Seen from the keyframe before, which the mapper culls around.
+    for (const KeyFrameId id : report.culled_keyframes)
+      EXPECT_LT(stamp(id) + 3'000'000'000, stamp(k));
+    for (KeyFrameId id = std::max(1, k - 4); id <= k; ++id) {
+      ASSERT_NE(map.keyframe(id), nullptr) << id << " of " << k;
+      EXPECT_EQ(map.keyframe(id)->motion->previous == id - 1, map.keyframe(id - 1) != nullptr);
+    }
+  }
+  // The first, and those of 3 s before the last but one.
+  EXPECT_LE(map.num_keyframes(), 8u);
+}
+
+TEST_F(LocalMapperTest, ALandmarkThatTheNewKeyFrameSeesSurvivesTheOneThatGoes) {
+  LocalMapper mapper(model, kLevels, {.min_observations = 3});
+  for (int i = 0; i < 12; ++i) {
+    const SyntheticView view = Look(scene, IdealSensor(), At(0.002 * i));
+    const TrackedFrame tracked = Tracked(view, At(0.002 * i));
+    Insert(mapper, view, tracked);
+    for (const PointId id : tracked.points) {
+      if (id == kNoId || map.point(id) != nullptr) continue;
+      ADD_FAILURE() << "point " << id << " of keyframe " << i;
+    }
+  }
 }
 
 TEST_F(LocalMapperTest, LandmarksThatTooFewSeeGoWithARedundantKeyFrame) {

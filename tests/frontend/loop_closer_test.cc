@@ -1,5 +1,6 @@
 #include <highwall/frontend/loop_closer.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,33 @@ TEST(LoopCloser, TakesTheDriftOutOfTheLoop) {
   EXPECT_TRUE(reports[1].bundle->usable);
   // The keyframes after the loop drift on.
   EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
+}
+
+TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
+  LoopScene scene({.per_lap = 320, .points = 4000, .lines = 100, .drift = {0.001, 0.0003, 0.0}});
+  LoopCloser closer(scene.model, testing::kLevels, Lockstep());
+  std::vector<LoopReport> reports;
+  for (int i = 0; i < scene.size() && reports.empty(); ++i) {
+    closer.InsertKeyFrame(scene.map, scene.Add(i));
+    reports = closer.Update(&scene.map);
+  }
+  ASSERT_EQ(reports.size(), 2u);
+  ASSERT_TRUE(reports[1].bundle);
+  const MapGeometry few = GeometryOf(scene.map);
+  constexpr double kAll = 1e9;  // no outliers: the same problem
+  const BundleAdjustmentOptions on{.chi2_2 = kAll,
+                                   .chi2_3 = kAll,
+                                   .chi2_4 = kAll,
+                                   .first_iterations = 30,
+                                   .second_iterations = 30,
+                                   .tolerance = 0.0};
+  AdjustBundle(scene.map, scene.model, scene.map.keyframe_ids(), {}, on);
+  double farthest = 0.0;
+  for (const KeyFrameId id : scene.map.keyframe_ids()) {
+    const Pose& T_WC = scene.map.keyframe(id)->T_WC;
+    farthest = std::max(farthest, (T_WC.p() - few.keyframes.at(id).p()).norm());
+  }
+  EXPECT_LT(farthest, 0.001) << "damped as Ceres does by default it is 50 mm";
 }
 
 TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {

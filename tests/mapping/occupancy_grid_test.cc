@@ -8,10 +8,16 @@
 
 #include <highwall/core/error.h>
 
-#include "temporary_folder.h"
+#include "../file_size_limit.h"
+#include "../temporary_directory.h"
 
 namespace highwall {
 namespace {
+
+using testing::FileSizeLimit;
+using testing::ReadText;
+using testing::TemporaryDirectory;
+using testing::WriteText;
 
 using Points = std::vector<Eigen::Vector3f>;
 
@@ -124,32 +130,32 @@ OccupancyGrid SmallGrid() {
 }
 
 TEST(WriteOccupancyGrid, BytesAreThoseThatMapServerReads) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   WriteOccupancyGrid(folder / "map.yaml", SmallGrid());
   // The first row of the image is the one with the largest y.
-  EXPECT_EQ(ReadBytes(folder / "map.pgm"),
+  EXPECT_EQ(ReadText(folder / "map.pgm"),
             "P5\n3 2\n255\n" + std::string("\xfe\xfe\xcd\x00\xfe\xcd", 6));
-  EXPECT_EQ(ReadBytes(folder / "map.yaml"),
+  EXPECT_EQ(ReadText(folder / "map.yaml"),
             "image: map.pgm\nmode: trinary\nresolution: 0.05\norigin: [-1.25, 0.5, 0]\n"
             "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
   EXPECT_EQ(folder.FileCount(), 2u);
 }
 
 TEST(WriteOccupancyGrid, QuotesNamesThatYamlWouldMisread) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   WriteOccupancyGrid(folder / "it's: a map.yaml", SmallGrid());
-  EXPECT_TRUE(ReadBytes(folder / "it's: a map.yaml").starts_with("image: 'it''s: a map.pgm'\n"));
+  EXPECT_TRUE(ReadText(folder / "it's: a map.yaml").starts_with("image: 'it''s: a map.pgm'\n"));
   EXPECT_TRUE(std::filesystem::exists(folder / "it's: a map.pgm"));
 }
 
 TEST(WriteOccupancyGrid, FailedWriteLeavesTheOldFiles) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   OccupancyGrid grid = SmallGrid();
   EXPECT_THROW(WriteOccupancyGrid(folder / "nowhere/map.yaml", grid), IoError);
   EXPECT_THROW(WriteOccupancyGrid(folder / "map.pgm", grid), InvalidArgument);
   EXPECT_THROW(WriteOccupancyGrid(folder / "map.yaml", OccupancyGrid{}), InvalidArgument);
-  WriteBytes(folder / "map.yaml", "old");
-  WriteBytes(folder / "map.pgm", "old");
+  WriteText(folder / "map.yaml", "old");
+  WriteText(folder / "map.pgm", "old");
   grid.width = 3000;
   grid.height = 10;
   grid.cells.assign(30000, GridCell::kFree);
@@ -157,8 +163,8 @@ TEST(WriteOccupancyGrid, FailedWriteLeavesTheOldFiles) {
     const FileSizeLimit full(4096);
     EXPECT_THROW(WriteOccupancyGrid(folder / "map.yaml", grid), IoError);
   }
-  EXPECT_EQ(ReadBytes(folder / "map.yaml"), "old");
-  EXPECT_EQ(ReadBytes(folder / "map.pgm"), "old");
+  EXPECT_EQ(ReadText(folder / "map.yaml"), "old");
+  EXPECT_EQ(ReadText(folder / "map.pgm"), "old");
   EXPECT_EQ(folder.FileCount(), 2u) << "a temporary stayed behind";
 }
 

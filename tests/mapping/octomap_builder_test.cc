@@ -12,20 +12,12 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
+#include "stock_octree.h"
+
 namespace highwall {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
-
-octomap::OcTree StockTree(const OctomapBuilderOptions& options) {
-  octomap::OcTree tree(options.resolution);
-  tree.setProbHit(options.hit);
-  tree.setProbMiss(options.miss);
-  tree.setClampingThresMin(options.clamp_min);
-  tree.setClampingThresMax(options.clamp_max);
-  tree.setOccupancyThres(options.occupancy_threshold);
-  return tree;
-}
 
 void InsertStock(const Points& points_W, const Eigen::Vector3f& origin_W, double max_range,
                  octomap::OcTree& tree) {

@@ -12,10 +12,16 @@
 #include <highwall/mapping/color_octree.h>
 #include <highwall/mapping/octomap_builder.h>
 
-#include "temporary_folder.h"
+#include "../file_size_limit.h"
+#include "../temporary_directory.h"
 
 namespace highwall {
 namespace {
+
+using testing::FileSizeLimit;
+using testing::ReadText;
+using testing::TemporaryDirectory;
+using testing::WriteText;
 
 OctomapBuilder RandomMap(double resolution = 0.1) {
   OctomapBuilder map({.resolution = resolution});
@@ -36,7 +42,7 @@ std::vector<OctreeLeaf> Leaves(const OctomapBuilder& map) {
 }
 
 TEST(OctomapFile, FullFormatKeepsEveryLeaf) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const OctomapBuilder map = RandomMap(1.0 / 12.0);
   map.Write(folder / "map.ot");
   const OctomapBuilder read = OctomapBuilder::Read(folder / "map.ot");
@@ -51,7 +57,7 @@ TEST(OctomapFile, FullFormatKeepsEveryLeaf) {
 }
 
 TEST(OctomapFile, BinaryFormatKeepsOccupiedAndFree) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const OctomapBuilder map = RandomMap();
   const auto before = Leaves(map);
   map.WriteBinary(folder / "map.bt");
@@ -70,7 +76,7 @@ TEST(OctomapFile, BinaryFormatKeepsOccupiedAndFree) {
 }
 
 TEST(OctomapFile, MapsGrowOnAfterReading) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   RandomMap().Write(folder / "map.ot");
   OctomapBuilder map = RandomMap(), read = OctomapBuilder::Read(folder / "map.ot");
   const std::vector<Eigen::Vector3f> points_W = {{1.2f, 0.3f, 1.1f}, {-0.7f, 0.2f, 1.9f}};
@@ -84,7 +90,7 @@ TEST(OctomapFile, MapsGrowOnAfterReading) {
 }
 
 TEST(OctomapFile, OctomapItselfReadsBothFormatsAndIsRead) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const OctomapBuilder map = RandomMap();
   map.Write(folder / "map.ot");
   map.WriteBinary(folder / "map.bt");
@@ -104,12 +110,12 @@ TEST(OctomapFile, OctomapItselfReadsBothFormatsAndIsRead) {
   });
   std::stringstream bytes;
   binary.writeBinaryConst(bytes);
-  WriteBytes(folder / "stock.bt", bytes.str());
+  WriteText(folder / "stock.bt", bytes.str());
   EXPECT_EQ(OctomapBuilder::Read(folder / "stock.bt").NodeCount(), binary.size());
 }
 
 TEST(OctomapFile, EmptyMapSurvivesBothFormats) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const OctomapBuilder map;
   map.Write(folder / "map.ot");
   map.WriteBinary(folder / "map.bt");
@@ -118,26 +124,26 @@ TEST(OctomapFile, EmptyMapSurvivesBothFormats) {
 }
 
 TEST(OctomapFile, EveryTruncationIsAnIoError) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const OctomapBuilder map = RandomMap(0.4);
   map.Write(folder / "map.ot");
   map.WriteBinary(folder / "map.bt");
   for (const char* name : {"map.ot", "map.bt"}) {
-    const std::string bytes = ReadBytes(folder / name);
+    const std::string bytes = ReadText(folder / name);
     ASSERT_GT(bytes.size(), 150u);
     for (std::size_t size = 0; size < bytes.size(); size += 3) {
-      WriteBytes(folder / "cut", bytes.substr(0, size));
+      WriteText(folder / "cut", bytes.substr(0, size));
       EXPECT_THROW(OctomapBuilder::Read(folder / "cut"), IoError) << name << " at " << size;
     }
-    WriteBytes(folder / "long", bytes + "x");
+    WriteText(folder / "long", bytes + "x");
     EXPECT_THROW(OctomapBuilder::Read(folder / "long"), IoError);
   }
 }
 
 TEST(OctomapFile, MalformedFilesAreIoErrors) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const auto refuses = [&](const std::string& bytes) {
-    WriteBytes(folder / "bad", bytes);
+    WriteText(folder / "bad", bytes);
     EXPECT_THROW(OctomapBuilder::Read(folder / "bad"), IoError) << bytes;
   };
   const std::string bt = "# Octomap OcTree binary file\n";
@@ -158,24 +164,24 @@ TEST(OctomapFile, MalformedFilesAreIoErrors) {
 }
 
 TEST(OctomapFile, FailedWriteLeavesTheOldFile) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const OctomapBuilder map = RandomMap(0.02);
   EXPECT_THROW(map.Write(folder / "nowhere/map.ot"), IoError);
   EXPECT_THROW(map.WriteBinary(folder / "nowhere/map.bt"), IoError);
-  WriteBytes(folder / "map.ot", "old");
-  WriteBytes(folder / "map.bt", "old");
+  WriteText(folder / "map.ot", "old");
+  WriteText(folder / "map.bt", "old");
   {
     const FileSizeLimit full(1000);
     EXPECT_THROW(map.Write(folder / "map.ot"), IoError);
     EXPECT_THROW(map.WriteBinary(folder / "map.bt"), IoError);
   }
-  EXPECT_EQ(ReadBytes(folder / "map.ot"), "old");
-  EXPECT_EQ(ReadBytes(folder / "map.bt"), "old");
+  EXPECT_EQ(ReadText(folder / "map.ot"), "old");
+  EXPECT_EQ(ReadText(folder / "map.bt"), "old");
   EXPECT_EQ(folder.FileCount(), 2u) << "a temporary stayed behind";
 }
 
 TEST(WriteColorOctree, IsAColorOcTreeOfTheSameSpaceWithTheColoursOfThePoints) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   OctomapBuilder map({.resolution = 0.1, .max_range = 10.0});
   const std::vector<Eigen::Vector3f> ends = {{2.05f, 0.05f, 0.05f}, {2.05f, 0.55f, 0.05f}};
   map.InsertWorld(ends, {0.05f, 0.05f, 0.05f});

@@ -8,10 +8,16 @@
 
 #include <highwall/core/error.h>
 
-#include "temporary_folder.h"
+#include "../file_size_limit.h"
+#include "../temporary_directory.h"
 
 namespace highwall {
 namespace {
+
+using testing::FileSizeLimit;
+using testing::ReadText;
+using testing::TemporaryDirectory;
+using testing::WriteText;
 
 std::vector<ColoredPoint> RandomCloud(int count) {
   std::mt19937 rng(5);
@@ -28,7 +34,7 @@ std::vector<ColoredPoint> RandomCloud(int count) {
 const std::vector<ColoredPoint> kOnePoint = {{.p = {1.0f, -2.5f, 0.1f}, .rgb = {1, 2, 255}}};
 
 TEST(Ply, BothFormatsReadBackToTheLastBit) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   for (const PlyFormat format : {PlyFormat::kBinaryLittleEndian, PlyFormat::kAscii}) {
     for (const int count : {0, 1, 500}) {
       const auto points = RandomCloud(count);
@@ -44,24 +50,24 @@ TEST(Ply, BothFormatsReadBackToTheLastBit) {
 }
 
 TEST(Ply, BytesFollowTheFormat) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const std::string properties =
       "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   WritePly(folder / "a.ply", kOnePoint, PlyFormat::kAscii);
-  EXPECT_EQ(ReadBytes(folder / "a.ply"),
+  EXPECT_EQ(ReadText(folder / "a.ply"),
             "ply\nformat ascii 1.0\n" + properties + "1 -2.5 0.1 1 2 255\n");
   WritePly(folder / "b.ply", kOnePoint);
-  EXPECT_EQ(ReadBytes(folder / "b.ply"),
+  EXPECT_EQ(ReadText(folder / "b.ply"),
             "ply\nformat binary_little_endian 1.0\n" + properties +
                 std::string("\x00\x00\x80\x3f\x00\x00\x20\xc0\xcd\xcc\xcc\x3d\x01\x02\xff", 15));
 }
 
 TEST(Pcd, BytesFollowTheFormat) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   WritePcd(folder / "cloud.pcd", kOnePoint);
   EXPECT_EQ(
-      ReadBytes(folder / "cloud.pcd"),
+      ReadText(folder / "cloud.pcd"),
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb\n"
       "SIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 1\nHEIGHT 1\n"
       "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA binary\n" +
@@ -69,26 +75,26 @@ TEST(Pcd, BytesFollowTheFormat) {
 }
 
 TEST(Ply, EveryTruncationIsAnIoError) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   for (const PlyFormat format : {PlyFormat::kBinaryLittleEndian, PlyFormat::kAscii}) {
     WritePly(folder / "cloud.ply", RandomCloud(3), format);
-    const std::string bytes = ReadBytes(folder / "cloud.ply");
+    const std::string bytes = ReadText(folder / "cloud.ply");
     // In text the last number may lose digits and stay a number: cut before it.
     for (std::size_t size = 0; size + 5 < bytes.size(); ++size) {
-      WriteBytes(folder / "cut.ply", bytes.substr(0, size));
+      WriteText(folder / "cut.ply", bytes.substr(0, size));
       EXPECT_THROW(ReadPly(folder / "cut.ply"), IoError) << size;
     }
   }
 }
 
 TEST(Ply, MalformedFilesAreIoErrors) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   WritePly(folder / "good.ply", kOnePoint, PlyFormat::kAscii);
-  const std::string good = ReadBytes(folder / "good.ply");
+  const std::string good = ReadText(folder / "good.ply");
   const auto refuses = [&](const std::string& what, const std::string& by) {
     std::string bad = good;
     bad.replace(bad.find(what), what.size(), by);
-    WriteBytes(folder / "bad.ply", bad);
+    WriteText(folder / "bad.ply", bad);
     EXPECT_THROW(ReadPly(folder / "bad.ply"), IoError) << bad;
   };
   refuses("ply", "obj");
@@ -105,7 +111,7 @@ TEST(Ply, MalformedFilesAreIoErrors) {
 }
 
 TEST(Ply, NormalsAreWrittenWhereAnyPointHasOne) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   auto points = RandomCloud(5);
   points[3].normal = {0.6f, 0.0f, -0.8f};
   for (const PlyFormat format : {PlyFormat::kBinaryLittleEndian, PlyFormat::kAscii}) {
@@ -121,14 +127,14 @@ TEST(Ply, NormalsAreWrittenWhereAnyPointHasOne) {
 }
 
 TEST(Ply, MeshesOfOtherProgramsAreRead) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const std::string mesh =
       "ply\r\nformat ascii 1.0\r\ncomment made elsewhere\r\nelement vertex 4\r\n"
       "property double x\r\nproperty double y\r\nproperty double z\r\n"
       "property float32 quality\r\nelement face 1\r\n"
       "property list uint8 int32 vertex_indices\r\nend_header\r\n"
       "0 0 0 0.5\r\n1 0 0 0.5\r\n1 1 0 0.5\r\n0 1 0.25 0.5\r\n4 0 1 2 3\r\n";
-  WriteBytes(folder / "mesh.ply", mesh);
+  WriteText(folder / "mesh.ply", mesh);
   const TriangleMesh read = ReadPlyMesh(folder / "mesh.ply");
   ASSERT_EQ(read.vertices.size(), 4u);
   EXPECT_EQ(read.vertices[3].p, Eigen::Vector3f(0, 1, 0.25f));
@@ -136,12 +142,12 @@ TEST(Ply, MeshesOfOtherProgramsAreRead) {
   EXPECT_EQ(read.triangles[1], (std::array<std::uint32_t, 3>{0, 2, 3}));
   std::string bad = mesh;
   bad.replace(bad.find("4 0 1 2 3"), 9, "4 0 1 2 4");
-  WriteBytes(folder / "mesh.ply", bad);
+  WriteText(folder / "mesh.ply", bad);
   EXPECT_THROW(ReadPlyMesh(folder / "mesh.ply"), IoError);
 }
 
 TEST(Pcd, ReadsBackToTheLastBit) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const auto points = RandomCloud(200);
   WritePcd(folder / "cloud.pcd", points);
   const auto read = ReadPcd(folder / "cloud.pcd");
@@ -153,48 +159,48 @@ TEST(Pcd, ReadsBackToTheLastBit) {
 }
 
 TEST(Pcd, ReadsTextWithOtherFields) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const std::string text =
       "VERSION 0.7\nFIELDS intensity x y z\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"
       "WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n9 1 2 3\n9 4 5 6\n";
-  WriteBytes(folder / "cloud.pcd", text);
+  WriteText(folder / "cloud.pcd", text);
   const auto read = ReadPcd(folder / "cloud.pcd");
   ASSERT_EQ(read.size(), 2u);
   EXPECT_EQ(read[1].p, Eigen::Vector3f(4, 5, 6));
   for (const std::string what : {"POINTS 2", "DATA ascii", "FIELDS intensity x y z", "9 4 5 6"}) {
     std::string bad = text;
     bad.replace(bad.find(what), what.size(), "POINTS many");
-    WriteBytes(folder / "bad.pcd", bad);
+    WriteText(folder / "bad.pcd", bad);
     EXPECT_THROW(ReadPcd(folder / "bad.pcd"), IoError) << what;
   }
 }
 
 TEST(Pcd, EveryTruncationIsAnIoError) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   WritePcd(folder / "cloud.pcd", RandomCloud(3));
-  const std::string bytes = ReadBytes(folder / "cloud.pcd");
+  const std::string bytes = ReadText(folder / "cloud.pcd");
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    WriteBytes(folder / "cut.pcd", bytes.substr(0, size));
+    WriteText(folder / "cut.pcd", bytes.substr(0, size));
     EXPECT_THROW(ReadPcd(folder / "cut.pcd"), IoError) << size;
   }
   EXPECT_THROW(ReadPcd(folder / "missing.pcd"), IoError);
 }
 
 TEST(PointCloudIo, FailedWriteLeavesTheOldFile) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory folder;
   const auto points = RandomCloud(5000);
   EXPECT_THROW(WritePly(folder / "nowhere/cloud.ply", points), IoError);
   EXPECT_THROW(WritePcd(folder / "nowhere/cloud.pcd", points), IoError);
-  WriteBytes(folder / "cloud.ply", "old");
-  WriteBytes(folder / "cloud.pcd", "old");
+  WriteText(folder / "cloud.ply", "old");
+  WriteText(folder / "cloud.pcd", "old");
   {
     const FileSizeLimit full(4096);
     EXPECT_THROW(WritePly(folder / "cloud.ply", points), IoError);
     EXPECT_THROW(WritePly(folder / "cloud.ply", points, PlyFormat::kAscii), IoError);
     EXPECT_THROW(WritePcd(folder / "cloud.pcd", points), IoError);
   }
-  EXPECT_EQ(ReadBytes(folder / "cloud.ply"), "old");
-  EXPECT_EQ(ReadBytes(folder / "cloud.pcd"), "old");
+  EXPECT_EQ(ReadText(folder / "cloud.ply"), "old");
+  EXPECT_EQ(ReadText(folder / "cloud.pcd"), "old");
   EXPECT_EQ(folder.FileCount(), 2u) << "a temporary stayed behind";
 }
 

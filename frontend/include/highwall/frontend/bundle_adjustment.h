@@ -19,6 +19,7 @@ struct BundleAdjustmentOptions {
   double chi2_4 = 9.488;      // > 0
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
+  double tolerance = 1e-6;    // >= 0: ends before, where a step lowers the cost by a smaller share
   int threads = 2;            // >= 1; with more than one the last bits vary from run to run
 
   void Validate() const;

@@ -28,14 +28,16 @@ struct LocalMapperOptions {
   double min_found_ratio = 0.25;  // [0, 1]
   int probation_keyframes = 3;    // >= 1
   int min_observations = 2;       // >= 1
-  // A keyframe is dropped when this share of its points is seen by so many others at the same or a
-  // finer pyramid level. This bounds the map by the area that it covers, however long the camera
-  // stays; with an IMU, max_motion_gap keeps one a second all the same.
+  // A keyframe is dropped when this share of its points, or of its lines where it has no points, is
+  // seen by so many others, points at the same or a finer pyramid level. This bounds the map by the
+  // area that it covers, however long the camera stays.
   double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats
   int redundant_observers = 2;   // >= 1
-  // [s] > 0: with an IMU none is dropped where that leaves keyframes farther apart than this, for
-  // the IMU ties neighbours the better the nearer they are.
-  double max_motion_gap = 1.0;
+  // With an IMU a keyframe of the last motion_span is kept where its neighbours in time would be
+  // left farther apart than this, for the IMU ties them the better the nearer they are. An older
+  // one goes, and the tie with it.
+  double max_motion_gap = 1.0;    // [s] > 0
+  double motion_span = 20.0;      // [s] >= 0
   double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
   // The local adjustment runs on a thread of its own and is applied between frames. false: before
@@ -84,6 +86,10 @@ class LocalMapper {
 
  private:
   class Adjustment;
+  struct Landmarks {
+    std::vector<PointId> points;
+    std::vector<LineId> lines;
+  };
 
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
@@ -94,10 +100,11 @@ class LocalMapper {
                   LocalMappingReport& report) const;
   void FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const;
   void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
-  // Of those around the newest, after its adjustment.
-  void CullKeyFrames(Map& map, LocalMappingReport& report) const;
-  // With the landmarks that too few others see.
-  void RemoveKeyFrame(KeyFrameId id, Map& map) const;
+  // Of those around the newest, after its adjustment. Returns the landmarks that they saw.
+  Landmarks CullKeyFrames(Map& map, LocalMappingReport& report) const;
+  bool IsRedundant(const KeyFrame& keyframe, const Map& map) const;
+  // Drops those that too few keyframes see.
+  void CullUnseen(const Landmarks& landmarks, Map& map) const;
   // Begins the adjustment of the keyframe and its neighbours.
   void AdjustAround(KeyFrameId id, const Map& map);
   void RefreshPoints(KeyFrameId id, Map& map) const;

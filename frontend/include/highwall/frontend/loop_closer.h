@@ -19,7 +19,7 @@ struct LoopCloserOptions {
   LoopCorrectionOptions correction{};
   bool adjust = true;  // the whole map after a loop: global bundle adjustment
   // Few steps: the pose graph has brought the map near, and local adjustments go on.
-  BundleAdjustmentOptions bundle{.first_iterations = 4, .second_iterations = 4};
+  BundleAdjustmentOptions bundle{.first_iterations = 4, .second_iterations = 4, .tolerance = 1e-4};
   // On a thread of its own, on a copy of the map; what comes out is applied between frames. false:
   // before InsertKeyFrame returns; the same input then gives the same map.
   bool background = true;

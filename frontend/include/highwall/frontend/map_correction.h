@@ -38,14 +38,15 @@ struct MapFusion {
 
 // What was found out on a copy of a map, for the map itself, which has gone on since.
 struct MapCorrection {
-  MapGeometry before, after;
+  MapGeometry after;
   MapFusion fusion;
   OutlierSights outliers;
 };
 
-// Moves the map as the copy was moved: what both have ends where it does in `after`, and keeps what
-// it has moved by since the copy was made; newer keyframes move with the newest that is older than
-// them, other landmarks with the first keyframe that sees them. Then fuses, and forgets outliers.
+// Puts what the map still has where the copy has it; newer keyframes move with the newest that is
+// older than them, other landmarks with the first keyframe that sees them. Then fuses, and forgets
+// outliers. What a local adjustment moved since the copy was made does not add to that: it and the
+// copy may have moved by the same error.
 void Apply(const MapCorrection& correction, Map* map);
 
 // Merges and adds sights; what is no more is passed over.

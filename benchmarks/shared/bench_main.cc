@@ -1,0 +1,50 @@
+#include "bench_main.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <exception>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+
+namespace highwall::bench {
+
+int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& run) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 1;  // --help arrives here too
+  }
+  try {
+    run();
+    return 0;
+  } catch (const IoError& error) {
+    fmt::print(stderr, "{}: {}\n", app.get_name(), error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: failed: {}\n", app.get_name(), error.what());
+    return 3;
+  }
+}
+
+CLI::Option* AddList(CLI::App& app, const std::string& name, std::vector<std::string>& chosen,
+                     const std::vector<std::string>& known, const std::string& remark) {
+  const std::string help = fmt::format("{}; separated by commas{}", fmt::join(known, ", "), remark);
+  return app.add_option(name, chosen, help)->delimiter(',')->check(CLI::IsMember(known));
+}
+
+void PrintFigures(const nlohmann::ordered_json& report, bool json, int width) {
+  if (json) {
+    fmt::print("{}\n", report.dump());
+    return;
+  }
+  const nlohmann::ordered_json flat = report.flatten();
+  for (const auto& [pointer, value] : flat.items()) {
+    fmt::print("{:<{}} {}\n", pointer.substr(1), width, value.dump());
+  }
+}
+
+}  // namespace highwall::bench

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace highwall::bench {
+
+// What the main() of a benchmark does: parses the options of `app`, which is named as its binary
+// is, and runs. What is thrown becomes one line on standard error and an exit code: 1 wrong usage,
+// 2 IoError, 3 anything else.
+int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& run);
+
+// An option that takes some of `known`, separated by commas; `chosen` holds its default.
+CLI::Option* AddList(CLI::App& app, const std::string& name, std::vector<std::string>& chosen,
+                     const std::vector<std::string>& known, const std::string& remark = "");
+
+// One JSON object on one line, or a line a figure: its name, `width` columns wide, and its value.
+void PrintFigures(const nlohmann::ordered_json& report, bool json, int width);
+
+}  // namespace highwall::bench

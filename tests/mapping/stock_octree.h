@@ -1,0 +1,20 @@
+#pragma once
+
+#include <octomap/OcTree.h>
+
+#include <highwall/mapping/octomap_builder.h>
+
+namespace highwall {
+
+// An empty tree of octomap's own with the same model.
+inline octomap::OcTree StockTree(const OctomapBuilderOptions& options) {
+  octomap::OcTree tree(options.resolution);
+  tree.setProbHit(options.hit);
+  tree.setProbMiss(options.miss);
+  tree.setClampingThresMin(options.clamp_min);
+  tree.setClampingThresMax(options.clamp_max);
+  tree.setOccupancyThres(options.occupancy_threshold);
+  return tree;
+}
+
+}  // namespace highwall
