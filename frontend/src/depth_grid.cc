@@ -84,4 +84,35 @@ cv::Mat DepthGrid::ToImage(const cv::Mat& cells) const {
   return image;
 }
 
+DepthSurfaces FindSurfaces(const cv::Mat& cells, double link) {
+  HIGHWALL_REQUIRE(cells.type() == CV_32FC1, "FindSurfaces: the grid must be CV_32FC1");
+  const cv::Rect all(0, 0, cells.cols, cells.rows);
+  DepthSurfaces surfaces{cv::Mat(cells.size(), CV_32SC1, cv::Scalar(-1)), {}};
+  cv::Mat& labels = surfaces.labels;
+  const auto is_free = [&](const cv::Point& cell) {
+    return all.contains(cell) && cells.at<float>(cell) > 0.0F && labels.at<int>(cell) < 0;
+  };
+  std::vector<cv::Point> surface;
+  for (int v = 0; v < cells.rows; ++v) {
+    for (int u = 0; u < cells.cols; ++u) {
+      if (!is_free({u, v})) continue;
+      const int label = static_cast<int>(surfaces.sizes.size());
+      surface.assign(1, {u, v});
+      labels.at<int>(v, u) = label;
+      for (std::size_t i = 0; i < surface.size(); ++i) {
+        const float z = cells.at<float>(surface[i]);
+        for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+          const cv::Point next = surface[i] + step;
+          if (!is_free(next)) continue;
+          if (std::abs(cells.at<float>(next) - z) > static_cast<float>(link) * z) continue;
+          labels.at<int>(next) = label;
+          surface.push_back(next);
+        }
+      }
+      surfaces.sizes.push_back(static_cast<int>(surface.size()));
+    }
+  }
+  return surfaces;
+}
+
 }  // namespace highwall

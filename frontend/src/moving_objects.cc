@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include <opencv2/core.hpp>
+
 #include <highwall/core/error.h>
 
 namespace highwall {
@@ -29,11 +31,13 @@ class Margin {
   float offset_, quadratic_, reference_, relative_;
 };
 
-// Of a mask: contradicted, and taken along with such cells.
-constexpr std::uint8_t kSeenMoving = 255, kTakenAlong = 127;
+// Of a mask: known to move by the depth of references, or by the landmarks on the surface; presumed
+// to move with such cells, or behind where something was.
+constexpr std::uint8_t kSeenMoving = 255, kSurface = 254, kPresumed = 127;
 
-// kSettle: a confirmation over a long time.
-enum class Vote { kNone, kConfirm, kSettle, kContradict };
+// kSettle: a confirmation over a long time. kGone: a contradiction in that what was before the
+// point has gone.
+enum class Vote { kNone, kConfirm, kSettle, kContradict, kGone };
 
 // Cells of a view looked up in a reference.
 class Comparison {
@@ -63,10 +67,10 @@ class Comparison {
     const float farthest = reference_.farthest.at<float>(cell);
     if (p_R.z() <= farthest + margin_(p_R.z())) {
       // What moved a moment ago moves still, though not yet out of its own place.
-      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) == kSeenMoving;
+      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) >= kSurface;
       return moved ? Vote::kContradict : confirms_;
     }
-    return HasGone(cell) ? Vote::kContradict : Vote::kNone;
+    return HasGone(cell) ? Vote::kGone : Vote::kNone;
   }
 
  private:
@@ -108,34 +112,45 @@ constexpr std::uint8_t kStands = 0;   // or has no depth
 constexpr std::uint8_t kUnknown = 1;  // nothing has stood there for long
 constexpr std::uint8_t kMoves = 2;
 
-cv::Mat Label(const PosedDepth& view, std::span<const PosedDepth> references, const DepthGrid& grid,
-              const Margin& margin, const MovingObjectOptions& options) {
+struct Verdicts {
+  explicit Verdicts(const cv::Size& size)
+      : labels(cv::Mat::zeros(size, CV_8UC1)), seen(cv::Mat::zeros(size, CV_8UC1)) {}
+
+  cv::Mat labels;
+  cv::Mat seen;  // not 0 where something was seen to move, and has not only gone
+};
+
+Verdicts Label(const PosedDepth& view, std::span<const PosedDepth> references,
+               const DepthGrid& grid, const Margin& margin, const MovingObjectOptions& options) {
   std::vector<Comparison> comparisons;
   for (const PosedDepth& reference : references) {
     const bool settled = std::abs(reference.stamp - view.stamp) >= FromSeconds(options.settled);
     comparisons.emplace_back(view, reference, grid, margin, settled);
   }
-  cv::Mat labels = cv::Mat::zeros(view.depth.size(), CV_8UC1);
-  for (int v = 0; v < labels.rows; ++v) {
-    for (int u = 0; u < labels.cols; ++u) {
+  Verdicts verdicts(view.depth.size());
+  for (int v = 0; v < view.depth.rows; ++v) {
+    for (int u = 0; u < view.depth.cols; ++u) {
       const float z = view.depth.at<float>(v, u);
       if (z <= 0.0F) continue;
       const Eigen::Vector3f p_V = z * grid.Ray({u, v});
-      int contradict = 0, confirm = 0;
+      int contradict = 0, gone = 0, confirm = 0;
       bool settled = false;
       for (const Comparison& comparison : comparisons) {
         const Vote vote = comparison.Ask(p_V);
         contradict += vote == Vote::kContradict ? 1 : 0;
+        gone += vote == Vote::kGone ? 1 : 0;
         confirm += vote == Vote::kConfirm || vote == Vote::kSettle ? 1 : 0;
         settled = settled || vote == Vote::kSettle;
       }
-      labels.at<std::uint8_t>(v, u) = contradict >= options.min_votes && contradict > confirm
-                                          ? kMoves
-                                      : settled ? kStands
-                                                : kUnknown;
+      const int votes = contradict + gone;
+      verdicts.labels.at<std::uint8_t>(v, u) = votes >= options.min_votes && votes > confirm
+                                                   ? kMoves
+                                               : settled ? kStands
+                                                         : kUnknown;
+      verdicts.seen.at<std::uint8_t>(v, u) = contradict > 0 ? 1 : 0;
     }
   }
-  return labels;
+  return verdicts;
 }
 
 // At least six of a cell and its eight neighbours are contradicted: it is no mere edge.
@@ -221,6 +236,56 @@ class Clusters {
   cv::Mat visited_;
 };
 
+// The clusters of cells that the references contradict. mask: 0 so far.
+void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts,
+                  const MovingObjectOptions& options, cv::Mat& mask) {
+  Clusters clusters(depth, verdicts.labels, options.link);
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < mask.cols; ++u) {
+      if (!clusters.IsFree({u, v}, kMoves)) continue;
+      Cluster cluster = clusters.Grow({u, v});
+      if (cluster.core < options.min_core) continue;
+      const std::size_t contradicted = cluster.cells.size();
+      clusters.Extend(cluster);
+      for (std::size_t i = 0; i < cluster.cells.size(); ++i) {
+        const cv::Point& cell = cluster.cells[i];
+        const bool seen = i < contradicted && verdicts.seen.at<std::uint8_t>(cell) != 0;
+        mask.at<std::uint8_t>(cell) = seen ? kSeenMoving : kPresumed;
+      }
+    }
+  }
+}
+
+// A cell shows what moved there in the frame before.
+bool MovedBefore(const SurfaceClues& clues, const cv::Point& cell, float z) {
+  constexpr float kSameDepth = 0.1F;  // share of the depth by which it may have come nearer
+  return !clues.moving.empty() && clues.moving.at<std::uint8_t>(cell) == kSurface &&
+         std::abs(clues.depth.at<float>(cell) - z) < kSameDepth * z;
+}
+
+// The surfaces that move as a whole.
+void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClues& clues,
+                  const MovingObjectOptions& options, cv::Mat& mask) {
+  if (clues.moving.empty() && !clues.moved) return;
+  const DepthSurfaces surfaces = FindSurfaces(depth, options.link);
+  std::vector<int> stand(surfaces.sizes.size()), moved(surfaces.sizes.size());
+  for (int v = 0; v < labels.rows; ++v) {
+    for (int u = 0; u < labels.cols; ++u) {
+      if (surfaces.labels.at<int>(v, u) < 0) continue;
+      const auto k = static_cast<std::size_t>(surfaces.labels.at<int>(v, u));
+      stand[k] += labels.at<std::uint8_t>(v, u) == kStands ? 1 : 0;
+      moved[k] += MovedBefore(clues, {u, v}, depth.at<float>(v, u)) ? 1 : 0;
+    }
+  }
+  const double most = options.max_surface * cv::countNonZero(depth > 0.0);
+  for (std::size_t k = 0; k < surfaces.sizes.size(); ++k) {
+    const int size = surfaces.sizes[k], surface = static_cast<int>(k);
+    if (size < options.min_surface || size > most || 2 * stand[k] > size) continue;
+    const bool moves = 2 * moved[k] > size || (clues.moved && clues.moved(surfaces, surface));
+    if (moves) mask.setTo(kSurface, surfaces.labels == surface);
+  }
+}
+
 }  // namespace
 
 void MovingObjectOptions::Validate() const {
@@ -234,6 +299,10 @@ void MovingObjectOptions::Validate() const {
   HIGHWALL_REQUIRE(settled > 0.0, "MovingObjectOptions::settled must be positive");
   HIGHWALL_REQUIRE(interval > 0.0, "MovingObjectOptions::interval must be positive");
   HIGHWALL_REQUIRE(history > interval, "MovingObjectOptions::history must exceed interval");
+  HIGHWALL_REQUIRE(min_surface >= 1, "MovingObjectOptions::min_surface must be at least 1");
+  HIGHWALL_REQUIRE(max_surface > 0.0 && max_surface <= 1.0,
+                   "MovingObjectOptions::max_surface must be in (0, 1]");
+  landmarks.Validate();
 }
 
 PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
@@ -265,28 +334,13 @@ PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
 
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
-                   const MovingObjectOptions& options) {
-  if (references.empty()) return {};
-  const Margin margin(noise, options);
-  const cv::Mat labels = Label(view, references, grid, margin, options);
-  Clusters clusters(view.depth, labels, options.link);
-  cv::Mat mask = cv::Mat::zeros(labels.size(), CV_8UC1);
-  int masked = 0, measured = 0;
-  for (int v = 0; v < labels.rows; ++v) {
-    for (int u = 0; u < labels.cols; ++u) {
-      measured += view.depth.at<float>(v, u) > 0.0F ? 1 : 0;
-      if (!clusters.IsFree({u, v}, kMoves)) continue;
-      Cluster cluster = clusters.Grow({u, v});
-      if (cluster.core < options.min_core) continue;
-      const std::size_t seen = cluster.cells.size();
-      clusters.Extend(cluster);
-      masked += static_cast<int>(cluster.cells.size());
-      for (std::size_t i = 0; i < cluster.cells.size(); ++i) {
-        mask.at<std::uint8_t>(cluster.cells[i]) = i < seen ? kSeenMoving : kTakenAlong;
-      }
-    }
-  }
-  if (masked == 0 || masked > options.max_share * measured) return {};
+                   const MovingObjectOptions& options, const SurfaceClues& clues) {
+  const Verdicts verdicts = Label(view, references, grid, Margin(noise, options), options);
+  cv::Mat mask = cv::Mat::zeros(view.depth.size(), CV_8UC1);
+  MarkClusters(view.depth, verdicts, options, mask);
+  MarkSurfaces(view.depth, verdicts.labels, clues, options, mask);
+  const int masked = cv::countNonZero(mask);
+  if (masked == 0 || masked > options.max_share * cv::countNonZero(view.depth > 0.0)) return {};
   return mask;
 }
 
@@ -309,8 +363,8 @@ MovingObjects::MovingObjects(const PinholeCamera& camera, const DepthNoise& nois
   options_.Validate();
 }
 
-cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
-                            const Map& map) const {
+cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map,
+                            const SurfaceTest& moved) const {
   if (!options_.enabled || depth.empty()) return {};
   std::vector<PosedDepth> references;
   for (const Remembered& remembered : recent_) {
@@ -318,12 +372,20 @@ cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
     references.push_back(remembered.view);
     references.back().T_WC = map.ResolvePose(remembered.reference) * remembered.view.T_WC;
   }
-  return FindMoving(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, options_);
+  SurfaceClues clues{.moved = moved};
+  if (stamp > before_ && stamp - before_ <= FromSeconds(options_.interval)) {
+    clues.depth = depth_before_;
+    clues.moving = moving_before_;
+  }
+  return FindMoving(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, options_, clues);
 }
 
 void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
                              const cv::Mat& moving, KeyFrameId reference, const Map& map) {
   if (!options_.enabled || depth.empty()) return;
+  before_ = stamp;
+  depth_before_ = depth;
+  moving_before_ = moving;
   const Stamp interval = FromSeconds(options_.interval);
   if (!recent_.empty() && stamp - recent_.back().view.stamp < interval) return;
   const Pose T_reference_C = map.ResolvePose(reference).Inverse() * T_WC;

@@ -45,6 +45,13 @@ std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
   return taken;
 }
 
+// One of the ends or the middle of a line is where `is_on` says.
+template <class IsOn>
+bool Touches(const LineFeature& line, const IsOn& is_on) {
+  const Eigen::Vector2d s = line.segment.s.cast<double>(), e = line.segment.e.cast<double>();
+  return is_on(s) || is_on(e) || is_on(0.5 * (s + e));
+}
+
 // The landmarks that a frame was found to see, and the features that see them.
 struct Sightings {
   std::vector<PosePoint> points;
@@ -241,20 +248,46 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   return tracked;
 }
 
+bool Tracker::HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
+                       int surface) const {
+  const FrameFeatures& features = *rough.frame.features;
+  const auto is_on = [&](const Eigen::Vector2d& uv) {
+    return surfaces.labels.at<int>(moving_.grid().CellOf(uv)) == surface;
+  };
+  std::vector<PosePoint> judged;
+  TrackedFrame others = Unmatched(rough.frame, rough.T_WC);
+  for (std::size_t i = 0; i < rough.tried_points.size(); ++i) {
+    const MapPoint* point = map.point(rough.tried_points[i]);
+    if (point == nullptr) continue;
+    if (is_on(features.points[i].uv)) {
+      judged.push_back(MakePosePoint(model_, *point, features.points[i]));
+    } else {
+      others.points[i] = point->id;
+    }
+  }
+  if (static_cast<int>(judged.size()) < options_.moving.landmarks.min_points) return false;
+  for (std::size_t i = 0; i < rough.tried_lines.size(); ++i) {
+    if (!Touches(features.lines[i], is_on)) others.lines[i] = rough.tried_lines[i];
+  }
+  const Sightings seen = LandmarksSeen(model_, map, others);
+  return HaveMoved(rough.T_WC, model_.projection(), judged, seen.points, seen.lines, options_.pose,
+                   options_.moving.landmarks);
+}
+
 void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
   const FrameFeatures& features = *rough.frame.features;
-  rough.moving = moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map);
+  rough.moving = moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map,
+                              [&](const DepthSurfaces& surfaces, int surface) {
+                                return HasMoved(rough, map, surfaces, surface);
+                              });
   if (rough.moving.empty()) return;
   const cv::Mat aside = WithBorder(rough.moving);
-  const auto stays = [&](const Eigen::Vector2d& uv) {
-    return aside.at<std::uint8_t>(moving_.grid().CellOf(uv)) == 0;
+  const auto moves = [&](const Eigen::Vector2d& uv) {
+    return aside.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
   };
   std::vector<bool> points, lines;
-  for (const PointFeature& point : features.points) points.push_back(stays(point.uv));
-  for (const LineFeature& line : features.lines) {
-    const Eigen::Vector2d s = line.segment.s.cast<double>(), e = line.segment.e.cast<double>();
-    lines.push_back(stays(s) && stays(e) && stays(0.5 * (s + e)));
-  }
+  for (const PointFeature& point : features.points) points.push_back(!moves(point.uv));
+  for (const LineFeature& line : features.lines) lines.push_back(!Touches(line, moves));
   const auto keep = [](const std::vector<bool>& kept, std::vector<std::int32_t>& landmarks) {
     std::size_t n = 0;
     for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -337,6 +370,8 @@ void Tracker::LocalMatch::CountSightings(Map& map) const {
 bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
                     const KnownPose* predicted, Aid aid) const {
   const Sightings seen = LandmarksSeen(model_, map, tracked);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
   PoseSolverOptions options = options_.pose;
   options.min_support =
       predicted != nullptr ? std::min(min_support, options_.min_predicted_support) : min_support;

@@ -77,5 +77,24 @@ TEST(DepthGrid, MasksThePixelsOfItsCells) {
   EXPECT_THROW(DepthGrid(kCamera).ToImage(plain), InvalidArgument);
 }
 
+TEST(FindSurfaces, PartsThemAtStepsAndWhereNothingIsMeasured) {
+  cv::Mat cells(6, 10, CV_32FC1, cv::Scalar(2.0));
+  for (int v = 0; v < cells.rows; ++v) {
+    for (int u = 0; u < cells.cols; ++u) cells.at<float>(v, u) += 0.08F * static_cast<float>(u);
+  }
+  cells(cv::Rect(2, 1, 3, 2)).setTo(1.5F);   // a plate before a slanted wall
+  cells(cv::Rect(0, 4, 10, 1)).setTo(0.0F);  // a gap
+  const DepthSurfaces surfaces = FindSurfaces(cells, 0.05);
+  EXPECT_EQ(surfaces.sizes, (std::vector<int>{40 - 6, 6, 10}));
+  EXPECT_EQ(surfaces.labels.at<int>(0, 0), 0);
+  EXPECT_EQ(surfaces.labels.at<int>(3, 9), 0) << "around the plate";
+  EXPECT_EQ(surfaces.labels.at<int>(2, 4), 1);
+  EXPECT_EQ(surfaces.labels.at<int>(4, 5), -1);
+  EXPECT_EQ(surfaces.labels.at<int>(5, 0), 2);
+  // A cell of the slanted wall is 8 cm farther than its neighbour.
+  EXPECT_GT(FindSurfaces(cells, 0.02).sizes.size(), 20U);
+  EXPECT_THROW(FindSurfaces(cv::Mat::zeros(6, 10, CV_8UC1), 0.05), InvalidArgument);
+}
+
 }  // namespace
 }  // namespace highwall

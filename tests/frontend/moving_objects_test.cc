@@ -173,6 +173,78 @@ TEST_F(FindMovingTest, NothingIsKnownWithoutReferencesOrDepth) {
   EXPECT_TRUE(FindMoving(See(0, {0, 0, 0}, Pose()), none, grid, noise, {}).empty());
 }
 
+TEST_F(FindMovingTest, WhatIsUncoveredIsNotRememberedAsMoving) {
+  // Somebody stood before the wall in all references and has gone since. The wall behind may be
+  // somebody who walks away as well, but must not pass for moving because it did so before.
+  std::vector<PosedDepth> references;
+  for (int i = 0; i < kReferences; ++i) references.push_back(See(i, {0, 0, 0}, Pose()));
+  BoxWorld empty;
+  empty.boxes = {kPole, kChest};
+  const cv::Mat depth = grid.Sample(DepthOf(empty, Camera(), Pose()), 0.3, 8.0);
+  const cv::Mat mask =
+      FindMoving({kReferences * kStep, depth, Pose()}, references, grid, noise, {});
+  ASSERT_FALSE(mask.empty());
+  EXPECT_EQ(cv::countNonZero(mask == 255), 0);
+}
+
+// A panel hangs before the wall; no reference is old enough to say that it stands.
+class FindMovingSurfaces : public FindMovingTest {
+ protected:
+  FindMovingSurfaces() : view(SeePanel(0.0, 3 * kStep)) {
+    for (int i = 0; i < 3; ++i) references.push_back(SeePanel(0.0, i * kStep));
+    const PosedDepth wall(0, grid.Sample(DepthOf({}, Camera(), Pose()), 0.3, 8.0), Pose());
+    panel = view.depth < wall.depth - 0.1;
+  }
+  PosedDepth SeePanel(double x, Stamp stamp) const {
+    BoxWorld world;
+    world.boxes = {Box{{-0.3, -0.5, 1.5}, {0.3, 0.3, 1.6}}.MovedBy({x, 0, 0})};
+    return {stamp, grid.Sample(DepthOf(world, Camera(), Pose()), 0.3, 8.0), Pose()};
+  }
+  cv::Mat Find(const SurfaceClues& clues, const MovingObjectOptions& options = {.settled = 2.0}) {
+    return FindMoving(view, references, grid, noise, options, clues);
+  }
+  // The test of a surface that holds the middle of the panel, and of no other.
+  SurfaceTest PanelMoved() {
+    return [this](const DepthSurfaces& surfaces, int surface) {
+      ++asked;
+      return surfaces.labels.at<int>(25, 40) == surface;
+    };
+  }
+
+  std::vector<PosedDepth> references;
+  PosedDepth view;
+  cv::Mat panel;
+  int asked = 0;
+};
+
+TEST_F(FindMovingSurfaces, MoveWhereTheirLandmarksDo) {
+  EXPECT_TRUE(Find({}).empty());
+  const cv::Mat mask = Find({.moved = PanelMoved()});
+  ASSERT_FALSE(mask.empty());
+  EXPECT_EQ(cv::countNonZero((mask == 254) != panel), 0) << "the panel and nothing else";
+  EXPECT_GE(asked, 1);
+  EXPECT_TRUE(Find({.moved = PanelMoved()}, {.settled = 2.0, .min_surface = 2000}).empty());
+  EXPECT_TRUE(Find({.moved = PanelMoved()}, {.settled = 2.0, .max_surface = 0.05}).empty());
+}
+
+TEST_F(FindMovingSurfaces, StandWhereTheyHaveBeenForLong) {
+  EXPECT_TRUE(Find({.moved = PanelMoved()}, {.settled = 1.0}).empty());
+}
+
+TEST_F(FindMovingSurfaces, MoveOnAfterTheFrameBefore) {
+  const PosedDepth before = SeePanel(-0.05, 0);
+  SurfaceClues clues{.depth = before.depth, .moving = (before.depth < 2.0) - 1};  // 254
+  EXPECT_EQ(cv::countNonZero((Find(clues) == 254) != panel), 0);
+  EXPECT_TRUE(Find(clues, {.settled = 1.0}).empty()) << "until it has been in place for long";
+  clues.moving = before.depth < 2.0;  // by references alone, which say it again
+  EXPECT_TRUE(Find(clues).empty());
+  clues.moving = (SeePanel(-0.45, 0).depth < 2.0) - 1;  // of something else beside it
+  EXPECT_TRUE(Find(clues).empty());
+  clues.moving = (before.depth < 2.0) - 1;
+  clues.depth = clues.depth * 0.8;  // of something before it
+  EXPECT_TRUE(Find(clues).empty());
+}
+
 class MovingObjectsTest : public ::testing::Test {
  protected:
   MovingObjectsTest() {
@@ -218,6 +290,20 @@ TEST_F(MovingObjectsTest, FollowsTheKeyframesOfTheMap) {
   EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), T_new_old, map).empty());
 }
 
+TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
+  // kPerson stands on the floor, and both are one surface with the wall: this one hangs.
+  BoxWorld world;
+  world.boxes = {Box{{-0.3, -0.5, 1.5}, {0.3, 0.3, 1.6}}};
+  const cv::Mat depth = moving.grid().Sample(DepthOf(world, Camera(), Pose()), 0.3, 8.0);
+  const cv::Mat surface = (depth < 2.0) - 1;  // 254
+  moving.Remember(100'000'000, depth, Pose(), surface, keyframe, map);
+  const cv::Mat mask = moving.Find(200'000'000, depth, Pose(), map);
+  ASSERT_FALSE(mask.empty());
+  EXPECT_EQ(cv::countNonZero((mask == 254) != (depth < 2.0)), 0);
+  EXPECT_TRUE(moving.Find(700'000'000, depth, Pose(), map).empty()) << "too long ago";
+  EXPECT_TRUE(moving.Find(50'000'000, depth, Pose(), map).empty()) << "in hindsight";
+}
+
 TEST_F(MovingObjectsTest, FindsNothingWhenTurnedOff) {
   MovingObjects off(Camera(), DepthNoise(), {.enabled = false});
   for (const Stamp stamp : {0L, 600'000'000L})
@@ -244,6 +330,9 @@ TEST(MovingObjectOptions, ErrorsNameTheField) {
   expect_error({.max_share = 1.1}, "max_share");
   expect_error({.interval = 0.0}, "interval");
   expect_error({.history = 0.1}, "history");
+  expect_error({.min_surface = 0}, "min_surface");
+  expect_error({.max_surface = 0.0}, "max_surface");
+  expect_error({.landmarks = {.min_points = 0}}, "min_points");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
@@ -333,6 +334,49 @@ TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
     // The rest of the scene stays, but for what the box hides or has just uncovered.
     EXPECT_GT(tracked.points.size(), 0.6 * static_cast<double>(view.points.size() - kMarks)) << i;
   }
+}
+
+// The box is in the map, and no depth is old enough to tell that it moves.
+class TrackerWithABoxInTheMap : public TrackerWithABox {
+ protected:
+  TrackerWithABoxInTheMap() {
+    all.points = scene.points;
+    all.points.insert(all.points.end(), marks.points.begin(), marks.points.end());
+  }
+  // Frames 1 to 8.
+  std::vector<TrackedFrame> Run(const MovingObjectOptions& moving) {
+    Tracker tracker(model, kLevels, {.moving = moving});
+    SceneMap with_marks(all);
+    TrackedFrame first;
+    first.T_WC = PoseOfFrame(0);
+    const SyntheticView start = LookAt(0, first.T_WC);
+    first.frame = MakeFrame(start, 0);
+    tracker.Anchor(first, *with_marks.map.keyframe(with_marks.Add(start, first.T_WC)));
+    std::vector<TrackedFrame> frames;
+    for (int i = 1; i < 9; ++i) {
+      frames.push_back(tracker.Track(MakeFrame(LookAt(i, PoseOfFrame(i)), i), with_marks.map));
+    }
+    return frames;
+  }
+
+  Scene all;
+};
+
+TEST_F(TrackerWithABoxInTheMap, LeavesItOutAsItsLandmarksMove) {
+  int i = 0;
+  for (const TrackedFrame& tracked : Run({})) {
+    ExpectAt(tracked, PoseOfFrame(++i), 1e-6);
+    EXPECT_EQ(MarksIn(tracked), 0) << i;
+    // The rest stays, but for what is near to the box in the image.
+    const auto all_points = static_cast<double>(LookAt(i, PoseOfFrame(i)).points.size());
+    EXPECT_GT(tracked.points.size(), 0.8 * (all_points - kMarks)) << i;
+  }
+}
+
+TEST_F(TrackerWithABoxInTheMap, FollowsItWhereTooFewLandmarksMayTell) {
+  const auto frames = Run({.landmarks = {.min_points = kMarks + 1}});
+  EXPECT_EQ(MarksIn(frames.back()), kMarks);
+  EXPECT_GT(PositionError(frames.back().T_WC, PoseOfFrame(8)), 0.1);
 }
 
 TEST_F(TrackerWithABox, KeepsThemWhenTurnedOff) {

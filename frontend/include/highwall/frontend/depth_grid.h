@@ -52,4 +52,13 @@ class DepthGrid {
   std::vector<cv::Point> pixels_;      // of the image, at the middle of each cell
 };
 
+// The surfaces of a grid: neighbouring cells without a step between them.
+struct DepthSurfaces {
+  cv::Mat labels;          // CV_32SC1: which surface a cell is of; -1 where it has no depth
+  std::vector<int> sizes;  // [cells]
+};
+
+// link: by which share of its depth a cell may differ from its neighbour on the same surface, > 0.
+DepthSurfaces FindSurfaces(const cv::Mat& cells, double link);
+
 }  // namespace highwall

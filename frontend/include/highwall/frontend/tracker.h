@@ -76,6 +76,9 @@ struct TrackedFrame {
   KeyFrameId reference = kNoId;  // the keyframe that shares most landmarks
   std::vector<PointId> points;   // per point feature, kNoId where unmatched; inliers only
   std::vector<LineId> lines;     // per line feature
+  // The same as they were matched, outliers included.
+  std::vector<PointId> tried_points;
+  std::vector<LineId> tried_lines;
   // Cells that move (MovingObjects::Find); empty where nothing does. Features there are not among
   // those of `frame`.
   cv::Mat moving;
@@ -135,6 +138,9 @@ class Tracker {
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
                                           const KnownPose* predicted = nullptr,
                                           Aid aid = Aid::kNone) const;
+  // Whether the landmarks on a surface of the depth grid contradict all others.
+  bool HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
+                int surface) const;
   // Takes the features off a frame that are on something that moves.
   void SetMovingAside(TrackedFrame& rough, const Map& map) const;
   bool IsDoubtful(const LocalMatch& match) const;
