@@ -33,6 +33,10 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--duration", conditions.seconds,
                  "Of a sequence [s] [default: moving 24, texture 33, depth 30]")
       ->check(apps::Between(0.5, 3600.0));
+  app.add_option("--starts", conditions.starts,
+                 "Frames where each sequence of moving begins; medians over them")
+      ->check(apps::Between(1.0, 100.0))
+      ->capture_default_str();
   app.add_option("--contrast", conditions.contrast, "That the stretch of low texture keeps")
       ->check(apps::Between(0.01, 1.0))
       ->capture_default_str();

@@ -1,6 +1,7 @@
 #include "film.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <iterator>
 
 #include <opencv2/core.hpp>
@@ -24,6 +25,12 @@ Film::Film(const simulate::Simulation& simulation, double begin)
   std::ranges::copy_if(simulation.ImuSamples(), std::back_inserter(imu_.samples),
                        [&](const ImuSample& sample) { return sample.stamp >= first - kBefore; });
 }
+
+Film::Film(const Film& film, std::size_t first)
+    : sensor_(film.sensor_),
+      imu_(film.imu_),
+      images_(film.images_.begin() + static_cast<std::ptrdiff_t>(first), film.images_.end()),
+      truth_(film.truth_.begin() + static_cast<std::ptrdiff_t>(first), film.truth_.end()) {}
 
 void Film::ScaleDepth(double factor) {
   for (RgbdImage& image : images_) image.depth *= factor;

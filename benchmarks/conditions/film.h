@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,9 @@ class Film final : public Dataset {
  public:
   // From `begin` [s] after the first frame to the last.
   explicit Film(const simulate::Simulation& simulation, double begin = 0.0);
+
+  // Another without its first frames; first <= its size; the images are shared.
+  Film(const Film& film, std::size_t first);
 
   std::size_t size() const override { return images_.size(); }
   Stamp stamp(std::size_t index) const override { return images_[index].stamp; }
