@@ -3,12 +3,23 @@
 #include <highwall/core/stamp.h>
 
 namespace highwall::apps {
+namespace {
+
+// Takes the depth where `moving` is not 0 off an image; its pixels belong to others as well.
+void LeaveOut(const cv::Mat& moving, RgbdImage& image) {
+  if (moving.empty()) return;
+  image.depth = image.depth.clone();
+  image.depth.setTo(0.0, moving);
+}
+
+}  // namespace
 
 SettlingKeyframes::SettlingKeyframes(const SlamSystem& slam, DenseMapper& mapper, double wait)
     : slam_(slam), mapper_(mapper), wait_(FromSeconds(wait)) {}
 
-void SettlingKeyframes::Add(KeyFrameId id, const RgbdImage& image) {
+void SettlingKeyframes::Add(KeyFrameId id, const RgbdImage& image, const cv::Mat& moving) {
   waiting_.push_back({id, image});
+  LeaveOut(moving, waiting_.back().image);
 }
 
 void SettlingKeyframes::Remove(KeyFrameId id) {
@@ -25,19 +36,15 @@ void SettlingKeyframes::HandOver(Stamp now) {
 }
 
 void SettlingKeyframes::HandOverAll() {
-  for (const Waiting& keyframe : waiting_) HandOver(keyframe);
+  for (Waiting& keyframe : waiting_) HandOver(keyframe);
   waiting_.clear();
 }
 
-void SettlingKeyframes::HandOver(const Waiting& keyframe) {
+void SettlingKeyframes::HandOver(Waiting& keyframe) {
   const KeyFrame* const live = slam_.map().keyframe(keyframe.id);
   if (live == nullptr) return;
-  RgbdImage image = keyframe.image;
-  if (const cv::Mat moving = slam_.MovingIn(keyframe.id); !moving.empty()) {
-    image.depth = image.depth.clone();
-    image.depth.setTo(0.0, moving);
-  }
-  mapper_.AddKeyframe(keyframe.id, image, live->T_WC);
+  LeaveOut(slam_.MovingIn(keyframe.id), keyframe.image);
+  mapper_.AddKeyframe(keyframe.id, keyframe.image, live->T_WC);
 }
 
 }  // namespace highwall::apps

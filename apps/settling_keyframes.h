@@ -16,7 +16,8 @@ class SettlingKeyframes {
   // wait: [s] >= 0. Both must outlive this.
   SettlingKeyframes(const SlamSystem& slam, DenseMapper& mapper, double wait);
 
-  void Add(KeyFrameId id, const RgbdImage& image);
+  // moving: FrameResult::moving of its frame; empty: nothing.
+  void Add(KeyFrameId id, const RgbdImage& image, const cv::Mat& moving);
   void Remove(KeyFrameId id);
   // Hands over those that have waited long enough at `now`.
   void HandOver(Stamp now);
@@ -27,7 +28,7 @@ class SettlingKeyframes {
     KeyFrameId id = kNoId;
     RgbdImage image;
   };
-  void HandOver(const Waiting& keyframe);
+  void HandOver(Waiting& keyframe);
 
   const SlamSystem& slam_;
   DenseMapper& mapper_;

@@ -221,7 +221,7 @@ class KeyframeMapping {
 
   void Follow(const FrameResult& result, const RgbdImage& image) {
     if (result.mapping) {
-      settling_.Add(result.mapping->keyframe, image);
+      settling_.Add(result.mapping->keyframe, image, result.moving);
       for (const KeyFrameId culled : result.mapping->culled_keyframes) settling_.Remove(culled);
     }
     settling_.HandOver(image.stamp);

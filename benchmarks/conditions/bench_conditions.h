@@ -12,8 +12,8 @@ struct ConditionOptions {
   int seeds = 5;                                            // >= 1, of every scene
   std::vector<std::string> scenes{"mine", "road", "room"};  // of those that a part knows
   std::optional<double> seconds;                            // > 0 [s]; of each part else its own
-  int starts = 3;         // >= 1: runs of a sequence with traffic, each a frame later than the last
-  double contrast = 0.5;  // (0, 1]: share that the stretch of low texture keeps
+  int starts = 3;          // >= 1: runs of a film of BenchMoving, each a frame later than the last
+  double contrast = 0.5;   // (0, 1]: share that the stretch of low texture keeps
   double too_long = 1.04;  // > 0: measured over true depth
 };
 

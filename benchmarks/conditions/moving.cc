@@ -35,6 +35,8 @@ Scores RunOnce(const Film& film, bool set_aside) {
 
 // Medians over the frames where it begins; of lost frames the most.
 Scores Run(const Film& film, int starts, bool set_aside) {
+  HIGHWALL_REQUIRE(static_cast<std::size_t>(starts) < film.size(),
+                   "--starts must leave two frames of the sequence, or --duration be longer");
   std::vector<Scores> runs;
   double lost = 0.0;
   for (int first = 0; first < starts; ++first) {

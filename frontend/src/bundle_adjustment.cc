@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <unordered_map>
 #include <utility>
 
@@ -20,6 +21,7 @@ namespace {
 // [rad] Which way is down is found anew by each adjustment. Were it taken from the odometry, whose
 // own estimate hangs on the tilt of the very map that is adjusted, the two would drift together.
 constexpr double kGravitySigma = 0.02;
+constexpr double kOfLinesAlone = 1e4;    // the largest trust region for a map without points
 constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tells no direction
 
 }  // namespace
@@ -170,7 +172,8 @@ class BundleAdjuster::Problem {
     SolveOptions solve;
     solve.max_iterations = iterations;
     solve.function_tolerance = options_.tolerance;
-    solve.initial_trust_region_radius = options_.trust_region;
+    solve.initial_trust_region_radius =
+        points_.empty() ? std::min(options_.trust_region, kOfLinesAlone) : options_.trust_region;
     solve.threads = options_.threads;
     solve.stop = stopped;
     return graph_.Solve(solve);
@@ -286,8 +289,10 @@ void BundleAdjustmentOptions::Validate() const {
                    "BundleAdjustmentOptions::chi2_2, chi2_3 and chi2_4 must be positive");
   HIGHWALL_REQUIRE(first_iterations >= 1 && second_iterations >= 1,
                    "BundleAdjustmentOptions: iterations must be at least 1");
-  HIGHWALL_REQUIRE(tolerance >= 0.0, "BundleAdjustmentOptions::tolerance must not be negative");
-  HIGHWALL_REQUIRE(trust_region > 0.0, "BundleAdjustmentOptions::trust_region must be positive");
+  HIGHWALL_REQUIRE(tolerance >= 0.0 && std::isfinite(tolerance),
+                   "BundleAdjustmentOptions::tolerance must be finite, not negative");
+  HIGHWALL_REQUIRE(trust_region > 0.0 && std::isfinite(trust_region),
+                   "BundleAdjustmentOptions::trust_region must be positive and finite");
   HIGHWALL_REQUIRE(threads >= 1, "BundleAdjustmentOptions::threads must be at least 1");
 }
 

@@ -19,9 +19,9 @@ void LandmarkMotionOptions::Validate() const {
 }
 
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
-               std::span<const PosePoint> judged, std::span<const PosePoint> other_points,
-               std::span<const PoseLine> other_lines, const PoseSolverOptions& pose,
-               const LandmarkMotionOptions& options) {
+               std::span<const PosePoint> judged, int judged_lines,
+               std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,
+               const PoseSolverOptions& pose, const LandmarkMotionOptions& options) {
   // A direction that the others leave open has this sigma: whatever is judged there fits.
   constexpr double kOpen = 30.0;  // [m, rad]
   constexpr double kLeastError = 0.2;
@@ -30,7 +30,8 @@ bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
   of_others.min_support = options.min_support;
   const auto solution = SolvePose(T_WC, projection, other_points, other_lines, of_others);
   const int support = solution ? solution->num_points + 2 * solution->num_lines : 0;
-  if (support < options.outnumber * static_cast<double>(judged.size())) return false;
+  const int of_judged = static_cast<int>(judged.size()) + 2 * judged_lines;
+  if (!solution || support < options.outnumber * of_judged) return false;
 
   Eigen::Matrix<double, 6, 6> information = solution->information;
   information.diagonal().array() += 1.0 / (kOpen * kOpen);

@@ -108,7 +108,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
     map.ObserveLine(keyframe.id, static_cast<int>(i), tracked.lines[i]);
   }
-  CullUnseen(left, map);  // not before: this keyframe sees some of them
+  CullUnseen(left, map);  // not before: this keyframe may see them
   CullLandmarks(keyframe.id, map, report);
   FuseNeighbours(keyframe.id, map, report);
   CreatePoints(keyframe, map, report);

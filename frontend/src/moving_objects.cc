@@ -281,7 +281,7 @@ void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClue
   for (std::size_t k = 0; k < surfaces.sizes.size(); ++k) {
     const int size = surfaces.sizes[k], surface = static_cast<int>(k);
     if (size < options.min_surface || size > most || 2 * stand[k] > size) continue;
-    const bool moves = 2 * moved[k] > size || (clues.moved && clues.moved(surfaces, surface));
+    const bool moves = 2 * moved[k] > size || (clues.moved && clues.moved(surfaces, surface, mask));
     if (moves) mask.setTo(kSurface, surfaces.labels == surface);
   }
 }
@@ -335,6 +335,9 @@ PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
                    const MovingObjectOptions& options, const SurfaceClues& clues) {
+  HIGHWALL_REQUIRE(clues.moving.empty() || (clues.moving.size() == view.depth.size() &&
+                                            clues.depth.size() == view.depth.size()),
+                   "FindMoving: SurfaceClues::depth and moving must be grids as the view's");
   const Verdicts verdicts = Label(view, references, grid, Margin(noise, options), options);
   cv::Mat mask = cv::Mat::zeros(view.depth.size(), CV_8UC1);
   MarkClusters(view.depth, verdicts, options, mask);

@@ -235,6 +235,8 @@ std::optional<TrackedFrame> Tracker::TrackReference(const Frame& frame, const Ma
   TrackedFrame tracked = Unmatched(frame, found->T_WC);
   Apply(found->points, tracked.points);
   Apply(found->lines, tracked.lines);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
   return tracked;
 }
 
@@ -244,42 +246,54 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   TrackedFrame tracked = Unmatched(frame, found->T_WC);
   Apply(found->points, tracked.points);
   Apply(found->lines, tracked.lines);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
   tracked.relocalized = true;
   return tracked;
 }
 
 bool Tracker::HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
-                       int surface) const {
+                       int surface, const cv::Mat& moving) const {
   const FrameFeatures& features = *rough.frame.features;
   const auto is_on = [&](const Eigen::Vector2d& uv) {
     return surfaces.labels.at<int>(moving_.grid().CellOf(uv)) == surface;
   };
+  const auto moves = [&](const Eigen::Vector2d& uv) {
+    return moving.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
+  };
   std::vector<PosePoint> judged;
+  int judged_lines = 0;
   TrackedFrame others = Unmatched(rough.frame, rough.T_WC);
   for (std::size_t i = 0; i < rough.tried_points.size(); ++i) {
     const MapPoint* point = map.point(rough.tried_points[i]);
     if (point == nullptr) continue;
     if (is_on(features.points[i].uv)) {
       judged.push_back(MakePosePoint(model_, *point, features.points[i]));
-    } else {
+    } else if (!moves(features.points[i].uv)) {
       others.points[i] = point->id;
     }
   }
   if (static_cast<int>(judged.size()) < options_.moving.landmarks.min_points) return false;
   for (std::size_t i = 0; i < rough.tried_lines.size(); ++i) {
-    if (!Touches(features.lines[i], is_on)) others.lines[i] = rough.tried_lines[i];
+    if (rough.tried_lines[i] == kNoId) continue;
+    if (Touches(features.lines[i], is_on)) {
+      ++judged_lines;
+    } else if (!Touches(features.lines[i], moves)) {
+      others.lines[i] = rough.tried_lines[i];
+    }
   }
   const Sightings seen = LandmarksSeen(model_, map, others);
-  return HaveMoved(rough.T_WC, model_.projection(), judged, seen.points, seen.lines, options_.pose,
-                   options_.moving.landmarks);
+  return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen.points, seen.lines,
+                   options_.pose, options_.moving.landmarks);
 }
 
 void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
   const FrameFeatures& features = *rough.frame.features;
-  rough.moving = moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map,
-                              [&](const DepthSurfaces& surfaces, int surface) {
-                                return HasMoved(rough, map, surfaces, surface);
-                              });
+  rough.moving =
+      moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map,
+                   [&](const DepthSurfaces& surfaces, int surface, const cv::Mat& moving) {
+                     return HasMoved(rough, map, surfaces, surface, moving);
+                   });
   if (rough.moving.empty()) return;
   const cv::Mat aside = WithBorder(rough.moving);
   const auto moves = [&](const Eigen::Vector2d& uv) {

@@ -1,6 +1,7 @@
 #include <highwall/frontend/bundle_adjustment.h>
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -306,6 +307,9 @@ TEST(BundleAdjustmentOptions, ErrorsNameTheField) {
   expect_error({.line_huber = -1.0}, "line_huber");
   expect_error({.chi2_4 = 0.0}, "chi2_4");
   expect_error({.first_iterations = 0}, "iterations");
+  expect_error({.tolerance = -1e-6}, "tolerance");
+  expect_error({.trust_region = 0.0}, "trust_region");
+  expect_error({.trust_region = std::numeric_limits<double>::infinity()}, "trust_region");
   expect_error({.threads = 0}, "threads");
 }
 

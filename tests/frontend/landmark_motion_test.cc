@@ -28,11 +28,12 @@ class LandmarkMotion : public ::testing::Test {
     panel = See(rng, {-0.3, -0.4, 1.0}, {0.1, 0.4, 1.05}, marks, moved, shift);
   }
   bool Moved(const LandmarkMotionOptions& options = {}) const {
-    return HaveMoved(Pose(), model.projection(), panel, wall, {}, {}, options);
+    return HaveMoved(Pose(), model.projection(), panel, lines, wall, {}, {}, options);
   }
 
   const MeasurementModel model{IdealSensor(), {.point_sigma = 1.0}};  // that of the noise
   std::vector<PosePoint> wall, panel;
+  int lines = 0;  // on the panel
 
  private:
   // Points in a box where they were mapped, and what the camera in the origin sees of them now.
@@ -57,6 +58,14 @@ TEST_F(LandmarkMotion, MarksThatMovedContradictTheOthers) {
     Look(shift);
     EXPECT_TRUE(Moved()) << shift.transpose();
   }
+}
+
+TEST_F(LandmarkMotion, LinesCountInWhatIsMoreOfTheScene) {
+  Look({0.03, 0, 0});
+  lines = 15;  // 20 and 30 against some 55 of the 60 that fit
+  EXPECT_TRUE(Moved());
+  lines = 25;
+  EXPECT_FALSE(Moved()) << "it may be the wall that moves";
 }
 
 TEST_F(LandmarkMotion, ThePoseOfAllTogetherWouldFollowThem) {

@@ -369,6 +369,13 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
       EXPECT_EQ(map.keyframe(id)->motion->previous == id - 1, map.keyframe(id - 1) != nullptr);
     }
   }
+  // Nothing is tied over the place of one that has gone.
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const KeyFrameMotion& motion = *map.keyframe(id)->motion;
+    EXPECT_EQ(motion.previous == kNoId, motion.from_previous == nullptr) << id;
+    if (motion.from_previous == nullptr) continue;
+    EXPECT_LE(motion.stamp - motion.from_previous->start(), 1'000'000'000) << id;
+  }
   // The first, and those of 3 s before the last but one.
   EXPECT_LE(map.num_keyframes(), 8u);
 }
@@ -510,6 +517,8 @@ TEST(LocalMapperOptions, ErrorsNameTheField) {
   expect_error({.min_observations = 0}, "min_observations");
   expect_error({.redundant_share = 0.0}, "redundant_share");
   expect_error({.redundant_observers = 0}, "redundant_observers");
+  expect_error({.max_motion_gap = 0.0}, "max_motion_gap");
+  expect_error({.motion_span = -1.0}, "motion_span");
   expect_error({.min_line_length = 0.0}, "min_line_length");
   expect_error({.max_depth_sigma = 0.0}, "max_depth_sigma");
   expect_error({.bundle = {.threads = 0}}, "threads");

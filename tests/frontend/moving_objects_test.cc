@@ -205,7 +205,7 @@ class FindMovingSurfaces : public FindMovingTest {
   }
   // The test of a surface that holds the middle of the panel, and of no other.
   SurfaceTest PanelMoved() {
-    return [this](const DepthSurfaces& surfaces, int surface) {
+    return [this](const DepthSurfaces& surfaces, int surface, const cv::Mat&) {
       ++asked;
       return surfaces.labels.at<int>(25, 40) == surface;
     };

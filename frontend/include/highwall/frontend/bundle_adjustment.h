@@ -21,8 +21,8 @@ struct BundleAdjustmentOptions {
   int second_iterations = 8;  // >= 1: without outliers
   double tolerance = 1e-6;    // >= 0: ends before, where a step lowers the cost by a smaller share
   // > 0: of the first step, as SolveOptions::initial_trust_region_radius. Small, it holds what is
-  // measured badly where it was: the lines of a map without points; large, it lets a few steps
-  // straighten the bend of a long loop, which costs next to nothing.
+  // measured badly where it was; large, it lets a few steps straighten the bend of a long loop,
+  // which costs next to nothing. Of lines alone none larger than 1e4 is taken.
   double trust_region = 1e4;
   int threads = 2;  // >= 1; with more than one the last bits vary from run to run
 

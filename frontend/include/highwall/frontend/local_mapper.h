@@ -29,7 +29,7 @@ struct LocalMapperOptions {
   int probation_keyframes = 3;    // >= 1
   int min_observations = 2;       // >= 1
   // A keyframe is dropped when this share of its points, or of its lines where it has no points, is
-  // seen by so many others, points at the same or a finer pyramid level, lines by twice as many,
+  // seen by so many others, points at levels up to one coarser, lines by twice as many,
   // for they are found less often. This bounds the map by the area that it covers, however long the
   // camera stays.
   double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats

@@ -45,8 +45,10 @@ struct PosedDepth {
   Pose T_WC;
 };
 
-// Whether the landmarks on a surface have moved, given its index.
-using SurfaceTest = std::function<bool(const DepthSurfaces& surfaces, int surface)>;
+// Whether the landmarks on a surface have moved, given its index; moving: the cells (not 0) that
+// are known to, which say nothing of others.
+using SurfaceTest =
+    std::function<bool(const DepthSurfaces& surfaces, int surface, const cv::Mat& moving)>;
 
 // What tells of whole surfaces that they move, beside the depth of references.
 struct SurfaceClues {

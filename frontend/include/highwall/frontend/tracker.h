@@ -138,9 +138,10 @@ class Tracker {
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
                                           const KnownPose* predicted = nullptr,
                                           Aid aid = Aid::kNone) const;
-  // Whether the landmarks on a surface of the depth grid contradict all others.
+  // Whether the landmarks on a surface of the depth grid contradict all others but those on
+  // `moving`.
   bool HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
-                int surface) const;
+                int surface, const cv::Mat& moving) const;
   // Takes the features off a frame that are on something that moves.
   void SetMovingAside(TrackedFrame& rough, const Map& map) const;
   bool IsDoubtful(const LocalMatch& match) const;
