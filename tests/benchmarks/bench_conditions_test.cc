@@ -49,5 +49,10 @@ TEST(BenchConditions, AFilmThatEndsBeforeTheLowTextureIsOneLine) {
                          {"ends before the stretch"});
 }
 
+TEST(BenchConditions, RefusesToBeginBeyondTheFilm) {
+  testing::ExpectRefused(Bench("--parts moving --scenes room --seeds 1 --duration 0.6 --starts 6"),
+                         3, {"--starts must leave two frames"});
+}
+
 }  // namespace
 }  // namespace highwall
