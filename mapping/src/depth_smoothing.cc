@@ -19,9 +19,15 @@ struct Window {
   float gate = 0.0f;
 };
 
-std::vector<Window> MakeTable(double farthest, double focal, const DepthSigma& sigma,
+// Of a depth z [m] in the table. It does not decrease with z, so that a table up to the farthest
+// depth has a place for all.
+std::size_t TableIndex(float z) {
+  return static_cast<std::size_t>(z / kTableStep);
+}
+
+std::vector<Window> MakeTable(float farthest, double focal, const DepthSigma& sigma,
                               const DepthSmoothingOptions& options) {
-  std::vector<Window> table(static_cast<std::size_t>(farthest / kTableStep) + 1);
+  std::vector<Window> table(TableIndex(farthest) + 1);
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double z = (static_cast<double>(i) + 0.5) * kTableStep;
     const double s = sigma(z);
@@ -94,7 +100,7 @@ cv::Mat SmoothDepth(const cv::Mat& depth, double focal, const DepthSigma& sigma,
   for (int v = 0; v < depth.rows; ++v) {
     for (int u = 0; u < depth.cols; ++u) {
       if (inverse.at<float>(v, u) == 0.0f) continue;
-      const Window& window = table[static_cast<std::size_t>(depth.at<float>(v, u) / kTableStep)];
+      const Window& window = table[TableIndex(depth.at<float>(v, u))];
       if (window.radius > 0) smooth.at<float>(v, u) = 1.0f / WindowMean(inverse, u, v, window);
     }
   }

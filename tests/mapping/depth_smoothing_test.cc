@@ -72,6 +72,28 @@ TEST(SmoothDepth, KeepsTheEdgeBetweenTwoSurfaces) {
   EXPECT_LT(cv::norm(smooth, depth, cv::NORM_INF), 1e-5);  // rounding of the inverse
 }
 
+// The window of a pixel is made for its own depth, also where that is the farthest of the image and
+// at the border of two steps of depth: a pixel beyond, out of every window, changes nothing.
+TEST(SmoothDepth, TheFarthestPixelIsSmoothedLikeAnyOther) {
+  const DepthSmoothingOptions options{.target_sigma = 1e-6, .max_extent = 1.0, .max_radius = 2};
+  for (int step = 5; step <= 500; ++step) {
+    const float z = static_cast<float>(0.02 * step);  // [m]
+    cv::Mat wall(11, 11, CV_32FC1, cv::Scalar(z));
+    for (int v = 0; v < wall.rows; ++v) {
+      for (int u = v % 2; u < wall.cols; u += 2) {
+        wall.at<float>(v, u) = z - static_cast<float>(Sigma(z));
+      }
+    }
+    cv::Mat with_more = wall.clone();
+    with_more.at<float>(0, 0) = z + 1.0f;
+    const cv::Rect inside(3, 3, 8, 8);
+    const cv::Mat alone = SmoothDepth(wall, kFocal, Sigma, options)(inside);
+    const cv::Mat expected = SmoothDepth(with_more, kFocal, Sigma, options)(inside);
+    EXPECT_EQ(cv::norm(alone, expected, cv::NORM_INF), 0.0) << z;
+    EXPECT_GT(cv::norm(alone, wall(inside), cv::NORM_INF), 0.0) << z;
+  }
+}
+
 TEST(SmoothDepth, DoesNothingWhereTheSensorIsGoodEnough) {
   const cv::Mat plane = Plane(true);
   const cv::Mat smooth = SmoothDepth(plane, kFocal, Sigma, {.target_sigma = 1.0});
