@@ -2,21 +2,25 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <string>
 #include <string_view>
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/core/trajectory_log.h>
 
 namespace highwall {
 namespace {
 
 constexpr std::array<const char*, 8> kColumns = {"stamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
 constexpr std::string_view kBlanks = " \t\r";
+constexpr std::string_view kTitle = "# stamp tx ty tz qx qy qz qw\n";
 
 // One line of a TUM file, and where it stands, for the messages.
 struct Line {
@@ -109,6 +113,20 @@ std::size_t NearestIndex(const Trajectory& trajectory, Stamp stamp) {
   return static_cast<std::size_t>(nearest - trajectory.begin());
 }
 
+// With the end of the line.
+std::string FormatLine(const StampedPose& stamped) {
+  HIGHWALL_REQUIRE(stamped.pose.IsFinite(),
+                   "the pose at stamp " + FormatStamp(stamped.stamp) + " is not finite");
+  std::string line = FormatStamp(stamped.stamp);
+  for (int i = 0; i < Pose::kSize; ++i) {
+    // Ten decimals: rounding each of four to 1e-9 may cost 1.5e-9 once they are normalised.
+    std::array<char, 400> text;
+    std::snprintf(text.data(), text.size(), " %.10f", stamped.pose.data()[i]);
+    line += text.data();
+  }
+  return line + '\n';
+}
+
 }  // namespace
 
 Trajectory ReadTumTrajectory(const std::filesystem::path& path) {
@@ -137,20 +155,29 @@ Trajectory ReadTumTrajectory(const std::filesystem::path& path) {
 void WriteTumTrajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
   HIGHWALL_REQUIRE(StampsDoNotDecrease(trajectory), "the stamps of a trajectory must not decrease");
   AtomicFile file(path);
-  file.stream() << "# stamp tx ty tz qx qy qz qw\n";
-  for (const StampedPose& stamped : trajectory) {
-    HIGHWALL_REQUIRE(stamped.pose.IsFinite(),
-                     "the pose at stamp " + FormatStamp(stamped.stamp) + " is not finite");
-    file.stream() << FormatStamp(stamped.stamp);
-    for (int i = 0; i < Pose::kSize; ++i) {
-      // Ten decimals: rounding each of four to 1e-9 may cost 1.5e-9 once they are normalised.
-      std::array<char, 400> text;
-      std::snprintf(text.data(), text.size(), " %.10f", stamped.pose.data()[i]);
-      file.stream() << text.data();
-    }
-    file.stream() << '\n';
-  }
+  file.stream() << kTitle;
+  for (const StampedPose& stamped : trajectory) file.stream() << FormatLine(stamped);
   file.Commit();
+}
+
+TrajectoryLog::TrajectoryLog(const std::filesystem::path& path) : path_(path) {
+  errno = 0;
+  stream_.open(path, std::ios::binary | std::ios::trunc);
+  Put(kTitle);
+}
+
+void TrajectoryLog::Append(const StampedPose& pose) {
+  HIGHWALL_REQUIRE(!last_ || pose.stamp >= *last_, "the stamps of a trajectory must not decrease");
+  const std::string line = FormatLine(pose);
+  last_ = pose.stamp;
+  errno = 0;
+  Put(line);
+}
+
+void TrajectoryLog::Put(std::string_view text) {
+  stream_ << text << std::flush;
+  if (stream_) return;
+  throw IoError(path_, std::string("could not be written: ") + std::strerror(errno));
 }
 
 std::vector<StampMatch> MatchByStamp(const Trajectory& reference, const Trajectory& estimate,

@@ -1,11 +1,16 @@
 #include <highwall/core/atomic_file.h>
 
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <ostream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -98,16 +103,64 @@ TEST_F(AtomicFileTest, AFailedWriteThrowsAtCommitAndKeepsTheOldFile) {
   EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
-TEST_F(AtomicFileTest, AWriteThatTheSystemRefusesIsFoundAtCommit) {
-  std::ofstream(folder_ / "a.txt") << "old";
-  {
-    const testing::FileSizeLimit limit(4096);
-    AtomicFile file(folder_ / "a.txt");
-    file.stream() << std::string(1 << 20, 'x');
-    EXPECT_THROW(file.Commit(), IoError);
+// At once, in pieces that fit the buffer, character by character, or not before the end.
+TEST_F(AtomicFileTest, AWriteThatTheSystemRefusesIsFoundAtCommitWithItsReasonAndTheFinalName) {
+  const auto at_once = [](std::ostream& out) { out << std::string(1 << 20, 'x'); };
+  const auto in_pieces = [](std::ostream& out) {
+    for (int i = 0; i < 10000; ++i) out << "0.123456789 " << i << '\n';
+  };
+  const auto by_character = [](std::ostream& out) {
+    for (int i = 0; i < 10000; ++i) out.put('x');
+  };
+  const auto flushed = [](std::ostream& out) { out << std::string(5000, 'x') << std::flush; };
+  const auto in_the_end = [](std::ostream& out) { out << std::string(5000, 'x'); };
+  const std::vector<std::function<void(std::ostream&)>> writers = {at_once, in_pieces, by_character,
+                                                                   flushed, in_the_end};
+  const std::string path = folder_ / "a.txt";
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    SCOPED_TRACE(i);
+    std::ofstream(path) << "old";
+    std::string message;
+    {
+      const testing::FileSizeLimit limit(4096);
+      AtomicFile file(path);
+      writers[i](file.stream());
+      try {
+        file.Commit();
+      } catch (const IoError& error) {
+        message = error.what();
+      }
+    }
+    EXPECT_EQ(message, path + ": could not be written whole: File too large");
+    EXPECT_EQ(testing::ReadText(path), "old");
+    EXPECT_EQ(folder_.FileCount(), 1u);
   }
-  EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "old");
-  EXPECT_EQ(folder_.FileCount(), 1u);
+}
+
+TEST_F(AtomicFileTest, WhatAKilledProcessLeavesIsRemovedAndNothingElse) {
+  const fs::path map = folder_ / "room.hwmap", plain = folder_ / "noextension";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    AtomicFile first(map), second(plain);
+    first.stream() << "half" << std::flush;
+    ::raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  ASSERT_EQ(folder_.FileCount(), 2u);
+
+  AtomicFile alive(map);
+  for (const char* others : {".hidden", ".vimrc.swp", "1-0x2.txt", ".a.99999999-0xg.txt",
+                             ".a.0-0x12.txt", ".a.-5-0x12.txt", ".a.12x-0x12"}) {
+    std::ofstream(folder_ / others) << "other";
+  }
+  RemoveTemporariesOfDeadProcesses(folder_.path());
+  EXPECT_EQ(folder_.FileCount(), 8u);
+  alive.stream() << "new";
+  alive.Commit();
+  EXPECT_EQ(testing::ReadText(map), "new");
+  EXPECT_NO_THROW(RemoveTemporariesOfDeadProcesses(folder_ / "missing"));
 }
 
 TEST_F(AtomicFileTest, ALinkStaysAndWhatItLeadsToIsReplaced) {

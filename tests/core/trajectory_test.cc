@@ -10,7 +10,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
+#include <highwall/core/trajectory_log.h>
 
+#include "../file_size_limit.h"
 #include "../temporary_directory.h"
 
 namespace highwall {
@@ -222,6 +224,41 @@ TEST(Interpolate, GivesThePosesThemselvesAndNothingOutside) {
   EXPECT_FALSE(Interpolate(trajectory, FromSeconds(1.0) - 1).has_value());
   EXPECT_FALSE(Interpolate(trajectory, FromSeconds(3.0) + 1).has_value());
   EXPECT_FALSE(Interpolate({}, 0).has_value());
+}
+
+// What the file holds while the log is open is what a killed process leaves.
+TEST_F(TrajectoryFile, ALogIsWholeAfterEachPoseAndEqualsAFileWrittenAtOnce) {
+  const fs::path path = folder_ / "log.txt", whole = folder_ / "whole.txt";
+  testing::WriteText(path, "of an earlier run, and longer than a line");
+  TrajectoryLog log(path);
+  EXPECT_TRUE(ReadTumTrajectory(path).empty());
+  Trajectory trajectory;
+  for (const double seconds : {1.0, 1.5, 1.5, 2.0}) {
+    trajectory.push_back(At(seconds, 0.1 * seconds));
+    log.Append(trajectory.back());
+    WriteTumTrajectory(whole, trajectory);
+    EXPECT_EQ(testing::ReadText(path), testing::ReadText(whole));
+  }
+  EXPECT_THROW(log.Append(At(1.9)), InvalidArgument);
+  EXPECT_THROW(log.Append(At(2.1, std::nan(""))), InvalidArgument);
+  EXPECT_EQ(testing::ReadText(path), testing::ReadText(whole));
+}
+
+TEST_F(TrajectoryFile, ALogOnAFullDiskSaysWhatIsWrongWithWhichFile) {
+  const fs::path path = folder_ / "log.txt";
+  const testing::FileSizeLimit limit(1024);
+  TrajectoryLog log(path);
+  std::string message;
+  for (int i = 0; i < 100 && message.empty(); ++i) {
+    try {
+      log.Append(At(i));
+    } catch (const IoError& error) {
+      message = error.what();
+    }
+  }
+  EXPECT_EQ(message, path.string() + ": could not be written: File too large");
+  EXPECT_THROW(log.Append(At(1000.0)), IoError);
+  EXPECT_THROW(TrajectoryLog(folder_ / "missing" / "log.txt"), IoError);
 }
 
 }  // namespace

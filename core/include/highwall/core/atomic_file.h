@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <ostream>
 
 namespace highwall {
 
@@ -27,10 +28,35 @@ class AtomicFile {
   void Commit();
 
  private:
+  // Remembers why the first write failed: the stream goes on without a word until it is closed.
+  class Buffer : public std::filebuf {
+   public:
+    // False where anything that was left could not be written.
+    bool Close();
+    int error() const { return error_; }  // errno; 0: none
+
+   protected:
+    int overflow(int c) override;
+    std::streamsize xsputn(const char* bytes, std::streamsize count) override;
+    int sync() override;
+
+   private:
+    void Remember(int error) {
+      if (error_ == 0) error_ = error;
+    }
+
+    int error_ = 0;
+  };
+
   std::filesystem::path path_;
   std::filesystem::path temporary_;
-  std::ofstream stream_;
+  Buffer buffer_;
+  std::ostream stream_{&buffer_};
   bool committed_ = false;
 };
+
+// Removes from a folder what AtomicFile left there in processes that were killed. Those of other
+// processes of this machine stay, and so does what cannot be removed.
+void RemoveTemporariesOfDeadProcesses(const std::filesystem::path& folder);
 
 }  // namespace highwall
