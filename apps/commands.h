@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cctype>
 #include <functional>
+#include <string>
 
 namespace CLI {
 class App;
@@ -14,6 +17,14 @@ enum ExitCode { kExitOk = 0, kExitUsage = 1, kExitData = 2, kExitFailed = 3 };
 // prints IoError and InvalidArgument as one line and exits with kExitData, any other exception
 // with kExitFailed.
 using CommandAction = std::function<int()>;
+
+// Messages quote what stands in files: a line break or an escape sequence there must not reach the
+// terminal.
+inline std::string OneLine(std::string message) {
+  std::replace_if(
+      message.begin(), message.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  return message;
+}
 
 // One function per subcommand, each in its own file: adds the subcommand and its options to `app`,
 // and sets `action` when the user chose it. CLI::ParseError means wrong usage. `action` must

@@ -2,8 +2,6 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -21,14 +19,6 @@ namespace {
 std::string CommandName(const CLI::App& app) {
   const auto chosen = app.get_subcommands();
   return chosen.empty() ? "highwall" : "highwall " + chosen.front()->get_name();
-}
-
-// Messages quote what stands in files: a line break or an escape sequence there must not reach the
-// terminal.
-std::string OneLine(std::string message) {
-  std::replace_if(
-      message.begin(), message.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
-  return message;
 }
 
 int RunAction(const CommandAction& action, const std::string& command) {

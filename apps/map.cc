@@ -104,6 +104,7 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
   std::error_code error;
   std::filesystem::create_directories(out, error);
   if (error) throw IoError(out, "cannot be made: " + error.message());
+  RemoveTemporariesOfDeadProcesses(out);
   WritePly(out / "cloud.ply", dense.cloud);
   WritePcd(out / "cloud.pcd", dense.cloud);
   dense.octree.WriteBinary(out / "map.bt");
@@ -114,7 +115,9 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
   if (drivable.width > 0) WriteOccupancyGrid(out / "traversability.yaml", drivable);
   const HeightMap heights = MakeHeightMap(dense.octree, HeightSource::kTop, dense.R_GW);
   if (heights.width > 0) WritePng(out / "heights.png", HeightImage(heights));
-  WriteMapPictures(out, dense, trajectory);
+  for (const MapPicture& picture : kMapPictures) {
+    WriteMapPicture(out, picture, dense, trajectory);
+  }
 
   const auto megabytes = [&](const char* name) {
     return static_cast<double>(std::filesystem::file_size(out / name)) / 1e6;

@@ -203,16 +203,11 @@ void WritePng(const std::filesystem::path& path, const cv::Mat& image) {
   file.Commit();
 }
 
-void WriteMapPictures(const std::filesystem::path& directory, const DenseMap& dense,
-                      const Trajectory& trajectory) {
+void WriteMapPicture(const std::filesystem::path& directory, const MapPicture& picture,
+                     const DenseMap& dense, const Trajectory& trajectory) {
   constexpr int kSize = 1200;  // [px]
-  const auto write = [&](const char* name, const cv::Mat& image) {
-    if (!image.empty()) WritePng(directory / name, image);
-  };
-  write("cloud_top.png", DrawCloud(dense, trajectory, MapView::kTop, kSize));
-  write("cloud.png", DrawCloud(dense, trajectory, MapView::kOblique, kSize));
-  write("octree_top.png", DrawOctree(dense, trajectory, MapView::kTop, kSize));
-  write("octree.png", DrawOctree(dense, trajectory, MapView::kOblique, kSize));
+  const cv::Mat image = picture.draw(dense, trajectory, picture.view, kSize);
+  if (!image.empty()) WritePng(directory / picture.file, image);
 }
 
 }  // namespace highwall::apps

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 
 #include <opencv2/core/mat.hpp>
@@ -27,9 +28,20 @@ cv::Mat HeightImage(const HeightMap& heights);
 // PNG. Throws IoError; the old file then stays.
 void WritePng(const std::filesystem::path& path, const cv::Mat& image);
 
-// cloud_top.png, cloud.png, octree_top.png, octree.png (docs/mapping.md) of a map that is not
-// empty.
-void WriteMapPictures(const std::filesystem::path& directory, const DenseMap& dense,
-                      const Trajectory& trajectory);
+// What is drawn of a dense map, and the name of its file (docs/mapping.md).
+struct MapPicture {
+  const char* file;
+  cv::Mat (*draw)(const DenseMap& dense, const Trajectory& trajectory, MapView view, int size);
+  MapView view;
+};
+inline constexpr std::array<MapPicture, 4> kMapPictures = {
+    {{"cloud_top.png", DrawCloud, MapView::kTop},
+     {"cloud.png", DrawCloud, MapView::kOblique},
+     {"octree_top.png", DrawOctree, MapView::kTop},
+     {"octree.png", DrawOctree, MapView::kOblique}}};
+
+// No file of a map that is empty. Throws IoError.
+void WriteMapPicture(const std::filesystem::path& directory, const MapPicture& picture,
+                     const DenseMap& dense, const Trajectory& trajectory);
 
 }  // namespace highwall::apps

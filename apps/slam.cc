@@ -6,7 +6,6 @@
 #include <CLI/Formatter.hpp>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,62 +22,15 @@
 
 #include "commands.h"
 #include "config.h"
-#include "imu_choice.h"
 #include "imu_input.h"
-#include "option_checks.h"
 #include "progress.h"
+#include "run_output.h"
 #include "run_report.h"
+#include "slam_arguments.h"
 #include "slam_run.h"
 
 namespace highwall::apps {
 namespace {
-
-enum class Features { kPoints, kLines, kBoth };
-
-struct SlamArguments {
-  std::string dataset, config, out, load_map, save_map;
-  Features features = Features::kBoth;
-  LineDetector detector = LineExtractorOptions().detector;
-  Weighting weighting = MeasurementOptions().weighting;
-  MadRule mad_rule = LineMatcherOptions().mad_rule;
-  double resolution = OctomapBuilderOptions().resolution;
-  std::string imu;  // --imu as given
-  bool moving_objects = true;
-  bool deterministic = false;
-  bool live = false;
-  bool no_map = false;
-  bool no_loops = false;
-  bool adjust_all = false;
-  bool localize = false;
-  bool json = false;
-};
-
-SlamRunOptions MakeOptions(const SlamArguments& arguments) {
-  SlamRunOptions options;
-  options.slam.frame.use_points = arguments.features != Features::kLines;
-  options.slam.frame.use_lines = arguments.features != Features::kPoints;
-  options.slam.frame.lines.detector = arguments.detector;
-  options.slam.measurement.weighting = arguments.weighting;
-  options.slam.tracker.matcher.lines.mad_rule = arguments.mad_rule;
-  options.slam.tracker.relocalizer.lines.mad_rule = arguments.mad_rule;
-  options.slam.mapper.matcher.lines.mad_rule = arguments.mad_rule;
-  options.slam.tracker.moving.enabled = arguments.moving_objects;
-  options.map.octree.resolution = arguments.resolution;
-  // The dense map is made of the keyframes of the run: where there are none there is none.
-  options.dense = !arguments.no_map && !arguments.localize;
-  options.slam.localize_only = arguments.localize;
-  options.slam.loops.enabled = !arguments.no_loops && !arguments.localize;
-  options.adjust_all = arguments.adjust_all;
-  options.load_map = arguments.load_map;
-  options.save_map = arguments.save_map;
-  options.live = arguments.live;
-  if (arguments.deterministic) {
-    options.slam = Deterministic(options.slam);
-    options.prefetch = 0;
-    options.map.background = false;
-  }
-  return options;
-}
 
 // The readings of the dataset's IMU where it has one, it can be used and the user wants it.
 std::optional<ImuFeed> MakeImuFeed(const TumDataset& dataset, const RunConfig& config,
@@ -140,6 +92,8 @@ void PrintMapping(const SlamRun& run) {
 void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArguments& arguments) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
+  fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
+             100.0 * Coverage(run));
   if (run.open_frames > 0) {
     fmt::print("open        {} frames leave a direction of the pose open\n", run.open_frames);
   }
@@ -183,9 +137,9 @@ void RequireFolder(const std::filesystem::path& out) {
   }
 }
 
-// The same for a file.
+// The same for a file; that of a link is where it leads to.
 void RequireFile(const std::filesystem::path& file) {
-  RequireFolder(std::filesystem::absolute(file).parent_path());
+  RequireFolder(std::filesystem::weakly_canonical(file).parent_path());
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
     throw IoError(file, "is not a file");
@@ -225,20 +179,24 @@ int RunSlamCommand(const SlamArguments& arguments) {
   SlamRunOptions options = MakeOptions(arguments);
   if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
   if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
-  if (const auto weighting = ReadImuChoice(arguments.imu); weighting && !arguments.localize) {
-    options.slam.inertial.weighting = *weighting;
+  if (WantsImu(arguments)) {
     options.imu = MakeImuFeed(dataset, resolved.config, !arguments.imu.empty());
   }
+  RunOutput output(arguments.out, arguments.save_map);
   SlamRun run;
   {
     Progress progress("tracking");
-    run = RunSlam(dataset, sensor, options,
-                  [&](const FrameResult&, const RgbdImage&, std::size_t done, std::size_t total) {
-                    progress.Update(done, total);
-                  });
+    run = RunSlam(
+        dataset, sensor, options,
+        [&](const FrameResult& result, const RgbdImage&, std::size_t done, std::size_t total) {
+          output.Follow(result);
+          progress.Update(done, total);
+        },
+        [&](const SlamRun& tracked) { output.WriteTrajectories(tracked); });
   }
   for (const Dataset::Problem& problem : dataset.problems()) {
-    fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame, problem.what);
+    fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame,
+               OneLine(problem.what));
   }
   WarnOfImu(run);
   WarnOfDepth(run, sensor.depth_factor);
@@ -251,33 +209,16 @@ int RunSlamCommand(const SlamArguments& arguments) {
                   "highwall info)");
   }
   const nlohmann::json report =
-      WriteRun(arguments.out, run, RunJson(run, options, arguments.dataset, resolved.origin));
+      output.WriteRest(run, RunJson(run, options, arguments.dataset, resolved.origin));
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {
     PrintSummary(run, dataset, arguments);
   }
-  return kExitOk;
-}
-
-// What a run does with a map: go on in one, keep it, localize in it.
-void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
-  CLI::Option* load_map = command->add_option("--load-map", arguments->load_map,
-                                              "Go on in a map that --save-map wrote");
-  CLI::Option* save_map =
-      command
-          ->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
-          ->check(NotEmpty());
-  CLI::Option* adjust_all =
-      command->add_flag("--adjust-all", arguments->adjust_all,
-                        "In the end adjust all keyframes and landmarks together, and write "
-                        "trajectory_adjusted.txt");
-  command
-      ->add_flag("--localize", arguments->localize,
-                 "The map of --load-map stays as it is: poses in it by images alone, nothing else")
-      ->needs(load_map)
-      ->excludes(save_map)
-      ->excludes(adjust_all);
+  for (const std::string& failure : output.failures()) {
+    fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));
+  }
+  return output.failures().empty() ? kExitOk : kExitFailed;
 }
 
 }  // namespace
@@ -286,56 +227,11 @@ void AddSlamCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<SlamArguments>();
   CLI::App* command =
       app.add_subcommand("slam", "Estimate the trajectory and the map of an RGB-D sequence");
-  command->add_option("--dataset", arguments->dataset, "Folder in the TUM RGB-D layout")
-      ->required();
-  command->add_option("--config", arguments->config,
-                      "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
-                      "else what its name tells)");
-  command->add_option("--out", arguments->out, "Folder for the results")
-      ->required()
-      ->check(NotEmpty());
-  command->add_option("--features", arguments->features, "points, lines or both")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Features>{
-          {"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}}));
-  command->add_option("--line-detector", arguments->detector, "lsd or edlines")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, LineDetector>{
-          {"lsd", LineDetector::kLsd}, {"edlines", LineDetector::kEdLines}}));
-  command->add_option("--line-outliers", arguments->mad_rule, "median or paper")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, MadRule>{
-          {"median", MadRule::kMedian}, {"paper", MadRule::kPaper}}));
-  command->add_option("--weighting", arguments->weighting, "covariance or paper")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Weighting>{
-          {"covariance", Weighting::kCovariance}, {"paper", Weighting::kPaper}}));
-  command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
-      ->check(Between(1e-3, 10.0))
-      ->capture_default_str();
-  command
-      ->add_option("--imu", arguments->imu,
-                   "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
-                   "consistent where the dataset has an IMU)")
-      ->check(ImuChoice());
-  command
-      ->add_option("--moving-objects", arguments->moving_objects,
-                   "on: what moves is neither tracked nor mapped, or off (default: on)")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
-  CLI::Option* deterministic =
-      command->add_flag("--deterministic", arguments->deterministic,
-                        "One thread; the same output, bit for bit, on every run");
-  command
-      ->add_flag("--live", arguments->live,
-                 "At the pace of the stamps; frames that come too fast are dropped and counted")
-      ->excludes(deterministic);
-  AddMapOptions(command, arguments.get());
-  command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
-  command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
-  command->add_flag("--json", arguments->json, "Print the report as one JSON object");
+  AddSlamOptions(command, arguments.get());
   command->footer(
       "Example:\n  highwall slam --dataset rgbd_dataset_freiburg1_xyz --config tum1 --out run");
   command->callback([arguments, &action] {
-    if (arguments->localize && !arguments->imu.empty() && ReadImuChoice(arguments->imu)) {
-      throw CLI::ValidationError("--localize", "works by images alone: leave --imu out or off");
-    }
+    CheckArguments(*arguments);
     action = [arguments] { return RunSlamCommand(*arguments); };
   });
 }

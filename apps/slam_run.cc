@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <map>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -172,6 +174,19 @@ std::map<std::int64_t, Pose> KeyFramePoses(const Map& map) {
   return poses;
 }
 
+// Goes on without what fails, and says so: to lose a part is better than to lose all. False where
+// it failed.
+template <class Work>
+bool Attempt(const char* what, std::vector<std::string>* failures, const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::exception& error) {
+    failures->push_back(std::string(what) + ": " + error.what());
+    return false;
+  }
+}
+
 // Adds up what the frames of a run have come to.
 class RunTally {
  public:
@@ -247,6 +262,57 @@ class KeyframeMapping {
   SettlingKeyframes settling_;
 };
 
+// The dense map of a run, where one is wanted; a run goes on without one that fails.
+class DenseStage {
+ public:
+  DenseStage(const SlamSystem& slam, const RgbdSensor& sensor, const SlamRunOptions& options) {
+    if (options.dense) mapping_.emplace(slam, sensor, options);
+  }
+
+  void Follow(const FrameResult& result, const RgbdImage& image) {
+    if (!mapping_) return;
+    if (!Attempt(kName, &failures_, [&] { mapping_->Follow(result, image); })) mapping_.reset();
+  }
+  // Call once, last.
+  void Finish(SlamRun* run) {
+    if (mapping_) Attempt(kName, &failures_, [&] { run->dense = mapping_->Finish(); });
+    if (run->dense) run->times.dense = Summarize(run->dense->keyframe_ms);
+    for (std::string& failure : failures_) run->failures.push_back(std::move(failure));
+  }
+
+ private:
+  static constexpr const char* kName = "dense map";
+
+  std::optional<KeyframeMapping> mapping_;
+  std::vector<std::string> failures_;
+};
+
+// What comes of the map when tracking is over.
+void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
+               SlamRun* run) {
+  const auto attempt = [run](const char* what, const auto& work) {
+    Attempt(what, &run->failures, work);
+  };
+  if (run->inertial) {
+    attempt("scale of the depth",
+            [&] { run->inertial->depth_scale = ScaleOf(slam.map(), sensor, options); });
+  }
+  if (options.adjust_all && slam.map().num_keyframes() > 1) {
+    attempt("adjustment of everything", [&] {
+      slam.AdjustAll();
+      run->adjusted = slam.trajectory();
+    });
+  }
+  if (!options.save_map.empty() && !run->trajectory.empty()) {
+    attempt("saved map", [&] { SaveMap(options.save_map, sensor.camera, slam.map()); });
+  }
+  run->keyframes = slam.keyframe_trajectory();
+  run->sparse = SurveyMap(slam.map(), run->adjusted.empty() ? run->trajectory : run->adjusted,
+                          run->keyframes);
+  run->points = slam.map().num_points();
+  run->lines = slam.map().num_lines();
+}
+
 }  // namespace
 
 Milliseconds Summarize(std::vector<double> samples) {
@@ -260,13 +326,21 @@ Milliseconds Summarize(std::vector<double> samples) {
       at(0.5), at(0.95), at(0.99), samples.size()};
 }
 
+double Coverage(const SlamRun& run) {
+  const std::size_t frames = run.frames + run.skipped + run.dropped;
+  return frames > 0 ? static_cast<double>(run.causal.size()) / static_cast<double>(frames) : 0.0;
+}
+
+void RequireWhole(const SlamRun& run) {
+  if (!run.failures.empty()) throw std::runtime_error(run.failures.front());
+}
+
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
-                const FrameCallback& on_frame) {
+                const FrameCallback& on_frame, const TrackedCallback& on_tracked) {
   const auto start = Clock::now();
   SlamSystem slam = MakeSystem(sensor, options);
   ImuReplay imu(options.imu);
-  std::optional<KeyframeMapping> mapping;
-  if (options.dense) mapping.emplace(slam, sensor, options);
+  DenseStage mapping(slam, sensor, options);
   FrameSource reader(dataset, options);
 
   RunTally tally;
@@ -274,32 +348,19 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     imu.FeedUntil(image->stamp, slam);
     const FrameResult result = slam.Track(*image);
     tally.Add(result);
-    if (mapping) mapping->Follow(result, *image);
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
+    mapping.Follow(result, *image);
   }
   SlamRun run = tally.Take();
   if (!options.imu) run.inertial.reset();
   run.dropped = reader.dropped();
   run.skipped = reader.count() - run.frames - run.dropped;
-  Count(slam.Finish(), &run.loops);
+  Attempt("last adjustment", &run.failures, [&] { Count(slam.Finish(), &run.loops); });
   run.trajectory = slam.trajectory();
-  if (run.inertial) run.inertial->depth_scale = ScaleOf(slam.map(), sensor, options);
-  if (options.adjust_all && slam.map().num_keyframes() > 1) {
-    slam.AdjustAll();
-    run.adjusted = slam.trajectory();
-  }
-  if (!options.save_map.empty() && !run.trajectory.empty()) {
-    SaveMap(options.save_map, sensor.camera, slam.map());
-  }
   run.keyframes = slam.keyframe_trajectory();
-  run.sparse =
-      SurveyMap(slam.map(), run.adjusted.empty() ? run.trajectory : run.adjusted, run.keyframes);
-  run.points = slam.map().num_points();
-  run.lines = slam.map().num_lines();
-  if (mapping) {
-    run.dense = mapping->Finish();
-    run.times.dense = Summarize(run.dense->keyframe_ms);
-  }
+  if (on_tracked && !run.trajectory.empty()) on_tracked(run);
+  FinishMap(sensor, options, slam, &run);
+  mapping.Finish(&run);
   run.seconds = MillisecondsSince(start) * 1e-3;
   return run;
 }

@@ -92,16 +92,30 @@ struct SlamRun {
   StageTimes times;
   double seconds = 0.0;  // of the whole run, dense map included
   std::optional<DenseMap> dense;
+  // What could not be done in the end, and why; it stopped nothing else.
+  std::vector<std::string> failures;
 };
+
+// Share of the frames of the recording that have a pose: those that could not be read, and those
+// that came too fast, have none.
+double Coverage(const SlamRun& run);
+
+// For those who can do without nothing: throws std::runtime_error where there are failures.
+void RequireWhole(const SlamRun& run);
 
 // Called after each frame with the frame, its image and how many lie behind and ahead.
 using FrameCallback = std::function<void(const FrameResult& result, const RgbdImage& image,
                                          std::size_t done, std::size_t total)>;
 
-// Feeds a dataset to SlamSystem, and the keyframes to the dense map. Throws IoError for a map that
-// cannot be loaded, is of another camera, or cannot be saved.
+// Called after the last frame, where there is a pose, when the causal and the final trajectory and
+// the keyframes are known; all that takes long or may fail comes after it.
+using TrackedCallback = std::function<void(const SlamRun& run)>;
+
+// Feeds a dataset to SlamSystem, and the keyframes to the dense map; saves the map. Throws IoError
+// for a map that cannot be loaded or is of another camera. What fails after tracking, and the dense
+// map at any time, is among SlamRun::failures.
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
-                const FrameCallback& on_frame = {});
+                const FrameCallback& on_frame = {}, const TrackedCallback& on_tracked = {});
 
 // The most memory that the process has held so far [MiB].
 double PeakMemoryMib();

@@ -29,7 +29,9 @@ apps::SlamRun RunOver(const Film& film, const SlamOptions& slam, bool imu) {
   options.dense = false;
   options.prefetch = 0;
   if (imu) options.imu = film.imu();
-  return apps::RunSlam(film, film.sensor(), options);
+  apps::SlamRun run = apps::RunSlam(film, film.sensor(), options);
+  apps::RequireWhole(run);
+  return run;
 }
 
 Scores ScorePart(const Film& film, const apps::SlamRun& run, Stamp begin, Stamp end) {

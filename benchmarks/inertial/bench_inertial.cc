@@ -106,6 +106,7 @@ Scores RunOnce(const Sequence& sequence, const std::string& policy, const Argume
         judge.Watch(result);
         progress.Update(done, total);
       });
+  apps::RequireWhole(run);
   return judge.Score(run);
 }
 

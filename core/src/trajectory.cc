@@ -10,6 +10,7 @@
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
@@ -176,8 +177,14 @@ void TrajectoryLog::Append(const StampedPose& pose) {
 
 void TrajectoryLog::Put(std::string_view text) {
   stream_ << text << std::flush;
-  if (stream_) return;
-  throw IoError(path_, std::string("could not be written: ") + std::strerror(errno));
+  if (stream_) {
+    size_ += text.size();
+    return;
+  }
+  const std::string reason = std::strerror(errno);
+  std::error_code ignored;
+  std::filesystem::resize_file(path_, size_, ignored);
+  throw IoError(path_, "could not be written: " + reason);
 }
 
 std::vector<StampMatch> MatchByStamp(const Trajectory& reference, const Trajectory& estimate,

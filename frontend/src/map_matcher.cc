@@ -14,7 +14,6 @@ void MapMatcherOptions::Validate() const {
                    "MapMatcherOptions::min_view_cosine must be in [-1, 1]");
   motion_match.Validate();
   map_match.Validate();
-  lines.Validate();
   HIGHWALL_REQUIRE(min_line_pixels >= 1.0F,
                    "MapMatcherOptions::min_line_pixels must be at least 1");
 }
@@ -135,7 +134,8 @@ LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_
     }
   }
   LineMatches matches;
-  for (const FeatureMatch& m : MatchSmallMotion(predicted, observed, options_.lines)) {
+  for (const FeatureMatch& m :
+       MatchSmallMotion(predicted, observed, model_.options().line_matches)) {
     matches.emplace_back(observed_features[static_cast<std::size_t>(m.train)],
                          predicted_ids[static_cast<std::size_t>(m.query)]);
   }

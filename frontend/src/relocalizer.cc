@@ -162,7 +162,6 @@ void RelocalizerOptions::Validate() const {
   HIGHWALL_REQUIRE(min_inliers >= 6, "RelocalizerOptions::min_inliers must be at least 6");
   HIGHWALL_REQUIRE(min_line_inliers >= 4,
                    "RelocalizerOptions::min_line_inliers must be at least 4");
-  lines.Validate();
   HIGHWALL_REQUIRE(ransac_iterations >= 1,
                    "RelocalizerOptions::ransac_iterations must be at least 1");
 }
@@ -193,7 +192,7 @@ std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& fe
 std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& features, const Map& map,
                                                       const KeyFrame& keyframe,
                                                       const Pose& guess) const {
-  const auto pairs = PairLines(features, map, keyframe, options_.lines);
+  const auto pairs = PairLines(features, map, keyframe, model_.options().line_matches);
   PoseSolverOptions solver;
   solver.min_support = 2 * options_.min_line_inliers;
   solver.max_iterations = 15;
@@ -217,7 +216,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
     points.push_back(MakePosePoint(model_, *point, feature));
   }
   if (static_cast<int>(pairs.size()) < options_.min_matches) return std::nullopt;
-  const auto lines = PairLines(features, map, keyframe, options_.lines);
+  const auto lines = PairLines(features, map, keyframe, model_.options().line_matches);
   const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
   PoseSolverOptions solver;

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <fcntl.h>
+#include <signal.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -31,6 +35,42 @@ inline Outcome RunProgram(const std::string& program, const std::string& argumen
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
 }
+
+// A program that runs beside the test, without input and output, and ends with this object at the
+// latest: as `kill -9` ends it.
+class BackgroundProgram {
+ public:
+  BackgroundProgram(std::string program, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), std::move(program));
+    std::vector<char*> words;
+    for (std::string& argument : arguments) words.push_back(argument.data());
+    words.push_back(nullptr);
+    process_ = ::fork();
+    if (process_ != 0) return;
+    const int nothing = ::open("/dev/null", O_RDWR);
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
+    ::execv(words.front(), words.data());
+    ::_exit(127);
+  }
+  ~BackgroundProgram() { Kill(); }
+  BackgroundProgram(const BackgroundProgram&) = delete;
+  BackgroundProgram& operator=(const BackgroundProgram&) = delete;
+
+  bool IsRunning() {
+    if (!ended_) ended_ = ::waitpid(process_, nullptr, WNOHANG) == process_;
+    return !ended_;
+  }
+  void Kill() {
+    if (ended_) return;
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+    ended_ = true;
+  }
+
+ private:
+  pid_t process_ = 0;
+  bool ended_ = false;
+};
 
 inline bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;

@@ -98,6 +98,8 @@ class SlamCommand : public ::testing::Test {
     const json report = json::parse(outcome.out);
     EXPECT_EQ(report["skipped_frames"], reasons.size());
     EXPECT_EQ(report["frames"], frames - reasons.size());
+    EXPECT_DOUBLE_EQ(report["coverage"].get<double>(),
+                     static_cast<double>(frames - reasons.size()) / static_cast<double>(frames));
     EXPECT_EQ(ReadTumTrajectory(run() / "trajectory.txt").size(), frames - reasons.size());
   }
 
@@ -127,6 +129,8 @@ void ExpectReport(const json& report, std::size_t frames) {
   EXPECT_EQ(report["lost_frames"], 0);
   EXPECT_TRUE(report["lost_stamps"].empty());
   EXPECT_EQ(report["skipped_frames"], 0);
+  EXPECT_EQ(report["coverage"], 1.0);
+  EXPECT_EQ(report["complete"], true);
   EXPECT_GE(report["keyframes"], 1);
   EXPECT_GT(report["landmarks"]["points"], 100);
   EXPECT_GT(report["landmarks"]["lines"], 10);

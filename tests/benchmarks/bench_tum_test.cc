@@ -48,9 +48,26 @@ TEST_F(BenchTum, JsonHoldsEveryRunAndTheirMedians) {
     EXPECT_EQ(median["lost_frames"], 0.0);
     EXPECT_GT(median["tracking_ms"], 0.0);
     EXPECT_GT(median["orb_ms"], 0.0);
+    // All of a frame holds its tracking, and the first frame a keyframe as well.
+    EXPECT_GE(median["frame_ms"], median["tracking_ms"]);
+    EXPECT_GT(median["frame_mean_ms"], median["tracking_ms"]);
   }
   EXPECT_EQ(report["sequences"]["room"]["points"]["median"]["lines"], 0.0);
   EXPECT_GT(report["sequences"]["room"]["both"]["median"]["lines"], 0.0);
+}
+
+TEST_F(BenchTum, AFrameThatCannotBeReadIsNotCovered) {
+  Film("room", 5);
+  const std::filesystem::path images = folder_.path() / "room" / "rgb";
+  for (const auto& image : std::filesystem::directory_iterator(images)) {
+    testing::WriteText(image.path(), "no picture");
+    break;
+  }
+  const Outcome outcome = Bench("--sequences room --runs 1 --features both --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json figures = json::parse(outcome.out)["sequences"]["room"]["both"]["median"];
+  EXPECT_DOUBLE_EQ(figures["coverage"].get<double>(), 0.8);
+  EXPECT_EQ(figures["lost_frames"], 0.0);
 }
 
 TEST_F(BenchTum, TableHasARowForEachSequence) {

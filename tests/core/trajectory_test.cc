@@ -249,15 +249,17 @@ TEST_F(TrajectoryFile, ALogOnAFullDiskSaysWhatIsWrongWithWhichFile) {
   const testing::FileSizeLimit limit(1024);
   TrajectoryLog log(path);
   std::string message;
-  for (int i = 0; i < 100 && message.empty(); ++i) {
+  std::size_t written = 0;
+  for (; written < 100 && message.empty(); ++written) {
     try {
-      log.Append(At(i));
+      log.Append(At(static_cast<double>(written)));
     } catch (const IoError& error) {
       message = error.what();
     }
   }
   EXPECT_EQ(message, path.string() + ": could not be written: File too large");
   EXPECT_THROW(log.Append(At(1000.0)), IoError);
+  EXPECT_EQ(ReadTumTrajectory(path).size(), written - 1) << "no part of a line";
   EXPECT_THROW(TrajectoryLog(folder_ / "missing" / "log.txt"), IoError);
 }
 

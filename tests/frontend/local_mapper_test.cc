@@ -183,6 +183,29 @@ TEST_F(LocalMapperTest, LandmarksOfNeighboursThatWereNotTrackedAreFound) {
   }
 }
 
+TEST_F(LocalMapperTest, LinesOfNeighboursPassTheOutlierRuleOfTheModel) {
+  for (const bool strict : {false, true}) {
+    const MeasurementModel rule(IdealSensor(),
+                                strict ? testing::kStrictLines : MeasurementOptions());
+    LocalMapper mapper(rule, kLevels, {});
+    map = Map();
+    InsertAt(mapper, 0.0);
+    const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
+    const TrackedFrame full = Tracked(view, At(0.1));
+    TrackedFrame without = full;
+    without.lines.assign(full.lines.size(), kNoId);
+    Insert(mapper, view, without);
+    int known = 0, found = 0;
+    for (std::size_t i = 0; i < full.lines.size(); ++i) {
+      if (full.lines[i] == kNoId) continue;
+      ++known;
+      found += map.keyframe(1)->lines[i] == full.lines[i] ? 1 : 0;
+    }
+    ASSERT_GT(known, 10);
+    strict ? EXPECT_LE(found, 2) : EXPECT_EQ(found, known);
+  }
+}
+
 TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
   LocalMapper mapper(model, kLevels, {});
   const SyntheticView first = Look(scene, IdealSensor(), At(0.0));

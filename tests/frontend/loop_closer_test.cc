@@ -60,6 +60,16 @@ TEST(LoopCloser, TakesTheDriftOutOfTheLoop) {
   EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
 }
 
+TEST(LoopCloser, LinesPassTheOutlierRuleOfTheModel) {
+  LoopSceneOptions options = kDrifting;
+  options.measurement = testing::kStrictLines;
+  LoopScene scene(options);
+  const auto reports = Walk(scene, Lockstep());
+  ASSERT_FALSE(reports.empty());
+  EXPECT_TRUE(reports[0].accepted) << reports[0].message;
+  EXPECT_LE(reports[0].fused_lines, 2);
+}
+
 TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
   LoopScene scene({.per_lap = 320, .points = 4000, .lines = 100, .drift = {0.001, 0.0003, 0.0}});
   LoopCloser closer(scene.model, testing::kLevels, Lockstep());

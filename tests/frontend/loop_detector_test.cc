@@ -43,6 +43,14 @@ TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
   EXPECT_GT(loop->lines.size(), 3u);
 }
 
+TEST_F(LoopDetectorTest, LinesPassTheOutlierRuleOfTheModel) {
+  LoopScene scene({.drift = {0.02, 0.0, 0.01}, .measurement = testing::kStrictLines});
+  const auto loop = Feed(scene);
+  ASSERT_TRUE(loop);
+  EXPECT_GT(loop->points.size(), 30u);
+  EXPECT_LE(loop->lines.size(), 2u);
+}
+
 TEST_F(LoopDetectorTest, LinesAloneWillDo) {
   LoopScene scene({.points = 0, .lines = 1500, .drift = {0.005, 0.0, 0.0}});
   const auto loop = Feed(scene);

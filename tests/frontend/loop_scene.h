@@ -19,13 +19,15 @@ struct LoopSceneOptions {
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // [m] in C, from a keyframe to the next
   bool shuffled_return = false;  // before the start is in view again, descriptors change places
   bool connected = false;        // the map never forgets: no loop is left to find
+  MeasurementOptions measurement{};
 };
 
 class LoopScene {
  public:
   // Of the first lap and the beginning of the second.
   int size() const { return options_.per_lap + 12; }
-  explicit LoopScene(const LoopSceneOptions& options) : options_(options) {
+  explicit LoopScene(const LoopSceneOptions& options)
+      : model(model_sensor, options.measurement), options_(options) {
     std::mt19937 rng(11);
     const auto on_ring = [&] {
       const double azimuth = Uniform(rng, 0.0, 2.0 * M_PI);
@@ -100,7 +102,7 @@ class LoopScene {
   }
 
   const RgbdSensor model_sensor = IdealSensor();
-  const MeasurementModel model{model_sensor, {}};
+  const MeasurementModel model;
   Scene scene;
   Map map;
   std::vector<Pose> truth;  // T_WC by keyframe

@@ -182,6 +182,15 @@ TEST_F(MapMatcherTest, FindsTheLinesInView) {
   }
 }
 
+TEST_F(MapMatcherTest, LinesPassTheOutlierRuleOfTheModel) {
+  const SyntheticView next = Look(scene, IdealSensor(), kNext);
+  const MeasurementModel strict(IdealSensor(), testing::kStrictLines);
+  const LineMatches matches = MapMatcher(strict, kLevels, {})
+                                  .MatchLines(*next.features, kNext, scene_map.map,
+                                              scene_map.map.line_ids(), NoneOf(next.lines.size()));
+  EXPECT_LE(matches.size(), 2U);
+}
+
 TEST_F(MapMatcherTest, FindsLinesWithoutDescriptorsByTheirGates) {
   auto plain = std::make_shared<FrameFeatures>(*view.features);
   plain->line_descriptors = cv::Mat();

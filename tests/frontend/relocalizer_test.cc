@@ -10,6 +10,7 @@ namespace {
 
 using testing::AngleError;
 using testing::IdealSensor;
+using testing::kStrictLines;
 using testing::Look;
 using testing::MakeScene;
 using testing::PositionError;
@@ -160,6 +161,17 @@ TEST(RelocalizerOnLines, FindsThePoseFromAGuessNearby) {
       Relocalizer(model, {.min_line_inliers = 1000}).Relocalize(*view.features, scene_map.map));
 }
 
+TEST(RelocalizerOnLines, TheirMatchesPassTheOutlierRuleOfTheModel) {
+  const Scene scene = MakeScene(6, 0, 120);
+  SceneMap scene_map(scene);
+  scene_map.Add(Look(scene, IdealSensor(), kKeyFrames[1]), kKeyFrames[1]);
+  const Pose truth = Pose::FromTangent({0.15, 0.05, 0}, {0.02, -0.15, 0.03});
+  const SyntheticView view = Look(scene, IdealSensor(), truth);
+  const MeasurementModel model(IdealSensor(), {}), strict(IdealSensor(), kStrictLines);
+  EXPECT_TRUE(Relocalizer(model, {}).Relocalize(*view.features, scene_map.map));
+  EXPECT_FALSE(Relocalizer(strict, {}).Relocalize(*view.features, scene_map.map));
+}
+
 TEST_F(RelocalizerTest, NothingFromNothing) {
   EXPECT_FALSE(relocalizer.Relocalize(FrameFeatures(), scene_map.map));
   EXPECT_FALSE(relocalizer.MatchKeyFrame(FrameFeatures(), scene_map.map, 0, Pose()));
@@ -183,7 +195,6 @@ TEST(RelocalizerOptions, ErrorsNameTheField) {
   expect_error({.min_matches = 2}, "min_matches");
   expect_error({.min_inliers = 5}, "min_inliers");
   expect_error({.min_line_inliers = 3}, "min_line_inliers");
-  expect_error({.lines = {.ratio = 0.0}}, "ratio");
   expect_error({.ransac_iterations = 0}, "ransac_iterations");
 }
 

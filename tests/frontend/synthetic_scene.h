@@ -10,6 +10,7 @@
 
 #include <highwall/frontend/frame.h>
 #include <highwall/frontend/map.h>
+#include <highwall/frontend/measurement_model.h>
 #include <highwall/frontend/projection_matcher.h>
 #include <highwall/frontend/sensor.h>
 #include <Eigen/Core>
@@ -22,6 +23,9 @@ namespace highwall::testing {
 
 constexpr double kScaleFactor = 1.2;
 constexpr int kLevels = 8;
+// An outlier rule that lets no matches of lines pass, or the one or two in the middle: for tests of
+// who obeys it.
+inline const MeasurementOptions kStrictLines{.line_matches = {.mad_k = 1e-9}};
 
 struct ScenePoint {
   Eigen::Vector3d p_W;

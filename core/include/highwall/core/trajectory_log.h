@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -17,7 +18,7 @@ class TrajectoryLog {
   explicit TrajectoryLog(const std::filesystem::path& path);
 
   // Throws InvalidArgument for a pose that is not finite or a stamp that decreases, IoError where
-  // the file cannot be written: then it may end in a part of a line, and all that follows throws.
+  // the file cannot be written: it then ends with the pose before, and all that follows throws.
   void Append(const StampedPose& pose);
 
   const std::filesystem::path& path() const { return path_; }
@@ -27,6 +28,7 @@ class TrajectoryLog {
 
   std::filesystem::path path_;
   std::ofstream stream_;
+  std::uintmax_t size_ = 0;  // [byte] of whole lines
   std::optional<Stamp> last_;
 };
 

@@ -6,7 +6,6 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/frame.h>
-#include <highwall/frontend/line_matcher.h>
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/measurement_model.h>
 #include <highwall/frontend/projection_matcher.h>
@@ -19,7 +18,6 @@ struct MapMatcherOptions {
   double min_view_cosine = 0.5;  // [-1, 1]: against the mean direction the point was seen from
   ProjectionMatchOptions motion_match{.max_hamming = 100, .ratio = 0.9};
   ProjectionMatchOptions map_match{.max_hamming = 100, .ratio = 0.8};
-  LineMatcherOptions lines{};
   float min_line_pixels = 15.0F;  // [px] >= 1: shorter projections are not looked for
 
   void Validate() const;

@@ -11,6 +11,7 @@
 #include <highwall/factors/point_reprojection.h>
 #include <highwall/factors/rgbd_projection.h>
 #include <highwall/frontend/frame.h>
+#include <highwall/frontend/line_matcher.h>
 #include <highwall/frontend/sensor.h>
 
 namespace highwall {
@@ -21,13 +22,14 @@ struct MeasurementOptions {
   double point_sigma = 0.7;   // [px] > 0: of a corner at pyramid level 0; grows with the level
   double line_sigma = 1.0;    // [px] > 0: of a segment's end, across it
   double scale_factor = 1.2;  // > 1: of the pyramid
+  LineMatcherOptions line_matches{};  // which segments of two images may be one line
 
   void Validate() const;
 };
 
-// How features of one RGB-D camera weigh in an estimate: the one place where observations become
-// residual rows, for tracking, relocalization and bundle adjustment alike. Rows are of T_WC; the
-// factors are of T_WB, whose frame B is the camera's where there is no IMU.
+// Which features of one RGB-D camera may be one, and how they weigh in an estimate: the one place
+// for tracking, mapping, loops and relocalization alike, where observations become residual rows.
+// Rows are of T_WC; the factors are of T_WB, whose frame B is the camera's where there is no IMU.
 class MeasurementModel {
  public:
   MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,

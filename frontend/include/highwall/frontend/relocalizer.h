@@ -20,7 +20,6 @@ struct RelocalizerOptions {
   int min_matches = 15;         // >= 3: with a keyframe, to verify it
   int min_inliers = 20;         // >= 6: points plus twice the lines, after RANSAC and refinement
   int min_line_inliers = 8;     // >= 4: lines after refinement, where there are too few points
-  LineMatcherOptions lines{};   // large motion
   int ransac_iterations = 200;  // >= 1
   std::uint32_t seed = 1;
 

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <highwall/core/trajectory_log.h>
+
+#include "slam_run.h"
+
+namespace highwall::apps {
+
+// The folder of a run. Nothing is touched before the first pose; from then on all that is in it is
+// of this run: what an earlier one wrote goes, run.json first, and run.json comes last. Poses and
+// keyframes are written as they come, so that a run that is killed leaves them; all else is written
+// in the end, each file whole or not at all. One that cannot be written stops no other.
+class RunOutput {
+ public:
+  // directory, and the folder of saved_map where that is not empty, are made where they are
+  // missing.
+  explicit RunOutput(std::filesystem::path directory, std::filesystem::path saved_map = {});
+
+  // Adds to trajectory_causal.txt and keyframes.txt. Throws IoError where a folder cannot be made,
+  // or what an earlier run left cannot be removed.
+  void Follow(const FrameResult& result);
+  // After the last frame: trajectory.txt, keyframes.txt as they are now, trajectory_causal.txt.
+  void WriteTrajectories(const SlamRun& run);
+  // After WriteTrajectories(), once: trajectory_adjusted.txt, cloud.ply, map.bt, grid.pgm and
+  // grid.yaml, pictures, as far as the run has them, and run.json. Returns what that says:
+  // run_json, the sizes of the map, `complete`, and `failures` where there are any.
+  nlohmann::json WriteRest(const SlamRun& run, const nlohmann::json& run_json);
+
+  // What could not be made or written: those of the run, then of its files.
+  const std::vector<std::string>& failures() const { return failures_; }
+
+ private:
+  void Begin();
+  void OpenLog(const char* name, std::optional<TrajectoryLog>& log) const;
+  // Does without what the file system refuses.
+  void Attempt(const std::function<void()>& write);
+  void WriteDense(const DenseMap& dense, const Trajectory& trajectory);
+
+  std::filesystem::path directory_, saved_map_;
+  bool begun_ = false;
+  std::optional<TrajectoryLog> causal_, keyframes_;  // empty: not open, or could not be written
+  std::vector<std::string> failures_;
+};
+
+}  // namespace highwall::apps

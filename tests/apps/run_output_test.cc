@@ -1,0 +1,179 @@
+#include "run_output.h"
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+
+#include "../file_size_limit.h"
+#include "../temporary_directory.h"
+
+namespace highwall::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ReadText;
+
+FrameResult Tracked(int frame, bool keyframe = false) {
+  FrameResult result;
+  result.stamp = FromSeconds(100.0 + 0.1 * frame);
+  result.state = TrackingState::kTracking;
+  result.T_WC = Pose(Eigen::Quaterniond::Identity(), {0.1 * frame, 0.0, 0.0});
+  if (keyframe) result.mapping.emplace();
+  return result;
+}
+
+FrameResult Lost(int frame) {
+  FrameResult result = Tracked(frame);
+  result.state = TrackingState::kLost;
+  return result;
+}
+
+Trajectory Poses(const std::vector<int>& frames) {
+  Trajectory trajectory;
+  for (const int frame : frames) trajectory.push_back({Tracked(frame).stamp, Tracked(frame).T_WC});
+  return trajectory;
+}
+
+class RunOutputTest : public ::testing::Test {
+ protected:
+  fs::path run() const { return folder_ / "run"; }
+  // What a process that is killed now leaves.
+  std::vector<Stamp> StampsIn(const char* name) const {
+    std::vector<Stamp> stamps;
+    for (const StampedPose& pose : ReadTumTrajectory(run() / name)) stamps.push_back(pose.stamp);
+    return stamps;
+  }
+  static std::vector<Stamp> StampsOf(const std::vector<int>& frames) {
+    std::vector<Stamp> stamps;
+    for (const int frame : frames) stamps.push_back(Tracked(frame).stamp);
+    return stamps;
+  }
+
+  const testing::TemporaryDirectory folder_;
+};
+
+TEST_F(RunOutputTest, EveryPoseIsInItsFileBeforeTheNextFrame) {
+  RunOutput output(run());
+  output.Follow(Lost(0));
+  EXPECT_FALSE(fs::exists(run())) << "nothing has been tracked yet";
+  output.Follow(Tracked(1, true));
+  EXPECT_EQ(StampsIn("trajectory_causal.txt"), StampsOf({1}));
+  EXPECT_EQ(StampsIn("keyframes.txt"), StampsOf({1}));
+  output.Follow(Tracked(2));
+  output.Follow(Lost(3));
+  EXPECT_EQ(StampsIn("trajectory_causal.txt"), StampsOf({1, 2}));
+  EXPECT_EQ(StampsIn("keyframes.txt"), StampsOf({1}));
+  output.Follow(Tracked(4, true));
+  EXPECT_EQ(StampsIn("trajectory_causal.txt"), StampsOf({1, 2, 4}));
+  EXPECT_EQ(StampsIn("keyframes.txt"), StampsOf({1, 4}));
+}
+
+TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
+  fs::create_directories(run());
+  const std::vector<std::string> results = {"run.json",
+                                            "trajectory.txt",
+                                            "trajectory_causal.txt",
+                                            "trajectory_adjusted.txt",
+                                            "keyframes.txt",
+                                            "cloud.ply",
+                                            "map.bt",
+                                            "grid.yaml",
+                                            "grid.pgm",
+                                            "cloud_top.png",
+                                            "cloud.png",
+                                            "octree_top.png",
+                                            "octree.png",
+                                            "sparse_map.png"};
+  for (const std::string& name : results) std::ofstream(run() / name) << "earlier";
+  std::ofstream(run() / "notes.txt") << "of the user";
+  RunOutput output(run());
+  output.Follow(Lost(0));
+  for (const std::string& name : results) EXPECT_EQ(ReadText(run() / name), "earlier") << name;
+  output.Follow(Tracked(1, true));
+  for (const std::string& name : results) {
+    const bool grows = name == "trajectory_causal.txt" || name == "keyframes.txt";
+    EXPECT_EQ(fs::exists(run() / name), grows) << name;
+  }
+  EXPECT_EQ(ReadText(run() / "notes.txt"), "of the user");
+}
+
+TEST_F(RunOutputTest, TheTrajectoriesAreThereBeforeTheRestAndTheReportIsLast) {
+  RunOutput output(run());
+  for (const int frame : {0, 1, 2}) output.Follow(Tracked(frame, true));
+  SlamRun result;
+  result.causal = Poses({0, 1, 2});
+  result.trajectory = Poses({0, 1, 2});
+  result.keyframes = Poses({0, 2});
+  output.WriteTrajectories(result);
+  EXPECT_EQ(StampsIn("trajectory.txt"), StampsOf({0, 1, 2}));
+  EXPECT_EQ(StampsIn("keyframes.txt"), StampsOf({0, 2})) << "as they are in the end";
+  EXPECT_FALSE(fs::exists(run() / "run.json"));
+  const nlohmann::json report = output.WriteRest(result, {{"frames", 3}});
+  EXPECT_EQ(report, nlohmann::json::parse(ReadText(run() / "run.json")));
+  EXPECT_EQ(report["complete"], true);
+  EXPECT_EQ(report["frames"], 3);
+  EXPECT_FALSE(report.contains("failures"));
+  EXPECT_TRUE(output.failures().empty());
+}
+
+// The disk is full for a while: what was not written then is written in the end.
+TEST_F(RunOutputTest, AnInterruptedLogIsWrittenAgainInTheEnd) {
+  RunOutput output(run());
+  SlamRun result;
+  {
+    const testing::FileSizeLimit limit(512);
+    for (int frame = 0; frame < 20; ++frame) output.Follow(Tracked(frame, frame == 0));
+  }
+  for (int frame = 0; frame < 30; ++frame) {
+    if (frame >= 20) output.Follow(Tracked(frame));
+    result.causal.push_back(Poses({frame}).front());
+  }
+  result.trajectory = result.causal;
+  result.keyframes = Poses({0});
+  output.WriteTrajectories(result);
+  EXPECT_EQ(ReadText(run() / "trajectory_causal.txt"), ReadText(run() / "trajectory.txt"));
+  EXPECT_TRUE(output.failures().empty());
+}
+
+TEST_F(RunOutputTest, FailuresOfTheRunAndOfItsFilesAreAllNamed) {
+  RunOutput output(run());
+  output.Follow(Tracked(0, true));
+  fs::create_directories(run() / "trajectory_adjusted.txt" / "in the way");
+  SlamRun result;
+  result.causal = result.trajectory = result.adjusted = result.keyframes = Poses({0});
+  result.failures = {"saved map: no room"};
+  output.WriteTrajectories(result);
+  const nlohmann::json report = output.WriteRest(result, nlohmann::json::object());
+  EXPECT_EQ(report["complete"], false);
+  ASSERT_EQ(output.failures().size(), 2U);
+  EXPECT_EQ(output.failures()[0], "saved map: no room");
+  EXPECT_NE(output.failures()[1].find((run() / "trajectory_adjusted.txt").string() + ": "),
+            std::string::npos);
+  EXPECT_EQ(report["failures"], nlohmann::json(output.failures()));
+  EXPECT_EQ(report, nlohmann::json::parse(ReadText(run() / "run.json")));
+}
+
+TEST_F(RunOutputTest, AFolderThatCannotBeMadeIsSaidAtTheFirstPose) {
+  std::ofstream(folder_ / "file") << "in the way";
+  RunOutput blocked(folder_ / "file" / "run");
+  EXPECT_THROW(blocked.Follow(Tracked(0)), IoError);
+  RunOutput map_blocked(run(), folder_ / "file" / "room.hwmap");
+  EXPECT_THROW(map_blocked.Follow(Tracked(0)), IoError);
+}
+
+TEST_F(RunOutputTest, TheFolderOfASavedMapIsMade) {
+  RunOutput output(run(), folder_ / "maps" / "deep" / "room.hwmap");
+  output.Follow(Lost(0));
+  EXPECT_FALSE(fs::exists(folder_ / "maps"));
+  output.Follow(Tracked(1));
+  EXPECT_TRUE(fs::is_directory(folder_ / "maps" / "deep"));
+}
+
+}  // namespace
+}  // namespace highwall::apps

@@ -1,0 +1,149 @@
+// Each switch of `highwall slam` changes the run as it says, and nothing else.
+#include "slam_arguments.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "run_report.h"
+
+namespace highwall::apps {
+namespace {
+
+using nlohmann::json;
+
+SlamArguments Parse(const std::string& switches) {
+  SlamArguments arguments;
+  CLI::App app;
+  AddSlamOptions(&app, &arguments);
+  app.parse("--dataset d --out o " + switches);
+  CheckArguments(arguments);
+  return arguments;
+}
+
+SlamRunOptions Options(const std::string& switches) {
+  return MakeOptions(Parse(switches));
+}
+
+// What run.json says of the options, where it differs from a run without switches.
+json Difference(const std::string& switches) {
+  const json before = ToJson(Options("")).flatten(), after = ToJson(Options(switches)).flatten();
+  json difference = json::object();
+  for (const auto& [key, value] : after.items()) {
+    if (before.at(key) != value) difference[key.substr(1)] = value;
+  }
+  return difference;
+}
+
+struct Case {
+  std::string switches;
+  json reported;  // options of run.json that change
+  std::function<bool(const SlamRunOptions&)> holds;
+};
+
+std::vector<Case> Cases() {
+  using O = const SlamRunOptions&;
+  return {
+      {"--features points",
+       {{"lines", false}},
+       [](O o) { return o.slam.frame.use_points && !o.slam.frame.use_lines; }},
+      {"--features lines",
+       {{"points", false}},
+       [](O o) { return !o.slam.frame.use_points && o.slam.frame.use_lines; }},
+      {"--features both", json::object(),
+       [](O o) { return o.slam.frame.use_points && o.slam.frame.use_lines; }},
+      {"--line-detector lsd",
+       {{"line_detector", "lsd"}},
+       [](O o) { return o.slam.frame.lines.detector == LineDetector::kLsd; }},
+      {"--line-detector edlines", json::object(),
+       [](O o) { return o.slam.frame.lines.detector == LineDetector::kEdLines; }},
+      {"--line-outliers paper",
+       {{"line_outliers", "paper"}},
+       [](O o) { return o.slam.measurement.line_matches.mad_rule == MadRule::kPaper; }},
+      {"--line-outliers median", json::object(),
+       [](O o) { return o.slam.measurement.line_matches.mad_rule == MadRule::kMedian; }},
+      {"--weighting paper",
+       {{"weighting", "paper"}},
+       [](O o) { return o.slam.measurement.weighting == Weighting::kPaper; }},
+      {"--resolution 0.2",
+       {{"octree_resolution_m", 0.2}},
+       [](O o) { return o.map.octree.resolution == 0.2; }},
+      {"--moving-objects off",
+       {{"moving_objects", false}},
+       [](O o) { return !o.slam.tracker.moving.enabled; }},
+      {"--imu paper",
+       json::object(),  // "imu" is "off" without readings
+       [](O o) { return o.slam.inertial.weighting.policy == ImuWeighting::kPaper; }},
+      {"--imu fixed:3", json::object(),
+       [](O o) {
+         return o.slam.inertial.weighting.policy == ImuWeighting::kFixed &&
+                o.slam.inertial.weighting.fixed_weight == 3.0;
+       }},
+      {"--deterministic",
+       {{"mapping_in_background", false},
+        {"loops_in_background", false},
+        {"parallel_features", false}},
+       [](O o) {
+         return o.prefetch == 0 && !o.map.background && o.slam.mapper.bundle.threads == 1 &&
+                o.slam.loops.bundle.threads == 1 && o.slam.loops.correction.threads == 1;
+       }},
+      {"--live", {{"live", true}}, [](O o) { return o.live; }},
+      {"--no-map", {{"dense_map", false}}, [](O o) { return !o.dense; }},
+      {"--no-loops", {{"loops", false}}, [](O o) { return !o.slam.loops.enabled; }},
+      {"--adjust-all", {{"adjust_all", true}}, [](O o) { return o.adjust_all; }},
+      {"--load-map a", {{"loaded_map", "a"}}, [](O o) { return o.load_map == "a"; }},
+      {"--save-map a", {{"saved_map", "a"}}, [](O o) { return o.save_map == "a"; }},
+      {"--load-map a --localize",
+       {{"loaded_map", "a"}, {"localize_only", true}, {"loops", false}, {"dense_map", false}},
+       [](O o) { return o.slam.localize_only && !o.slam.loops.enabled && !o.dense; }},
+      {"--json", json::object(), [](O) { return true; }},
+      {"--config tum1", json::object(), [](O) { return true; }},
+  };
+}
+
+TEST(SlamArguments, EachSwitchChangesTheRunAndNothingElse) {
+  for (const Case& c : Cases()) {
+    SCOPED_TRACE(c.switches);
+    EXPECT_TRUE(c.holds(Options(c.switches)));
+    EXPECT_EQ(Difference(c.switches), c.reported);
+  }
+}
+
+TEST(SlamArguments, EachSwitchOfTheCommandHasItsCase) {
+  SlamArguments arguments;
+  CLI::App app;
+  AddSlamOptions(&app, &arguments);
+  const std::vector<Case> cases = Cases();
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = option->get_name();
+    if (name == "--help" || name == "--dataset" || name == "--out") continue;
+    const bool tested = std::ranges::any_of(
+        cases, [&](const Case& c) { return c.switches.find(name) != std::string::npos; });
+    EXPECT_TRUE(tested) << name;
+  }
+}
+
+TEST(SlamArguments, WhatIsNoOptionOfTheRunReachesTheArguments) {
+  EXPECT_EQ(Parse("").dataset, "d");
+  EXPECT_EQ(Parse("").out, "o");
+  EXPECT_EQ(Parse("--config tum1").config, "tum1");
+  EXPECT_TRUE(Parse("--json").json);
+  EXPECT_FALSE(Parse("").json);
+}
+
+TEST(SlamArguments, TheReadingsOfTheImuAreWantedUnlessTheyAreOffOrTheMapStaysAsItIs) {
+  EXPECT_TRUE(WantsImu(Parse("")));
+  EXPECT_TRUE(WantsImu(Parse("--imu consistent")));
+  EXPECT_FALSE(WantsImu(Parse("--imu off")));
+  EXPECT_FALSE(WantsImu(Parse("--load-map a --localize")));
+  EXPECT_THROW(Parse("--load-map a --localize --imu paper"), CLI::ValidationError);
+}
+
+}  // namespace
+}  // namespace highwall::apps
