@@ -210,7 +210,7 @@ class Benchmark {
       report["agreement" + mode.name] = Agreement(map_, mode.tree);
       report["stock" + mode.name + "_scan_ms"] = mode.seconds * milliseconds;
     }
-    const double fastest = std::ranges::min(stock_, {}, &StockMode::seconds).seconds;
+    const double fastest = std::ranges::min_element(stock_, {}, &StockMode::seconds)->seconds;
     report["speedup_fastest"] = fastest / ours_seconds_;
     report["stock_fastest_scan_ms"] = fastest * milliseconds;
     return report;

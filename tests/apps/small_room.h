@@ -7,13 +7,18 @@
 
 namespace highwall::testing {
 
-// The first frames of a walk through the room, 30 a second, as a Kinect with a quarter of the
-// pixels sees it: a TUM dataset.
-inline void FilmSmallRoom(const std::filesystem::path& dataset, int frames) {
+// A walk through the room, 30 frames a second, as a Kinect with a quarter of the pixels sees it.
+inline simulate::SimulationOptions SmallRoomFilm() {
   simulate::SimulationOptions options;
   options.imu.enabled = false;
   options.camera = {
       .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+  return options;
+}
+
+// Its first frames: a TUM dataset.
+inline void FilmSmallRoom(const std::filesystem::path& dataset, int frames) {
+  simulate::SimulationOptions options = SmallRoomFilm();
   options.duration = frames / options.fps;
   simulate::WriteTum(simulate::SimulateRoom(options), dataset);
 }

@@ -189,6 +189,8 @@ TEST_F(LocalMapperTest, LinesOfNeighboursPassTheOutlierRuleOfTheModel) {
                                 strict ? testing::kStrictLines : MeasurementOptions());
     LocalMapper mapper(rule, kLevels, {});
     map = Map();
+    std::ranges::fill(point_ids, kNoId);
+    std::ranges::fill(line_ids, kNoId);
     InsertAt(mapper, 0.0);
     const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
     const TrackedFrame full = Tracked(view, At(0.1));
@@ -202,7 +204,8 @@ TEST_F(LocalMapperTest, LinesOfNeighboursPassTheOutlierRuleOfTheModel) {
       found += map.keyframe(1)->lines[i] == full.lines[i] ? 1 : 0;
     }
     ASSERT_GT(known, 10);
-    strict ? EXPECT_LE(found, 2) : EXPECT_EQ(found, known);
+    EXPECT_LE(found, strict ? 2 : known);
+    EXPECT_GE(found, strict ? 0 : known);
   }
 }
 

@@ -1,0 +1,93 @@
+// Runs `highwall slam` with each switch that shapes the result, and without: the result is another.
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/mapping/octomap_builder.h>
+
+#include "run_program.h"
+#include "small_room.h"
+
+namespace highwall {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::ReadText;
+
+class SlamSwitch : public ::testing::Test {
+ protected:
+  fs::path dataset() const { return folder_ / "dataset"; }
+
+  // In lockstep: what differs is the work of the switch.
+  fs::path Run(const std::string& options) {
+    const fs::path run = folder_ / ("run" + std::to_string(++runs_));
+    const testing::Outcome outcome = testing::RunProgram(
+        HIGHWALL_BINARY, "slam --deterministic --dataset " + dataset().string() + " --out " +
+                             run.string() + " " + options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return run;
+  }
+  static json Report(const fs::path& run) { return json::parse(ReadText(run / "run.json")); }
+
+ private:
+  const testing::TemporaryDirectory folder_;
+  int runs_ = 0;
+};
+
+TEST_F(SlamSwitch, FeaturesDetectorOutliersAndWeightingEachGiveAnotherTrajectory) {
+  testing::FilmSmallRoom(dataset(), 8);
+  const std::string plain = ReadText(Run("--no-map") / "trajectory.txt");
+  for (const char* with : {"--features points", "--features lines", "--line-detector lsd",
+                           "--line-outliers paper", "--weighting paper"}) {
+    const std::string other = ReadText(Run("--no-map " + std::string(with)) / "trajectory.txt");
+    EXPECT_FALSE(other == plain) << with;
+  }
+}
+
+TEST_F(SlamSwitch, LinesOrPointsAloneMakeAMapOfThem) {
+  testing::FilmSmallRoom(dataset(), 4);
+  const json points = Report(Run("--no-map --features points"))["landmarks"];
+  EXPECT_GT(points["points"], 0);
+  EXPECT_EQ(points["lines"], 0);
+  const json lines = Report(Run("--no-map --features lines"))["landmarks"];
+  EXPECT_EQ(lines["points"], 0);
+  EXPECT_GT(lines["lines"], 0);
+}
+
+TEST_F(SlamSwitch, TheResolutionIsTheOctreesAndTouchesNoPose) {
+  testing::FilmSmallRoom(dataset(), 4);
+  const fs::path fine = Run("--resolution 0.1"), coarse = Run("--resolution 0.2");
+  EXPECT_EQ(OctomapBuilder::Read(coarse / "map.bt").options().resolution, 0.2);
+  EXPECT_LT(fs::file_size(coarse / "map.bt"), fs::file_size(fine / "map.bt"));
+  EXPECT_EQ(Report(coarse)["map"]["grid"]["resolution_m"], 0.2);
+  EXPECT_TRUE(ReadText(coarse / "trajectory.txt") == ReadText(fine / "trajectory.txt"));
+}
+
+TEST_F(SlamSwitch, WhatMovesIsSetAsideUnlessThatIsOff) {
+  simulate::SimulationOptions film = testing::SmallRoomFilm();
+  film.fps = 8.0;
+  film.duration = 3.0;
+  film.traffic = true;
+  simulate::WriteTum(simulate::SimulateRoom(film), dataset());
+  const fs::path on = Run("--no-map"), off = Run("--no-map --moving-objects off");
+  EXPECT_FALSE(ReadText(on / "trajectory.txt") == ReadText(off / "trajectory.txt"));
+}
+
+// Once round the room and a little on.
+TEST_F(SlamSwitch, LoopsAreClosedUnlessTheyAreOff) {
+  simulate::SimulationOptions film = testing::SmallRoomFilm();
+  film.fps = 6.0;
+  film.duration = 13.0;
+  simulate::WriteTum(simulate::SimulateRoom(film), dataset());
+  const json with = Report(Run("--no-map"))["loops"];
+  EXPECT_GE(with["closed"].get<int>() + with["refused"].get<int>(), 1);
+  const json without = Report(Run("--no-map --no-loops"))["loops"];
+  EXPECT_EQ(without["closed"].get<int>() + without["refused"].get<int>(), 0);
+}
+
+}  // namespace
+}  // namespace highwall
