@@ -110,8 +110,9 @@ Scores RunOnce(const Sequence& sequence, const std::string& policy, const Argume
 }
 
 void PrintHeader() {
-  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7}\n", "scene", "imu",
-             "APE m", "APE %", "RPE 1s m", "lost", "cover", "init s", "tilt", "t_d ms", "chi2");
+  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
+             "scene", "imu", "APE m", "APE %", "RPE 1s m", "lost", "cover", "init s", "tilt",
+             "t_d ms", "chi2", "weight", "<1");
 }
 
 void PrintRow(const std::string& scene, const std::string& policy, const Scores& scores) {
@@ -120,12 +121,13 @@ void PrintRow(const std::string& scene, const std::string& policy, const Scores&
     return found == scores.end() ? std::string("-")
                                  : fmt::format(fmt::runtime(format), found->second);
   };
-  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7}\n", scene, policy,
-             figure("ape_rmse_m", "{:.4f}"), figure("ape_percent", "{:.3f}"),
+  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
+             scene, policy, figure("ape_rmse_m", "{:.4f}"), figure("ape_percent", "{:.3f}"),
              figure("rpe_1s_rmse_m", "{:.4f}"), figure("lost_frames", "{:.0f}"),
              figure("coverage", "{:.2f}"), figure("initialized_s", "{:.1f}"),
              figure("tilt_at_5s_deg", "{:.2f}"), figure("time_offset_error_ms", "{:.2f}"),
-             figure("innovation_chi2_per_dof", "{:.2f}"));
+             figure("innovation_chi2_per_dof", "{:.2f}"), figure("mean_weight", "{:.3f}"),
+             figure("reduced_share", "{:.3f}"));
   for (const auto& [name, value] : scores) {  // of marked spans
     if (name.ends_with("_rpe_1s_rmse_m") || name.ends_with("_drift_percent")) {
       fmt::print("{:<8} {:<12} {} {:.4f}\n", "", "", name, value);
