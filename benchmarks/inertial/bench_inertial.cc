@@ -36,7 +36,8 @@ struct Arguments {
   std::optional<double> duration;  // [s]; as long as the scene is
   double fps = 30.0;               // [Hz]
   double time_offset = 0.0;        // [s]
-  double blackout = -1.0;          // [s] since the first frame; none where negative
+  double noise_ratio = simulate::kUsualNoiseRatio;
+  double blackout = -1.0;  // [s] since the first frame; none where negative
   std::string cache;
   bool json = false;
 };
@@ -140,6 +141,7 @@ void Run(const Arguments& arguments) {
   nlohmann::json report;
   report["versions"] = apps::VersionsJson();
   report["time_offset_s"] = arguments.time_offset;
+  report["noise_ratio"] = arguments.noise_ratio;
   if (!arguments.json) PrintHeader();
   for (const std::string& scene : arguments.scenes) {
     const double duration = arguments.duration.value_or(DefaultDuration(scene));
@@ -147,8 +149,8 @@ void Run(const Arguments& arguments) {
     for (int seed = 1; seed <= arguments.seeds; ++seed) {
       apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
       Sequence sequence = MakeSequence(
-          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps}, cache.path(),
-          [&progress](int done, int total) {
+          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps, arguments.noise_ratio},
+          cache.path(), [&progress](int done, int total) {
             progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
           });
       if (arguments.blackout >= 0.0) {
@@ -187,6 +189,11 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--time-offset", arguments.time_offset,
                  "How far the IMU's clock is ahead, unknown to the system [s]")
       ->check(apps::Between(-0.2, 0.2));
+  app.add_option(
+         "--noise-ratio", arguments.noise_ratio,
+         "True noise of depth and IMU over that of the data sheets, which the system is told")
+      ->check(apps::Between(0.01, 100.0))
+      ->capture_default_str();
   app.add_option("--blackout", arguments.blackout, "Cover the lens for 2 s from this time on [s]")
       ->check(apps::Between(0.0, 3600.0));
   app.add_option("--cache", arguments.cache,

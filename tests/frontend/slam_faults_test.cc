@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -184,10 +185,12 @@ TEST(SlamFaults, OfReadingsNeverThrowNorTakeThePoseAway) {
     SCOPED_TRACE(seed);
     FaultRun run(static_cast<unsigned>(seed));
     std::vector<ImuSample> readings = Walk().readings;
-    testing::InjectSome(run.rng(), readings);
+    const std::set<Fault> faults = testing::InjectSome(run.rng(), readings);
     ASSERT_NO_THROW(run.Run(readings, Walk().images));
-    // The images are sound: whatever the IMU says, they hold the pose.
-    EXPECT_LT(WorstError(run.results()), 0.3);
+    // The images are sound and hold the pose. A spike that a sensor may measure, 400 g at most, is
+    // believed as far as the weights go: it may throw the pose by what it does to the velocity,
+    // 20 m/s times a tenth of a second.
+    EXPECT_LT(WorstError(run.results()), faults.contains(Fault::kSpike) ? 2.0 : 0.1);
     for (const FrameResult& result : run.results()) EXPECT_TRUE(HasPose(result.state));
   }
 }
