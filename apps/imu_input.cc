@@ -19,8 +19,10 @@ std::optional<ImuInput> LoadImu(const Dataset& dataset,
 
   if (!recording.warning.empty()) input.warnings.push_back(recording.warning);
   for (const ImuFinding& finding : input.findings) {
+    const std::string line =
+        finding.reading ? ":" + std::to_string(recording.lines[*finding.reading]) : "";
     input.warnings.push_back(
-        file->string() + ": " + finding.text +
+        file->string() + line + ": " + finding.text +
         (finding.severity == ImuSeverity::kFatal ? "; the IMU is not used" : ""));
   }
   if (!calibration) {

@@ -52,11 +52,10 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
 
 nlohmann::json ToJson(const InertialSummary& inertial) {
   const InertialReport& last = inertial.last;
-  nlohmann::json json = {{"status", ToString(last.status)},
-                         {"dead_reckoned_frames", inertial.dead_reckoned},
-                         {"restarts", inertial.restarts},
-                         {"mean_weight", inertial.mean_weight},
-                         {"innovation_per_dof", inertial.mean_innovation}};
+  nlohmann::json json = {
+      {"status", ToString(last.status)},         {"dead_reckoned_frames", inertial.dead_reckoned},
+      {"restarts", inertial.restarts},           {"mean_weight", inertial.mean_weight},
+      {"reduced_share", inertial.reduced_share}, {"innovation_per_dof", inertial.mean_innovation}};
   if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
   if (!last.reason.empty()) json["reason"] = last.reason;
   if (const auto& depth = inertial.depth_scale) {

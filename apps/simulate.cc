@@ -16,6 +16,7 @@
 #include "progress.h"
 #include "simulate/haul_road.h"
 #include "simulate/mine.h"
+#include "simulate/noise_ratio.h"
 #include "simulate/room.h"
 #include "simulate/tum_writer.h"
 
@@ -36,6 +37,7 @@ struct SimulateArguments {
   double scale = 1.0;
   double line_delay = 0.0;   // [us]
   double time_offset = 0.0;  // [s]
+  double noise_ratio = simulate::kUsualNoiseRatio;
   std::string imu = "on";
   bool moving = false;
   std::optional<double> duration, rest;
@@ -105,6 +107,7 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   for (const std::string& text : arguments.blackouts) {
     options.blackouts.push_back(*ParseBlackout(text));
   }
+  options.sensor.noise_ratio = options.imu.noise_ratio = arguments.noise_ratio;
   options.imu.ideal = ideal;
   options.imu.enabled = arguments.imu == "on";
   options.imu.time_offset = arguments.time_offset;
@@ -142,6 +145,12 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
                    "Of depth and colour, kinect or d435i; off: of the IMU too "
                    "[default: kinect in the room, d435i elsewhere]")
       ->check(CLI::IsMember({"off", "kinect", "d435i"}));
+  command
+      ->add_option("--noise-ratio", arguments->noise_ratio,
+                   "True noise of depth and IMU over that of the data sheets, which is what "
+                   "calibration.yaml says")
+      ->check(Between(0.01, 100.0))
+      ->capture_default_str();
   command
       ->add_option("--exposure", arguments->exposure,
                    "auto: motion blur, and noise in the dark; off: neither "

@@ -82,6 +82,7 @@ class InertialTally {
     if (report.restarted) ++summary_.restarts;
     if (report.weight > 0.0) {
       weights_ += report.weight;
+      if (report.weight < 1.0) ++reduced_;
       ++intervals_;
     }
     squared_innovation_ += report.squared_innovation;
@@ -90,7 +91,10 @@ class InertialTally {
 
   InertialSummary Summary() const {
     InertialSummary summary = summary_;
-    if (intervals_ > 0) summary.mean_weight = weights_ / intervals_;
+    if (intervals_ > 0) {
+      summary.mean_weight = weights_ / intervals_;
+      summary.reduced_share = static_cast<double>(reduced_) / intervals_;
+    }
     if (dof_ > 0) summary.mean_innovation = squared_innovation_ / dof_;
     return summary;
   }
@@ -98,7 +102,7 @@ class InertialTally {
  private:
   InertialSummary summary_;
   double weights_ = 0.0, squared_innovation_ = 0.0;
-  int intervals_ = 0, dof_ = 0;
+  int intervals_ = 0, reduced_ = 0, dof_ = 0;
 };
 
 Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {

@@ -60,6 +60,7 @@ struct InertialSummary {
   std::size_t dead_reckoned = 0;     // frames whose pose is that of the IMU alone
   std::size_t restarts = 0;          // for want of readings
   double mean_weight = 0.0;          // of the IMU factors
+  double reduced_share = 0.0;        // of them, with a weight below 1
   double mean_innovation = 0.0;      // squared, per degree of freedom: 1 where consistent
   // In the end; empty where the motion does not tell it to 2 %.
   std::optional<DepthScale> depth_scale;

@@ -43,12 +43,22 @@ void RequireNotNegative(double value, const char* field) {
 
 }  // namespace
 
+ImuNoise ImuSimulationOptions::TrueNoise() const {
+  return {.gyroscope = noise_ratio * noise.gyroscope,
+          .accelerometer = noise_ratio * noise.accelerometer,
+          .gyroscope_walk = noise_ratio * noise.gyroscope_walk,
+          .accelerometer_walk = noise_ratio * noise.accelerometer_walk};
+}
+
 void ImuSimulationOptions::Validate() const {
   HIGHWALL_REQUIRE(
       rate >= 20.0 && rate <= 10000.0,
       "ImuSimulationOptions::rate must be in [20, 10000] Hz, got " + std::to_string(rate));
   HIGHWALL_REQUIRE(T_BC.IsFinite(), "ImuSimulationOptions::T_BC must be finite");
   noise.Validate();
+  HIGHWALL_REQUIRE(
+      std::isfinite(noise_ratio) && noise_ratio > 0.0,
+      "ImuSimulationOptions::noise_ratio must be positive, got " + std::to_string(noise_ratio));
   RequireNotNegative(gyroscope_bias, "gyroscope_bias");
   RequireNotNegative(accelerometer_bias, "accelerometer_bias");
   HIGHWALL_REQUIRE(std::abs(time_offset) <= kMaxTimeOffset,
@@ -74,7 +84,7 @@ ImuSimulator::ImuSimulator(const ImuSimulationOptions& options, std::uint64_t se
 
   biases_.assign(count, ImuBias::Zero());
   if (options_.ideal) return;
-  const ImuNoise& noise = options_.noise;
+  const ImuNoise noise = options_.TrueNoise();
   const Vector6d step =
       Sigmas(noise.gyroscope_walk, noise.accelerometer_walk) / std::sqrt(options_.rate);
   biases_[0] = Normals(random_.Stream(kInitialBias), 0)
@@ -129,8 +139,9 @@ Eigen::Vector3d ImuSimulator::Vibration(double t) const {
 std::vector<ImuSample> ImuSimulator::Samples(const CameraPath& path,
                                              const VibrationIntensity& intensity) const {
   const CounterRandom noise = random_.Stream(kNoise);
+  const ImuNoise densities = options_.TrueNoise();
   const Vector6d sigmas =
-      Sigmas(options_.noise.gyroscope, options_.noise.accelerometer) * std::sqrt(options_.rate);
+      Sigmas(densities.gyroscope, densities.accelerometer) * std::sqrt(options_.rate);
   std::vector<ImuSample> samples;
   samples.reserve(biases_.size());
   for (std::size_t i = 0; i < biases_.size(); ++i) {

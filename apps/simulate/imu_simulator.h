@@ -12,6 +12,7 @@
 #include <highwall/factors/imu_preintegration.h>
 
 #include "simulate/camera_path.h"
+#include "simulate/noise_ratio.h"
 #include "simulate/random.h"
 
 namespace highwall::simulate {
@@ -25,17 +26,21 @@ struct ImuSimulationOptions {
   bool ideal = false;   // no noise, no bias, no vibration
   double rate = 200.0;  // [Hz] in [20, 10000]
   Pose T_BC{Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), Eigen::Vector3d(0.01174, 0.00552, -0.0051)};
-  ImuNoise noise{.gyroscope = 2.44e-4,
+  ImuNoise noise{.gyroscope = 2.44e-4,  // what the data sheet says, and calibration.yaml
                  .accelerometer = 1.47e-3,
                  .gyroscope_walk = 2e-5,
                  .accelerometer_walk = 1e-3};
-  double gyroscope_bias = 0.005;     // [rad/s] >= 0, sigma of each axis at the beginning
-  double accelerometer_bias = 0.05;  // [m/s^2] >= 0, likewise
-  double time_offset = 0.0;          // [s] in [-0.2, 0.2]: t_imu = t_cam + t_d
+  double noise_ratio = kUsualNoiseRatio;  // > 0; true densities over those of `noise`
+  double gyroscope_bias = 0.005;          // [rad/s] >= 0, sigma of each axis at the beginning
+  double accelerometer_bias = 0.05;       // [m/s^2] >= 0, likewise
+  double time_offset = 0.0;               // [s] in [-0.2, 0.2]: t_imu = t_cam + t_d
   // Shaking by the vehicle as the accelerometer feels it, RMS along the axes of B where the scene's
   // intensity is 1 [m/s^2] >= 0, within a band [Hz], 0 < low < high < rate / 2.
   Eigen::Vector3d vibration{1.5, 1.5, 3.0};
   double vibration_low = 20.0, vibration_high = 70.0;
+
+  // The densities that the readings have.
+  ImuNoise TrueNoise() const;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

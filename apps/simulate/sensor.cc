@@ -27,9 +27,8 @@ double KinectSigma(double z) {
   return 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4);
 }
 
-double NoisyKinectDepth(double z, double normal, double disparity_scale) {
-  const double noisy = z + KinectSigma(z) * normal;
-  const double steps = std::round(kDisparitySteps * disparity_scale / noisy);
+double NoisyKinectDepth(double z, double error, double disparity_scale) {
+  const double steps = std::round(kDisparitySteps * disparity_scale / (z + error));
   return steps > 0.0 ? kDisparitySteps * disparity_scale / steps : 0.0;
 }
 
@@ -48,6 +47,8 @@ bool IsLost(float cosine, float uniform) {
 }  // namespace
 
 void SensorOptions::Validate() const {
+  HIGHWALL_REQUIRE(std::isfinite(noise_ratio) && noise_ratio > 0.0,
+                   "SensorOptions::noise_ratio must be positive");
   HIGHWALL_REQUIRE(std::isfinite(min_depth) && min_depth > 0.0,
                    "SensorOptions::min_depth must be positive");
   HIGHWALL_REQUIRE(std::isfinite(max_depth) && max_depth > min_depth,
@@ -69,7 +70,7 @@ Sensor::Sensor(const SensorOptions& options, const PinholeCamera& camera, std::u
     : options_((options.Validate(), options)),
       disparity_scale_(camera.fx * kKinectBaseline),
       random_(seed),
-      stereo_(options.stereo, camera) {}
+      stereo_(options.stereo, options.noise_ratio, camera) {}
 
 cv::Mat Sensor::KinectDepth(const Rendering& rendering, const CounterRandom& random,
                             int threads) const {
@@ -83,11 +84,13 @@ cv::Mat Sensor::KinectDepth(const Rendering& rendering, const CounterRandom& ran
           kCountersPerPixel * static_cast<std::uint64_t>(v * out.cols + u);
       const bool behind_edge = z > kEdgeStep * nearest.at<float>(v, u);
       const bool lost = IsLost(rendering.cosine.at<float>(v, u), random.Uniform(counter + 1));
-      const auto normal = static_cast<double>(random.Normals(counter).x());
-      out.at<float>(v, u) = behind_edge || lost
-                                ? 0.0f
-                                : static_cast<float>(NoisyKinectDepth(static_cast<double>(z),
-                                                                      normal, disparity_scale_));
+      const double depth = static_cast<double>(z);
+      const double error = options_.noise_ratio * KinectSigma(depth) *
+                           static_cast<double>(random.Normals(counter).x());
+      out.at<float>(v, u) =
+          behind_edge || lost
+              ? 0.0f
+              : static_cast<float>(NoisyKinectDepth(depth, error, disparity_scale_));
     }
   });
   return out;

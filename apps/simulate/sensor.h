@@ -7,6 +7,7 @@
 #include <highwall/core/camera.h>
 #include <highwall/factors/depth_noise.h>
 
+#include "simulate/noise_ratio.h"
 #include "simulate/random.h"
 #include "simulate/renderer.h"
 #include "simulate/stereo_depth.h"
@@ -21,14 +22,15 @@ enum class SensorNoise {
 
 struct SensorOptions {
   SensorNoise noise = SensorNoise::kKinect;
-  double min_depth = 0.4;     // [m] > 0; nearer is not measured
-  double max_depth = 8.0;     // [m] > min_depth; nor farther
-  double colour_sigma = 2.0;  // [grey levels] >= 0; of the Kinect
-  StereoOptions stereo{};     // of the D435i
-  double read_noise = 0.8;    // [grey levels] >= 0, sigma; of the D435i, times gain
-  double shot_noise = 0.02;   // [grey levels] >= 0, variance per grey level; of the D435i, likewise
+  double noise_ratio = kUsualNoiseRatio;  // > 0; the depth's true sigma over that of Noise()
+  double min_depth = 0.4;                 // [m] > 0; nearer is not measured
+  double max_depth = 8.0;                 // [m] > min_depth; nor farther
+  double colour_sigma = 2.0;              // [grey levels] >= 0; of the Kinect
+  StereoOptions stereo{};                 // of the D435i
+  double read_noise = 0.8;                // [grey levels] >= 0, sigma; of the D435i, times gain
+  double shot_noise = 0.02;  // [grey levels] >= 0, variance per grey level; of the D435i, likewise
 
-  // What an estimator should take the depth's sigma for.
+  // What an estimator is told of the depth's sigma: the data sheet's.
   DepthNoise Noise() const;
 
   // Throws InvalidArgument naming the field.
@@ -41,11 +43,11 @@ struct SensorImages {
 };
 
 // From what is there to what a sensor reports. Kinect depth: Gaussian noise of
-// sigma(z) = 0.0012 + 0.0019 (z - 0.4)^2 m (Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise",
-// 3DIMPVT 2012, Eq. 4), disparity in steps of 1/8 pixel over a baseline of 75 mm, no depth behind
-// an edge (there the projector's light does not arrive) nor, more and more often, beyond 75 degrees
-// of incidence. D435i depth: see StereoDepth. Every pixel of every frame has random numbers of its
-// own.
+// sigma(z) = noise_ratio times 0.0012 + 0.0019 (z - 0.4)^2 m (Nguyen, Izadi, Lovell, "Modeling
+// Kinect sensor noise", 3DIMPVT 2012, Eq. 4), disparity in steps of 1/8 pixel over a baseline of 75
+// mm, no depth behind an edge (there the projector's light does not arrive) nor, more and more
+// often, beyond 75 degrees of incidence. D435i depth: see StereoDepth. Every pixel of every frame
+// has random numbers of its own.
 class Sensor {
  public:
   // Throws InvalidArgument.

@@ -65,14 +65,16 @@ void StereoOptions::Validate() const {
                    "StereoOptions::baseline must be positive");
 }
 
-StereoDepth::StereoDepth(const StereoOptions& options, const PinholeCamera& camera)
-    : options_((options.Validate(), options)), disparity_scale_(camera.fx * options.baseline) {}
+StereoDepth::StereoDepth(const StereoOptions& options, double noise_ratio,
+                         const PinholeCamera& camera)
+    : quadratic_((options.Validate(), noise_ratio * options.Noise().quadratic)),
+      disparity_scale_(camera.fx * options.baseline) {}
 
 cv::Mat StereoDepth::Measure(const Rendering& rendering, const CounterRandom& random,
                              int threads) const {
   const int w = rendering.depth.cols, h = rendering.depth.rows;
   const cv::Mat contrast = BlockContrast(rendering.bgr);
-  const auto slope = static_cast<float>(options_.Noise().quadratic);
+  const auto slope = static_cast<float>(quadratic_);
   const CounterRandom shared = random.Stream(1), own = random.Stream(2);
   const int columns = w / kGrain + 2;
   const auto shared_at = [&](int i, int j) {

@@ -18,7 +18,7 @@ struct StereoOptions {
   double focal = 425.0;    // [px] > 0 of the pair
   double baseline = 0.05;  // [m] > 0
 
-  // sigma_d = subpixel d^2 / (focal baseline).
+  // sigma_d = subpixel d^2 / (focal baseline), as the data sheet has it.
   DepthNoise Noise() const { return DepthNoise::Stereo(subpixel, focal, baseline); }
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -30,15 +30,15 @@ struct StereoOptions {
 // incidence.
 class StereoDepth {
  public:
-  // Throws InvalidArgument.
-  StereoDepth(const StereoOptions& options, const PinholeCamera& camera);
+  // noise_ratio > 0: true sigma over that of options.Noise(). Throws InvalidArgument.
+  StereoDepth(const StereoOptions& options, double noise_ratio, const PinholeCamera& camera);
 
   // rendering.bgr as the sensor records it, without noise. random: of this frame. CV_32FC1 [m],
   // 0 = no measurement. threads: 0 = one per processor; the result does not depend on it.
   cv::Mat Measure(const Rendering& rendering, const CounterRandom& random, int threads = 0) const;
 
  private:
-  StereoOptions options_;
+  double quadratic_;        // [1/m] sigma of a depth over its square
   double disparity_scale_;  // [px m] of the image: pixels that the second camera sees a point shift
   NormalTable normals_;
 };

@@ -36,7 +36,8 @@ struct Arguments {
   std::optional<double> duration;  // [s]; as long as the scene is
   double fps = 30.0;               // [Hz]
   double time_offset = 0.0;        // [s]
-  double blackout = -1.0;          // [s] since the first frame; none where negative
+  double noise_ratio = simulate::kUsualNoiseRatio;
+  double blackout = -1.0;  // [s] since the first frame; none where negative
   std::string cache;
   bool json = false;
 };
@@ -111,8 +112,9 @@ Scores RunOnce(const Sequence& sequence, const std::string& policy, const Argume
 }
 
 void PrintHeader() {
-  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7}\n", "scene", "imu",
-             "APE m", "APE %", "RPE 1s m", "lost", "cover", "init s", "tilt", "t_d ms", "chi2");
+  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
+             "scene", "imu", "APE m", "APE %", "RPE 1s m", "lost", "cover", "init s", "tilt",
+             "t_d ms", "chi2", "weight", "<1");
 }
 
 void PrintRow(const std::string& scene, const std::string& policy, const Scores& scores) {
@@ -121,12 +123,13 @@ void PrintRow(const std::string& scene, const std::string& policy, const Scores&
     return found == scores.end() ? std::string("-")
                                  : fmt::format(fmt::runtime(format), found->second);
   };
-  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7}\n", scene, policy,
-             figure("ape_rmse_m", "{:.4f}"), figure("ape_percent", "{:.3f}"),
+  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
+             scene, policy, figure("ape_rmse_m", "{:.4f}"), figure("ape_percent", "{:.3f}"),
              figure("rpe_1s_rmse_m", "{:.4f}"), figure("lost_frames", "{:.0f}"),
              figure("coverage", "{:.2f}"), figure("initialized_s", "{:.1f}"),
              figure("tilt_at_5s_deg", "{:.2f}"), figure("time_offset_error_ms", "{:.2f}"),
-             figure("innovation_chi2_per_dof", "{:.2f}"));
+             figure("innovation_chi2_per_dof", "{:.2f}"), figure("mean_weight", "{:.3f}"),
+             figure("reduced_share", "{:.3f}"));
   for (const auto& [name, value] : scores) {  // of marked spans
     if (name.ends_with("_rpe_1s_rmse_m") || name.ends_with("_drift_percent")) {
       fmt::print("{:<8} {:<12} {} {:.4f}\n", "", "", name, value);
@@ -139,6 +142,7 @@ void Run(const Arguments& arguments) {
   nlohmann::json report;
   report["versions"] = apps::VersionsJson();
   report["time_offset_s"] = arguments.time_offset;
+  report["noise_ratio"] = arguments.noise_ratio;
   if (!arguments.json) PrintHeader();
   for (const std::string& scene : arguments.scenes) {
     const double duration = arguments.duration.value_or(DefaultDuration(scene));
@@ -146,8 +150,8 @@ void Run(const Arguments& arguments) {
     for (int seed = 1; seed <= arguments.seeds; ++seed) {
       apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
       Sequence sequence = MakeSequence(
-          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps}, cache.path(),
-          [&progress](int done, int total) {
+          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps, arguments.noise_ratio},
+          cache.path(), [&progress](int done, int total) {
             progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
           });
       if (arguments.blackout >= 0.0) {
@@ -186,6 +190,11 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--time-offset", arguments.time_offset,
                  "How far the IMU's clock is ahead, unknown to the system [s]")
       ->check(apps::Between(-0.2, 0.2));
+  app.add_option(
+         "--noise-ratio", arguments.noise_ratio,
+         "True noise of depth and IMU over that of the data sheets, which the system is told")
+      ->check(apps::Between(0.01, 100.0))
+      ->capture_default_str();
   app.add_option("--blackout", arguments.blackout, "Cover the lens for 2 s from this time on [s]")
       ->check(apps::Between(0.0, 3600.0));
   app.add_option("--cache", arguments.cache,

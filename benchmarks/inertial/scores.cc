@@ -126,6 +126,7 @@ void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
   s["dead_reckoned_frames"] = static_cast<double>(inertial.dead_reckoned);
   s["restarts"] = static_cast<double>(inertial.restarts);
   s["mean_weight"] = inertial.mean_weight;
+  s["reduced_share"] = inertial.reduced_share;
   s["innovation_chi2_per_dof"] = inertial.mean_innovation;
   if (!inertial.initialized) return;
   s["initialized_s"] = Seconds(*inertial.initialized);

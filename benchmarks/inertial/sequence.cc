@@ -45,10 +45,15 @@ Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::pat
   simulation.seed = options.seed;
   simulation.duration = options.duration;
   simulation.fps = options.fps;
+  simulation.sensor.noise_ratio = simulation.imu.noise_ratio = options.noise_ratio;
   Sequence sequence;
   sequence.simulation = std::make_unique<simulate::Simulation>(Simulate(options.scene, simulation));
-  sequence.folder = cache / fmt::format("{}_seed{}_{}s_{}fps", options.scene, options.seed,
-                                        options.duration, options.fps);
+  std::string name = fmt::format("{}_seed{}_{}s_{}fps", options.scene, options.seed,
+                                 options.duration, options.fps);
+  if (options.noise_ratio != simulate::kUsualNoiseRatio) {
+    name += fmt::format("_noise{}", options.noise_ratio);
+  }
+  sequence.folder = cache / name;
   if (!std::filesystem::exists(sequence.folder)) {  // it appears whole or not at all
     simulate::WriteTum(*sequence.simulation, sequence.folder, progress);
   }

@@ -11,6 +11,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/dataset.h>
 
+#include "simulate/noise_ratio.h"
 #include "simulate/simulation.h"
 
 namespace highwall::bench {
@@ -24,8 +25,9 @@ struct MarkedSpan {
 struct SequenceOptions {
   std::string scene = "room";
   std::uint64_t seed = 1;
-  double duration = 20.0;  // [s] > 0; DefaultDuration()
-  double fps = 30.0;       // [Hz] > 0
+  double duration = 20.0;                           // [s] > 0; DefaultDuration()
+  double fps = 30.0;                                // [Hz] > 0
+  double noise_ratio = simulate::kUsualNoiseRatio;  // > 0; true noise over the data sheets'
 };
 
 // The names that MakeSequence() knows.

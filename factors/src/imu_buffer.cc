@@ -22,6 +22,15 @@ ImuSample Interpolate(const ImuSample& a, const ImuSample& b, Stamp stamp) {
 
 }  // namespace
 
+bool IsFinite(const ImuSample& sample) {
+  return sample.gyroscope.allFinite() && sample.accelerometer.allFinite();
+}
+
+bool IsPossible(const ImuSample& sample) {
+  return IsFinite(sample) && sample.gyroscope.cwiseAbs().maxCoeff() <= kMaxAngularRate &&
+         sample.accelerometer.cwiseAbs().maxCoeff() <= kMaxSpecificForce;
+}
+
 void ImuBufferOptions::Validate() const {
   HIGHWALL_REQUIRE(
       std::isfinite(max_step) && max_step > 0.0,
@@ -43,6 +52,8 @@ const char* ToString(ImuSampleStatus status) {
       return "too old";
     case ImuSampleStatus::kNotFinite:
       return "not finite";
+    case ImuSampleStatus::kImpossible:
+      return "impossible";
   }
   return "unknown";
 }
@@ -52,9 +63,8 @@ ImuBuffer::ImuBuffer(const ImuBufferOptions& options) : options_(options) {
 }
 
 ImuSampleStatus ImuBuffer::Add(const ImuSample& sample) {
-  if (!sample.gyroscope.allFinite() || !sample.accelerometer.allFinite()) {
-    return ImuSampleStatus::kNotFinite;
-  }
+  if (!IsFinite(sample)) return ImuSampleStatus::kNotFinite;
+  if (!IsPossible(sample)) return ImuSampleStatus::kImpossible;
   if (forgotten_ && sample.stamp <= *forgotten_) return ImuSampleStatus::kTooOld;
   const auto place = std::lower_bound(samples_.begin(), samples_.end(), sample.stamp, Earlier);
   if (place != samples_.end() && place->stamp == sample.stamp) return ImuSampleStatus::kDuplicate;

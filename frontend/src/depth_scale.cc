@@ -72,6 +72,7 @@ class Problem {
     degrees_of_freedom_ += 6 * (static_cast<int>(chain.size()) - 1) - 5;
   }
 
+  // Throws InvalidArgument where the solution has no covariance.
   std::optional<DepthScale> Solve() {
     if (!graph_.Solve().IsUsable()) return std::nullopt;
     DepthScale result;
@@ -150,9 +151,13 @@ std::optional<DepthScale> EstimateDepthScale(const Map& map, const Pose& T_BC,
   if (!map.gravity_W()) return std::nullopt;
   const std::vector<Chain> chains = Chains(map);
   if (chains.empty()) return std::nullopt;
-  Problem problem(T_BC, options);
-  for (const Chain& chain : chains) problem.Add(chain, *map.gravity_W());
-  return problem.Solve();
+  try {
+    Problem problem(T_BC, options);
+    for (const Chain& chain : chains) problem.Add(chain, *map.gravity_W());
+    return problem.Solve();
+  } catch (const InvalidArgument&) {  // poses or readings beyond what can be solved for
+    return std::nullopt;
+  }
 }
 
 }  // namespace highwall

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include <Eigen/Geometry>
@@ -27,29 +28,34 @@ std::string Number(double value) {
   return text.data();
 }
 
-bool IsFinite(const ImuSample& sample) {
-  return sample.gyroscope.allFinite() && sample.accelerometer.allFinite();
-}
-
-// Those that an estimator can use, in order, each stamp once: the first of equal ones stays.
-std::vector<ImuSample> Usable(std::span<const ImuSample> samples) {
-  std::vector<ImuSample> usable;
-  std::copy_if(samples.begin(), samples.end(), std::back_inserter(usable), IsFinite);
-  std::stable_sort(usable.begin(), usable.end(),
+// Those that are finite, in order, each stamp once: the first of equal ones stays.
+std::vector<ImuSample> InOrder(std::span<const ImuSample> samples) {
+  std::vector<ImuSample> ordered;
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(ordered), IsFinite);
+  std::stable_sort(ordered.begin(), ordered.end(),
                    [](const ImuSample& a, const ImuSample& b) { return a.stamp < b.stamp; });
   const auto end =
-      std::unique(usable.begin(), usable.end(),
+      std::unique(ordered.begin(), ordered.end(),
                   [](const ImuSample& a, const ImuSample& b) { return a.stamp == b.stamp; });
-  usable.erase(end, usable.end());
-  return usable;
+  ordered.erase(end, ordered.end());
+  return ordered;
 }
 
-// Collects findings about one recording, whose usable readings are not empty.
+bool IsInG(const ImuFinding& finding) {
+  return finding.kind == Kind::kAccelerometerInG && finding.severity == ImuSeverity::kWarning;
+}
+
+ImuSample FromG(ImuSample sample) {
+  sample.accelerometer *= kMetresPerG;
+  return sample;
+}
+
+// Collects findings about one recording.
 class Checker {
  public:
   Checker(std::span<const ImuSample> samples, const VideoSpan& video,
           const ImuCheckOptions& options)
-      : samples_(samples), video_(video), options_(options), usable_(Usable(samples)) {}
+      : samples_(samples), video_(video), options_(options), usable_(InOrder(samples)) {}
 
   std::vector<ImuFinding> Run() {
     CheckFinite();
@@ -58,14 +64,17 @@ class Checker {
       return findings_;
     }
     CheckOrder();
+    CheckAccelerometerUnit();
+    CheckGyroscopeRate();
+    CheckPossible();
+    if (usable_.empty()) return findings_;
     CheckSpan();
     CheckGaps();
     CheckFrozen("gyroscope", Kind::kFrozenGyroscope, &ImuSample::gyroscope,
                 &ImuSample::accelerometer);
     CheckFrozen("accelerometer", Kind::kFrozenAccelerometer, &ImuSample::accelerometer,
                 &ImuSample::gyroscope);
-    CheckAccelerometerUnit();
-    CheckGyroscopeUnit();
+    if (!HasFatalOf(Kind::kGyroscopeInDegrees)) CheckGyroscopeByGravity();
     std::stable_sort(
         findings_.begin(), findings_.end(), [](const ImuFinding& a, const ImuFinding& b) {
           return a.severity == ImuSeverity::kFatal && b.severity != ImuSeverity::kFatal;
@@ -78,15 +87,46 @@ class Checker {
     findings_.push_back({kind, severity, std::move(text)});
   }
 
-  void CheckFinite() {
-    const auto bad = std::count_if(samples_.begin(), samples_.end(),
-                                   [](const ImuSample& sample) { return !IsFinite(sample); });
-    if (bad == 0) return;
+  // Readings that are left out, too many of which are fatal.
+  template <typename Predicate>
+  void AddBad(Kind kind, const Predicate& is_bad, const std::string& what) {
+    const auto first = std::find_if(samples_.begin(), samples_.end(), is_bad);
+    if (first == samples_.end()) return;
+    const auto bad = std::count_if(first, samples_.end(), is_bad);
     const double share = static_cast<double>(bad) / static_cast<double>(samples_.size());
     const bool fatal = share > options_.max_bad_share;
-    Add(Kind::kNotFinite, fatal ? ImuSeverity::kFatal : ImuSeverity::kWarning,
-        std::to_string(bad) + " of " + std::to_string(samples_.size()) +
-            " readings are NaN or infinite" + (fatal ? "" : "; left out"));
+    Add(kind, fatal ? ImuSeverity::kFatal : ImuSeverity::kWarning,
+        std::to_string(bad) + " of " + std::to_string(samples_.size()) + " readings are " + what +
+            (fatal ? "" : "; left out"));
+    findings_.back().reading = static_cast<std::size_t>(first - samples_.begin());
+  }
+
+  void CheckFinite() {
+    AddBad(
+        Kind::kNotFinite, [](const ImuSample& sample) { return !IsFinite(sample); },
+        "NaN or infinite");
+  }
+
+  // In a unit that is not known there is nothing to say.
+  void CheckPossible() {
+    if (HasFatalOf(Kind::kAccelerometerImplausible) || HasFatalOf(Kind::kAccelerometerInG) ||
+        HasFatalOf(Kind::kGyroscopeInDegrees)) {
+      return;
+    }
+    const bool in_g = std::any_of(findings_.begin(), findings_.end(), IsInG);
+    const auto impossible = [in_g](const ImuSample& sample) {
+      return IsFinite(sample) && !IsPossible(in_g ? FromG(sample) : sample);
+    };
+    AddBad(Kind::kImpossible, impossible,
+           "beyond what any sensor measures (" + std::to_string(std::lround(kMaxAngularRate)) +
+               " rad/s, " + std::to_string(std::lround(kMaxSpecificForce)) + " m/s^2)");
+    std::erase_if(usable_, impossible);
+  }
+
+  bool HasFatalOf(Kind kind) const {
+    return std::any_of(findings_.begin(), findings_.end(), [kind](const ImuFinding& finding) {
+      return finding.kind == kind && finding.severity == ImuSeverity::kFatal;
+    });
   }
 
   void CheckOrder() {
@@ -178,19 +218,27 @@ class Checker {
     }
   }
 
-  void CheckGyroscopeUnit() {
-    double sum = 0.0;
-    for (const ImuSample& sample : usable_) sum += sample.gyroscope.squaredNorm();
-    const double rms = std::sqrt(sum / static_cast<double>(usable_.size()));
-    if (rms > options_.max_angular_rate) {
-      Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
-          "gyroscope: the RMS rate is " + Number(rms) +
-              ": it is likely in deg/s, not in rad/s; multiply by 0.0174533");
-    } else if (DegreesExplainGravity()) {
-      Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
-          "gyroscope: taken for deg/s it explains how gravity turns, taken for rad/s it does not: "
-          "it is likely in deg/s; multiply by 0.0174533");
-    }
+  // By all readings but the largest ones, which may be as many as are set aside elsewhere.
+  void CheckGyroscopeRate() {
+    std::vector<double> squares;
+    for (const ImuSample& sample : usable_) squares.push_back(sample.gyroscope.squaredNorm());
+    const double kept =
+        std::ceil((1.0 - options_.max_bad_share) * static_cast<double>(squares.size()));
+    const auto end = squares.begin() + static_cast<std::ptrdiff_t>(std::max(kept, 1.0));
+    std::nth_element(squares.begin(), end - 1, squares.end());
+    const double rms = std::sqrt(std::accumulate(squares.begin(), end, 0.0) /
+                                 static_cast<double>(end - squares.begin()));
+    if (rms <= options_.max_angular_rate) return;
+    Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
+        "gyroscope: the RMS rate is " + Number(rms) +
+            ": it is likely in deg/s, not in rad/s; multiply by 0.0174533");
+  }
+
+  void CheckGyroscopeByGravity() {
+    if (!DegreesExplainGravity()) return;
+    Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
+        "gyroscope: taken for deg/s it explains how gravity turns, taken for rad/s it does not: "
+        "it is likely in deg/s; multiply by 0.0174533");
   }
 
   // How far [rad] gravity's direction at the end of [begin, end) is from that at its beginning
@@ -252,6 +300,8 @@ const char* ToString(ImuFindingKind kind) {
       return "empty";
     case Kind::kNotFinite:
       return "not_finite";
+    case Kind::kImpossible:
+      return "impossible";
     case Kind::kOutOfOrder:
       return "out_of_order";
     case Kind::kDuplicates:
@@ -304,13 +354,11 @@ bool HasFatal(std::span<const ImuFinding> findings) {
 
 std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
                                  std::span<const ImuFinding> findings) {
-  std::vector<ImuSample> repaired = Usable(samples);
-  const bool in_g = std::any_of(findings.begin(), findings.end(), [](const ImuFinding& finding) {
-    return finding.kind == Kind::kAccelerometerInG && finding.severity == ImuSeverity::kWarning;
-  });
-  if (in_g) {
-    for (ImuSample& sample : repaired) sample.accelerometer *= kMetresPerG;
+  std::vector<ImuSample> repaired = InOrder(samples);
+  if (std::any_of(findings.begin(), findings.end(), IsInG)) {
+    std::transform(repaired.begin(), repaired.end(), repaired.begin(), FromG);
   }
+  std::erase_if(repaired, [](const ImuSample& sample) { return !IsPossible(sample); });
   return repaired;
 }
 

@@ -35,6 +35,7 @@ constexpr const Unit& kNanoseconds = kUnits[0];
 constexpr const Unit& kSeconds = kUnits[3];
 
 struct RawReading {
+  std::int64_t line = 0;
   RawStamp stamp;
   std::array<double, 6> values{};
 };
@@ -89,6 +90,7 @@ RawReading ParseLine(const std::filesystem::path& path, std::int64_t number,
                      std::string_view line) {
   const std::vector<std::string_view> fields = Fields(line);
   RawReading reading;
+  reading.line = number;
   if (fields.size() != reading.values.size() + 1) {
     throw IoError(path, number,
                   "has " + std::to_string(fields.size()) +
@@ -234,6 +236,7 @@ ImuRecording ReadImu(const std::filesystem::path& path, const VideoSpan& video) 
     const auto& v = reading.values;
     recording.samples.push_back(
         {Convert(reading.stamp, unit).value(), {v[0], v[1], v[2]}, {v[3], v[4], v[5]}});
+    recording.lines.push_back(reading.line);
   }
   return recording;
 }

@@ -66,7 +66,8 @@ class Problem {
       graph_.AddFactor(std::make_unique<ImuGravityFactor>(motion.imu[i]), poses_[i], velocities_[i],
                        biases_[i], poses_[i + 1], velocities_[i + 1], biases_[i + 1], gravity_);
     }
-    rows_ = 15 * static_cast<int>(n - 1);
+    // Pose, velocity and bias of each image, gravity, t_d.
+    dof_ = 15 * static_cast<int>(n - 1) - (15 * static_cast<int>(n) + 2 + 1);
   }
 
   void AddImage(std::size_t i, const VisualPose& visual, const Pose& T_BC,
@@ -74,7 +75,8 @@ class Problem {
     graph_.AddFactor(std::make_unique<CameraPose>(visual.T_WC, visual.sqrt_information, T_BC,
                                                   omega_B, t_d_state),
                      poses_[i], velocities_[i], time_offset_);
-    rows_ += 6;
+    // A row of zeros tells nothing: that direction is open.
+    dof_ += static_cast<int>((visual.sqrt_information.array() != 0.0).rowwise().any().count());
   }
   void AddPriors(const InertialInitializerOptions& options, double time_offset, bool free) {
     Eigen::Matrix<double, 6, 1> sigma;
@@ -83,6 +85,7 @@ class Problem {
     graph_.AddFactor(
         std::make_unique<VectorPrior<6>>(ImuBias::Zero(), sigma.cwiseInverse().asDiagonal()),
         biases_.front());
+    dof_ += 6 + 1;  // a t_d that is fixed is no unknown
     if (free) {
       using Scalar = Eigen::Matrix<double, 1, 1>;
       graph_.AddFactor(
@@ -95,11 +98,7 @@ class Problem {
   }
 
   bool Solve() { return graph_.Solve({.max_iterations = 20}).IsUsable(); }
-  // Rows less unknowns; priors weigh out the unknowns that they hold.
-  double Error() const {
-    const int dof = rows_ - 15 * static_cast<int>(poses_.size());
-    return 2.0 * graph_.Cost() / std::max(dof, 1);
-  }
+  double Error() const { return 2.0 * graph_.Cost() / std::max(dof_, 1); }
   Guess Latest() const { return {graph_.Value(time_offset_), graph_.Value(biases_.back())}; }
 
   // Empty where the images leave a direction open all the time.
@@ -131,7 +130,7 @@ class Problem {
   std::vector<Variable<Pose>> poses_;
   std::vector<Variable<Eigen::Vector3d>> velocities_;
   std::vector<Variable<ImuBias>> biases_;
-  int rows_ = 0;
+  int dof_ = 0;  // rows less unknowns
 };
 
 }  // namespace
@@ -197,6 +196,10 @@ void InertialInitializer::Add(Stamp stamp, const VisualPose& visual) {
   }
   images_.push_back({stamp, visual});
   while (ToSeconds(stamp - images_.front().stamp) > options_.max_duration) images_.pop_front();
+}
+
+void InertialInitializer::MoveMap(const Pose& T_new_old) {
+  for (Image& image : images_) image.visual = Moved(image.visual, T_new_old);
 }
 
 std::size_t InertialInitializer::FirstImage(const ImuBuffer& imu, double time_offset) const {

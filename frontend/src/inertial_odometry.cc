@@ -18,16 +18,11 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
+constexpr const char* kNoStart = "what is known of the motion does not make a start";
+
 // The shortest rotation that takes `up` to z.
 Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
-}
-
-// J of a rotation of the world in the tangent of a pose: positions turn, rotations do not.
-Matrix6 WorldRotation(const Eigen::Matrix3d& R) {
-  Matrix6 J = Matrix6::Identity();
-  J.topLeftCorner<3, 3>() = R;
-  return J;
 }
 
 // The turn about z and the shift that are nearest to a rigid motion at the point p.
@@ -151,7 +146,8 @@ std::optional<KnownPose> InertialOdometry::Predict(Stamp image) const {
   const Eigen::Vector3d gravity = kStandardGravity * window_->gravity_W().vector();
   const CameraPoseEstimate camera =
       CameraOf(Propagate(window_->newest(), *imu, gravity), calibration_.T_BC);
-  const Matrix6 J = WorldRotation(T_WO_.R());
+  Matrix6 J = Matrix6::Identity();  // in the tangent of a pose, rotations do not turn
+  J.topLeftCorner<3, 3>() = T_WO_.R();
   Vector6 common;
   common << Eigen::Vector3d::Constant(options_.visual_noise.position),
       Eigen::Vector3d::Constant(options_.visual_noise.rotation);
@@ -175,7 +171,11 @@ InertialReport InertialOdometry::Update(const Observation& observation) {
   } else {
     Initialize(observation, report);
   }
-  if (observation.visual) last_visual_ = {observation.image, observation.visual->T_WC};
+  if (observation.visual) {
+    // In W as it is from now on.
+    const Pose T_level = report.T_level.value_or(Pose());
+    last_visual_ = {observation.image, T_level * observation.visual->T_WC};
+  }
   report.status = status_;
   report.estimate = estimate();
   report.gravity_sigma = gravity_sigma();
@@ -215,10 +215,10 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
   }
   InertialPrior prior = *solution.estimate;
   const Eigen::Quaterniond q_level = Upright(-prior.gravity_W.vector());
-  report.T_level = Pose(q_level, Eigen::Vector3d::Zero());
+  const Pose T_level(q_level, Eigen::Vector3d::Zero());
   prior.gravity_W = UnitDirection(Eigen::Vector3d(0, 0, -1));
   InertialEstimate& estimate = prior.estimate;
-  estimate.state.T_WB = *report.T_level * estimate.state.T_WB;
+  estimate.state.T_WB = T_level * estimate.state.T_WB;
   estimate.state.v_WB = q_level * estimate.state.v_WB;
   Eigen::Matrix<double, 15, 15> J = Eigen::Matrix<double, 15, 15>::Identity();
   J.block<3, 3>(0, 0) = J.block<3, 3>(6, 6) = q_level.toRotationMatrix();
@@ -226,12 +226,25 @@ void InertialOdometry::Initialize(const Observation& observation, InertialReport
   const double inflation = std::max(1.0, solution.error);
   estimate.covariance = inflation * J * estimate.covariance * J.transpose();
   prior.gravity_sigma = std::max(prior.gravity_sigma * std::sqrt(inflation), 1e-3);
+  if (!Start(prior)) {
+    report.reason = reason_ = kNoStart;
+    return;
+  }
+  report.T_level = T_level;
   bias_ = estimate.bias;
   T_WO_ = Pose();
-  window_.emplace(calibration_, options_.window, prior, options_.estimate_time_offset);
   time_offset_ = window_->time_offset();
-  status_ = InertialStatus::kRunning;
   reason_.clear();
+}
+
+bool InertialOdometry::Start(const InertialPrior& prior) {
+  try {
+    window_.emplace(calibration_, options_.window, prior, options_.estimate_time_offset);
+  } catch (const InvalidArgument&) {  // a covariance that is none, an estimate beyond all numbers
+    return false;
+  }
+  status_ = InertialStatus::kRunning;
+  return true;
 }
 
 InitializationReport InertialOdometry::SolveWithSign(const VisualPose& visual,
@@ -343,10 +356,12 @@ void InertialOdometry::Resume(const Observation& observation, InertialReport& re
       Eigen::Vector3d::Constant(calibration_.noise.accelerometer_walk);
   estimate.covariance.bottomRightCorner<6, 6>() +=
       Matrix6((pause * walk.cwiseProduct(walk)).asDiagonal());
-  window_.emplace(calibration_, options_.window, prior, options_.estimate_time_offset);
+  if (!Start(prior)) {
+    report.reason = kNoStart;
+    return;
+  }
   known_.reset();
   report.restarted = true;
-  status_ = InertialStatus::kRunning;
 }
 
 void InertialOdometry::Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
@@ -376,11 +391,12 @@ void InertialOdometry::MoveMap(const Pose& T_new_old) {
   const Eigen::Vector3d p_W =
       window_ ? T_WO_ * window_->newest().state.T_WB.p() : Eigen::Vector3d(Eigen::Vector3d::Zero());
   T_WO_ = YawAndShift(T_new_old, p_W) * T_WO_;
+  initializer_.MoveMap(T_new_old);
   if (last_visual_) last_visual_->pose = T_new_old * last_visual_->pose;
 }
 
 VisualPose InertialOdometry::InO(const VisualPose& visual_W) const {
-  return {T_WO_.Inverse() * visual_W.T_WC, visual_W.sqrt_information * WorldRotation(T_WO_.R())};
+  return Moved(visual_W, T_WO_.Inverse());
 }
 
 std::optional<InertialEstimate> InertialOdometry::estimate() const {

@@ -34,15 +34,24 @@ VisualPose MakeVisualPose(const Pose& T_WC, const Eigen::Matrix<double, 6, 6>& i
   const Vector6 slope = eigen.eigenvectors().transpose() * (unit.cwiseProduct(gradient) / scale);
   Vector6 step, sqrt_information;
   for (int i = 0; i < 6; ++i) {
-    const double h = std::max(eigen.eigenvalues()(i), 0.0);
-    step(i) = h > kOpen ? -slope(i) / h : 0.0;
-    sqrt_information(i) = std::sqrt(h / (1.0 + h));  // of the covariance 1 / h + 1
+    const double h = eigen.eigenvalues()(i);
+    const bool open = !(h > kOpen);
+    step(i) = open ? 0.0 : -slope(i) / h;
+    sqrt_information(i) = open ? 0.0 : std::sqrt(h / (1.0 + h));  // of the covariance 1 / h + 1
   }
   VisualPose visual;
   visual.T_WC = T_WC.Plus(unit.cwiseProduct(eigen.eigenvectors() * step));
   visual.sqrt_information = sqrt_information.asDiagonal() * eigen.eigenvectors().transpose() *
                             unit.cwiseInverse().asDiagonal();
   return visual;
+}
+
+VisualPose Moved(const VisualPose& visual, const Pose& T_new_old) {
+  VisualPose moved{T_new_old * visual.T_WC, visual.sqrt_information};
+  // Of the tangent of a pose, positions turn with the world and rotations do not.
+  moved.sqrt_information.leftCols<3>() =
+      visual.sqrt_information.leftCols<3>() * T_new_old.R().transpose();
+  return moved;
 }
 
 }  // namespace highwall

@@ -203,8 +203,12 @@ double AllanDeviation(const std::vector<ImuSample>& samples, Eigen::Vector3d Imu
   return Rms(differences) / std::sqrt(2.0);
 }
 
-TEST(ImuSimulator, NoiseHasTheAllanDeviationOfItsDensities) {
-  const ImuSimulationOptions options;
+class ImuSimulatorNoise : public ::testing::TestWithParam<double> {};
+
+TEST_P(ImuSimulatorNoise, HasTheAllanDeviationOfTheDataSheetTimesTheRatio) {
+  ImuSimulationOptions options;
+  options.noise_ratio = GetParam();
+  EXPECT_EQ(options.TrueNoise().gyroscope, GetParam() * options.noise.gyroscope);
   const auto samples = Simulator(options, 400.0).Samples(StandingStill(), {});
   for (const std::size_t cluster : {20U, 200U}) {
     const double tau = static_cast<double>(cluster) / options.rate;
@@ -213,15 +217,17 @@ TEST(ImuSimulator, NoiseHasTheAllanDeviationOfItsDensities) {
     };
     // 3 x 4000 and 3 x 400 differences, of which every second one is new: 1 % and 3 %.
     const double tolerance = cluster == 20 ? 0.04 : 0.12;
-    const double gyroscope = expected(options.noise.gyroscope, options.noise.gyroscope_walk);
+    const ImuNoise noise = options.TrueNoise();
+    const double gyroscope = expected(noise.gyroscope, noise.gyroscope_walk);
     EXPECT_NEAR(AllanDeviation(samples, &ImuSample::gyroscope, cluster), gyroscope,
                 tolerance * gyroscope);
-    const double accelerometer =
-        expected(options.noise.accelerometer, options.noise.accelerometer_walk);
+    const double accelerometer = expected(noise.accelerometer, noise.accelerometer_walk);
     EXPECT_NEAR(AllanDeviation(samples, &ImuSample::accelerometer, cluster), accelerometer,
                 tolerance * accelerometer);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Ratios, ImuSimulatorNoise, ::testing::Values(1.0, 3.0));
 
 TEST(ImuSimulator, BiasesStartAndWalkAsTheirSigmasSay) {
   const ImuSimulationOptions options;
@@ -246,9 +252,9 @@ TEST(ImuSimulator, BiasesStartAndWalkAsTheirSigmasSay) {
     accelerometer.insert(accelerometer.end(), {step[3], step[4], step[5]});
   }
   // 1500 steps of one second.
-  EXPECT_NEAR(Rms(gyroscope), options.noise.gyroscope_walk, 0.08 * options.noise.gyroscope_walk);
-  EXPECT_NEAR(Rms(accelerometer), options.noise.accelerometer_walk,
-              0.08 * options.noise.accelerometer_walk);
+  const ImuNoise noise = options.TrueNoise();
+  EXPECT_NEAR(Rms(gyroscope), noise.gyroscope_walk, 0.08 * noise.gyroscope_walk);
+  EXPECT_NEAR(Rms(accelerometer), noise.accelerometer_walk, 0.08 * noise.accelerometer_walk);
 }
 
 TEST(ImuSimulator, ShakesWhereTheGroundIsRoughAndTheCameraMoves) {
@@ -308,6 +314,7 @@ TEST(ImuSimulator, RefusesOptionsOutOfRangeByName) {
     EXPECT_NE(message(change).find(field), std::string::npos) << message(change);
   };
   expect_named("rate", [](auto* o) { o->rate = 0.0; });
+  expect_named("noise_ratio", [](auto* o) { o->noise_ratio = 0.0; });
   expect_named("gyroscope_bias", [](auto* o) { o->gyroscope_bias = -1.0; });
   expect_named("accelerometer_bias", [](auto* o) { o->accelerometer_bias = NAN; });
   expect_named("time_offset", [](auto* o) { o->time_offset = 0.3; });

@@ -187,6 +187,27 @@ TEST(WriteTum, ImuCalibrationReadsBackExactly) {
   EXPECT_EQ(imu->time_offset, 0.0);  // it is for the estimator to find
 }
 
+TEST(WriteTum, CalibrationIsThatOfTheDataSheetsWhateverTheTruth) {
+  const TemporaryDirectory folder;
+  for (const double ratio : {1.0, 2.0}) {
+    SimulationOptions options = SmallOptions();
+    options.sensor.noise = SensorNoise::kKinect;
+    options.sensor.noise_ratio = options.imu.noise_ratio = ratio;
+    WriteTum(SimulateRoom(options), folder.path() / std::to_string(ratio));
+  }
+  const auto text = [&](double ratio, const char* name) {
+    return ReadText(folder.path() / std::to_string(ratio) / name);
+  };
+  EXPECT_EQ(text(1.0, "calibration.yaml"), text(2.0, "calibration.yaml"));
+  EXPECT_NE(text(1.0, "imu.csv"), text(2.0, "imu.csv"));
+  const std::string depth =
+      "depth/" + FormatStamp(SimulateRoom(SmallOptions()).StampOf(0)) + ".png";
+  EXPECT_NE(text(1.0, depth.c_str()), text(2.0, depth.c_str()));
+  const SimulationOptions usual;
+  EXPECT_GT(usual.sensor.noise_ratio, 1.0) << "nobody is told the truth";
+  EXPECT_GT(usual.imu.noise_ratio, 1.0);
+}
+
 TEST(WriteTum, SameSeedSameBytesOfTheImu) {
   const TemporaryDirectory folder;
   for (const char* name : {"a", "b"}) {

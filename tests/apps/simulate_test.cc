@@ -111,8 +111,9 @@ TEST(Sensor, KinectDepthHasTheSpreadAndTheStepsOfItsModel) {
   const SimulatedFrame frame = AtRest(MakeWallScene(kZ), options).Render(0);
   cv::Scalar mean, sigma;
   cv::meanStdDev(frame.depth, mean, sigma);
-  // Nguyen's sigma, and the error of rounding to steps of z^2 / (8 f b), uniform over a step.
-  const double model = 0.0012 + 0.0019 * (kZ - 0.4) * (kZ - 0.4);
+  // Nguyen's sigma as much larger as the truth is, and the error of rounding to steps of z^2 / (8 f
+  // b), uniform over a step.
+  const double model = options.sensor.noise_ratio * (0.0012 + 0.0019 * (kZ - 0.4) * (kZ - 0.4));
   const double step = kZ * kZ / (8.0 * 525.0 * 0.075);
   // 19200 samples: sigma / sqrt(2 n) = 0.5 %; the steps near the mean differ by another per cent.
   EXPECT_NEAR(sigma[0], std::hypot(model, step / std::sqrt(12.0)), 0.03 * model);

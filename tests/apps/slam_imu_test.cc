@@ -153,6 +153,30 @@ TEST_F(SlamWithImu, GoesOnWithoutAnImuThatIsFrozen) {
   ExpectFallback({"imu.csv", "the IMU is not used"});
 }
 
+TEST_F(SlamWithImu, LeavesAnImpossibleReadingOutAndNamesItsLine) {
+  for (const double value : {1e6, 3e7, 1e9}) {
+    SCOPED_TRACE(value);
+    int line = 0;
+    Spoil([&](std::vector<double>& reading) {
+      // In the last third, after the initialization.
+      if (++line == 440) reading[4] = value;
+      return true;
+    });
+    const Outcome outcome = SlamOnDataset("--no-map --json");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(CountLines(outcome.err), 1U) << outcome.err;
+    EXPECT_TRUE(Contains(outcome.err, "imu.csv:440: 1 of ")) << outcome.err;
+    EXPECT_TRUE(Contains(outcome.err, "left out")) << outcome.err;
+    const json report = json::parse(outcome.out);
+    EXPECT_EQ(report["lost_frames"], 0);
+    EXPECT_EQ(report["imu"]["status"], "running");
+    EXPECT_EQ(report["imu"]["restarts"], 0);
+    const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
+    EXPECT_LT(AbsolutePoseError(truth, ReadTumTrajectory(run() / "trajectory.txt")).statistics.rmse,
+              0.02);
+  }
+}
+
 TEST_F(SlamWithImu, ConvertsReadingsInGWithAWarning) {
   Spoil([](std::vector<double>& reading) {
     for (int i = 4; i < 7; ++i) reading[static_cast<std::size_t>(i)] /= 9.80665;

@@ -91,7 +91,7 @@ TEST(ImuBuffer, PutsLateReadingsInTheirPlace) {
 TEST(ImuBuffer, KeepsTheFirstOfDuplicates) {
   ImuBuffer buffer = Filled({0, 5 * kMs});
   ImuSample other = At(5 * kMs);
-  other.gyroscope.x() = 99.0;
+  other.gyroscope.x() = 9.0;
   EXPECT_EQ(buffer.Add(other), ImuSampleStatus::kDuplicate);
   EXPECT_EQ(buffer.size(), 2u);
   EXPECT_NEAR(buffer.Between(0, 5 * kMs)->samples.back().gyroscope.x(), 0.005, 1e-17);
@@ -108,6 +108,22 @@ TEST(ImuBuffer, DropsReadingsThatAreNotFinite) {
   EXPECT_TRUE(buffer.empty());
 }
 
+TEST(ImuBuffer, DropsReadingsThatNoSensorMeasures) {
+  ImuBuffer buffer;
+  ImuSample reading = At(0);
+  for (const double value : {kMaxSpecificForce * 1.0001, -1e6, 1e300}) {
+    reading.accelerometer.z() = value;
+    EXPECT_EQ(buffer.Add(reading), ImuSampleStatus::kImpossible) << value;
+  }
+  reading = At(0);
+  reading.gyroscope.x() = -kMaxAngularRate * 1.0001;
+  EXPECT_EQ(buffer.Add(reading), ImuSampleStatus::kImpossible);
+  EXPECT_TRUE(buffer.empty());
+  reading.gyroscope.x() = -kMaxAngularRate;
+  reading.accelerometer.setConstant(kMaxSpecificForce);
+  EXPECT_EQ(buffer.Add(reading), ImuSampleStatus::kAdded) << "the bounds themselves are possible";
+}
+
 TEST(ImuBuffer, ForgetsWhatIsBeyondItsHorizon) {
   ImuBuffer buffer = Filled({0, 500 * kMs, 1000 * kMs}, {.max_step = 0.1, .horizon = 1.0});
   EXPECT_EQ(buffer.oldest(), 0);
@@ -120,6 +136,7 @@ TEST(ImuBuffer, ForgetsWhatIsBeyondItsHorizon) {
 TEST(ImuBuffer, NamesWhatBecameOfAReading) {
   EXPECT_STREQ(ToString(ImuSampleStatus::kAdded), "added");
   EXPECT_STREQ(ToString(ImuSampleStatus::kNotFinite), "not finite");
+  EXPECT_STREQ(ToString(ImuSampleStatus::kImpossible), "impossible");
 }
 
 TEST(ImuBuffer, RefusesBadArguments) {

@@ -125,6 +125,21 @@ TEST(DepthScale, IsEmptyWithoutThreeKeyFramesInARow) {
   EXPECT_FALSE(EstimateDepthScale(levelless, InertialScene::T_BC()));
 }
 
+TEST(DepthScale, IsEmptyWhereReadingsCannotBeSolvedFor) {
+  for (const double spike : {3e7, 1e9, 1e150}) {
+    Map map = MakeMap({}, 1.0, 6);
+    InertialScene scene;
+    std::vector<ImuSample> readings = scene.Readings(2.5 * kInterval, 3.0 * kInterval);
+    readings[10].accelerometer.x() = spike;
+    readings.front().stamp = map.keyframe(2)->motion->stamp;
+    map.keyframe(3)->motion->from_previous =
+        std::make_shared<const ImuPreintegration>(readings, ImuBias::Zero());
+    std::optional<DepthScale> scale;
+    EXPECT_NO_THROW(scale = EstimateDepthScale(map, InertialScene::T_BC())) << spike;
+    EXPECT_FALSE(scale && !(std::isfinite(scale->scale) && std::isfinite(scale->sigma))) << spike;
+  }
+}
+
 TEST(DepthScale, TheMapWithoutTheImuIsThatOfItsImages) {
   // Key frames that an IMU has drawn together by 4 %, in a scene that is not.
   const testing::Scene scene = testing::MakeScene(9, 120, 30);

@@ -93,6 +93,56 @@ TEST(CheckImu, GivesUpOnManyNanReadings) {
   EXPECT_EQ(CheckImu({}, kVideo).at(0).text, "holds no reading that can be used");
 }
 
+TEST(CheckImu, SetsAFewImpossibleReadingsAside) {
+  auto samples = HandHeld();
+  samples[200].accelerometer.x() = 1e6;
+  samples[100].gyroscope.y() = -71.0;
+  const ImuFinding finding = Only(samples);
+  ExpectWarning(finding, Kind::kImpossible,
+                "2 of 1801 readings are beyond what any sensor measures (70 rad/s, 4000 m/s^2); "
+                "left out");
+  EXPECT_EQ(finding.reading, 100U);
+  const auto repaired = RepairImu(samples, {});
+  EXPECT_EQ(repaired.size(), 1799U);
+  EXPECT_TRUE(std::all_of(repaired.begin(), repaired.end(), IsPossible));
+}
+
+TEST(CheckImu, JudgesImpossibleReadingsInTheirUnit) {
+  // 500 g, and 5000 m/s^2 as 510 g; 300 g are possible.
+  auto samples = HandHeld();
+  for (ImuSample& sample : samples) sample.accelerometer /= 9.80665;
+  samples[100].accelerometer.x() = 500.0;
+  samples[300].accelerometer.x() = 300.0;
+  const auto findings = CheckImu(samples, kVideo);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(findings[0].kind, Kind::kAccelerometerInG);
+  EXPECT_EQ(findings[1].kind, Kind::kImpossible);
+  EXPECT_EQ(findings[1].reading, 100U);
+  EXPECT_EQ(RepairImu(samples, findings).size(), 1800U);
+}
+
+TEST(CheckImu, GivesUpOnManyImpossibleReadings) {
+  auto samples = HandHeld();
+  for (std::size_t i = 0; i < samples.size(); i += 5) samples[i].accelerometer.x() = 1e9;
+  EXPECT_EQ(Only(samples).kind, Kind::kImpossible);
+  EXPECT_EQ(Only(samples).severity, ImuSeverity::kFatal);
+}
+
+TEST(CheckImu, AWrongUnitIsSaidOnceAndNotAsImpossibleReadings) {
+  auto samples = HandHeld();
+  for (ImuSample& sample : samples) sample.accelerometer *= 1000.0;  // mm/s^2
+  EXPECT_EQ(Only(samples).kind, Kind::kAccelerometerImplausible);
+  samples = HandHeld(4.0);
+  for (ImuSample& sample : samples) sample.gyroscope *= 57.29578;
+  EXPECT_EQ(Only(samples).kind, Kind::kGyroscopeInDegrees);
+}
+
+TEST(CheckImu, OneSpikeOfTheGyroscopeIsNoUnit) {
+  auto samples = HandHeld();
+  samples[100].gyroscope.y() = 1e6;
+  EXPECT_EQ(Only(samples).kind, Kind::kImpossible);
+}
+
 TEST(CheckImu, SortsAndDropsDuplicates) {
   auto samples = HandHeld();
   std::swap(samples[50], samples[51]);

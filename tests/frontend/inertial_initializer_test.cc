@@ -204,6 +204,31 @@ TEST(InertialInitializer, ImagesThatLeaveADirectionOpenAreNoFailure) {
   }
 }
 
+TEST(InertialInitializer, ErrorIsOneOnAverageWhateverTheImagesLeaveOpen) {
+  for (const int open : {0, 1, 3}) {
+    constexpr int kRuns = 20, kImages = 31;
+    double sum = 0.0;
+    for (unsigned run = 0; run < kRuns; ++run) {
+      // Biases that are what they are taken for, or nearly so.
+      InertialScene scene({.seed = run + 1});
+      ImuBuffer buffer;
+      for (const ImuSample& reading : scene.Readings(0.0, 4.0)) buffer.Add(reading);
+      InertialInitializer initializer(scene.calibration(), {}, true);
+      for (int k = 0; k < kImages; ++k) {
+        VisualPose visual = scene.See(0.5 + 0.1 * k);
+        visual.sqrt_information.topRows(open).setZero();
+        initializer.Add(FromSeconds(0.5 + 0.1 * k), visual);
+      }
+      sum += initializer.Solve(buffer).error;
+    }
+    // Chi-squared of some 6 - open rows an image: 1 +- sqrt(2 / rows). Biases at zero, where the
+    // prior allows for seven values, and unknowns that nothing ties when three positions are open,
+    // are up to ten degrees of freedom of 80 to 175.
+    const double rows = (6.0 - open) * kImages;
+    EXPECT_NEAR(sum / kRuns, 1.0, 10.0 / rows + 4.0 * std::sqrt(2.0 / (rows * kRuns))) << open;
+  }
+}
+
 TEST(InertialInitializer, ForgetsWhatIsOldAndAllOfItWhenAsked) {
   InertialScene scene;
   ImuBuffer buffer;

@@ -261,6 +261,62 @@ TEST(InertialOdometry, AMapThatMovesDuringAGapTakesTheEstimateAlong) {
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
+TEST(InertialOdometry, AMapThatMovesDuringTheInitializationDoesNotDisturbIt) {
+  Drive still({.bias = kBias, .T_WN = kTilted});
+  still.Until(1.5);
+  ASSERT_EQ(still.odometry.status(), InertialStatus::kRunning) << "it takes no longer at rest";
+  Drive drive({.bias = kBias, .T_WN = kTilted});
+  drive.Until(0.7);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kInitializing);
+  // A local adjustment: 2 cm and 0.3 degrees.
+  const Pose T_new_old = Pose::FromTangent({0.01, -0.015, 0.008}, {0.003, 0.003, -0.003});
+  drive.odometry.MoveMap(T_new_old);
+  drive.T_map = T_new_old * drive.T_map;
+  drive.Until(1.5);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_LT(AngleBetween(*drive.odometry.gravity_W(), drive.T_map.q() * drive.scene.gravity_W()),
+            1.0 * kDegree);
+}
+
+TEST(InertialOdometry, ResumesRightAfterTheMapWasLevelled) {
+  const InertialSceneOptions scene{.bias = kBias, .T_WN = kTilted};
+  const InertialOptions options{.buffer = {.max_step = 0.05}};
+  Drive first(scene, options);
+  first.Until(3.0);
+  std::size_t levelled = 0;
+  while (levelled < first.reports.size() && !first.reports[levelled].T_level) ++levelled;
+  ASSERT_LT(levelled, first.reports.size());
+
+  const double t = kFirst + kStep * static_cast<double>(levelled);
+  Drive drive(scene, options);
+  drive.change = Gap(t + 0.012, t + kStep - 0.018);
+  drive.Until(t + kStep);
+  ASSERT_TRUE(drive.reports[levelled].T_level);
+  ASSERT_TRUE(drive.reports.back().restarted);
+  const Eigen::Vector3d truth = drive.T_map.q() * drive.scene.StateAt(drive.last).v_WB;
+  // The mean of the last tenth of a second, at accelerations below 4 m/s^2, and 1 mm of noise.
+  EXPECT_LT((drive.odometry.estimate()->state.v_WB - truth).norm(), 0.25);
+}
+
+TEST(InertialOdometry, AReadingBeyondAnySensorIsRefusedAndChangesNothing) {
+  for (const double spike : {1e5, 1e6, 3e7, 1e9}) {
+    SCOPED_TRACE(spike);
+    Drive drive({.bias = kBias});
+    int refused = 0;
+    drive.change = [&](ImuSample& reading) {
+      if (std::abs(ToSeconds(reading.stamp) - 3.0) > 1e-6) return true;
+      reading.accelerometer.x() = spike;
+      refused += drive.odometry.AddSample(reading) == ImuSampleStatus::kImpossible ? 1 : 0;
+      return false;
+    };
+    drive.Until(5.0);
+    EXPECT_EQ(refused, 1);
+    EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+    for (const InertialReport& report : drive.reports) EXPECT_FALSE(report.restarted);
+    EXPECT_LT(drive.PositionError(), 3e-3);
+  }
+}
+
 TEST(InertialOdometry, WithoutReadingsItWaits) {
   Drive drive;
   drive.change = [](ImuSample&) { return false; };

@@ -52,6 +52,22 @@ TEST(VisualPose, MovesToWhereTheGradientVanishes) {
   }
 }
 
+TEST(VisualPose, MovesWithTheWorld) {
+  const VisualPose visual =
+      MakeVisualPose(kPose, RandomInformation(3), Vector6::Zero(), 1.0, kExact);
+  const Pose T = Pose::FromTangent({0.3, -0.5, 2.0}, {0.2, 0.7, -0.4});
+  const VisualPose moved = Moved(visual, T);
+  EXPECT_TRUE(moved.T_WC.Matrix().isApprox((T * visual.T_WC).Matrix(), 1e-14));
+  // The residual of a pose that moved along is what it was.
+  Vector6 step;
+  step << 1e-3, -2e-3, 5e-4, 1e-4, 2e-4, -3e-4;
+  Vector6 moved_step = step;
+  moved_step.head<3>() = T.R() * step.head<3>();
+  EXPECT_TRUE(
+      (T * visual.T_WC.Plus(step)).Matrix().isApprox(moved.T_WC.Plus(moved_step).Matrix(), 1e-14));
+  EXPECT_TRUE((moved.sqrt_information * moved_step).isApprox(visual.sqrt_information * step, 1e-9));
+}
+
 TEST(VisualPose, AnOpenDirectionStaysOpenAndUnmoved) {
   // The direction u, across positions and rotations, without information.
   Vector6 u;

@@ -17,6 +17,15 @@ struct ImuSample {
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  // [m/s^2] specific force
 };
 
+// What no inertial sensor measures: the widest ranges of MEMS parts are 400 g (ST H3LIS331DL) and
+// 4000 deg/s (TDK ICM-20649). A value beyond is a fault on the way, whatever the motion.
+inline constexpr double kMaxSpecificForce = 4000.0;  // [m/s^2] of an axis
+inline constexpr double kMaxAngularRate = 70.0;      // [rad/s] of an axis
+
+// Whether all values are finite, and whether they are within these ranges too.
+bool IsFinite(const ImuSample& sample);
+bool IsPossible(const ImuSample& sample);
+
 // The readings of [start, end]: the first has the stamp `start`, the last `end`.
 struct ImuInterval {
   std::vector<ImuSample> samples;  // strictly increasing stamps, at least 2
@@ -36,11 +45,12 @@ struct ImuBufferOptions {
 
 // What became of a reading that was given to an ImuBuffer.
 enum class ImuSampleStatus {
-  kAdded,      // the newest reading
-  kReordered,  // came late, and was put in its place
-  kDuplicate,  // its stamp is there already: dropped, the first one stays
-  kTooOld,     // came after everything around it was forgotten: dropped
-  kNotFinite,  // dropped
+  kAdded,       // the newest reading
+  kReordered,   // came late, and was put in its place
+  kDuplicate,   // its stamp is there already: dropped, the first one stays
+  kTooOld,      // came after everything around it was forgotten: dropped
+  kNotFinite,   // dropped
+  kImpossible,  // beyond what any sensor measures: dropped
 };
 const char* ToString(ImuSampleStatus status);
 

@@ -36,7 +36,7 @@ Map AdjustedWithoutImu(const Map& map, const MeasurementModel& model,
 
 // Compares the motion between keyframes, as the map shows it, with the readings of the IMU between
 // them: docs/inertial_odometry.md, "The scale of the depth". Empty where fewer than three keyframes
-// in a row are tied by an IMU, or the solver failed.
+// in a row are tied by an IMU, or the problem cannot be solved.
 // map: of AdjustedWithoutImu(). Throws InvalidArgument on bad options.
 std::optional<DepthScale> EstimateDepthScale(const Map& map, const Pose& T_BC,
                                              const DepthScaleOptions& options = {});

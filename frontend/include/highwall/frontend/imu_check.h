@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +16,7 @@ namespace highwall {
 enum class ImuFindingKind {
   kEmpty,                     // no reading that could be used
   kNotFinite,                 // NaN or infinite readings
+  kImpossible,                // readings beyond what any sensor measures: IsPossible()
   kOutOfOrder,                // stamps that go back in time
   kDuplicates,                // stamps that are there twice
   kOtherClock,                // no reading falls into the video
@@ -38,13 +41,17 @@ struct ImuFinding {
   ImuFindingKind kind = ImuFindingKind::kEmpty;
   ImuSeverity severity = ImuSeverity::kFatal;
   std::string text;  // one line for people: what, and the likely unit or what to do
+  // The first of the readings that are left out, where it is about such.
+  std::optional<std::size_t> reading = {};
 };
 
 struct ImuCheckOptions {
-  double max_step = 0.1;          // [s] > 0; readings farther apart than this are a gap
-  int frozen_readings = 50;       // >= 2; as many equal ones, while the other sensor changes
-  double max_bad_share = 0.1;     // in [0, 1]; of readings that are not finite
-  double max_angular_rate = 6.0;  // [rad/s] > 0; RMS; no camera that sees anything turns faster
+  double max_step = 0.1;       // [s] > 0; readings farther apart than this are a gap
+  int frozen_readings = 50;    // >= 2; as many equal ones, while the other sensor changes
+  double max_bad_share = 0.1;  // in [0, 1]; of readings not finite, and of impossible ones
+  // [rad/s] > 0; RMS of all but the max_bad_share largest; no camera that sees anything turns
+  // faster
+  double max_angular_rate = 6.0;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -60,8 +67,8 @@ std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const Video
 
 bool HasFatal(std::span<const ImuFinding> findings);
 
-// The readings in order, without those that are not finite or there twice, and in m/s^2 where
-// `findings` has a warning that they are in g.
+// The readings in order, without those that are not finite, impossible or there twice, and in m/s^2
+// where `findings` has a warning that they are in g.
 std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
                                  std::span<const ImuFinding> findings);
 

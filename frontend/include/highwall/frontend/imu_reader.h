@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,6 +19,7 @@ struct VideoSpan {
 struct ImuRecording {
   // As the file holds them: not sorted, duplicates and NaN in place, for CheckImu() to find.
   std::vector<ImuSample> samples;
+  std::vector<std::int64_t> lines;  // of the file, from 1, one a sample
   std::string warning;  // one line where stamps had to be converted, else empty
 };
 

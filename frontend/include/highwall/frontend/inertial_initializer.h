@@ -64,6 +64,8 @@ class InertialInitializer {
   // An image's pose; stamp [ns] of the camera's clock, ascending.
   void Add(Stamp stamp, const VisualPose& visual);
   void Clear() { images_.clear(); }
+  // The map was moved, T_new_old in W, and the images' poses with it.
+  void MoveMap(const Pose& T_new_old);
 
   InitializationReport Solve(const ImuBuffer& imu) const;
 

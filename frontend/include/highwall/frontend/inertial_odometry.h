@@ -129,6 +129,8 @@ class InertialOdometry {
   // the readings once the accelerometer's sign is turned.
   InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;
   void Advance(const Observation& observation, InertialReport& report);
+  // Starts a window; none where the prior cannot be used.
+  bool Start(const InertialPrior& prior);
   // Ends the window, and keeps what holds on: biases, gravity, t_d.
   void Suspend();
   // Starts a window anew with what was kept, once there are readings and poses again.

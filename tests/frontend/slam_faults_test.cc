@@ -1,0 +1,214 @@
+// SlamSystem under faults of readings and images: whatever comes in, no exception comes out.
+// HIGHWALL_FAULT_RUNS=1000 tries a thousand seeds.
+#include <highwall/frontend/slam_system.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <random>
+#include <set>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <highwall/frontend/depth_scale.h>
+#include <simulate/room.h>
+#include <opencv2/core.hpp>
+
+#include "faulty_readings.h"
+
+namespace highwall {
+namespace {
+
+using testing::Fault;
+using testing::Uniform;
+
+constexpr double kFps = 10.0;
+constexpr int kFrames = 26;
+
+PinholeCamera TinyCamera() {
+  return {.width = 160, .height = 120, .fx = 131.25, .fy = 131.25, .cx = 79.5, .cy = 59.5};
+}
+
+SlamOptions LightOptions() {
+  SlamOptions options = Deterministic({});
+  options.frame.orb.features = 400;
+  return options;
+}
+
+struct Film {
+  std::vector<RgbdImage> images;
+  std::vector<ImuSample> readings;
+  Trajectory truth;
+  ImuCalibration calibration;
+};
+
+// Two and a half seconds of a walk, rendered once.
+const Film& Walk() {
+  static const Film film = [] {
+    simulate::SimulationOptions options;
+    options.seed = 3;
+    options.fps = kFps;
+    options.duration = kFrames / kFps;
+    options.camera = TinyCamera();
+    const simulate::Simulation room = simulate::SimulateRoom(options);
+    Film made;
+    for (int i = 0; i < room.size(); ++i) {
+      const simulate::SimulatedFrame frame = room.Render(i);
+      made.images.push_back({frame.stamp, frame.bgr, frame.depth});
+      made.truth.push_back({frame.stamp, frame.T_WC});
+    }
+    made.readings = room.ImuSamples();
+    made.calibration = {
+        .T_BC = options.imu.T_BC, .noise = options.imu.noise, .rate = options.imu.rate};
+    return made;
+  }();
+  return film;
+}
+
+// What may become of an image: its stamp stays.
+void SpoilImage(std::mt19937& rng, std::vector<RgbdImage>& images) {
+  const auto any = [&]() -> RgbdImage& {
+    return images[static_cast<std::size_t>(Uniform(rng, 1, kFrames - 1))];
+  };
+  RgbdImage& image = any();
+  image.bgr = image.bgr.clone();
+  image.depth = image.depth.clone();
+  const cv::Rect part(Uniform(rng, 0, 80), Uniform(rng, 0, 60), 80, 60);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  switch (Uniform(rng, 0, 7)) {
+    case 0:
+      image.depth(part) = cv::Scalar(static_cast<double>(nan));
+      break;
+    case 1:
+      image.depth(part) = cv::Scalar(testing::Magnitude(rng, 1e-30, 1e30));
+      break;
+    case 2:
+      image.depth.setTo(std::numeric_limits<double>::infinity());
+      break;
+    case 3:
+      image.depth.setTo(0.0);
+      break;
+    case 4:
+      image.bgr.setTo(Uniform(rng, 0, 255));
+      break;
+    case 5:
+      cv::randu(image.bgr, 0, 256);
+      break;
+    case 6: {  // that of another instant
+      const RgbdImage& other = any();
+      other.bgr.copyTo(image.bgr);
+      other.depth.copyTo(image.depth);
+      break;
+    }
+    case 7: {  // frozen, for up to a second
+      const std::size_t begin = static_cast<std::size_t>(Uniform(rng, 1, kFrames - 11));
+      for (int i = 1, end = Uniform(rng, 2, 11); i < end; ++i) {
+        images[begin + static_cast<std::size_t>(i)].bgr = images[begin].bgr;
+        images[begin + static_cast<std::size_t>(i)].depth = images[begin].depth;
+      }
+      break;
+    }
+  }
+}
+
+void ExpectSound(const SlamSystem& system, const std::vector<FrameResult>& results) {
+  std::size_t with_pose = 0;
+  for (const FrameResult& result : results) {
+    if (!HasPose(result.state)) continue;
+    ++with_pose;
+    EXPECT_TRUE(result.T_WC.IsFinite()) << FormatStamp(result.stamp);
+  }
+  const Trajectory trajectory = system.trajectory();
+  EXPECT_EQ(trajectory.size(), with_pose) << "no pose is lost";
+  for (const StampedPose& pose : trajectory) EXPECT_TRUE(pose.pose.IsFinite());
+  EXPECT_FALSE(system.keyframe_trajectory().empty());
+}
+
+// A run: readings as they come, then the image.
+class FaultRun {
+ public:
+  explicit FaultRun(unsigned seed)
+      : rng_(seed), system_({.camera = TinyCamera()}, LightOptions(), Walk().calibration) {}
+
+  void Run(const std::vector<ImuSample>& readings, const std::vector<RgbdImage>& images) {
+    std::size_t next = 0;
+    for (const RgbdImage& image : images) {
+      // Late readings do not hold up those behind them.
+      for (; next < readings.size() && readings[next].stamp < image.stamp + FromSeconds(0.1);
+           ++next) {
+        const ImuSampleStatus status = system_.AddImu(readings[next]);
+        const bool refused =
+            status == ImuSampleStatus::kNotFinite || status == ImuSampleStatus::kImpossible;
+        EXPECT_EQ(refused, !IsPossible(readings[next])) << "said once, where it came in";
+      }
+      results_.push_back(system_.Track(image));
+    }
+    system_.Finish();
+    (void)EstimateDepthScale(system_.map(), Walk().calibration.T_BC);
+    system_.AdjustAll();
+    ExpectSound(system_, results_);
+  }
+
+  std::mt19937& rng() { return rng_; }
+  const std::vector<FrameResult>& results() const { return results_; }
+  const SlamSystem& system() const { return system_; }
+
+ private:
+  std::mt19937 rng_;
+  SlamSystem system_;
+  std::vector<FrameResult> results_;
+};
+
+// The largest distance between the way from the first frame to another and the true one.
+double WorstError(const std::vector<FrameResult>& results) {
+  double worst = 0.0;
+  const Trajectory& truth = Walk().truth;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (!HasPose(results[i].state)) continue;
+    // The map is turned as a whole once; lengths are not.
+    const double length = (results[i].T_WC.p() - results[0].T_WC.p()).norm();
+    worst = std::max(worst, std::abs(length - (truth[i].pose.p() - truth[0].pose.p()).norm()));
+  }
+  return worst;
+}
+
+TEST(SlamFaults, SoundReadingsInitializeTheImuInTime) {
+  FaultRun run(1);
+  run.Run(Walk().readings, Walk().images);
+  EXPECT_EQ(run.results().back().inertial->status, InertialStatus::kRunning)
+      << run.results().back().inertial->reason;
+  EXPECT_LT(WorstError(run.results()), 0.05);
+}
+
+TEST(SlamFaults, OfReadingsNeverThrowNorTakeThePoseAway) {
+  for (int seed = 0; seed < testing::FaultRuns(20); ++seed) {
+    SCOPED_TRACE(seed);
+    FaultRun run(static_cast<unsigned>(seed));
+    std::vector<ImuSample> readings = Walk().readings;
+    const std::set<Fault> faults = testing::InjectSome(run.rng(), readings);
+    ASSERT_NO_THROW(run.Run(readings, Walk().images));
+    // The images are sound and hold the pose. A spike that a sensor may measure, 400 g at most, is
+    // believed as far as the weights go: it may throw the pose by what it does to the velocity,
+    // 20 m/s times a tenth of a second.
+    EXPECT_LT(WorstError(run.results()), faults.contains(Fault::kSpike) ? 2.0 : 0.1);
+    for (const FrameResult& result : run.results()) EXPECT_TRUE(HasPose(result.state));
+  }
+}
+
+TEST(SlamFaults, OfReadingsAndImagesNeverThrow) {
+  for (int seed = 0; seed < testing::FaultRuns(20); ++seed) {
+    SCOPED_TRACE(seed);
+    FaultRun run(100'000U + static_cast<unsigned>(seed));
+    std::vector<ImuSample> readings = Walk().readings;
+    std::vector<RgbdImage> images = Walk().images;
+    if (Uniform(run.rng(), 0, 1) == 0) testing::InjectSome(run.rng(), readings);
+    for (int i = 0, end = Uniform(run.rng(), 1, 4); i < end; ++i) SpoilImage(run.rng(), images);
+    for (int i = 0, end = Uniform(run.rng(), 0, 3); i < end; ++i) {
+      images.erase(images.begin() + Uniform(run.rng(), 1, static_cast<int>(images.size()) - 1));
+    }
+    ASSERT_NO_THROW(run.Run(readings, images));
+  }
+}
+
+}  // namespace
+}  // namespace highwall
