@@ -29,6 +29,6 @@ int main() {
     frame = slam.Track({moved * 1'000'000, wall(view).clone(), depth});
   }
   slam.Finish();
-  const Eigen::Vector3d truth(shift * kDepth / camera.fx, 0.0, 0.0);
+  const Eigen::Vector3d truth(0.0, -shift * kDepth / camera.fx, 0.0);  // x is forward, z up
   return HasPose(frame.state) && (frame.T_WC.p() - truth).norm() < 1e-3 ? 0 : 1;
 }

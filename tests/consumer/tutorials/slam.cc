@@ -1,6 +1,7 @@
 // Runs the program of docs/tutorial_slam.md over three images of a wall; exits 0 if it follows.
 #include <slam.h>
 
+#include <chrono>
 #include <cstdint>
 #include <random>
 
