@@ -18,3 +18,8 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/highwallConfigVersion.cma
 install(FILES ${PROJECT_BINARY_DIR}/highwallConfig.cmake
               ${PROJECT_BINARY_DIR}/highwallConfigVersion.cmake
         DESTINATION ${package_dir} COMPONENT core)
+
+# README.md and docs/ side by side, as in the source: their links hold.
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT core)
+install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)

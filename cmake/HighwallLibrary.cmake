@@ -9,14 +9,16 @@ function(highwall_warnings target)
   target_compile_definitions(${target} PRIVATE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 endfunction()
 
-# highwall_library(name HEADERS ... SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
+# highwall_library(name SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
 # One module: target highwall_<name>, alias highwall::<name>, installed with its headers in the
-# export set highwall_<name> and the install component <name>.
+# export set highwall_<name> and the install component <name>. Headers are what lies below include/:
+# that is what public means here, and a list beside it could only differ.
 function(highwall_library name)
-  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
   add_library(highwall_${name} ${ARG_SOURCES})
   add_library(highwall::${name} ALIAS highwall_${name})
-  target_sources(highwall_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ARG_HEADERS})
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS include/*.h)
+  target_sources(highwall_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${headers})
   target_compile_features(highwall_${name} PUBLIC cxx_std_20)
   target_link_libraries(highwall_${name} PUBLIC ${ARG_PUBLIC_LINK} PRIVATE ${ARG_PRIVATE_LINK})
   set_target_properties(highwall_${name} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION})

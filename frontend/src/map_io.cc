@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -73,8 +74,14 @@ class Reader {
     static_assert(std::is_arithmetic_v<T>);
     Bytes(&value, sizeof(T));
   }
+  void operator()(bool& value) {
+    std::uint8_t byte = 0;
+    Bytes(&byte, 1);
+    Require(byte <= 1, "a yes or no is neither");
+    value = byte == 1;
+  }
   void Bytes(void* data, std::size_t size) {
-    Require(size <= static_cast<std::size_t>(end_ - data_));
+    Require(size <= static_cast<std::size_t>(end_ - data_), "a part of it is missing");
     std::memcpy(data, data_, size);
     data_ += size;
   }
@@ -82,12 +89,12 @@ class Reader {
   std::uint32_t Count(std::size_t bytes) {
     std::uint32_t count = 0;
     (*this)(count);
-    Require(count <= static_cast<std::size_t>(end_ - data_) / bytes);
+    Require(count <= static_cast<std::size_t>(end_ - data_) / bytes, "a count is beyond its end");
     return count;
   }
-  void RequireEnd() const { Require(data_ == end_); }
-  void Require(bool condition) const {
-    if (!condition) throw IoError(path_, "is damaged: its content contradicts itself");
+  void RequireEnd() const { Require(data_ == end_, "there is more than was counted"); }
+  void Require(bool condition, const char* what) const {
+    if (!condition) throw IoError(path_, std::string("is damaged: ") + what);
   }
 
  private:
@@ -95,6 +102,94 @@ class Reader {
   const char* data_;
   const char* end_;
 };
+
+// Bounds of what is believed, so that what was loaded can be used: beyond any image and any place
+// on Earth [px, m], and squares and products are still numbers.
+constexpr double kLargest = 1e9, kSmallest = 1e-9;
+constexpr double kRounding = 1e-6;                           // of what has unit length
+constexpr int kLargestImage = 1 << 14;                       // [px]
+constexpr int kMostOctaves = 16;                             // OrbExtractorOptions::levels
+constexpr std::int64_t kLatest = std::int64_t{1} << 62;      // differences are still numbers
+constexpr std::int32_t kMostSights = std::int32_t{1} << 30;  // counting goes on from here
+
+template <class T>
+bool IsBetween(T low, T value, T high) {
+  return low <= value && value <= high;
+}
+
+template <class Matrix>
+bool IsBounded(const Matrix& matrix) {
+  return (matrix.array().abs() <= static_cast<typename Matrix::Scalar>(kLargest)).all();
+}
+
+void Check(const Reader& reader, const PinholeCamera& camera) {
+  camera.Validate();
+  reader.Require(camera.width <= kLargestImage && camera.height <= kLargestImage &&
+                     IsBetween(kSmallest, camera.fx, kLargest) &&
+                     IsBetween(kSmallest, camera.fy, kLargest) &&
+                     IsBounded(Eigen::Vector2d(camera.cx, camera.cy)),
+                 "no camera is like its camera");
+}
+
+void Check(const Reader& reader, const PointFeature& point) {
+  reader.Require(IsBounded(point.uv), "a point is nowhere in its image");
+  reader.Require(IsBetween(0, point.octave, kMostOctaves - 1), "a point is of no pyramid level");
+  reader.Require(std::isfinite(point.angle), "a point has no angle");
+  reader.Require(point.depth == 0.0 || (IsBetween(kSmallest, point.depth, kLargest) &&
+                                        IsBetween(kSmallest, point.depth_sigma, kLargest)),
+                 "a point's depth or its sigma is not positive");
+}
+
+void Check(const Reader& reader, const LineFeature& line) {
+  // An image line of less than a pixel has no direction; its factors refuse it.
+  reader.Require(IsBounded(line.segment.s) && IsBounded(line.segment.e) &&
+                     (line.segment.e - line.segment.s).cast<double>().norm() >= 1.0,
+                 "a line's ends in its image are one");
+  if (!line.segment_C) return;
+  const SegmentDepth& depth = *line.segment_C;
+  reader.Require(IsBounded(depth.p_C) && IsBounded(depth.q_C) && depth.p_C.z() >= kSmallest &&
+                     depth.q_C.z() >= kSmallest,
+                 "a line's end is not in front of its camera");
+  reader.Require(IsBetween(0.0, depth.sigma_p, kLargest) &&
+                     IsBetween(0.0, depth.sigma_q, kLargest) &&
+                     IsBetween(0.0, depth.inlier_share, 1.0) && IsBetween(0.0, depth.rms, kLargest),
+                 "a line's depth is not as good as any can be");
+}
+
+template <class Landmark>
+void CheckCounts(const Reader& reader, const Landmark& landmark) {
+  reader.Require(
+      IsBetween(1, landmark.visible, kMostSights) && IsBetween(0, landmark.found, kMostSights),
+      "a landmark's sights are not counted");
+  reader.Require(IsBetween(-kLatest, landmark.first_frame, kLatest),
+                 "a landmark's first frame is beyond all");
+}
+
+void Check(const Reader& reader, const MapPoint& point) {
+  reader.Require(IsBounded(point.p_W), "a point is nowhere");
+  reader.Require(point.normal_W.norm() <= 1.0 + kRounding, "a point is seen from nowhere");
+  reader.Require(0.0 <= point.min_distance && point.min_distance <= point.max_distance &&
+                     point.max_distance <= kLargest,
+                 "a point is seen from no distance");
+  CheckCounts(reader, point);
+}
+
+void Check(const Reader& reader, const MapLine& line) {
+  const Eigen::Vector3d p = line.segment_W.p(), q = line.segment_W.q();
+  // What PluckerLine::FromPoints wants.
+  reader.Require(IsBounded(p) && IsBounded(q) && (q - p).norm() > kSmallest,
+                 "a line's ends are one, or nowhere");
+  CheckCounts(reader, line);
+}
+
+// T_WC as it was stored, which may only be a rounding away from a unit quaternion.
+Pose CheckedPose(const Reader& reader, const std::array<double, Pose::kSize>& block) {
+  const Eigen::Map<const Eigen::Vector3d> p(block.data());
+  const Eigen::Map<const Eigen::Vector4d> q(block.data() + 3);
+  reader.Require(IsBounded(Eigen::Vector3d(p)) && std::abs(q.norm() - 1.0) <= kRounding,
+                 "a keyframe's pose is none");
+  return Pose::FromBlock(block.data());
+}
 
 // Each type's fields, for both directions.
 template <class Archive, class Matrix>
@@ -194,7 +289,7 @@ std::shared_ptr<const FrameFeatures> ReadFeatures(Reader& reader, const PinholeC
   for (std::uint32_t i = reader.Count(40); i > 0; --i) {
     PointFeature& point = features->points.emplace_back();
     Fields(reader, point);
-    reader.Require(point.uv.allFinite());
+    Check(reader, point);
     cv::KeyPoint keypoint(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F);
     keypoint.octave = point.octave;
     keypoints.push_back(keypoint);
@@ -208,14 +303,16 @@ std::shared_ptr<const FrameFeatures> ReadFeatures(Reader& reader, const PinholeC
     bool has_depth = false;
     reader(has_depth);
     if (has_depth) Fields(reader, line.segment_C.emplace());
+    Check(reader, line);
   }
   features->line_descriptors = ReadDescriptors(reader);
   const auto fits = [](const cv::Mat& descriptors, std::size_t count) {
     return descriptors.empty() || static_cast<std::size_t>(descriptors.rows) == count;
   };
   reader.Require(fits(features->point_descriptors, features->points.size()) &&
-                 features->point_descriptors.empty() == features->points.empty() &&
-                 fits(features->line_descriptors, features->lines.size()));
+                     features->point_descriptors.empty() == features->points.empty() &&
+                     fits(features->line_descriptors, features->lines.size()),
+                 "there is not one descriptor a feature");
   return features;
 }
 
@@ -236,15 +333,18 @@ template <class Landmark, class Slots, class Observe>
 void ReadLandmark(Reader& reader, Landmark& landmark, const Map& map, const Slots& slots,
                   const Observe& observe) {
   Fields(reader, landmark);
+  Check(reader, landmark);
   const std::uint32_t observations = reader.Count(8);
-  reader.Require(observations > 0);
+  reader.Require(observations > 0, "a landmark is seen by nothing");
   for (std::uint32_t i = 0; i < observations; ++i) {
     Observation o;
     reader(o.keyframe);
     reader(o.index);
     const KeyFrame* keyframe = map.keyframe(o.keyframe);
     reader.Require(keyframe != nullptr && o.index >= 0 &&
-                   static_cast<std::size_t>(o.index) < slots(*keyframe) && observe(o, landmark.id));
+                       static_cast<std::size_t>(o.index) < slots(*keyframe) &&
+                       observe(o, landmark.id),
+                   "a landmark is seen by what is not there, or twice");
   }
 }
 
@@ -271,16 +371,19 @@ std::string Encode(const PinholeCamera& camera, const Map& map) {
 SavedMap Decode(Reader& reader) {
   SavedMap saved;
   Fields(reader, saved.camera);
-  reader.Require(saved.camera.width > 0 && saved.camera.height > 0);
+  Check(reader, saved.camera);
   Map& map = saved.map;
   for (std::uint32_t i = reader.Count(72); i > 0; --i) {
     Frame frame;
     reader(frame.index);
     reader(frame.stamp);
+    reader.Require(
+        IsBetween(-kLatest, frame.index, kLatest) && IsBetween(-kLatest, frame.stamp, kLatest),
+        "a keyframe's time is beyond all");
     std::array<double, Pose::kSize> block;
     reader.Bytes(block.data(), sizeof(block));
     frame.features = ReadFeatures(reader, saved.camera);
-    map.AddKeyFrame(frame, Pose::FromBlock(block.data()));
+    map.AddKeyFrame(frame, CheckedPose(reader, block));
   }
   for (std::uint32_t i = reader.Count(100); i > 0; --i) {
     ReadLandmark(
@@ -341,9 +444,8 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   Reader reader(path, content, size);
   try {
     return Decode(reader);
-  } catch (const InvalidArgument&) {  // a pose or a position that is none
-    reader.Require(false);
-    throw;
+  } catch (const InvalidArgument& e) {  // the camera
+    throw IoError(path, std::string("is damaged: ") + e.what());
   }
 }
 

@@ -27,19 +27,27 @@ void RequireAll(const Words& words, std::string_view value, const FileCursor& fi
   }
 }
 
+// words: FIELDS and the names of the fields.
+void ReadFields(const Words& words, const FileCursor& file, PcdHeader* header) {
+  constexpr std::array<std::string_view, 4> kNames = {"x", "y", "z", "rgb"};
+  header->fields = words.size() - 1;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    for (std::size_t k = 0; k < kNames.size(); ++k) {
+      if (words[i] != kNames[k]) continue;
+      if (header->places[k]) file.Fail("the field '" + std::string(words[i]) + "' is there twice");
+      header->places[k] = i - 1;
+    }
+  }
+}
+
 PcdHeader ReadPcdHeader(FileCursor& file) {
   PcdHeader header;
   while (true) {
     const Words words = internal::Words(file.Line());
     if (words.empty() || words[0].starts_with('#')) continue;
     if (words[0] == "FIELDS") {
-      constexpr std::array<std::string_view, 4> kNames = {"x", "y", "z", "rgb"};
-      header.fields = words.size() - 1;
-      for (std::size_t i = 1; i < words.size(); ++i) {
-        for (std::size_t k = 0; k < kNames.size(); ++k) {
-          if (words[i] == kNames[k]) header.places[k] = i - 1;
-        }
-      }
+      if (header.fields > 0) file.Fail("FIELDS is there twice");
+      ReadFields(words, file, &header);
     } else if (words[0] == "SIZE") {
       RequireAll(words, "4", file);
     } else if (words[0] == "COUNT") {

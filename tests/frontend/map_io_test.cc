@@ -1,14 +1,22 @@
 #include <highwall/frontend/map_io.h>
 
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <limits>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 #include <highwall/frontend/relocalizer.h>
 
+#include "../crc32.h"
 #include "synthetic_scene.h"
 
 namespace highwall {
@@ -46,6 +54,22 @@ class MapIoTest : public ::testing::Test {
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   }
   void Write(const std::string& bytes) const { std::ofstream(path, std::ios::binary) << bytes; }
+  // The bytes with the checksum of their content.
+  static std::string WithChecksum(std::string bytes) {
+    const std::uint32_t crc = testing::Crc32(std::string_view(bytes).substr(24));
+    std::memcpy(bytes.data() + 12, &crc, 4);
+    return bytes;
+  }
+  // The map with one more keyframe, whose features were edited.
+  void SaveEdited(const std::function<void(FrameFeatures&)>& edit) const {
+    Frame frame = scene_map.map.keyframe(0)->frame;
+    FrameFeatures features = *frame.features;
+    edit(features);
+    frame.features = std::make_shared<const FrameFeatures>(std::move(features));
+    Map edited = scene_map.map.Clone();
+    edited.AddKeyFrame(frame, Pose());
+    SaveMap(path, IdealSensor().camera, edited);
+  }
   // One line that begins with the path and says `what`.
   void ExpectError(const std::string& what) const {
     try {
@@ -156,6 +180,92 @@ TEST_F(MapIoTest, RefusesAnyChangedByte) {
   }
   Write(bytes + "more");
   ExpectError("checksum");
+}
+
+TEST_F(MapIoTest, RefusesAYesOrNoThatIsNeither) {
+  Save();
+  const std::string bytes = Bytes();
+  // The first line of the first keyframe: docs/map_file.md.
+  const std::size_t points = map().keyframe(0)->frame.features->points.size();
+  const std::size_t line = 24 + 40 + 4 + 72 + (4 + 40 * points) + (4 + 32 * points) + 4;
+  for (const std::size_t place : {line + 16, line + 16 + 1 + 6 * 8 + 4 * 8}) {
+    ASSERT_LE(bytes[place], 1);
+    std::string damaged = bytes;
+    damaged[place] = 2;
+    Write(WithChecksum(damaged));
+    ExpectError("neither");
+  }
+}
+
+TEST_F(MapIoTest, RefusesFeaturesThatNoImageHas) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  ASSERT_TRUE(map().keyframe(0)->frame.features->lines[0].segment_C);
+  using Edit = std::function<void(FrameFeatures&)>;
+  const std::vector<std::pair<const char*, Edit>> cases = {
+      {"nowhere in its image", [](FrameFeatures& f) { f.points[0].uv.x() = kNan; }},
+      {"nowhere in its image", [](FrameFeatures& f) { f.points[0].uv.y() = 1e200; }},
+      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth = -1.0; }},
+      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth = kInf; }},
+      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth_sigma = kInf; }},
+      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth_sigma = 0.0; }},
+      {"pyramid level", [](FrameFeatures& f) { f.points[0].octave = -1; }},
+      {"pyramid level", [](FrameFeatures& f) { f.points[0].octave = 100000; }},
+      {"no angle", [](FrameFeatures& f) { f.points[0].angle = -1.0F / 0.0F; }},
+      {"ends in its image", [](FrameFeatures& f) { f.lines[0].segment.s = f.lines[0].segment.e; }},
+      {"ends in its image", [](FrameFeatures& f) { f.lines[0].segment.s.x() = 1e30F; }},
+      {"in front of its camera", [](FrameFeatures& f) { f.lines[0].segment_C->p_C.z() = 0.0; }},
+      {"in front of its camera", [](FrameFeatures& f) { f.lines[0].segment_C->q_C.x() = kNan; }},
+      {"as good as any", [](FrameFeatures& f) { f.lines[0].segment_C->sigma_q = kInf; }},
+      {"as good as any", [](FrameFeatures& f) { f.lines[0].segment_C->inlier_share = 1.5; }},
+      {"one descriptor", [](FrameFeatures& f) { f.line_descriptors.pop_back(); }},
+  };
+  SaveEdited([](FrameFeatures&) {});
+  EXPECT_NO_THROW(LoadMap(path));
+  for (const auto& [what, edit] : cases) {
+    SaveEdited(edit);
+    ExpectError(what);
+  }
+}
+
+TEST_F(MapIoTest, RefusesLandmarksThatNoMapHas) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const PointId point = map().point_ids()[0];
+  const LineId line = map().line_ids()[0];
+  using Edit = std::function<void(Map&)>;
+  const std::vector<std::pair<const char*, Edit>> cases = {
+      {"is nowhere", [&](Map& m) { m.point(point)->p_W.x() = kInf; }},
+      {"from nowhere", [&](Map& m) { m.point(point)->normal_W.z() = 7.0; }},
+      {"no distance", [&](Map& m) { m.point(point)->max_distance = kInf; }},
+      {"no distance", [&](Map& m) { m.point(point)->min_distance = -1.0; }},
+      {"not counted", [&](Map& m) { m.point(point)->visible = 0; }},
+      {"not counted", [&](Map& m) { m.line(line)->found = std::numeric_limits<int>::max(); }},
+      {"beyond all",
+       [&](Map& m) { m.line(line)->first_frame = std::numeric_limits<std::int64_t>::min(); }},
+      {"ends are one", [&](Map& m) { m.line(line)->segment_W = Segment3(); }},
+      {"a keyframe's pose", [&](Map& m) { m.keyframe(0)->T_WC.data()[1] = kInf; }},
+      {"a keyframe's pose", [&](Map& m) { m.keyframe(0)->T_WC.data()[6] = 1e300; }},
+      {"time is beyond all",
+       [&](Map& m) { m.keyframe(0)->frame.stamp = std::numeric_limits<Stamp>::max(); }},
+  };
+  for (const auto& [what, edit] : cases) {
+    Map edited = map().Clone();
+    edit(edited);
+    SaveMap(path, IdealSensor().camera, edited);
+    ExpectError(what);
+  }
+}
+
+TEST_F(MapIoTest, RefusesACameraThatNoneIs) {
+  for (const auto& edit : std::vector<std::function<void(PinholeCamera&)>>{
+           [](PinholeCamera& c) { c.width = 0; }, [](PinholeCamera& c) { c.height = 2000000000; },
+           [](PinholeCamera& c) { c.fx = -1.0; }, [](PinholeCamera& c) { c.fy = 1e300; },
+           [](PinholeCamera& c) { c.cx = std::numeric_limits<double>::quiet_NaN(); }}) {
+    PinholeCamera camera = IdealSensor().camera;
+    edit(camera);
+    SaveMap(path, camera, map());
+    ExpectError("is damaged");
+  }
 }
 
 TEST_F(MapIoTest, RefusesAnotherVersion) {

@@ -175,6 +175,25 @@ TEST(Pcd, ReadsTextWithOtherFields) {
   }
 }
 
+// Places found in one list of fields say nothing of records laid out by another.
+TEST(Pcd, FieldsAreNamedOnce) {
+  const TemporaryDirectory folder;
+  std::string many = "FIELDS";
+  for (int i = 0; i < 1000000; ++i) many += " w";
+  many += " x y z rgb\n";
+  for (const std::string& fields :
+       {std::string("FIELDS a b c d x y z rgb\nFIELDS x\n"), many + "FIELDS x\n",
+        std::string("FIELDS x y z rgb\nFIELDS x y z rgb\n"), std::string("FIELDS x y z x\n")}) {
+    WriteText(folder / "cloud.pcd", fields + "POINTS 1\nDATA ascii\n1\n");
+    try {
+      ReadPcd(folder / "cloud.pcd");
+      FAIL() << "read";
+    } catch (const IoError& e) {
+      EXPECT_NE(std::string(e.what()).find("is there twice"), std::string::npos) << e.what();
+    }
+  }
+}
+
 TEST(Pcd, EveryTruncationIsAnIoError) {
   const TemporaryDirectory folder;
   WritePcd(folder / "cloud.pcd", RandomCloud(3));
