@@ -40,6 +40,8 @@ class Drive {
       prediction = odometry.Predict(FromSeconds(t));
       InertialOdometry::Observation observation;
       observation.image = FromSeconds(t);
+      observation.sharpness = sharpness;
+      observation.tracked_share = tracked_share;
       if (sees(t)) {
         observation.visual = scene.See(t);
         // The map was levelled and moved since: the images' poses with it.
@@ -63,7 +65,8 @@ class Drive {
   InertialOdometry odometry;
   // Whether a reading is there, and what becomes of it.
   std::function<bool(ImuSample&)> change = [](ImuSample&) { return true; };
-  Pose T_map;  // of the images' first frame in W
+  double sharpness = 1.0, tracked_share = 1.0;  // of the images
+  Pose T_map;                                   // of the images' first frame in W
   std::vector<InertialReport> reports;
   std::optional<KnownPose> prediction;
   double last = 0.0;
@@ -409,27 +412,73 @@ TEST(InertialOdometry, FindsUpInTheCameraAtRest) {
   EXPECT_FALSE(in_g.UpInCamera(FromSeconds(0.9)));
 }
 
-TEST(InertialOdometry, EveryPolicyRuns) {
-  for (const ImuWeighting policy :
-       {ImuWeighting::kPaper, ImuWeighting::kConsistent, ImuWeighting::kFixed}) {
-    Drive drive({.bias = kBias}, {.weighting = {.policy = policy, .fixed_weight = 0.5}});
-    drive.Until(4.0);
-    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << ToString(policy);
-    EXPECT_LT(drive.PositionError(), 5e-3) << ToString(policy);
-    const double weight = drive.reports.back().weight;
-    EXPECT_EQ(weight, drive.odometry.weight());
-    switch (policy) {
-      case ImuWeighting::kPaper:
-        EXPECT_LE(weight, 0.8);
-        break;
-      case ImuWeighting::kConsistent:
-        EXPECT_EQ(weight, 1.0) << "readings are as they say";
-        break;
-      case ImuWeighting::kFixed:
-        EXPECT_EQ(weight, 0.5);
-        break;
-    }
+// The weights of the intervals since the odometry runs.
+std::vector<double> Weights(const Drive& drive) {
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_LT(drive.PositionError(), 5e-3);
+  std::vector<double> weights;
+  for (const InertialReport& report : drive.reports) {
+    if (report.innovation_dof > 0) weights.push_back(report.weight);
   }
+  EXPECT_GT(weights.size(), 10u);
+  EXPECT_EQ(weights.back(), drive.odometry.weight());
+  return weights;
+}
+
+TEST(InertialOdometry, PaperWeighsByTheMotionTheBlurAndTheFeaturesThatAreLost) {
+  constexpr ImuWeightingOptions kPaper{.policy = ImuWeighting::kPaper};
+  const PaperImuWeightOptions paper;
+  Drive rest({.motion = 0.0}, {.weighting = kPaper});
+  rest.Until(4.0);
+  for (const double weight : Weights(rest)) EXPECT_EQ(weight, paper.weight_at_rest);
+  // Twice the usual motion turns at 1 rad/s and more.
+  Drive rapid({.motion = 2.0, .bias = kBias}, {.weighting = kPaper});
+  rapid.Until(4.0);
+  for (const double weight : Weights(rapid)) EXPECT_GE(weight, paper.weight_rapid);
+  Drive blurred({.motion = 0.0}, {.weighting = kPaper});
+  blurred.sharpness = 0.6;  // half of the ramp
+  blurred.Until(4.0);
+  const double half = 0.5 * (paper.weight_slow + paper.weight_rapid);
+  for (const double weight : Weights(blurred)) EXPECT_NEAR(weight, half, 1e-9);
+  Drive lost({.motion = 0.0}, {.weighting = kPaper});
+  lost.tracked_share = 0.3;
+  lost.Until(4.0);
+  for (const double weight : Weights(lost)) EXPECT_EQ(weight, paper.weight_max);
+}
+
+TEST(InertialOdometry, ConsistentWeighsOneUntilTheReadingsAreWorseThanTheySay) {
+  Drive drive({.bias = kBias}, {.weighting = {.policy = ImuWeighting::kConsistent}});
+  drive.Until(4.0);
+  for (const double weight : Weights(drive)) EXPECT_EQ(weight, 1.0) << "readings are as they say";
+  const double root = std::sqrt(200.0);
+  drive.change = [&](ImuSample& reading) {
+    reading.accelerometer +=
+        drive.scene.Noise(50.0 * drive.scene.calibration().noise.accelerometer * root);
+    return true;
+  };
+  drive.Until(6.0);
+  EXPECT_LT(drive.odometry.weight(), 0.5);
+  drive.change = [](ImuSample&) { return true; };
+  drive.Until(10.0);
+  EXPECT_EQ(drive.odometry.weight(), 1.0) << "and again when they are better";
+}
+
+TEST(InertialOdometry, AFixedWeightIsThatOfTheReadings) {
+  // A tenth of the weight is ten times the covariance of what the readings alone tell.
+  double variances[2];
+  for (const bool light : {false, true}) {
+    const double weight = light ? 0.1 : 1.0;
+    Drive drive({.bias = kBias},
+                {.weighting = {.policy = ImuWeighting::kFixed, .fixed_weight = weight}});
+    drive.Until(4.0);
+    for (const double w : Weights(drive)) EXPECT_EQ(w, weight);
+    const double before = drive.odometry.estimate()->covariance.topLeftCorner(3, 3).trace();
+    drive.Until(5.0, [](double) { return false; });
+    variances[light ? 1 : 0] =
+        drive.odometry.estimate()->covariance.topLeftCorner(3, 3).trace() - before;
+  }
+  EXPECT_GT(variances[1], 2.0 * variances[0]);
+  EXPECT_LT(variances[1], 12.0 * variances[0]);
 }
 
 TEST(InertialOptions, ErrorsNameTheField) {
