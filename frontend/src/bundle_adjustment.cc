@@ -125,13 +125,16 @@ class BundleAdjuster::Problem {
     if (report_.keyframes == 0) return;
     std::atomic<bool> stopped = false;
     const std::stop_callback on_stop(stop, [&] { stopped = true; });
-    const SolveSummary first = Improve(options_.first_iterations, &stopped);
-    if (!first.IsUsable()) return;
-    RemoveOutliers();
-    const SolveSummary second = Improve(options_.second_iterations, &stopped);
-    report_.initial_cost = first.initial_cost;
-    report_.final_cost = second.final_cost;
-    report_.usable = second.IsUsable();
+    SolveSummary summary = Improve(options_.first_iterations, &stopped);
+    if (!summary.IsUsable()) return;
+    report_.initial_cost = summary.initial_cost;
+    // Where it was stopped on the way, what does not fit may be right and the start wrong.
+    if (!stopped) {
+      RemoveOutliers();
+      summary = Improve(options_.second_iterations, &stopped);
+    }
+    report_.final_cost = summary.final_cost;
+    report_.usable = summary.IsUsable();
   }
 
   Result TakeResult() const {

@@ -68,32 +68,39 @@ std::optional<Pose> PoseFromTriangle(const std::array<const Pair*, kSampleSize>&
   return Pose::FromMatrix(Eigen::umeyama(C, W, false));
 }
 
-// Points that fit a pose made from three readings: it is rough, so they are counted with three
-// times the sigma.
+// A pose made from three readings is rough: what lies within three times the sigma fits it.
+constexpr double kRough = 9.0;
+
+bool FitsPoint(const RgbdProjection::View& view, const PosePoint& point,
+               const RgbdProjection& projection) {
+  Eigen::Vector3d r;
+  return projection.Evaluate<3>(view, point.rows, point.p_W, &r, nullptr, nullptr) &&
+         r.squaredNorm() <= kRough * PoseSolverOptions().chi2_3;
+}
+
+bool FitsLine(const RgbdProjection::View& view, const PoseLine& line,
+              const RgbdProjection& projection) {
+  Eigen::Vector2d p, q;
+  return projection.Evaluate<2>(view, line.rows[0], line.segment_W.p(), &p, nullptr, nullptr) &&
+         projection.Evaluate<2>(view, line.rows[1], line.segment_W.q(), &q, nullptr, nullptr) &&
+         p.squaredNorm() + q.squaredNorm() <= kRough * PoseSolverOptions().chi2_4;
+}
+
 int CountInliers(const Pose& T_WC, const std::vector<PosePoint>& points,
                  const RgbdProjection& projection) {
-  constexpr double kBound = 9.0 * 7.815;
   const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
   return static_cast<int>(std::count_if(points.begin(), points.end(), [&](const PosePoint& point) {
-    Eigen::Vector3d r;
-    return projection.Evaluate<3>(view, point.rows, point.p_W, &r, nullptr, nullptr) &&
-           r.squaredNorm() <= kBound;
+    return FitsPoint(view, point, projection);
   }));
 }
 
 // The same of lines, each seen from the pose that is asked about.
 int CountInliers(const Pose& T_WC, const std::vector<LinePair>& lines,
                  const MeasurementModel& model) {
-  constexpr double kBound = 9.0 * 9.488;
   const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
   return static_cast<int>(std::count_if(lines.begin(), lines.end(), [&](const LinePair& pair) {
     const auto line = MakePoseLine(model, *pair.line, *pair.seen, T_WC);
-    if (!line) return false;
-    Eigen::Vector2d p, q;
-    const RgbdProjection& projection = model.projection();
-    return projection.Evaluate<2>(view, line->rows[0], line->segment_W.p(), &p, nullptr, nullptr) &&
-           projection.Evaluate<2>(view, line->rows[1], line->segment_W.q(), &q, nullptr, nullptr) &&
-           p.squaredNorm() + q.squaredNorm() <= kBound;
+    return line && FitsLine(view, *line, model.projection());
   }));
 }
 
@@ -125,28 +132,65 @@ std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector
   return best;
 }
 
-// The pose from all pairs, outliers set aside.
+// Pairs that are to be one pose, and which they are.
+struct Selection {
+  std::vector<PosePoint> points;
+  std::vector<PoseLine> lines;
+  std::vector<std::pair<int, PointId>> point_matches;
+  std::vector<std::pair<int, LineId>> line_matches;
+};
+
+// The lines as they are seen from T_WC.
+void SelectLines(const std::vector<LinePair>& pairs, const Pose& T_WC,
+                 const MeasurementModel& model, bool fitting_only, Selection* selection) {
+  const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+  for (const LinePair& pair : pairs) {
+    const auto line = MakePoseLine(model, *pair.line, *pair.seen, T_WC);
+    if (!line || (fitting_only && !FitsLine(view, *line, model.projection()))) continue;
+    selection->lines.push_back(*line);
+    selection->line_matches.emplace_back(pair.feature, pair.line->id);
+  }
+}
+
+std::optional<Relocalization> Solve(const MeasurementModel& model, const Pose& T_WC,
+                                    const Selection& selection, KeyFrameId keyframe,
+                                    const PoseSolverOptions& solver) {
+  const auto solution =
+      SolvePose(T_WC, model.projection(), selection.points, selection.lines, solver);
+  if (!solution) return std::nullopt;
+  Relocalization result{solution->T_WC, keyframe, {}, {}};
+  for (std::size_t i = 0; i < selection.points.size(); ++i) {
+    if (solution->point_inliers[i]) result.points.push_back(selection.point_matches[i]);
+  }
+  for (std::size_t i = 0; i < selection.lines.size(); ++i) {
+    if (solution->line_inliers[i]) result.lines.push_back(selection.line_matches[i]);
+  }
+  return result;
+}
+
+// The pose from the pairs that fit a rough one, twice: the better pose knows better which they are.
+// All pairs would not do: those that are wrong are off by up to a thousand sigma, and outweigh the
+// right ones however robust the cost. points[i] belongs to pairs[i].
 std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& rough,
                                      const std::vector<Pair>& pairs,
                                      const std::vector<PosePoint>& points,
-                                     const std::vector<LinePair>& line_pairs, KeyFrameId keyframe,
+                                     const std::vector<LinePair>& lines, KeyFrameId keyframe,
                                      const PoseSolverOptions& solver) {
-  std::vector<PoseLine> lines;
-  std::vector<std::pair<int, LineId>> line_matches;
-  for (const LinePair& pair : line_pairs) {
-    if (const auto line = MakePoseLine(model, *pair.line, *pair.seen, rough)) {
-      lines.push_back(*line);
-      line_matches.emplace_back(pair.feature, pair.line->id);
+  constexpr int kRounds = 2;
+  std::optional<Relocalization> result;
+  Pose T_WC = rough;
+  for (int round = 0; round < kRounds; ++round) {
+    const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+    Selection selection;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (!FitsPoint(view, points[i], model.projection())) continue;
+      selection.points.push_back(points[i]);
+      selection.point_matches.emplace_back(pairs[i].feature, pairs[i].point);
     }
-  }
-  const auto solution = SolvePose(rough, model.projection(), points, lines, solver);
-  if (!solution) return std::nullopt;
-  Relocalization result{solution->T_WC, keyframe, {}, {}};
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (solution->point_inliers[i]) result.points.emplace_back(pairs[i].feature, pairs[i].point);
-  }
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (solution->line_inliers[i]) result.lines.push_back(line_matches[i]);
+    SelectLines(lines, T_WC, model, true, &selection);
+    result = Solve(model, T_WC, selection, keyframe, solver);
+    if (!result) return std::nullopt;
+    T_WC = result->T_WC;
   }
   return result;
 }
@@ -196,7 +240,9 @@ std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& featu
   PoseSolverOptions solver;
   solver.min_support = 2 * options_.min_line_inliers;
   solver.max_iterations = 15;
-  return Refine(model_, guess, {}, {}, pairs, keyframe.id, solver);
+  Selection selection;
+  SelectLines(pairs, guess, model_, false, &selection);
+  return Solve(model_, guess, selection, keyframe.id, solver);
 }
 
 std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& features,
@@ -219,7 +265,8 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
   const auto lines = PairLines(features, map, keyframe, model_.options().line_matches);
   const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
-  PoseSolverOptions solver;
+  // Three sigma, 99.73 % of chi-square: a frame that is to be found again is often blurred.
+  PoseSolverOptions solver{.chi2_2 = 11.829, .chi2_3 = 14.156, .chi2_4 = 16.251};
   solver.min_support = options_.min_inliers;
   return Refine(model_, *rough, pairs, points, lines, keyframe.id, solver);
 }

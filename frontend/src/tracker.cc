@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
 #include <highwall/frontend/pose_observations.h>
 
 namespace highwall {
@@ -26,16 +27,18 @@ void Apply(const std::vector<std::pair<int, std::int32_t>>& matches,
   for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
 }
 
-// As PoseSolverOptions counts it: a line as two.
-int Support(const TrackedFrame& tracked) {
-  const auto matched = [](std::int32_t id) { return id != kNoId; };
-  return static_cast<int>(std::count_if(tracked.points.begin(), tracked.points.end(), matched) +
-                          2 * std::count_if(tracked.lines.begin(), tracked.lines.end(), matched));
-}
-
 int Count(const std::vector<std::int32_t>& landmarks) {
   return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(),
                                         [](std::int32_t id) { return id != kNoId; }));
+}
+
+// As PoseSolverOptions counts it: a line as two.
+int Support(const std::vector<PointId>& points, const std::vector<LineId>& lines) {
+  return Count(points) + 2 * Count(lines);
+}
+
+int Support(const TrackedFrame& tracked) {
+  return Support(tracked.points, tracked.lines);
 }
 
 std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
@@ -125,8 +128,8 @@ void TrackerOptions::Validate() const {
   HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
   HIGHWALL_REQUIRE(min_predicted_support >= 6,
                    "TrackerOptions::min_predicted_support must be at least 6");
-  HIGHWALL_REQUIRE(min_motion_share >= 0.0 && min_motion_share < 1.0,
-                   "TrackerOptions::min_motion_share must be in [0, 1)");
+  HIGHWALL_REQUIRE(doubtful_agreement >= 0.0 && doubtful_agreement <= 1.0,
+                   "TrackerOptions::doubtful_agreement must be in [0, 1]");
   HIGHWALL_REQUIRE(doubtful_share >= 0.0 && doubtful_share <= 1.0,
                    "TrackerOptions::doubtful_share must be in [0, 1]");
   HIGHWALL_REQUIRE(doubtful_drop >= 0.0 && doubtful_drop <= 1.0,
@@ -154,8 +157,12 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   std::optional<LocalMatch> match;
   if (was_tracking) {
     const KnownPose* known = predicted ? &*predicted : nullptr;
-    match = TrackLocalMap(TrackMotion(frame, map, known), map, known);
-    if (!match || (known == nullptr && IsDoubtful(*match))) {
+    auto rough = TrackMotion(frame, map, known);
+    const bool denied = rough && IsDenied(*rough);
+    match = TrackLocalMap(std::move(rough), map, known);
+    // What most deny must at least be a pose in every direction.
+    if (match && denied && !match->frame.open.empty()) match.reset();
+    if (!match || denied || (known == nullptr && IsDoubtful(*match))) {
       auto other = TrackLocalMap(TrackReference(frame, map), map);
       if (other && (!match || other->Support() > match->Support())) match = std::move(other);
     }
@@ -172,10 +179,11 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   }
   match->CountSightings(map);
   TrackedFrame& tracked = match->frame;
-  // Across a gap there is no motion to extrapolate.
-  const bool consecutive =
-      was_tracking && !tracked.relocalized && last_->frame.index + 1 == frame.index;
-  velocity_ = consecutive ? last_->T_WC.Inverse() * tracked.T_WC : Pose();
+  if (was_tracking && !tracked.relocalized) {
+    velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
+  } else {
+    velocity_.Reset();
+  }
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
   last_support_ = match->Support();
@@ -186,7 +194,7 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
 
 void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   // The first keyframe was not tracked: all it holds is what the next frame should find.
-  if (!last_) last_support_ = Count(keyframe.points) + 2 * Count(keyframe.lines);
+  if (!last_) last_support_ = Support(keyframe.points, keyframe.lines);
   last_ = tracked;
   last_->T_WC = keyframe.T_WC;
   last_->points = keyframe.points;
@@ -206,25 +214,29 @@ void Tracker::Transform(const Pose& T_new_old) {
   if (last_) last_->T_WC = T_new_old * last_->T_WC;
 }
 
+double Tracker::SinceLast(const Frame& frame) const {
+  return ToSeconds(frame.stamp - last_->frame.stamp);
+}
+
 std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map,
                                                  const KnownPose* predicted, Aid aid) const {
   // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
+  std::optional<TrackedFrame> best;
   for (const double radius_scale : {1.0, 2.0}) {
     TrackedFrame tracked =
-        Unmatched(frame, predicted != nullptr ? predicted->T_WC : last_->T_WC * velocity_);
+        Unmatched(frame, predicted != nullptr ? predicted->T_WC
+                                              : last_->T_WC * velocity_.Predict(SinceLast(frame)));
     Apply(matcher_.MatchLast(*frame.features, tracked.T_WC, map, *last_->frame.features,
                              last_->points, radius_scale),
           tracked.points);
     Apply(
         matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
         tracked.lines);
-    const int matched = Support(tracked);
-    if (Solve(tracked, map, options_.min_motion_support, predicted, aid) &&
-        Support(tracked) >= options_.min_motion_share * matched) {
-      return tracked;
-    }
+    if (!Solve(tracked, map, options_.min_motion_support, predicted, aid)) continue;
+    if (!IsDenied(tracked)) return tracked;
+    if (!best || Support(tracked) > Support(*best)) best = std::move(tracked);
   }
-  return std::nullopt;
+  return best;
 }
 
 std::optional<TrackedFrame> Tracker::TrackReference(const Frame& frame, const Map& map) const {
@@ -357,6 +369,11 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
 
 int Tracker::LocalMatch::Support() const {
   return frame.num_points + 2 * frame.num_lines;
+}
+
+bool Tracker::IsDenied(const TrackedFrame& rough) const {
+  return Support(rough.points, rough.lines) <
+         options_.doubtful_agreement * Support(rough.tried_points, rough.tried_lines);
 }
 
 bool Tracker::IsDoubtful(const LocalMatch& match) const {

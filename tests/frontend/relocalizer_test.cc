@@ -73,6 +73,97 @@ TEST_F(RelocalizerTest, SetsWrongLandmarksAside) {
   }
 }
 
+// Most pairs are wrong by metres, hundreds of sigma: more than any robust cost can bear. The few
+// that RANSAC found to agree are enough.
+TEST_F(RelocalizerTest, NeedsNoMoreThanRansacFound) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SceneMap shaken(scene);
+    for (const Pose& T_WC : kKeyFrames) shaken.Add(Look(scene, IdealSensor(), T_WC), T_WC);
+    std::mt19937 rng(seed);
+    std::vector<bool> moved(scene.points.size());
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const Eigen::Vector3d step = testing::UniformInBox(rng, {-2, -2, -1}, {2, 2, 4});
+      moved[i] = testing::Uniform(rng, 0.0, 1.0) < 0.7;
+      MapPoint* point = shaken.map.point(shaken.point_ids[i]);
+      if (point != nullptr && moved[i]) point->p_W += step;
+    }
+    const SyntheticView view =
+        Look(scene, IdealSensor(), kQuery, {.px = 0.7, .depth = true, .seed = seed});
+    const auto found =
+        Relocalizer(model, {.ransac_iterations = 1000}).Relocalize(*view.features, shaken.map);
+    ASSERT_TRUE(found) << seed;
+    EXPECT_LT(PositionError(found->T_WC, kQuery), 0.02) << seed;
+    EXPECT_LT(AngleError(found->T_WC, kQuery), 0.01) << seed;
+    int right = 0, wrong = 0;
+    for (const auto& [feature, id] : found->points) {
+      const auto place = static_cast<std::size_t>(view.points[static_cast<std::size_t>(feature)]);
+      ++(moved[place] ? wrong : right);
+    }
+    EXPECT_GE(right, 20) << seed;
+    EXPECT_LE(wrong, 1) << seed;  // by chance a landmark may have moved along its ray
+  }
+}
+
+// Corners of a blurred image are four times as uncertain as those of a sharp one.
+TEST_F(RelocalizerTest, FindsAPlaceInABlurredImage) {
+  int found = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const SyntheticView view =
+        Look(scene, IdealSensor(), kQuery, {.px = 2.8, .depth = true, .seed = seed});
+    const auto place = relocalizer.Relocalize(*view.features, scene_map.map);
+    if (!place) continue;
+    ++found;
+    EXPECT_LT(PositionError(place->T_WC, kQuery), 0.05) << seed;
+    EXPECT_LT(AngleError(place->T_WC, kQuery), 0.02) << seed;
+  }
+  EXPECT_EQ(found, 20);
+}
+
+// Another room with the same things in it, put elsewhere: up to half a metre, and a dozen of them
+// as they are here.
+TEST_F(RelocalizerTest, RefusesARoomThatLooksAlike) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 rng(seed);
+    Scene other = scene;
+    for (std::size_t i = 0; i < other.points.size(); ++i) {
+      const Eigen::Vector3d step = testing::UniformInBox(rng, {-.5, -.5, -.5}, {.5, .5, .5});
+      if (i % 10 != 0) other.points[i].p_W += step;
+    }
+    const SyntheticView view = Look(other, IdealSensor(), kQuery, {.px = 0.7, .seed = seed});
+    EXPECT_FALSE(relocalizer.Relocalize(*view.features, scene_map.map)) << seed;
+  }
+}
+
+// A wall of a dozen different tiles, laid again and again, against one laid otherwise.
+TEST(RelocalizerOnTiles, RefusesAnotherWallOfTheSameTiles) {
+  const MeasurementModel model(IdealSensor(), {});
+  const Relocalizer relocalizer(model, {});
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 rng(seed);
+    std::vector<BinaryDescriptor256> tiles(12);
+    for (BinaryDescriptor256& tile : tiles) tile = testing::RandomDescriptor(rng);
+    const auto wall = [&] {
+      Scene scene;
+      for (int x = -8; x <= 8; ++x) {
+        for (int y = -5; y <= 5; ++y) {
+          // Not quite alike, or no match would be the best by far.
+          BinaryDescriptor256 tile = tiles[rng() % tiles.size()];
+          for (int bit = 0; bit < 12; ++bit) {
+            tile[rng() % tile.size()] ^= static_cast<std::uint8_t>(1U << (rng() % 8));
+          }
+          scene.points.push_back({{0.25 * x, 0.25 * y, 3.0}, tile, 6.0});
+        }
+      }
+      return scene;
+    };
+    const Scene known = wall(), other = wall();
+    SceneMap scene_map(known);
+    scene_map.Add(Look(known, IdealSensor(), Pose()), Pose());
+    const SyntheticView view = Look(other, IdealSensor(), Pose::FromTangent({0.1, 0, 0}, {}));
+    EXPECT_FALSE(relocalizer.Relocalize(*view.features, scene_map.map)) << seed;
+  }
+}
+
 TEST_F(RelocalizerTest, RefusesAForeignScene) {
   const Scene other = MakeScene(77, 500, 0);
   const SyntheticView view = Look(other, IdealSensor(), kQuery);

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+#include <highwall/core/stamp.h>
 
 #include "box_world.h"
 #include "synthetic_scene.h"
@@ -234,6 +236,137 @@ TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
   EXPECT_FALSE(next.relocalized);
 }
 
+// At 10 Hz, 9 cm and 9 degrees from image to image, some 100 px: nothing but the prediction finds
+// the landmarks again, within 10 px.
+class TrackerWithoutFallback : public TrackerTest {
+ protected:
+  static TrackerOptions Options() {
+    TrackerOptions options;
+    options.matcher.motion_radius = 5.0;
+    options.matcher.map_radius = 2.0;
+    // What is not predicted is lost.
+    options.relocalizer.min_matches = 100'000;
+    options.relocalizer.min_line_inliers = 100'000;
+    return options;
+  }
+  static Pose PoseAt(double t) {
+    const Eigen::Vector3d theta = t * Eigen::Vector3d(0.1, 1.5, 0.2);
+    const Eigen::Vector3d v(0.9, 0.1, -0.2);
+    return PoseOfFrame(0) * Pose::FromTangent({0, 0, 0}, {0, -0.4, 0}) *
+           Pose(so3::Exp(theta), so3::RightJacobian(-theta) * (t * v));
+  }
+  // Images at these times, in steps of 0.1 s; the first two steps are short, for the camera is not
+  // known to move before.
+  void ExpectFollowed(const std::vector<double>& times) {
+    Tracker tracker(model, kLevels, Options());
+    Start(tracker, PoseAt(0.0));
+    int index = 0;
+    for (const double t : times) {
+      SCOPED_TRACE(t);
+      Frame frame = MakeFrame(Look(scene, IdealSensor(), PoseAt(t)), ++index);
+      frame.stamp = MakeFrame(Look(scene, IdealSensor(), PoseAt(0)), 0).stamp + FromSeconds(t);
+      ExpectAt(tracker.Track(frame, scene_map.map), PoseAt(t), 1e-6);
+    }
+  }
+};
+
+TEST_F(TrackerWithoutFallback, MissingImagesDoNotStopTheCamera) {
+  ExpectFollowed({0.006, 0.1, 0.2, 0.4, 0.5});
+}
+
+TEST_F(TrackerWithoutFallback, ImagesNeedNoRate) {
+  ExpectFollowed({0.006, 0.04, 0.17, 0.19, 0.32, 0.324, 0.5});
+}
+
+// Blur smears corners by ten pixels or so: most matches deny the pose, and those that do not are
+// enough.
+SyntheticView Smeared(const SyntheticView& view, double share) {
+  std::mt19937 rng(4);
+  auto smeared = std::make_shared<FrameFeatures>(*view.features);
+  for (PointFeature& point : smeared->points) {
+    const double angle = testing::Uniform(rng, 0.0, 2.0 * M_PI);
+    if (testing::Uniform(rng, 0.0, 1.0) > share) continue;
+    point.uv += 10.0 * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  }
+  testing::IndexPoints(*smeared, IdealSensor().camera);
+  return {smeared, view.points, view.lines};
+}
+
+class TrackerInBlur : public TrackerTest {
+ protected:
+  TrackerInBlur() : TrackerTest(800, 0) {}
+};
+
+TEST_F(TrackerInBlur, IsHeldByTheFewThatAgree) {
+  TrackerOptions options;
+  options.relocalizer.min_matches = 100'000;  // no other way to the pose
+  Tracker tracker(model, kLevels, options);
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 10; ++i) {
+    SCOPED_TRACE(i);
+    const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i));
+    const TrackedFrame tracked = Track(tracker, Smeared(view, 0.75), i);
+    // A few that were smeared little still fit: 2 px at 3 m are 1 cm.
+    ExpectAt(tracked, PoseOfFrame(i), 0.01);
+    EXPECT_LT(tracked.num_points, static_cast<int>(view.points.size()) * 4 / 10);
+  }
+}
+
+// A turn before things that look alike. To a tracker that expects to stand still, a few seem not to
+// have moved, all alike, and many seem to have moved a little, each otherwise: they deny that pose,
+// and tell none. What is seen once only has left its window.
+class TrackerBeforeTwins : public TrackerInBlur {
+ protected:
+  SyntheticView LookAtTwins() const {
+    std::mt19937 rng(8);
+    SyntheticView all;
+    auto features = std::make_shared<FrameFeatures>();
+    const auto add = [&](const SyntheticView& view, auto wanted, double offset) {
+      for (std::size_t f = 0; f < view.points.size(); ++f) {
+        const double angle = testing::Uniform(rng, 0.0, 2.0 * M_PI);
+        if (!wanted(view.points[f] % 17)) continue;
+        features->points.push_back(view.features->points[f]);
+        PointFeature& point = features->points.back();
+        point.uv += offset * std::pow(testing::kScaleFactor, point.octave) *
+                    Eigen::Vector2d(std::cos(angle), std::sin(angle));
+        features->point_descriptors.push_back(
+            view.features->point_descriptors.row(static_cast<int>(f)));
+        all.points.push_back(view.points[f]);
+      }
+    };
+    const SyntheticView still = Look(scene, IdealSensor(), PoseOfFrame(0));
+    add(
+        still, [](int kind) { return kind < 2; }, 0.0);
+    add(
+        still, [](int kind) { return kind >= 2 && kind < 11; }, 8.5);
+    add(
+        Look(scene, IdealSensor(), turned), [](int kind) { return kind >= 11; }, 0.0);
+    testing::IndexPoints(*features, IdealSensor().camera);
+    all.features = features;
+    return all;
+  }
+  TrackedFrame TrackTwins(double doubtful_agreement) {
+    TrackerOptions options;
+    options.matcher.motion_radius = 10.0;
+    options.relocalizer.ransac_iterations = 2000;
+    options.doubtful_agreement = doubtful_agreement;
+    options.doubtful_share = options.doubtful_drop = 0.0;  // this alone is to tell
+    Tracker tracker(model, kLevels, options);
+    Start(tracker, PoseOfFrame(0));
+    return Track(tracker, LookAtTwins());
+  }
+
+  const Pose turned = PoseOfFrame(0) * Pose::FromTangent({0, 0, 0}, {0, 0.3, 0});
+};
+
+TEST_F(TrackerBeforeTwins, WhatMostMatchesDenyIsNotBelievedWhereMoreTellAnother) {
+  ExpectAt(TrackTwins(TrackerOptions().doubtful_agreement), turned, 1e-6);
+}
+
+TEST_F(TrackerBeforeTwins, WithoutThatTheyWouldMisleadIt) {
+  ExpectAt(TrackTwins(0.0), PoseOfFrame(0), 1e-6);
+}
+
 TEST_F(TrackerTest, RepeatsBitForBit) {
   std::vector<Eigen::Matrix4d> poses[2];
   for (auto& result : poses) {
@@ -409,7 +542,7 @@ TEST(TrackerOptions, ErrorsNameTheField) {
   EXPECT_NO_THROW(TrackerOptions().Validate());
   expect_error({.min_motion_support = 5}, "min_motion_support");
   expect_error({.min_support = 5}, "min_support");
-  expect_error({.min_motion_share = 1.0}, "min_motion_share");
+  expect_error({.doubtful_agreement = 1.1}, "doubtful_agreement");
   expect_error({.local_keyframes = 0}, "local_keyframes");
   expect_error({.pose = {.rounds = 0}}, "rounds");
   expect_error({.matcher = {.map_radius = 0.0}}, "map_radius");

@@ -64,7 +64,7 @@ class BundleAdjuster {
   BundleAdjuster& operator=(const BundleAdjuster&) = delete;
 
   // Once, before Write(). Where a stop is requested it ends after the running iteration, with what
-  // was reached.
+  // was reached; stopped before the first iterations are done it finds no outliers.
   void Solve(const std::stop_token& stop = {});
   // The map: as it was, and nothing of it moved since; it may have grown, and what has left it is
   // passed over. A solve that failed leaves it untouched.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <highwall/core/pose.h>
+#include <highwall/frontend/constant_velocity.h>
 #include <highwall/frontend/degeneracy.h>
 #include <highwall/frontend/frame.h>
 #include <highwall/frontend/map.h>
@@ -53,13 +54,12 @@ struct TrackerOptions {
   int min_support = 25;
   // The same for both where the pose is predicted by an IMU, which tells wrong matches, >= 6.
   int min_predicted_support = 12;
-  // Share of the support of all first matches that must agree on the pose, [0, 1): where the scene
-  // repeats itself, a few agree by accident on a pose that most deny.
-  double min_motion_share = 0.33;
-  // A pose with less support than this share of the landmarks of the local map in view, or than
-  // this share of the last frame's support, may be a coincidence of repeated patterns, both in
-  // [0, 1]: what the descriptors of the reference keyframe say is tried as well, and the better
-  // supported pose is kept.
+  // A pose may be a coincidence of repeated patterns, on which a few agree and most deny it, where
+  // its support is less than the first share of that of all first matches, less than the second of
+  // the landmarks of the local map in view, or less than the third of the last frame's support, all
+  // in [0, 1]: what the descriptors of the reference keyframe say is tried as well, and the better
+  // supported pose is kept. Where most first matches deny it, it must leave no direction open.
+  double doubtful_agreement = 0.33;
   double doubtful_share = 0.06;
   double doubtful_drop = 0.3;
   int local_keyframes = 24;  // >= 1: most keyframes whose landmarks are searched
@@ -121,6 +121,8 @@ class Tracker {
   // What may tell a pose, beside points and lines.
   enum class Aid { kNone, kSurfaces };
 
+  // [s] from the last frame tracked to `frame`.
+  double SinceLast(const Frame& frame) const;
   std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map,
                                           const KnownPose* predicted, Aid aid = Aid::kNone) const;
   std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
@@ -144,6 +146,8 @@ class Tracker {
                 int surface, const cv::Mat& moving) const;
   // Takes the features off a frame that are on something that moves.
   void SetMovingAside(TrackedFrame& rough, const Map& map) const;
+  // Few of the first matches agree with their pose.
+  bool IsDenied(const TrackedFrame& rough) const;
   bool IsDoubtful(const LocalMatch& match) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
   bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
@@ -160,7 +164,7 @@ class Tracker {
   MovingObjects moving_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
   int last_support_ = 0;              // of its pose
-  Pose velocity_;                     // T_(last - 1, last), the motion of one frame
+  ConstantVelocity velocity_;         // at it
 };
 
 }  // namespace highwall

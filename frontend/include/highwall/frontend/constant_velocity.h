@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <highwall/core/pose.h>
+
+namespace highwall {
+
+// Motion of a camera that goes on as it last did: a twist in the camera's own frame, per second, so
+// that images may be missing, late, or of any rate.
+class ConstantVelocity {
+ public:
+  // The camera came from pose A to pose B within dt [s]. A step too short to tell a velocity, which
+  // the error of the two poses would drown, or backwards in time, leaves it as it was.
+  void Measure(const Pose& T_AB, double dt);
+  // Standing still.
+  void Reset() { *this = {}; }
+  // The motion expected within the next dt [s]: T_(now, now + dt). A velocity is news of the
+  // moment: it is carried on no longer than half a second, or the step that it was measured over
+  // where images are slower than that. Backwards in time there is none.
+  Pose Predict(double dt) const;
+
+ private:
+  Eigen::Vector3d v_ = Eigen::Vector3d::Zero();      // [m/s]
+  Eigen::Vector3d omega_ = Eigen::Vector3d::Zero();  // [rad/s]
+  double step_ = 0.0;                                // [s] it was measured over
+};
+
+}  // namespace highwall

@@ -1,0 +1,73 @@
+#include <highwall/frontend/constant_velocity.h>
+
+#include <gtest/gtest.h>
+#include <highwall/core/camera.h>
+
+namespace highwall {
+namespace {
+
+const Pose kStep =
+    Pose::FromTangent({0.19, -0.02, 0.05}, {0.05, 0.28, -0.03});  // 19 cm, 16 degrees
+
+void ExpectNear(const Pose& a, const Pose& b) {
+  EXPECT_LT((a.p() - b.p()).norm(), 1e-12);
+  EXPECT_LT((a.Inverse() * b).Angle(), 1e-12);
+}
+
+TEST(ConstantVelocity, StandsStillAtFirst) {
+  ExpectNear(ConstantVelocity().Predict(0.1), Pose());
+}
+
+TEST(ConstantVelocity, RepeatsItsStepInTheSameTime) {
+  ConstantVelocity velocity;
+  velocity.Measure(kStep, 0.1);
+  ExpectNear(velocity.Predict(0.1), kStep);
+}
+
+TEST(ConstantVelocity, AMissingImageIsTwoSteps) {
+  ConstantVelocity velocity;
+  velocity.Measure(kStep, 0.1);
+  ExpectNear(velocity.Predict(0.2), kStep * kStep);
+  // What it looks like where the time between images is not asked for: 16 degrees more.
+  const PinholeCamera camera;
+  const Eigen::Vector3d p_C(0.2, 0.1, 2.0);
+  const auto seen = [&](const Pose& T) { return camera.Project(T.Inverse() * p_C); };
+  EXPECT_LT((seen(velocity.Predict(0.2)) - seen(kStep * kStep)).norm(), 1e-9);  // [px]
+  EXPECT_GT((seen(kStep) - seen(kStep * kStep)).norm(), 90.0);
+}
+
+TEST(ConstantVelocity, HalfAStepTwiceIsAStep) {
+  ConstantVelocity velocity;
+  velocity.Measure(kStep, 0.1);
+  const Pose half = velocity.Predict(0.05);
+  ExpectNear(half * half, kStep);
+}
+
+TEST(ConstantVelocity, AStampThatRepeatsTellsNoVelocity) {
+  ConstantVelocity velocity;
+  velocity.Measure(kStep, 0.1);
+  for (const double dt : {0.001, 0.0, -0.1}) velocity.Measure(Pose::FromTangent({1, 0, 0}, {}), dt);
+  ExpectNear(velocity.Predict(0.1), kStep);
+  ExpectNear(velocity.Predict(0.0), Pose());
+  ExpectNear(velocity.Predict(-0.1), Pose());
+}
+
+TEST(ConstantVelocity, IsNotCarriedOnForEver) {
+  ConstantVelocity velocity;
+  velocity.Measure(kStep, 0.1);
+  ExpectNear(velocity.Predict(20.0), velocity.Predict(0.5));
+  // Slow images are of a slow camera.
+  velocity.Measure(kStep, 2.0);
+  ExpectNear(velocity.Predict(2.0), kStep);
+  ExpectNear(velocity.Predict(20.0), kStep);
+}
+
+TEST(ConstantVelocity, ForgetsWhenReset) {
+  ConstantVelocity velocity;
+  velocity.Measure(kStep, 0.1);
+  velocity.Reset();
+  ExpectNear(velocity.Predict(0.1), Pose());
+}
+
+}  // namespace
+}  // namespace highwall
