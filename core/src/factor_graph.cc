@@ -1,6 +1,7 @@
 #include <highwall/core/factor_graph.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <string>
 #include <unordered_map>
@@ -11,6 +12,7 @@
 
 #include <highwall/core/error.h>
 #include "graph_covariance.h"
+#include "guarded_factor.h"
 
 namespace highwall {
 namespace {
@@ -30,8 +32,10 @@ ceres::Problem::Options ProblemOptions() {
 // What SolveOptions asks to be told and asked between iterations.
 class SolveCallback final : public ceres::IterationCallback {
  public:
-  explicit SolveCallback(const SolveOptions& options) : options_(options) {}
+  SolveCallback(const SolveOptions& options, const internal::FactorFaults& faults)
+      : options_(options), faults_(faults) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+    if (faults_.must_stop) return ceres::SOLVER_ABORT;
     if (options_.on_iteration) options_.on_iteration(iteration.iteration, iteration.cost);
     const bool stop = options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
     return stop ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
@@ -39,6 +43,7 @@ class SolveCallback final : public ceres::IterationCallback {
 
  private:
   const SolveOptions& options_;
+  const internal::FactorFaults& faults_;
 };
 
 struct VariableSlot {
@@ -46,16 +51,24 @@ struct VariableSlot {
   int size = 0;
   std::uint32_t generation = 0;
   bool landmark = false;
+  const std::type_info* type = nullptr;
   std::vector<FactorId> factors;
 };
 
 struct FactorSlot {
-  ceres::ResidualBlockId residual = nullptr;  // null: free
+  ceres::ResidualBlockId residual = nullptr;  // null: free or suspended
   std::uint32_t generation = 0;
   bool joins_landmarks = false;  // more than one
   std::shared_ptr<ceres::CostFunction> factor;
+  std::unique_ptr<internal::GuardedFactor> guarded;
   std::shared_ptr<ceres::LossFunction> loss;
+  std::vector<VariableId> suspended_from;
 };
+
+std::uint32_t NextGraphNumber() {
+  static std::atomic<std::uint32_t> last = 0;
+  return ++last;
+}
 
 // The slot to fill next: a freed one, or a new one at the end.
 template <class Slot>
@@ -103,6 +116,8 @@ SolveStatus ToStatus(ceres::TerminationType type) {
 }  // namespace
 
 struct FactorGraph::Impl {
+  const std::uint32_t number = NextGraphNumber();
+  mutable internal::FactorFaults faults;
   // Declared before the problem, which refers to them until it is destroyed.
   std::vector<std::pair<MakeManifold, std::unique_ptr<ceres::Manifold>>> manifolds;
   std::vector<VariableSlot> variables;
@@ -115,20 +130,92 @@ struct FactorGraph::Impl {
   ceres::Problem problem{ProblemOptions()};
 
   bool Contains(const VariableId& id) const {
-    return id.index < variables.size() && variables[id.index].block != nullptr &&
-           variables[id.index].generation == id.generation;
+    return id.graph == number && id.index < variables.size() &&
+           variables[id.index].block != nullptr && variables[id.index].generation == id.generation;
   }
   bool Contains(const FactorId& id) const {
-    return id.index < factors.size() && factors[id.index].residual != nullptr &&
-           factors[id.index].generation == id.generation;
+    return id.graph == number && id.index < factors.size() &&
+           factors[id.index].residual != nullptr && factors[id.index].generation == id.generation;
   }
   const VariableSlot& At(const VariableId& id) const {
+    HIGHWALL_REQUIRE(id.graph == 0 || id.graph == number,
+                     "FactorGraph: the variable is one of another graph");
     HIGHWALL_REQUIRE(Contains(id), "FactorGraph: the variable is not in the graph");
     return variables[id.index];
   }
   const FactorSlot& At(const FactorId& id) const {
+    HIGHWALL_REQUIRE(id.graph == 0 || id.graph == number,
+                     "FactorGraph: the factor is one of another graph");
     HIGHWALL_REQUIRE(Contains(id), "FactorGraph: the factor is not in the graph");
     return factors[id.index];
+  }
+  FactorId IdOf(const FactorSlot& slot) const {
+    return {static_cast<std::uint32_t>(&slot - factors.data()), slot.generation, number};
+  }
+
+  std::vector<VariableId> VariablesOf(const FactorSlot& slot) const {
+    std::vector<double*> blocks;
+    problem.GetParameterBlocksForResidualBlock(slot.residual, &blocks);
+    std::vector<VariableId> ids;
+    ids.reserve(blocks.size());
+    for (const double* block : blocks) ids.push_back(by_block.at(block));
+    return ids;
+  }
+
+  // Gives the factor in the slot to the problem.
+  void Attach(FactorSlot& slot, std::span<const VariableId> ids) {
+    std::vector<double*> blocks;
+    blocks.reserve(ids.size());
+    for (const VariableId& id : ids) blocks.push_back(At(id).block.get());
+    slot.residual = problem.AddResidualBlock(slot.guarded.get(), slot.loss.get(), blocks);
+    for (const VariableId& id : ids) variables[id.index].factors.push_back(IdOf(slot));
+  }
+  void Detach(FactorSlot& slot) {
+    for (const VariableId& id : VariablesOf(slot)) {
+      std::vector<FactorId>& list = variables[id.index].factors;
+      list.erase(std::find(list.begin(), list.end(), IdOf(slot)));
+    }
+    problem.RemoveResidualBlock(slot.residual);
+    slot.residual = nullptr;
+  }
+  // Of a handle that may be suspended.
+  FactorSlot& AtSuspended(const FactorId& id) {
+    HIGHWALL_REQUIRE(id.graph == number && id.index < factors.size() &&
+                         factors[id.index].generation == id.generation &&
+                         !factors[id.index].suspended_from.empty(),
+                     "FactorGraph: the factor is not suspended");
+    return factors[id.index];
+  }
+
+  // The factor by its type, with its variables by their places and types.
+  std::string Describe(const FactorSlot& slot) const {
+    const ceres::CostFunction& factor = *slot.factor;
+    std::string on;
+    for (const VariableId& id : VariablesOf(slot)) {
+      on += (on.empty() ? " on variable " : ", variable ") + std::to_string(id.index) + " (" +
+            internal::TypeName(*At(id).type) + ")";
+    }
+    return "factor " + std::to_string(IdOf(slot).index) + ", a " +
+           internal::TypeName(typeid(factor)) + on;
+  }
+  std::string FaultOf(const FactorSlot& slot) const {
+    std::vector<const double*> parameters;
+    for (const VariableId& id : VariablesOf(slot)) parameters.push_back(At(id).block.get());
+    const std::string fault = internal::FaultOf(*slot.factor, parameters);
+    return fault.empty() ? fault : Describe(slot) + ", " + fault;
+  }
+  // Of the first factor with one: at the present values, else where the solver tried to go.
+  std::string FirstFault() const {
+    for (const FactorSlot& slot : factors) {
+      if (slot.residual == nullptr) continue;
+      const std::string fault = FaultOf(slot);
+      if (!fault.empty()) return fault;
+    }
+    for (const FactorSlot& slot : factors) {
+      if (slot.residual == nullptr || slot.factor.get() != faults.last) continue;
+      return Describe(slot) + ", could not be evaluated where a step led";
+    }
+    return "";
   }
 
   // A factor joins two landmarks that are not fixed.
@@ -185,7 +272,7 @@ FactorGraph::FactorGraph(FactorGraph&&) noexcept = default;
 FactorGraph& FactorGraph::operator=(FactorGraph&&) noexcept = default;
 
 VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold make_manifold,
-                                 bool landmark) {
+                                 const std::type_info& type, bool landmark) {
   HIGHWALL_REQUIRE(
       std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }),
       "FactorGraph::AddVariable: non-finite value");
@@ -195,9 +282,10 @@ VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold ma
   std::copy(values.begin(), values.end(), slot.block.get());
   slot.size = static_cast<int>(values.size());
   slot.landmark = landmark;
+  slot.type = &type;
   ++slot.generation;
   impl_->problem.AddParameterBlock(slot.block.get(), slot.size, impl_->ManifoldOf(make_manifold));
-  const VariableId id{index, slot.generation};
+  const VariableId id{index, slot.generation, impl_->number};
   impl_->by_block.emplace(slot.block.get(), id);
   return id;
 }
@@ -236,35 +324,40 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
                                         std::shared_ptr<ceres::LossFunction> loss,
                                         std::span<const VariableId> variables) {
   impl_->RequireFit(factor.get(), variables);
-  std::vector<double*> blocks;
-  blocks.reserve(variables.size());
-  for (const VariableId& id : variables) blocks.push_back(MutableBlock(id));
-
   const std::uint32_t index = TakeSlot(&impl_->factors, &impl_->free_factors);
   FactorSlot& slot = impl_->factors[index];
   ++slot.generation;
-  slot.residual = impl_->problem.AddResidualBlock(factor.get(), loss.get(), blocks);
   slot.factor = std::move(factor);
+  slot.guarded = std::make_unique<internal::GuardedFactor>(*slot.factor, &impl_->faults);
   slot.loss = std::move(loss);
   slot.joins_landmarks =
       std::count_if(variables.begin(), variables.end(),
                     [&](const VariableId& v) { return impl_->variables[v.index].landmark; }) > 1;
-  const FactorId id{index, slot.generation};
-  for (const VariableId& v : variables) impl_->variables[v.index].factors.push_back(id);
-  return id;
+  impl_->Attach(slot, variables);
+  return impl_->IdOf(slot);
 }
 
 void FactorGraph::RemoveFactor(const FactorId& factor) {
-  for (const VariableId& v : VariablesOf(factor)) {
-    std::vector<FactorId>& list = impl_->variables[v.index].factors;
-    list.erase(std::find(list.begin(), list.end(), factor));
-  }
-  FactorSlot& slot = impl_->factors[factor.index];
-  impl_->problem.RemoveResidualBlock(slot.residual);
-  slot.residual = nullptr;
+  if (impl_->Contains(factor)) Suspend(factor);
+  FactorSlot& slot = impl_->AtSuspended(factor);
+  slot.suspended_from.clear();
+  slot.guarded.reset();
   slot.factor.reset();
   slot.loss.reset();
   impl_->free_factors.push_back(factor.index);
+}
+
+void FactorGraph::Suspend(const FactorId& factor) {
+  std::vector<VariableId> variables = VariablesOf(factor);
+  FactorSlot& slot = impl_->factors[factor.index];
+  impl_->Detach(slot);
+  slot.suspended_from = std::move(variables);
+}
+
+void FactorGraph::Resume(const FactorId& factor) {
+  FactorSlot& slot = impl_->AtSuspended(factor);
+  impl_->Attach(slot, slot.suspended_from);
+  slot.suspended_from.clear();
 }
 
 bool FactorGraph::Contains(const VariableId& variable) const {
@@ -280,7 +373,7 @@ std::size_t FactorGraph::NumVariables() const {
 }
 
 std::size_t FactorGraph::NumFactors() const {
-  return impl_->factors.size() - impl_->free_factors.size();
+  return static_cast<std::size_t>(impl_->problem.NumResidualBlocks());
 }
 
 const std::vector<FactorId>& FactorGraph::FactorsOf(const VariableId& variable) const {
@@ -288,30 +381,29 @@ const std::vector<FactorId>& FactorGraph::FactorsOf(const VariableId& variable) 
 }
 
 std::vector<VariableId> FactorGraph::VariablesOf(const FactorId& factor) const {
-  std::vector<double*> blocks;
-  impl_->problem.GetParameterBlocksForResidualBlock(impl_->At(factor).residual, &blocks);
-  std::vector<VariableId> ids;
-  ids.reserve(blocks.size());
-  for (const double* block : blocks) ids.push_back(FindVariable(block));
-  return ids;
+  return impl_->VariablesOf(impl_->At(factor));
 }
 
 const ceres::CostFunction& FactorGraph::Factor(const FactorId& factor) const {
   return *impl_->At(factor).factor;
 }
 
+std::string FactorGraph::FaultOf(const FactorId& factor) const {
+  return impl_->FaultOf(impl_->At(factor));
+}
+
 double FactorGraph::SquaredError(const FactorId& factor) const {
   double cost = 0.0;
   const bool ok = impl_->problem.EvaluateResidualBlock(
       impl_->At(factor).residual, /*apply_loss_function=*/false, &cost, nullptr, nullptr);
-  HIGHWALL_REQUIRE(ok, "FactorGraph::SquaredError: the factor cannot be evaluated");
+  HIGHWALL_REQUIRE(ok, "FactorGraph::SquaredError: " + FaultOf(factor));
   return 2.0 * cost;
 }
 
 double FactorGraph::Cost() const {
   double cost = 0.0;
   const bool ok = impl_->problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
-  HIGHWALL_REQUIRE(ok, "FactorGraph::Cost: a factor cannot be evaluated");
+  HIGHWALL_REQUIRE(ok, "FactorGraph::Cost: " + impl_->FirstFault());
   return cost;
 }
 
@@ -325,6 +417,8 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   solver.gradient_tolerance = options.gradient_tolerance;
   solver.parameter_tolerance = options.parameter_tolerance;
   solver.initial_trust_region_radius = options.initial_trust_region_radius;
+  solver.max_trust_region_radius =
+      std::max(solver.max_trust_region_radius, options.initial_trust_region_radius);
   solver.logging_type = ceres::SILENT;
 
   bool has_landmarks = false;
@@ -345,14 +439,19 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
     return refused;
   }
 
-  SolveCallback callback(options);
+  SolveCallback callback(options, impl_->faults);
   solver.callbacks.push_back(&callback);
 
   ceres::Solver::Summary ceres_summary;
+  impl_->faults.last = nullptr;
+  impl_->faults.must_stop = false;
+  impl_->faults.solving = true;
   ceres::Solve(solver, &impl_->problem, &ceres_summary);
+  impl_->faults.solving = false;
   SolveSummary summary;
   summary.status = ToStatus(ceres_summary.termination_type);
   summary.message = ceres_summary.message;
+  if (!summary.IsUsable() && impl_->faults.last != nullptr) summary.message = impl_->FirstFault();
   summary.initial_cost = ceres_summary.initial_cost;
   summary.final_cost = ceres_summary.final_cost;
   summary.iterations =
@@ -372,7 +471,13 @@ Eigen::MatrixXd FactorGraph::Covariance(std::span<const VariableId> variables) c
   }
   std::vector<const double*> wanted;
   for (const VariableId& id : variables) wanted.push_back(Block(id));
-  return internal::TangentCovariance(impl_->problem, unknown, wanted);
+  impl_->faults.last = nullptr;
+  try {
+    return internal::TangentCovariance(impl_->problem, unknown, wanted);
+  } catch (const InvalidArgument&) {
+    if (impl_->faults.last == nullptr) throw;
+  }
+  throw InvalidArgument("FactorGraph::Covariance: " + impl_->FirstFault());
 }
 
 const double* FactorGraph::Block(const VariableId& variable) const {

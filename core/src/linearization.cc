@@ -8,6 +8,7 @@
 #include <ceres/loss_function.h>
 
 #include <highwall/core/error.h>
+#include "guarded_factor.h"
 
 namespace highwall::internal {
 namespace {
@@ -72,8 +73,8 @@ Linearization::Linearization(const ceres::Problem& problem, const Marginalizatio
   problem.GetResidualBlocks(&residuals);
   std::vector<double*> values;
   for (const ceres::ResidualBlockId residual : residuals) {
-    const auto* prior =
-        dynamic_cast<const MarginalPrior*>(problem.GetCostFunctionForResidualBlock(residual));
+    const auto* prior = dynamic_cast<const MarginalPrior*>(
+        &Unguarded(*problem.GetCostFunctionForResidualBlock(residual)));
     if (prior == nullptr) continue;
     problem.GetParameterBlocksForResidualBlock(residual, &values);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -107,7 +108,7 @@ LinearBlock Linearization::MakeBlock(double* values) const {
 }
 
 Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
-  const ceres::CostFunction& cost = *problem_.GetCostFunctionForResidualBlock(residual);
+  const ceres::CostFunction& cost = Unguarded(*problem_.GetCostFunctionForResidualBlock(residual));
   std::vector<double*> values;
   problem_.GetParameterBlocksForResidualBlock(residual, &values);
   std::vector<int> indices;
@@ -123,11 +124,12 @@ Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
 
   Evaluation now, first;
   const bool ok = EvaluateCost(cost, present, indices, !moved, &now);
-  HIGHWALL_REQUIRE(ok && now.r.allFinite(), "Marginalize: a factor cannot be evaluated");
+  HIGHWALL_REQUIRE(ok && now.r.allFinite(),
+                   "Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
   if (moved && !EvaluateCost(cost, points, indices, true, &first)) {
     // The first estimate is outside of the factor's domain.
     HIGHWALL_REQUIRE(EvaluateCost(cost, present, indices, true, &first),
-                     "Marginalize: a factor cannot be evaluated");
+                     "Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
   }
   const std::vector<RowMajor>& J = moved ? first.J : now.J;
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <deque>
+#include <functional>
 #include <limits>
 #include <optional>
+#include <queue>
 #include <unordered_map>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -78,7 +80,7 @@ class LoopPairs {
       const std::int64_t low = std::min(edge.i, edge.j), high = std::max(edge.i, edge.j);
       if (edge.IsLoop()) {
         loops_.push_back({e, low, high, measured});
-      } else {
+      } else if (edge.IsOdometry()) {
         steps_.insert_or_assign(low, measured);
       }
     }
@@ -133,31 +135,29 @@ class LoopPairs {
   std::unordered_map<std::int64_t, UncertainPose> steps_;  // from an id to the next
 };
 
-// Shortest paths over some edges of a graph at its present poses.
+// Surest paths over some edges of a graph at its present poses.
 class PathFinder {
  public:
   PathFinder(const PoseGraph& graph, const std::vector<bool>& used)
-      : graph_(graph), used_(used), topology_(graph) {}
+      : graph_(graph), used_(used), topology_(graph) {
+    for (const PoseGraphEdge& edge : graph.edges) {
+      measured_.push_back(Measured(graph.space, edge));
+      // A radian counts as much as a metre.
+      variances_.push_back(measured_.back().covariance.trace());
+    }
+  }
 
-  // The pose of j in i, as the edges along the path know it; empty where none leads from i to j.
+  const UncertainPose& measured(std::size_t edge) const { return measured_[edge]; }
+
+  // The pose of j in i, as the edges along the path of least variance know it; empty where none
+  // leads from i to j. What all edges together know is surer than any one path.
   std::optional<UncertainPose> Between(std::size_t edge) const {
     const auto& [start, goal] = topology_.ends[edge];
-    std::vector<PoseGraphTopology::Neighbour> from(graph_.nodes.size(), {kNone, kNone});
-    std::deque<std::size_t> open = {goal};
-    from[goal].node = goal;
-    while (!open.empty() && from[start].node == kNone) {
-      const std::size_t node = open.front();
-      open.pop_front();
-      for (const auto& [next, along] : topology_.neighbours[node]) {
-        if (!used_[along] || from[next].node != kNone) continue;
-        from[next] = {node, along};
-        open.push_back(next);
-      }
-    }
-    if (from[start].node == kNone) return std::nullopt;
+    const std::vector<PoseGraphTopology::Neighbour> next = TowardsGoal(start, goal);
+    if (next[start].node == kNone) return std::nullopt;
     UncertainPose path;
-    for (std::size_t node = start; node != goal; node = from[node].node) {
-      path = path * Step(node, from[node]);
+    for (std::size_t node = start; node != goal; node = next[node].node) {
+      path = path * Step(node, next[node]);
     }
     return path;
   }
@@ -165,8 +165,31 @@ class PathFinder {
  private:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
+  // Dijkstra's search, from the goal until it has come to the start: where to go on from a node.
+  std::vector<PoseGraphTopology::Neighbour> TowardsGoal(std::size_t start, std::size_t goal) const {
+    using Reached = std::pair<double, std::size_t>;  // variance, node
+    std::vector<PoseGraphTopology::Neighbour> next(graph_.nodes.size(), {kNone, kNone});
+    std::vector<double> least(graph_.nodes.size(), std::numeric_limits<double>::infinity());
+    std::priority_queue<Reached, std::vector<Reached>, std::greater<>> open;
+    least[goal] = 0.0;
+    open.emplace(0.0, goal);
+    while (!open.empty() && open.top().second != start) {
+      const auto [variance, node] = open.top();
+      open.pop();
+      if (variance > least[node]) continue;
+      for (const auto& [neighbour, along] : topology_.neighbours[node]) {
+        const double sum = variance + variances_[along];
+        if (!used_[along] || sum >= least[neighbour]) continue;
+        least[neighbour] = sum;
+        next[neighbour] = {node, along};
+        open.emplace(sum, neighbour);
+      }
+    }
+    return next;
+  }
+
   UncertainPose Step(std::size_t node, const PoseGraphTopology::Neighbour& to) const {
-    UncertainPose step = Measured(graph_.space, graph_.edges[to.edge]);
+    UncertainPose step = measured_[to.edge];
     if (topology_.ends[to.edge].i != node) step = step.Inverse();
     step.T = graph_.nodes[node].pose.Inverse() * graph_.nodes[to.node].pose;
     return step;
@@ -175,6 +198,8 @@ class PathFinder {
   const PoseGraph& graph_;
   const std::vector<bool>& used_;
   const PoseGraphTopology topology_;
+  std::vector<UncertainPose> measured_;  // by edge
+  std::vector<double> variances_;        // by edge
 };
 
 // Of the measurements, at most 1, from the median over the cycles that close.
@@ -193,9 +218,9 @@ double VarianceFactor(PoseGraphSpace space, double max_chi2, const std::vector<L
 
 }  // namespace
 
-std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2) {
+std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2, bool estimate) {
   const std::vector<LoopCycle> cycles = LoopPairs(graph).Cycles();
-  const double factor = VarianceFactor(graph.space, max_chi2, cycles);
+  const double factor = estimate ? VarianceFactor(graph.space, max_chi2, cycles) : 1.0;
   std::vector<bool> confirmed;
   for (const PoseGraphEdge& edge : graph.edges) confirmed.push_back(!edge.IsLoop());
   for (const LoopCycle& cycle : cycles) {
@@ -216,7 +241,7 @@ std::vector<std::size_t> SurestPlausibleLoops(const PoseGraph& graph, double max
       plausible.emplace_back(std::numeric_limits<double>::infinity(), e);
       continue;
     }
-    const UncertainPose error = Measured(graph.space, graph.edges[e]).Inverse() * *path;
+    const UncertainPose error = paths.measured(e).Inverse() * *path;
     if (error.Chi2() < max_chi2) plausible.emplace_back(error.Room(), e);
   }
   std::sort(plausible.begin(), plausible.end());

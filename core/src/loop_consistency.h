@@ -10,12 +10,12 @@
 namespace highwall::internal {
 
 // Loops that another loop confirms: both ends of one lie a few steps of odometry from those of the
-// other, and the cycle through both closes within max_chi2 of its covariance, sharpened where most
-// cycles close much better than that.
-std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2);
+// other, and the cycle through both closes within max_chi2 of its covariance; estimate: sharpened
+// where most cycles close much better than that.
+std::vector<bool> ConfirmedLoops(const PoseGraph& graph, double max_chi2, bool estimate);
 
 // Of the loops marked in `candidates`, the surer half of those that agree with the present poses to
-// max_chi2, when these are as uncertain as the shortest path through `trusted` edges between the
+// max_chi2, when these are as uncertain as the surest path through `trusted` edges between the
 // ends; the surer, the smaller the room in which a loop would agree. Empty if none agrees.
 std::vector<std::size_t> SurestPlausibleLoops(const PoseGraph& graph, double max_chi2,
                                               const std::vector<bool>& trusted,

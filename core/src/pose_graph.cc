@@ -60,7 +60,7 @@ void ComposeAlongTree(const PoseGraphTopology& topology, bool free_odometry, Pos
   const auto expand = [&](std::size_t from) {
     for (const auto& [node, edge] : topology.neighbours[from]) {
       if (done[node]) continue;
-      if (free_odometry && !graph->edges[edge].IsLoop()) {
+      if (free_odometry && graph->edges[edge].IsOdometry()) {
         open.push_front({node, from, edge});
       } else {
         open.push_back({node, from, edge});

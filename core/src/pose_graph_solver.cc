@@ -90,7 +90,8 @@ class PoseGraphSolver {
     const auto solve = [this](PoseGraphProblem& problem, int max_iterations) {
       return SolveStage(problem, max_iterations);
     };
-    std::vector<bool> used = internal::ConfirmedLoops(graph_, max_chi2_);
+    std::vector<bool> used =
+        internal::ConfirmedLoops(graph_, max_chi2_, options_.estimate_variance_factor);
     std::vector<int> refusals(used.size(), 0);
     ImproveStart(used);
     for (bool more = true; more;) {
@@ -118,8 +119,10 @@ class PoseGraphSolver {
     for (std::size_t e = 0; e < used->size(); ++e) {
       candidates.push_back(!(*used)[e] && refusals[e] < kMaxRefusals);
     }
-    const double max_chi2 = VarianceFactor(Select(graph_, *used)) * max_chi2_;
-    const auto surest = internal::SurestPlausibleLoops(graph_, max_chi2, *used, candidates);
+    const double factor =
+        options_.estimate_variance_factor ? VarianceFactor(Select(graph_, *used)) : 1.0;
+    const auto surest =
+        internal::SurestPlausibleLoops(graph_, factor * max_chi2_, *used, candidates);
     for (const std::size_t edge : surest) (*used)[edge] = true;
     return !surest.empty();
   }

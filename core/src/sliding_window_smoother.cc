@@ -24,39 +24,6 @@ bool IsFinite(const double* values, int count) {
   return std::all_of(values, values + count, [](double x) { return std::isfinite(x); });
 }
 
-// Why a factor cannot be used at the present values; empty if it can. The solver is not asked: an
-// exception would pass through it.
-std::string FaultOf(const FactorGraph& graph, const FactorId& id) {
-  const ceres::CostFunction& factor = graph.Factor(id);
-  const std::vector<int>& sizes = factor.parameter_block_sizes();
-  std::vector<const double*> parameters;
-  for (const VariableId& variable : graph.VariablesOf(id)) {
-    parameters.push_back(graph.Block(variable));
-  }
-  const int rows = factor.num_residuals();
-  std::vector<double> residuals(static_cast<std::size_t>(rows));
-  std::vector<std::vector<double>> storage;
-  std::vector<double*> jacobians;
-  for (const int size : sizes) {
-    storage.emplace_back(static_cast<std::size_t>(rows * size));
-    jacobians.push_back(storage.back().data());
-  }
-  try {
-    if (!factor.Evaluate(parameters.data(), residuals.data(), jacobians.data())) {
-      return "cannot be evaluated";
-    }
-  } catch (const std::exception& error) {
-    return std::string("throws: ") + error.what();
-  }
-  if (!IsFinite(residuals.data(), rows)) return "has a residual that is not finite";
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    if (!IsFinite(jacobians[i], rows * sizes[i])) {
-      return "has a Jacobian that is not finite (block " + std::to_string(i) + ")";
-    }
-  }
-  return "";
-}
-
 }  // namespace
 
 struct SlidingWindowSmoother::Impl {
@@ -67,6 +34,12 @@ struct SlidingWindowSmoother::Impl {
     const char* type = "";
   };
   using Values = std::vector<std::pair<VariableId, std::vector<double>>>;
+  // What leaves, taken out on trial until nothing can fail any more.
+  struct Leaving {
+    std::vector<VariableId> variables;
+    std::vector<FactorId> factors;  // suspended
+    std::vector<FactorId> priors;   // in their place
+  };
 
   SlidingWindowOptions options;
   FactorGraph graph;
@@ -99,8 +72,10 @@ struct SlidingWindowSmoother::Impl {
   std::optional<Stamp> ChooseLeaving(UpdateReport* report);
   Stamp LeastInformative(UpdateReport* report);
   bool IsSeenFrom(const VariableId& landmark, Stamp stamp) const;
-  std::vector<VariableId> LeavingLandmarks(Stamp stamp, UpdateReport* report);
-  void Leave(Stamp stamp, UpdateReport* report);
+  std::vector<VariableId> LeavingLandmarks(Stamp stamp, Leaving* all, UpdateReport* report);
+  void Leave(Stamp stamp, Leaving* all, UpdateReport* report);
+  void Suspend(const FactorId& factor, Leaving* all);
+  void TakeBack(const Leaving& all);
   void Shrink(UpdateReport* report);
 };
 
@@ -146,8 +121,8 @@ void SlidingWindowSmoother::Impl::Remove(const VariableId& id) {
   Info& info = infos[id.index];
   if (info.kind == Kind::kState) {
     const auto at = states.find(info.stamp);
-    std::erase(at->second, id);
-    if (at->second.empty()) states.erase(at);
+    if (at != states.end()) std::erase(at->second, id);
+    if (at != states.end() && at->second.empty()) states.erase(at);
   }
   info = {};
 }
@@ -177,10 +152,10 @@ void SlidingWindowSmoother::Impl::RollBack(const Values& values) {
 std::string SlidingWindowSmoother::Impl::FaultOfNewFactors() const {
   for (std::size_t i = 0; i < new_factors.size(); ++i) {
     if (!graph.Contains(new_factors[i])) continue;
-    const std::string fault = FaultOf(graph, new_factors[i]);
+    const std::string fault = graph.FaultOf(new_factors[i]);
     if (!fault.empty()) {
       return "factor " + std::to_string(i + 1) + " of the " + std::to_string(new_factors.size()) +
-             " added since the last update " + fault;
+             " added since the last update: " + fault;
     }
   }
   return "";
@@ -265,7 +240,7 @@ bool SlidingWindowSmoother::Impl::IsSeenFrom(const VariableId& landmark, Stamp s
 }
 
 // Landmarks that leave with the states of `stamp`; takes those observations away from the others.
-std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stamp,
+std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stamp, Leaving* all,
                                                                       UpdateReport* report) {
   const Stamp newest = states.rbegin()->first;
   std::map<std::uint32_t, std::vector<FactorId>> observations;  // landmark index -> factors
@@ -287,34 +262,67 @@ std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stam
     }
     for (const FactorId& factor : factors) {
       if (!graph.Contains(factor)) continue;  // it touches several states of this stamp
-      graph.RemoveFactor(factor);
+      Suspend(factor, all);
       ++report->dropped_factors;
     }
   }
   return leaving;
 }
 
-void SlidingWindowSmoother::Impl::Leave(Stamp stamp, UpdateReport* report) {
-  std::vector<VariableId> leaving = LeavingLandmarks(stamp, report);
+void SlidingWindowSmoother::Impl::Suspend(const FactorId& factor, Leaving* all) {
+  graph.Suspend(factor);
+  all->factors.push_back(factor);
+}
+
+void SlidingWindowSmoother::Impl::TakeBack(const Leaving& all) {
+  for (const FactorId& factor : all.factors) {
+    const bool prior = std::find(all.priors.begin(), all.priors.end(), factor) != all.priors.end();
+    if (!prior) graph.Resume(factor);
+  }
+  for (const FactorId& prior : all.priors) graph.RemoveFactor(prior);
+}
+
+void SlidingWindowSmoother::Impl::Leave(Stamp stamp, Leaving* all, UpdateReport* report) {
+  std::vector<VariableId> leaving = LeavingLandmarks(stamp, all, report);
   leaving.insert(leaving.end(), states.at(stamp).begin(), states.at(stamp).end());
   Marginal marginal = Marginalize(graph.problem(), Blocks(leaving), PriorOptions());
+  for (const VariableId& id : leaving) {
+    const std::vector<FactorId> factors = graph.FactorsOf(id);
+    for (const FactorId& factor : factors) Suspend(factor, all);
+  }
+  states.erase(stamp);
+  all->variables.insert(all->variables.end(), leaving.begin(), leaving.end());
   report->left.push_back(stamp);
   report->reports.push_back(marginal.report);
-  for (const VariableId& id : leaving) Remove(id);
-  report->removed.insert(report->removed.end(), leaving.begin(), leaving.end());
   if (marginal.prior == nullptr) return;
   std::vector<VariableId> kept;
   for (const double* block : marginal.blocks) kept.push_back(graph.FindVariable(block));
-  graph.AddFactorToBlocks(std::move(marginal.prior), nullptr, kept);
+  all->priors.push_back(graph.AddFactorToBlocks(std::move(marginal.prior), nullptr, kept));
 }
 
 void SlidingWindowSmoother::Impl::Shrink(UpdateReport* report) {
-  while (const std::optional<Stamp> stamp = ChooseLeaving(report)) Leave(*stamp, report);
+  const auto states_before = states;
+  const UpdateReport before = *report;
+  Leaving all;
+  try {
+    while (const std::optional<Stamp> stamp = ChooseLeaving(report)) Leave(*stamp, &all, report);
+  } catch (...) {
+    TakeBack(all);
+    states = states_before;
+    *report = before;
+    throw;
+  }
+  for (const FactorId& factor : all.factors) graph.RemoveFactor(factor);
+  report->removed = std::move(all.variables);
   const std::vector<VariableId> orphans = Select([&](const Info& info) {
     return info.kind == Kind::kLandmark && graph.FactorsOf(info.id).empty();
   });
-  for (const VariableId& id : orphans) Remove(id);
-  report->removed.insert(report->removed.end(), orphans.begin(), orphans.end());
+  for (const VariableId& id : report->removed) Remove(id);
+  for (const VariableId& id : orphans) {
+    if (!graph.Contains(id)) continue;  // a leaving one
+    Remove(id);
+    report->removed.push_back(id);
+  }
 }
 
 SlidingWindowSmoother::SlidingWindowSmoother(const SlidingWindowOptions& options)

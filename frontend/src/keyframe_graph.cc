@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -21,13 +22,17 @@ Matrix6 Information(double sigma_translation, double sigma_rotation) {
   return variances.cwiseInverse().asDiagonal();
 }
 
-// The transform between two nodes as their poses have it.
+// The transform between two nodes as their poses have it: no surer than the steps between, all off
+// the same way, would leave it, so that edges side by side know no more of a long way than
+// odometry.
 PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
                           const KeyFrameGraphOptions& options) {
   const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
+  const auto steps = static_cast<double>(j - i);
   return {graph.nodes[i].id, graph.nodes[j].id, Z,
-          Information(options.step_translation + options.drift_translation * Z.p().norm(),
-                      options.step_rotation + options.drift_rotation * Z.Angle())};
+          Information(steps * options.step_translation + options.drift_translation * Z.p().norm(),
+                      steps * options.step_rotation + options.drift_rotation * Z.Angle()),
+          /*trusted=*/true};
 }
 
 // Holds roll and pitch of every node by an edge from a node that never moves: what the edge
@@ -46,7 +51,7 @@ void HoldGravity(PoseGraph* graph) {
     Matrix6 information = kNoInformation * Matrix6::Identity();
     information.bottomRightCorner<3, 3>() +=
         (Eigen::Matrix3d::Identity() - up_C * up_C.transpose()) / (kSigma * kSigma);
-    graph->edges.push_back({world, graph->nodes[i].id, T_WC, information});
+    graph->edges.push_back({world, graph->nodes[i].id, T_WC, information, /*trusted=*/true});
   }
 }
 
@@ -59,6 +64,7 @@ void KeyFrameGraphOptions::Validate() const {
                    "KeyFrameGraphOptions::step_translation and step_rotation must be positive");
   HIGHWALL_REQUIRE(loop_translation > 0.0 && loop_rotation > 0.0,
                    "KeyFrameGraphOptions::loop_translation and loop_rotation must be positive");
+  HIGHWALL_REQUIRE(max_loop_chi2 > 0.0, "KeyFrameGraphOptions::max_loop_chi2 must be positive");
   HIGHWALL_REQUIRE(min_shared >= 1, "KeyFrameGraphOptions::min_shared must be at least 1");
   HIGHWALL_REQUIRE(neighbours >= 0, "KeyFrameGraphOptions::neighbours must not be negative");
 }
@@ -68,6 +74,13 @@ std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
   HIGHWALL_REQUIRE(found != keyframes.end() && *found == keyframe,
                    "KeyFrameGraph::NodeOf: no such keyframe");
   return found - keyframes.begin();
+}
+
+void KeyFrameGraph::Add(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  PoseGraphEdge edge{NodeOf(loop.match), NodeOf(loop.keyframe), loop.Z,
+                     Information(options.loop_translation, options.loop_rotation)};
+  loop_edges.push_back(graph.edges.size());
+  graph.edges.push_back(std::move(edge));
 }
 
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
@@ -96,22 +109,19 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
   }
   for (const LoopEdge& loop : loops) {
     if (map.keyframe(loop.match) == nullptr || map.keyframe(loop.keyframe) == nullptr) continue;
-    result.loop_edges.push_back(graph.edges.size());
-    graph.edges.push_back({result.NodeOf(loop.match), result.NodeOf(loop.keyframe), loop.Z,
-                           Information(options.loop_translation, options.loop_rotation)});
+    result.Add(loop, options);
   }
   if (options.hold_gravity && map.gravity_W()) HoldGravity(&graph);
   return result;
 }
 
-double LoopChi2(const Map& map, const LoopEdge& loop, std::span<const LoopEdge> other_loops,
-                const KeyFrameGraphOptions& options) {
-  KeyFrameGraph graph = MakeKeyFrameGraph(map, other_loops, options);
+double LoopChi2(KeyFrameGraph graph, const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  std::vector<PoseGraphNode>& nodes = graph.graph.nodes;
   const std::int64_t match = graph.NodeOf(loop.match), keyframe = graph.NodeOf(loop.keyframe);
-  graph.graph.nodes.front().fixed = false;
-  graph.graph.nodes[static_cast<std::size_t>(match)].fixed = true;
-  const Pose& T = map.keyframe(loop.keyframe)->T_WC;
-  const Pose measured = map.keyframe(loop.match)->T_WC * loop.Z;
+  nodes.front().fixed = false;
+  nodes[static_cast<std::size_t>(match)].fixed = true;
+  const Pose& T = nodes[static_cast<std::size_t>(keyframe)].pose;
+  const Pose measured = nodes[static_cast<std::size_t>(match)].pose * loop.Z;
   Vector6 error;
   error << measured.p() - T.p(), so3::Log(T.q().conjugate() * measured.q());
   const std::int64_t ids[] = {keyframe};

@@ -73,7 +73,7 @@ class LoopCloser::Job {
 
   void Close(const std::stop_token& stop) {
     LoopCorrectionResult closed =
-        CorrectLoops(old_loops_, {&loop_, 1}, model_, levels_, options_.correction, &map_);
+        CorrectLoop(old_loops_, loop_, model_, levels_, options_.correction, &map_);
     Result result;
     result.report.accepted = closed.accepted;
     result.report.message = closed.message;

@@ -83,28 +83,36 @@ void LoopCorrectionOptions::Validate() const {
   HIGHWALL_REQUIRE(threads >= 1, "LoopCorrectionOptions::threads must be at least 1");
 }
 
-LoopCorrectionResult CorrectLoops(std::span<const LoopEdge> old_loops,
-                                  std::span<const Loop> new_loops, const MeasurementModel& model,
-                                  int levels, const LoopCorrectionOptions& options, Map* map) {
+LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
+                                 const MeasurementModel& model, int levels,
+                                 const LoopCorrectionOptions& options, Map* map) {
   options.Validate();
   LoopCorrectionResult result;
   const auto start = Clock::now();
-  std::vector<LoopEdge> loops(old_loops.begin(), old_loops.end());
-  for (const Loop& loop : new_loops) loops.push_back(loop.edge);
-  KeyFrameGraph graph = MakeKeyFrameGraph(*map, loops, options.graph);
+  KeyFrameGraph graph = MakeKeyFrameGraph(*map, old_loops, options.graph);
+  const double chi2 = LoopChi2(graph, loop.edge, options.graph);
+  if (!(chi2 <= options.graph.max_loop_chi2)) {
+    result.message = "chi2 " + std::to_string(chi2) + " against the drift exceeds " +
+                     std::to_string(options.graph.max_loop_chi2);
+    return result;
+  }
+  graph.Add(loop.edge, options.graph);
   PoseGraphOptions solve;
   solve.robust = options.robust;
+  solve.max_loop_chi2 = options.graph.max_loop_chi2;
+  solve.estimate_variance_factor = false;  // the map closes by itself
   solve.solver.threads = options.threads;
   const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
   result.pose_graph_ms = MillisecondsSince(start);
   result.message = summary.message;
   if (summary.status == SolveStatus::kFailed) return result;
-  // The newest loop is the last one in the graph.
-  const bool rejected =
-      graph.loop_edges.empty() ||
-      std::any_of(summary.rejected.begin(), summary.rejected.end(),
-                  [&](const RejectedLoop& loop) { return loop.edge == graph.loop_edges.back(); });
-  if (rejected) return result;
+  const auto rejected = std::find_if(
+      summary.rejected.begin(), summary.rejected.end(),
+      [&](const RejectedLoop& other) { return other.edge == graph.loop_edges.back(); });
+  if (rejected != summary.rejected.end()) {
+    result.message = rejected->reason;
+    return result;
+  }
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
     poses.push_back(graph.graph.nodes[i].pose);
@@ -113,10 +121,7 @@ LoopCorrectionResult CorrectLoops(std::span<const LoopEdge> old_loops,
 
   const auto fusion_start = Clock::now();
   const MapMatcher matcher(model, levels, options.matcher);
-  for (const Loop& loop : new_loops) {
-    const bool live = map->keyframe(loop.edge.match) && map->keyframe(loop.edge.keyframe);
-    if (live) Append(FuseSides(loop, matcher, model, options.fused_keyframes, map), &result.fusion);
-  }
+  result.fusion = FuseSides(loop, matcher, model, options.fused_keyframes, map);
   result.fusion_ms = MillisecondsSince(fusion_start);
   result.accepted = true;
   return result;

@@ -76,7 +76,6 @@ void LoopDetectorOptions::Validate() const {
   HIGHWALL_REQUIRE(min_support >= 6, "LoopDetectorOptions::min_support must be at least 6");
   HIGHWALL_REQUIRE(min_found >= 0.0 && min_found <= 1.0,
                    "LoopDetectorOptions::min_found must be in [0, 1]");
-  HIGHWALL_REQUIRE(max_chi2 > 0.0, "LoopDetectorOptions::max_chi2 must be positive");
   graph.Validate();
 }
 
@@ -185,8 +184,8 @@ std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrame
             std::move(found->points),
             std::move(found->lines),
             0.0};
-  loop.chi2 = LoopChi2(map, loop.edge, loops, options_.graph);
-  if (!(loop.chi2 <= options_.max_chi2)) return std::nullopt;
+  loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, options_.graph), loop.edge, options_.graph);
+  if (!(loop.chi2 <= options_.graph.max_loop_chi2)) return std::nullopt;
   return loop;
 }
 

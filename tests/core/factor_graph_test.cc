@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -298,23 +300,137 @@ TEST(FactorGraph, ReportsTheIterationLimitAndAStop) {
   EXPECT_STREQ(ToString(summary.status), "stopped");
 }
 
-class AlwaysNaN final : public ceres::SizedCostFunction<1, 1> {
+// x, but for what is not a number.
+class HalfNaN final : public ceres::SizedCostFunction<1, 1> {
  public:
-  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
-    residuals[0] = std::numeric_limits<double>::quiet_NaN();
-    if (jacobians && jacobians[0]) jacobians[0][0] = 0.0;
+  HalfNaN(bool residual, bool jacobian) : residual_(residual), jacobian_(jacobian) {}
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    residuals[0] = residual_ ? nan : x[0][0];
+    if (jacobians && jacobians[0]) jacobians[0][0] = jacobian_ ? nan : 1.0;
     return true;
   }
+
+ private:
+  bool residual_, jacobian_;
 };
 
-TEST(FactorGraph, ReportsAFactorThatCannotBeEvaluated) {
-  FactorGraph graph;
-  const auto x = graph.AddVariable(1.0);
-  graph.AddFactor(std::make_unique<AlwaysNaN>(), x);
-  const SolveSummary summary = graph.Solve();
-  EXPECT_EQ(summary.status, SolveStatus::kFailed);
-  EXPECT_FALSE(summary.message.empty());
-  EXPECT_EQ(graph.Value(x), 1.0);
+// What the calls print on standard error.
+template <class Calls>
+std::string PrintedBy(Calls calls) {
+  ::testing::internal::CaptureStderr();
+  calls();
+  return ::testing::internal::GetCapturedStderr();
+}
+
+void ExpectNamed(const std::string& message) {
+  EXPECT_NE(message.find("HalfNaN on variable 1 (double)"), std::string::npos) << message;
+  EXPECT_NE(message.find("not finite"), std::string::npos) << message;
+}
+template <class Call>
+void ExpectThrowsNamed(Call call) {
+  try {
+    call();
+    ADD_FAILURE() << "no exception";
+  } catch (const InvalidArgument& error) {
+    ExpectNamed(error.what());
+  }
+}
+
+TEST(FactorGraph, NamesAFactorThatCannotBeEvaluatedAndPrintsNothing) {
+  for (const bool residual : {true, false}) {
+    for (const bool fixed : {true, false}) {
+      if (fixed && !residual) continue;  // its Jacobian is not asked for
+      FactorGraph graph;
+      const auto pose = graph.AddVariable(Pose());
+      const auto x = graph.AddVariable(1.0);
+      if (fixed) graph.Fix(x);
+      graph.AddFactor(std::make_unique<PosePrior>(Pose(), Matrix6::Identity()), pose);
+      const FactorId bad = graph.AddFactor(std::make_unique<HalfNaN>(residual, !residual), x);
+      SolveSummary summary;
+      int iterations = 0;
+      EXPECT_EQ(PrintedBy([&] {
+                  summary = graph.Solve({.on_iteration = [&](int, double) { ++iterations; }});
+                }),
+                "");
+      EXPECT_EQ(summary.status, SolveStatus::kFailed);
+      EXPECT_EQ(iterations, 0);
+      ExpectNamed(summary.message);
+      ExpectNamed(graph.FaultOf(bad));
+      EXPECT_EQ(graph.Value(x), 1.0);
+      EXPECT_EQ(PrintedBy([&] {
+                  if (residual) ExpectThrowsNamed([&] { graph.Cost(); });
+                  if (residual) ExpectThrowsNamed([&] { graph.SquaredError(bad); });
+                  if (!fixed) ExpectThrowsNamed([&] { graph.Covariance(x); });
+                }),
+                "");
+      EXPECT_EQ(graph.FaultOf(graph.FactorsOf(pose).front()), "");
+    }
+  }
+}
+
+// sqrt(x) + 1: only where x > 0, and least at its end.
+class OnlyForPositive final : public ceres::SizedCostFunction<1, 1> {
+ public:
+  explicit OnlyForPositive(bool throws) : throws_(throws) {}
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    if (throws_ && x[0][0] < 0.0) throw std::runtime_error("negative");
+    residuals[0] = std::sqrt(x[0][0]) + 1.0;
+    if (jacobians && jacobians[0]) jacobians[0][0] = 0.5 / std::sqrt(x[0][0]);
+    return true;
+  }
+
+ private:
+  bool throws_;
+};
+
+TEST(FactorGraph, AStepBeyondWhatAFactorAllowsPrintsNothingAndThrowsNothing) {
+  for (const bool throws : {false, true}) {
+    FactorGraph graph;
+    const auto x = graph.AddVariable(4.0);
+    graph.AddFactor(std::make_unique<OnlyForPositive>(throws), x);
+    SolveSummary summary;
+    // Undamped steps from 4 lead to -8, again and again.
+    EXPECT_EQ(PrintedBy([&] {
+                summary = graph.Solve({.threads = 2, .initial_trust_region_radius = 1e16});
+              }),
+              "");
+    EXPECT_GT(graph.Value(x), 0.0);
+    EXPECT_TRUE(summary.IsUsable() ||
+                summary.message.find("OnlyForPositive on variable 0") != std::string::npos)
+        << summary.message;
+  }
+}
+
+TEST(FactorGraph, ASystemThatIsSingularPrintsNothing) {
+  for (const LinearSolver solver : {LinearSolver::kDenseCholesky, LinearSolver::kSparseCholesky,
+                                    LinearSolver::kDenseSchur, LinearSolver::kSparseSchur}) {
+    FactorGraph graph;
+    const auto a = graph.AddVariable(Pose()), b = graph.AddVariable(Pose());
+    const auto point = graph.AddLandmark(Point(0, 0, 0));
+    const Pose apart = Pose::FromTangent({1, 0, 0}, {0, 0, 1});
+    graph.AddFactor(std::make_unique<RelativePose>(apart, Matrix6::Identity()), a, b);
+    graph.AddFactor(MakeSighting(Point(0, 0, 1)), a, point);
+    EXPECT_EQ(PrintedBy([&] { graph.Solve({.linear_solver = solver}); }), "");
+  }
+}
+
+TEST(FactorGraph, RefusesHandlesOfAnotherGraph) {
+  FactorGraph graph, other;
+  const auto x = graph.AddVariable(1.0), y = other.AddVariable(2.0);
+  const FactorId f = graph.AddFactor(MakeScalarPrior(0.0), x);
+  const FactorId g = other.AddFactor(MakeScalarPrior(0.0), y);
+  EXPECT_FALSE(graph.Contains(y));
+  EXPECT_FALSE(graph.Contains(g));
+  EXPECT_THROW(graph.Value(y), InvalidArgument);
+  EXPECT_THROW(graph.Fix(y), InvalidArgument);
+  EXPECT_THROW(graph.AddFactor(MakeScalarPrior(0.0), y), InvalidArgument);
+  EXPECT_THROW(graph.RemoveFactor(g), InvalidArgument);
+  EXPECT_THROW(graph.SquaredError(g), InvalidArgument);
+  // A handle goes with its graph.
+  const FactorGraph moved = std::move(graph);
+  EXPECT_EQ(moved.Value(x), 1.0);
+  EXPECT_EQ(moved.SquaredError(f), 1.0);
 }
 
 // Two scalars, x = 0 +- 2 and y - x = 0 +- 1 (a linear factor): var x = 4, var y = 5, cov = 4.

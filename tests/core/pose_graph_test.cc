@@ -253,6 +253,57 @@ TEST(PoseGraph, ASingleTrueLoopAfterLongDriftIsKept) {
   }
 }
 
+// A walk straight on, each node tied to the next and to the one after it by what the poses say, and
+// each to one that stays, of which the edges know all but nothing; the last edge is a loop over all
+// that is `metres` off.
+PoseGraph MakePresentWalk(double metres) {
+  constexpr int kNodes = 200;
+  PoseGraph graph;
+  const auto tie = [&](std::int64_t i, std::int64_t j, double sigma) {
+    const auto& pose = [&](std::int64_t id) {
+      return graph.nodes[static_cast<std::size_t>(id)].pose;
+    };
+    graph.edges.push_back({i, j, pose(i).Inverse() * pose(j),
+                           Eigen::Matrix<double, 6, 6>::Identity() / (sigma * sigma)});
+    graph.edges.back().trusted = true;
+  };
+  for (int i = 0; i <= kNodes; ++i) {
+    graph.nodes.push_back({i, Pose(Eigen::Quaterniond::Identity(), {0.25 * i, 0.0, 0.0})});
+  }
+  graph.nodes.back().fixed = true;
+  for (int i = 1; i < kNodes; ++i) {
+    tie(i - 1, i, 0.01);
+    if (i > 1) tie(i - 2, i, 0.01);
+  }
+  for (int i = 0; i < kNodes - 1; ++i) tie(kNodes, i, 1e3);
+  tie(0, kNodes - 1, 0.01);
+  graph.edges.back().trusted = false;
+  graph.edges.back().Z =
+      graph.edges.back().Z * Pose(Eigen::Quaterniond::Identity(), {0, metres, 0});
+  return graph;
+}
+
+TEST(PoseGraph, HowWellTrustedEdgesCloseSaysNothingOfALoop) {
+  for (const RobustLoops robust :
+       {RobustLoops::kGnc, RobustLoops::kDcs, RobustLoops::kSwitchable}) {
+    // By its turns the way knows its end to 4 m across.
+    PoseGraph graph = MakePresentWalk(5.0);
+    EXPECT_EQ(CountLoops(graph), 1u);
+    const PoseGraphOptions options{.robust = robust, .estimate_variance_factor = false};
+    EXPECT_TRUE(SolvePoseGraph(&graph, options).rejected.empty());
+  }
+}
+
+TEST(PoseGraph, ANodeThatTellsNothingMakesNoLoopPlausible) {
+  for (const bool estimate : {false, true}) {
+    PoseGraph graph = MakePresentWalk(50.0);
+    const PoseGraphSummary summary =
+        SolvePoseGraph(&graph, {.robust = RobustLoops::kGnc, .estimate_variance_factor = estimate});
+    ASSERT_EQ(summary.rejected.size(), 1u);
+    EXPECT_EQ(summary.rejected[0].edge, graph.edges.size() - 1);
+  }
+}
+
 TEST(PoseGraph, TheThresholdOfLoopsIsAnOption) {
   PoseGraph graph = MakeSphere(11);
   InitializePoseGraph(&graph, Initialization::kChordal);

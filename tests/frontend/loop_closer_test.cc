@@ -256,7 +256,7 @@ TEST(LoopCorrection, RefusesALoopThatTheGraphDenies) {
   Loop loop = FindLoop(scene);
   loop.edge.Z = loop.edge.Z * Pose::FromTangent({4.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
   const double before = scene.Rmse();
-  const auto result = CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, {}, &scene.map);
+  const auto result = CorrectLoop({}, loop, scene.model, testing::kLevels, {}, &scene.map);
   EXPECT_FALSE(result.accepted);
   EXPECT_EQ(scene.Rmse(), before);
 }
@@ -270,7 +270,7 @@ TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
   }
   scene.map.SetGravity(Eigen::Vector3d(0, 0, -9.81));
   const double before = scene.Rmse();
-  ASSERT_TRUE(CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, {}, &scene.map).accepted);
+  ASSERT_TRUE(CorrectLoop({}, loop, scene.model, testing::kLevels, {}, &scene.map).accepted);
   EXPECT_LT(scene.Rmse(), 0.75 * before);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
     // The edge that holds gravity has a sigma of 1e-3 rad.
@@ -288,7 +288,7 @@ TEST(LoopCorrection, WithoutGravityRollAndPitchAreFree) {
     return Eigen::Vector3d(scene.map.keyframe(id)->T_WC.R().row(2));
   };
   const Eigen::Vector3d before = up_of(loop.edge.keyframe);
-  ASSERT_TRUE(CorrectLoops({}, {&loop, 1}, scene.model, testing::kLevels, {}, &scene.map).accepted);
+  ASSERT_TRUE(CorrectLoop({}, loop, scene.model, testing::kLevels, {}, &scene.map).accepted);
   EXPECT_GT((up_of(loop.edge.keyframe) - before).norm(), 1e-3);
 }
 

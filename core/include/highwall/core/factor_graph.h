@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -24,6 +26,7 @@ namespace highwall {
 struct FactorId {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;  // 0: no factor
+  std::uint32_t graph = 0;       // a number of its own
 
   bool operator==(const FactorId&) const = default;
 };
@@ -47,7 +50,8 @@ concept FactorPointer = std::convertible_to<P, std::shared_ptr<ceres::CostFuncti
 // A factor is any ceres::CostFunction with true ambient Jacobians, analytic or AutoDiff. The graph
 // owns the blocks, whose addresses never change, and keeps the factors and losses alive.
 // Every function that takes a handle throws InvalidArgument if its variable or factor is no longer
-// in the graph. Not thread-safe: one thread at a time.
+// in the graph, or is one of another graph. A factor that throws, or is not finite, is one that
+// cannot be evaluated. Nothing is printed. Not thread-safe: one thread at a time.
 class FactorGraph {
  public:
   FactorGraph();
@@ -116,21 +120,24 @@ class FactorGraph {
   const std::vector<FactorId>& FactorsOf(const VariableId& variable) const;
   std::vector<VariableId> VariablesOf(const FactorId& factor) const;
   const ceres::CostFunction& Factor(const FactorId& factor) const;
+  // Why it cannot be evaluated at the present values, naming its type and its variables; empty if
+  // it can.
+  std::string FaultOf(const FactorId& factor) const;
 
   // |r|^2 of one factor at the present values, without its loss: chi-squared where r is whitened.
-  // Throws InvalidArgument if the factor cannot be evaluated there.
+  // Throws InvalidArgument, with FaultOf, if the factor cannot be evaluated there.
   double SquaredError(const FactorId& factor) const;
   // Sum over factors of rho(|r|^2) / 2. Throws as above.
   double Cost() const;
 
   // Improves the values of the variables that are not fixed. Throws only on bad options; see
-  // SolveSummary::status for everything else.
+  // SolveSummary::status for everything else: where it failed by a factor, the message names it.
   SolveSummary Solve(const SolveOptions& options = {});
 
   // Joint covariance of the variables in their tangent spaces, in the order given, from the
   // linearized graph: (J^T J)^-1 with losses applied. A fixed variable is known: zero rows and
   // columns. Throws InvalidArgument if the factors do not determine the variables of the graph
-  // (rank-deficient J: fix a variable or add a prior).
+  // (rank-deficient J: fix a variable or add a prior), or if one cannot be evaluated.
   Eigen::MatrixXd Covariance(std::span<const VariableId> variables) const;
   Eigen::MatrixXd Covariance(const VariableId& variable) const {
     return Covariance(std::span<const VariableId>(&variable, 1));
@@ -142,11 +149,12 @@ class FactorGraph {
   VariableId FindVariable(const double* block) const;
 
   // The problem itself, to evaluate, linearize or solve it by other means. Add and remove through
-  // the graph only.
+  // the graph only. Its cost functions stand for the factors: see FindVariable and Factor.
   ceres::Problem& problem();
   const ceres::Problem& problem() const;
 
  private:
+  friend class SlidingWindowSmoother;  // takes factors out on trial
   using MakeManifold = std::unique_ptr<ceres::Manifold> (*)();
   struct Impl;
 
@@ -154,10 +162,16 @@ class FactorGraph {
   Variable<T> AddTyped(const T& value, bool landmark) {
     std::array<double, VariableTraits<T>::kSize> block;
     VariableTraits<T>::Write(value, block.data());
-    return {AddBlock(block, &VariableTraits<T>::MakeManifold, landmark)};
+    return {AddBlock(block, &VariableTraits<T>::MakeManifold, typeid(T), landmark)};
   }
-  VariableId AddBlock(std::span<const double> values, MakeManifold make_manifold, bool landmark);
+  VariableId AddBlock(std::span<const double> values, MakeManifold make_manifold,
+                      const std::type_info& type, bool landmark);
   void SetBlock(const VariableId& variable, std::span<const double> values);
+
+  // The factor counts as removed until Resume() gives it back under the same handle. RemoveFactor()
+  // ends that too; its variables must not be removed before.
+  void Suspend(const FactorId& factor);
+  void Resume(const FactorId& factor);
 
   std::unique_ptr<Impl> impl_;
 };

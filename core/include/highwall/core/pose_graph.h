@@ -28,15 +28,17 @@ struct PoseGraphNode {
 using PoseInformation =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 
-// A measured transform between two nodes. An edge between consecutive ids is odometry, any other
-// one a loop.
+// A measured transform between two nodes. An edge between consecutive ids is odometry; any other
+// one is a loop, which may be false, unless it is trusted.
 struct PoseGraphEdge {
   std::int64_t i = 0;
   std::int64_t j = 0;
   Pose Z;                       // measured T_ij, the pose of j in i
   PoseInformation information;  // of the error Z^-1 T_i^-1 T_j, translation [1/m^2] first
+  bool trusted = false;         // as odometry is; not kept in files
 
-  bool IsLoop() const { return j - i != 1 && i - j != 1; }
+  bool IsOdometry() const { return j - i == 1 || i - j == 1; }
+  bool IsLoop() const { return !trusted && !IsOdometry(); }
 };
 
 struct PoseGraph {
@@ -91,6 +93,10 @@ struct PoseGraphOptions {
   // > 0; a loop whose chi2 exceeds this is false; 0: the 99.9 % quantile, 16.27 in SE(2) and 22.46
   // in SE(3). It is the Phi of DCS and a quarter of the Xi of switchable constraints.
   double max_loop_chi2 = 0.0;
+  // Files may claim far too little information. Where loops close far better than it says, less
+  // than max_loop_chi2 is taken for plausible. False: the information holds as stated; where it is
+  // a bound, or edges were made from the poses themselves, how well they close says nothing.
+  bool estimate_variance_factor = true;
   SolveOptions solver = {.max_iterations = 100, .initial_trust_region_radius = 1e12};
   // May be empty; must not throw.
   std::function<void(const PoseGraphProgress&)> on_progress = {};

@@ -65,10 +65,12 @@ struct VariableTraits<double> {
   static std::unique_ptr<ceres::Manifold> MakeManifold() { return nullptr; }
 };
 
-// Names a variable of one FactorGraph. A handle whose variable was removed is recognised as such.
+// Names a variable of one FactorGraph. A handle whose variable was removed is recognised as such,
+// and so is one of another graph.
 struct VariableId {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;  // 0: no variable
+  std::uint32_t graph = 0;       // a number of its own
 
   bool operator==(const VariableId&) const = default;
 };

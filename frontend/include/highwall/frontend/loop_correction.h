@@ -26,17 +26,18 @@ struct LoopCorrectionOptions {
 };
 
 struct LoopCorrectionResult {
-  bool accepted = false;  // false: the solver failed or called the loop false; nothing was moved
-  std::string message;    // the solver's words
+  bool accepted = false;  // false: the solver failed, or the loop is false; nothing was moved
+  std::string message;    // why not, or the solver's words
   MapFusion fusion;       // what was made one
   double pose_graph_ms = 0.0, fusion_ms = 0.0;
 };
 
-// Closes new_loops in a map: solves the pose graph of the keyframes, robust to loops that are
-// false, moves keyframes and landmarks, and makes landmarks one that both sides of a loop have.
-// old_loops: closed before. levels: of the ORB pyramid.
-LoopCorrectionResult CorrectLoops(std::span<const LoopEdge> old_loops,
-                                  std::span<const Loop> new_loops, const MeasurementModel& model,
-                                  int levels, const LoopCorrectionOptions& options, Map* map);
+// Closes a loop between keyframes of the map: where the drift allows it (LoopChi2), solves the pose
+// graph of the keyframes, robust to loops that are false, moves keyframes and landmarks, and makes
+// landmarks one that both sides of the loop have. old_loops: closed before. levels: of the ORB
+// pyramid.
+LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
+                                 const MeasurementModel& model, int levels,
+                                 const LoopCorrectionOptions& options, Map* map);
 
 }  // namespace highwall

@@ -24,7 +24,6 @@ struct LoopDetectorOptions {
   int place_keyframes = 10;      // >= 0: neighbours of the candidate whose landmarks are searched
   int min_support = 50;          // >= 6: inlier points plus twice the lines, after that search
   double min_found = 0.25;       // [0, 1]: their share of the landmarks in view
-  double max_chi2 = 33.1;        // > 0: of the drift, 6 degrees of freedom; 1 in 100000 beyond it
   KeyFrameGraphOptions graph{};  // the drift that is thought possible
 
   // Throws InvalidArgument naming the field.

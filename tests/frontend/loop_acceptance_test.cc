@@ -1,0 +1,111 @@
+// Which loops are taken, by the way the system takes them, as the map grows.
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/frontend/loop_correction.h>
+
+#include "ring_map.h"
+
+namespace highwall {
+namespace {
+
+using testing::OdometryDrift;
+using testing::RingMap;
+
+class LoopAcceptance : public ::testing::Test {
+ protected:
+  // In a copy of the map.
+  bool Accepts(const RingMap& ring, const LoopEdge& loop,
+               const std::vector<LoopEdge>& before = {}) const {
+    Map map = ring.map.Clone();
+    return CorrectLoop(before, {.edge = loop}, model_, testing::kLevels, {.threads = 1}, &map)
+        .accepted;
+  }
+  static double Chi2(const RingMap& ring, const LoopEdge& loop) {
+    return LoopChi2(MakeKeyFrameGraph(ring.map, {}), loop);
+  }
+  static LoopEdge Off(LoopEdge loop, const Eigen::Vector3d& metres) {
+    loop.Z = loop.Z * Pose(Eigen::Quaterniond::Identity(), metres);
+    return loop;
+  }
+
+ private:
+  const MeasurementModel model_{testing::IdealSensor(), {}};
+};
+
+TEST_F(LoopAcceptance, ATrueLoopIsTakenHoweverLongTheWayIs) {
+  constexpr unsigned kWalks = 20;
+  for (const int keyframes : {100, 500}) {
+    RingMap ring(keyframes);
+    for (const bool levelled : {false, true}) {
+      unsigned taken = 0;
+      for (unsigned seed = 1; seed <= kWalks / 2; ++seed) {
+        ring.Drift({.seed = seed}, levelled);
+        taken += Accepts(ring, ring.Loop(0, ring.last()));
+      }
+      EXPECT_EQ(taken, kWalks / 2) << keyframes << (levelled ? " with gravity" : "");
+    }
+  }
+}
+
+TEST_F(LoopAcceptance, EdgesSideBySideKnowNoMoreOfALongWayThanOdometry) {
+  RingMap ring(200);
+  const LoopEdge off = Off(ring.Loop(0, ring.last()), {1.0, 1.0, 1.0});
+  const KeyFrameGraphOptions chain{.neighbours = 0}, sides{.neighbours = 3};
+  const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {}, sides);
+  ASSERT_GT(graph.graph.edges.size(), 3u * 199u);
+  const double alone = LoopChi2(MakeKeyFrameGraph(ring.map, {}, chain), off, chain);
+  // The share of the motion adds up along a bent way a little less than straight across.
+  EXPECT_NEAR(LoopChi2(graph, off, sides), alone, 0.1 * alone);
+}
+
+TEST_F(LoopAcceptance, ManyLoopsThatTheMapHasClosedDoNotSpeakAgainstANewOne) {
+  RingMap ring(300);
+  ring.Drift({.noise_rotation = 0.004, .seed = 3}, false);  // as much as is thought possible
+  const LoopEdge loop = ring.Loop(0, ring.last());
+  ASSERT_GT(Chi2(ring, loop), 1.0) << "a drift that is to be seen";
+  std::vector<LoopEdge> closed;
+  for (KeyFrameId id = 100; id < 200; ++id) {  // within the middle of the walk
+    const Pose& match = ring.map.keyframe(id - 20)->T_WC;
+    closed.push_back({id - 20, id, match.Inverse() * ring.map.keyframe(id)->T_WC});
+  }
+  EXPECT_TRUE(Accepts(ring, loop, closed));
+}
+
+TEST_F(LoopAcceptance, ALoopBeyondTheDriftIsRefusedWithGravityAsWithout) {
+  for (const int keyframes : {50, 200}) {
+    RingMap ring(keyframes);
+    for (const bool levelled : {false, true}) {
+      ring.Drift({.seed = 1}, levelled);
+      const LoopEdge loop = ring.Loop(0, ring.last());
+      EXPECT_TRUE(Accepts(ring, loop));
+      for (const int axis : {0, 1, 2}) {
+        const LoopEdge off = Off(loop, 3.0 * Eigen::Vector3d::Unit(axis));
+        EXPECT_FALSE(Accepts(ring, off))
+            << keyframes << (levelled ? " with gravity" : "") << ", chi2 " << Chi2(ring, off);
+      }
+    }
+  }
+}
+
+TEST_F(LoopAcceptance, TheDriftOfTheWayAloneSaysHowFarALoopMayBeOff) {
+  // From where the map has the keyframe, along one axis, to a tenth before and beyond the bound.
+  constexpr double kMaxChi2 = KeyFrameGraphOptions().max_loop_chi2;
+  RingMap ring(500);
+  for (const bool levelled : {false, true}) {
+    ring.Drift({.seed = 2}, levelled);
+    const Pose& T = ring.map.keyframe(ring.last())->T_WC;
+    const LoopEdge none{0, ring.last(), ring.truth.front().Inverse() * T};
+    for (const int axis : {0, 1, 2}) {
+      const double farthest =
+          std::sqrt(kMaxChi2 / Chi2(ring, Off(none, Eigen::Vector3d::Unit(axis))));
+      EXPECT_TRUE(Accepts(ring, Off(none, 0.9 * farthest * Eigen::Vector3d::Unit(axis))));
+      EXPECT_FALSE(Accepts(ring, Off(none, 1.1 * farthest * Eigen::Vector3d::Unit(axis))));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include <highwall/frontend/keyframe_graph.h>
+#include <highwall/frontend/map.h>
+
+#include "odometry_drift.h"
+#include "synthetic_scene.h"
+
+// The map of a walk round a ring, a quarter of a metre a keyframe, that ends a step before where it
+// began: landmarks join every keyframe with the five before it, the map has not seen the return,
+// and its poses are those of odometry.
+namespace highwall::testing {
+
+class RingMap {
+ public:
+  explicit RingMap(int keyframes) {
+    std::mt19937 rng(5);
+    const double radius = 0.25 * keyframes / (2.0 * M_PI);  // [m]
+    for (int i = 0; i < keyframes; ++i) {
+      const double azimuth = 2.0 * M_PI * i / keyframes;
+      const Eigen::Vector3d z(std::cos(azimuth), std::sin(azimuth), 0.0), y(0.0, 0.0, -1.0);
+      Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+      T.topLeftCorner<3, 3>() << y.cross(z), y, z;
+      T.topRightCorner<3, 1>() = radius * z;
+      truth.push_back(Pose::FromMatrix(T));
+      Add(i, rng);
+    }
+  }
+
+  // Poses as odometry has them. levelled: by an IMU that keeps gravity, which the map then knows.
+  void Drift(const OdometryDrift& drift, bool levelled) {
+    DriftingOdometry odometry(drift);
+    Pose T = truth.front();
+    for (std::size_t i = 1; i < truth.size(); ++i) {
+      T = T * odometry.Measure(truth[i - 1].Inverse() * truth[i]);
+      if (levelled) T = Levelled(T, truth[i]);
+      map.keyframe(static_cast<KeyFrameId>(i))->T_WC = T;
+    }
+    map.SetGravity(levelled ? std::make_optional(Eigen::Vector3d(0, 0, -9.81)) : std::nullopt);
+  }
+
+  // As measured without noise.
+  LoopEdge Loop(KeyFrameId match, KeyFrameId keyframe) const {
+    return {match, keyframe, truth[Place(match)].Inverse() * truth[Place(keyframe)]};
+  }
+  KeyFrameId last() const { return static_cast<KeyFrameId>(truth.size()) - 1; }
+
+  std::vector<Pose> truth;  // T_WC by keyframe
+  Map map;
+
+ private:
+  static std::size_t Place(KeyFrameId id) { return static_cast<std::size_t>(id); }
+
+  // The true direction of gravity, the heading of T.
+  static Pose Levelled(const Pose& T, const Pose& truth) {
+    const Eigen::Quaterniond off = T.q() * truth.q().conjugate();
+    const Eigen::Quaterniond heading = Eigen::Quaterniond(off.w(), 0.0, 0.0, off.z()).normalized();
+    return Pose(heading * truth.q(), T.p());
+  }
+
+  void Add(int index, std::mt19937& rng) {
+    constexpr int kNew = 25, kViews = 6;  // landmarks of a keyframe, keyframes that see one
+    const RgbdSensor sensor = IdealSensor();
+    for (int i = 0; i < kNew; ++i) {
+      points_.push_back(map.AddPoint(truth.back() * Eigen::Vector3d(0, 0, 3), index).id);
+    }
+    const std::size_t seen = std::min<std::size_t>(points_.size(), kNew * kViews);
+    auto features = std::make_shared<FrameFeatures>();
+    for (std::size_t i = 0; i < seen; ++i) {
+      PointFeature feature;
+      feature.uv = {Uniform(rng, 10.0, 630.0), Uniform(rng, 10.0, 470.0)};
+      features->points.push_back(feature);
+      AppendDescriptor(features->point_descriptors, RandomDescriptor(rng));
+    }
+    IndexPoints(*features, sensor.camera.WithoutDistortion());
+    const Frame frame{.index = index, .stamp = 1'000'000'000LL * index, .features = features};
+    const KeyFrameId id = map.AddKeyFrame(frame, truth.back()).id;
+    for (std::size_t i = 0; i < seen; ++i) {
+      map.ObservePoint(id, static_cast<int>(i), points_[points_.size() - seen + i]);
+    }
+  }
+
+  std::vector<PointId> points_;
+};
+
+}  // namespace highwall::testing
