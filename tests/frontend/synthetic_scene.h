@@ -23,9 +23,10 @@ namespace highwall::testing {
 
 constexpr double kScaleFactor = 1.2;
 constexpr int kLevels = 8;
-// An outlier rule that lets no matches of lines pass, or the one or two in the middle: for tests of
-// who obeys it.
-inline const MeasurementOptions kStrictLines{.line_matches = {.mad_k = 1e-9}};
+// An outlier rule that lets no match of lines pass, or the one or two at the mean: for tests of who
+// obeys it.
+inline const MeasurementOptions kStrictLines{
+    .line_matches = {.mad_rule = MadRule::kPaper, .mad_k = 1e-9}};
 
 struct ScenePoint {
   Eigen::Vector3d p_W;
