@@ -320,6 +320,28 @@ TEST(InertialOdometry, AReadingBeyondAnySensorIsRefusedAndChangesNothing) {
   }
 }
 
+TEST(InertialOdometry, AWindowThatCannotStartStaysSuspendedUntilOneCan) {
+  Drive drive({.bias = kBias});
+  drive.change = Gap(4.05, 4.53);
+  drive.Until(4.5);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  // One image so far away that the velocity up to it, and from it, is beyond all numbers.
+  const Pose T_map = drive.T_map;
+  drive.T_map = Pose(T_map.q(), Eigen::Vector3d(1.5e308, 0.0, 0.0));
+  ASSERT_NO_THROW(drive.Until(4.6));
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  EXPECT_FALSE(drive.odometry.T_WC());
+  EXPECT_FALSE(drive.reports.back().reason.empty());
+  drive.T_map = T_map;
+  ASSERT_NO_THROW(drive.Until(4.7));
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  drive.Until(4.8);
+  EXPECT_TRUE(drive.reports.back().restarted);
+  drive.Until(7.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_LT(drive.PositionError(), 3e-3);
+}
+
 TEST(InertialOdometry, WithoutReadingsItWaits) {
   Drive drive;
   drive.change = [](ImuSample&) { return false; };
