@@ -27,7 +27,17 @@ void ReadCamera(YamlReader& section, PinholeCamera* camera) {
   section.Read("k3", &camera->k3);
 }
 
+// The constants of the curve, or those of the pair of cameras that depth comes from.
 void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
+  if (section.Has("baseline") || section.Has("focal") || section.Has("subpixel")) {
+    double baseline = 0.0, focal = 0.0, subpixel = 0.08;  // [px] of a RealSense
+    section.Require("baseline", &baseline);
+    section.Require("focal", &focal);
+    section.Read("subpixel", &subpixel);
+    section.Finish();
+    *noise = DepthNoise::Stereo(subpixel, focal, baseline);
+    return;
+  }
   section.Read("offset", &noise->offset);
   section.Read("quadratic", &noise->quadratic);
   section.Read("reference", &noise->reference);
@@ -78,8 +88,8 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
   YamlReader file = YamlReader::Load(path);
   ReadCamera(file.Section("camera"), &config.sensor.camera);
   file.Require("depth_factor", &config.sensor.depth_factor);
-  ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
   try {
+    ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
     YamlReader& imu = file.Section("imu");
     if (file.Has("imu")) ReadImu(imu, path, &config.imu.emplace());
     file.Finish();

@@ -56,6 +56,24 @@ TEST(Config, ReadsCameraDepthFactorAndNoise) {
   EXPECT_EQ(sensor.depth_noise.quadratic, DepthNoise{}.quadratic);
 }
 
+TEST(Config, ReadsTheNoiseOfAStereoSensor) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  const std::string start = std::string(kCamera) + "depth_factor: 1000\ndepth_noise: ";
+  WriteText(path, start + "{baseline: 0.05, focal: 385, subpixel: 0.1}\n");
+  const DepthNoise given = LoadConfig(path).sensor.depth_noise;
+  EXPECT_NEAR(given.Sigma(1.5), 0.1 * 1.5 * 1.5 / (385.0 * 0.05), 1e-12);
+  WriteText(path, start + "{baseline: 0.05, focal: 385}\n");
+  const DepthNoise usual = LoadConfig(path).sensor.depth_noise;
+  EXPECT_NEAR(usual.Sigma(1.5), DepthNoise::Stereo(0.08, 385.0, 0.05).Sigma(1.5), 1e-12);
+  // It is one or the other.
+  const auto message = [&](const std::string& noise) { return LoadMessage(start + noise + "\n"); };
+  EXPECT_NE(message("{baseline: 0.05}").find("focal"), std::string::npos);
+  EXPECT_NE(message("{baseline: 0.05, focal: -1}").find("focal"), std::string::npos);
+  EXPECT_NE(message("{baseline: 0.05, focal: 385, offset: 0.01}").find("offset"),
+            std::string::npos);
+}
+
 TEST(Config, ReadsTheDistortion) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
