@@ -15,12 +15,14 @@ namespace highwall::bench {
 namespace {
 
 std::vector<std::string> AllParts() {
-  return {"room", "mine", "road", "kidnapped", "index", "correction", "endurance", "endurance-imu"};
+  return {"room",       "mine",       "road",      "kidnapped",    "index",
+          "correction", "acceptance", "endurance", "endurance-imu"};
 }
 
 struct Arguments {
   std::vector<std::string> parts = AllParts();
   int seeds = 20, index_keyframes = 2000, corrected_keyframes = 500;
+  std::vector<int> map_keyframes = {50, 200, 1000};
   double seconds = 40.0, minutes = 30.0;
   bool json = false;
 };
@@ -45,6 +47,11 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
                  "Keyframes that a loop goes over")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--map-keyframes", arguments.map_keyframes,
+                 "Sizes of the maps that loops are put to")
+      ->delimiter(',')
+      ->check(CLI::Range(20, 100000))
+      ->capture_default_str();
   app.add_flag("--json", arguments.json, "Print one JSON object");
   app.footer("Example: highwall_bench_loops --parts room --seeds 20");
 }
@@ -54,7 +61,10 @@ nlohmann::json Run(const Arguments& arguments) {
   nlohmann::json report;
   if (wanted.contains("index")) report["index"] = BenchIndex(arguments.index_keyframes);
   if (wanted.contains("correction")) {
-    report["correction"] = BenchCorrection(arguments.corrected_keyframes);
+    report["correction"] = BenchCorrection(arguments.corrected_keyframes, arguments.seeds);
+  }
+  if (wanted.contains("acceptance")) {
+    report["acceptance"] = BenchAcceptance(arguments.map_keyframes, arguments.seeds);
   }
   if (wanted.contains("kidnapped")) report["kidnapped"] = BenchKidnapped(arguments.seeds);
   for (const char* scene : {"room", "mine", "road"}) {

@@ -26,8 +26,13 @@ nlohmann::json BenchEndurance(double minutes, bool imu);
 // Recall and time of a query among `keyframes` keyframes: ours, OpenCV's FLANN LSH, faiss.
 nlohmann::json BenchIndex(int keyframes);
 
-// Time to close a loop over `keyframes` keyframes that have drifted.
-nlohmann::json BenchCorrection(int keyframes);
+// Loops over up to `keyframes` keyframes, and over a half, a quarter, an eighth of them, that have
+// drifted as odometry does: error before and after, and the time it takes.
+nlohmann::json BenchCorrection(int keyframes, int seeds);
+
+// Which loops are taken as the map grows: true ones, ones within and beyond the drift of the way;
+// and how often geometry verifies a second place that looks like the first.
+nlohmann::json BenchAcceptance(const std::vector<int>& sizes, int seeds);
 
 // Descriptors of all keyframes, one below the other, and what a query finds among them.
 struct DescriptorSet {

@@ -264,6 +264,9 @@ class LeavingStates : public ::testing::Test {
     if (breakable) {
       keep(smoother->AddFactor(std::make_unique<Breakable>(&broken_), states_.back()));
     }
+    // In view of all: it stays, and the factors to it are dropped.
+    if (states_.size() == 1) in_view_ = smoother->AddLandmark(Vector2(0, 0));
+    keep(smoother->AddFactor(MakeStep({0, 0}), states_.back(), in_view_));
     if (states_.size() == 1) return;
     keep(smoother->AddFactor(MakeStep({0, 0}), states_[states_.size() - 2], states_.back()));
     const auto landmark = smoother->AddLandmark(Vector2(0, 0));
@@ -273,6 +276,7 @@ class LeavingStates : public ::testing::Test {
 
   bool break_ = false, broken_ = false;
   std::vector<Variable<Vector2>> states_;
+  Variable<Vector2> in_view_;
   std::vector<FactorId> factors_;
 };
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include <highwall/frontend/map.h>
 #include <highwall/frontend/measurement_model.h>
 
+#include "odometry_drift.h"
 #include "synthetic_scene.h"
 
 // A walk round a ring of points and lines, camera looking outwards, that ends where it began; the
@@ -17,8 +19,12 @@ struct LoopSceneOptions {
   int points = 1000;
   int lines = 150;
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // [m] in C, from a keyframe to the next
-  bool shuffled_return = false;  // before the start is in view again, descriptors change places
-  bool connected = false;        // the map never forgets: no loop is left to find
+  std::optional<OdometryDrift> odometry = {};       // besides
+  // Before the start is in view again:
+  bool shuffled_return = false;  // descriptors change places
+  double strange_return = 0.0;   // a share of the landmarks gives way to others elsewhere
+  unsigned seed = 11;
+  bool connected = false;  // the map never forgets: no loop is left to find
   MeasurementOptions measurement{};
 };
 
@@ -28,30 +34,25 @@ class LoopScene {
   int size() const { return options_.per_lap + 12; }
   explicit LoopScene(const LoopSceneOptions& options)
       : model(model_sensor, options.measurement), options_(options) {
-    std::mt19937 rng(11);
-    const auto on_ring = [&] {
-      const double azimuth = Uniform(rng, 0.0, 2.0 * M_PI);
-      const double radius = Radius() + Uniform(rng, 2.5, 4.5);
-      return Eigen::Vector3d(radius * std::cos(azimuth), radius * std::sin(azimuth),
-                             Uniform(rng, -1.6, 1.6));
-    };
-    for (int i = 0; i < options.points; ++i) {
-      const Eigen::Vector3d p_W = on_ring();
-      const double reach = Uniform(rng, 3.0, 9.0);
-      scene.points.push_back({p_W, RandomDescriptor(rng), reach});
-    }
-    for (int i = 0; i < options.lines; ++i) {
-      const Eigen::Vector3d p_W = on_ring();
-      const Eigen::Vector3d along = UniformInBox(rng, {-1, -1, -1}, {1, 1, 1}).normalized();
-      const double length = Uniform(rng, 0.4, 1.0);
-      scene.lines.push_back({Segment3(p_W, p_W + length * along), RandomDescriptor(rng)});
-    }
-    shuffled_ = scene;
+    if (options.odometry) odometry_.emplace(*options.odometry);
+    std::mt19937 rng(options.seed);
+    for (int i = 0; i < options.points; ++i) scene.points.push_back(RandomPoint(rng));
+    for (int i = 0; i < options.lines; ++i) scene.lines.push_back(RandomLine(rng));
+    returned_ = scene;
+    const auto strange = [&] { return Uniform(rng, 0.0, 1.0) < options.strange_return; };
     for (std::size_t i = 0; i < scene.points.size(); ++i) {
-      shuffled_.points[i].descriptor = scene.points[(i * 7 + 3) % scene.points.size()].descriptor;
+      const std::size_t other = options.shuffled_return ? (i * 7 + 3) % scene.points.size() : i;
+      returned_.points[i].descriptor = scene.points[other].descriptor;
+      if (!strange()) continue;
+      returned_.points[i] = RandomPoint(rng);
+      strange_points_.push_back(i);
     }
     for (std::size_t i = 0; i < scene.lines.size(); ++i) {
-      shuffled_.lines[i].descriptor = scene.lines[(i * 7 + 3) % scene.lines.size()].descriptor;
+      const std::size_t other = options.shuffled_return ? (i * 7 + 3) % scene.lines.size() : i;
+      returned_.lines[i].descriptor = scene.lines[other].descriptor;
+      if (!strange()) continue;
+      returned_.lines[i] = RandomLine(rng);
+      strange_lines_.push_back(i);
     }
   }
 
@@ -67,13 +68,12 @@ class LoopScene {
   // Keyframe i, in order; landmarks as seen from where the map believes it is.
   KeyFrameId Add(int i) {
     const bool back = i >= options_.per_lap - 10;
+    if (i == options_.per_lap - 10) MeetStrangers();
     if (!options_.connected) ForgetOldLandmarks(i);
     const Pose T_true = TruePose(i);
-    const Pose T_WC = i == 0 ? T_true
-                             : map.keyframe(i - 1)->T_WC * truth.back().Inverse() * T_true *
-                                   Pose(Eigen::Quaterniond::Identity(), options_.drift);
+    const Pose T_WC = i == 0 ? T_true : map.keyframe(i - 1)->T_WC * Step(T_true);
     truth.push_back(T_true);
-    const Scene& seen = back && options_.shuffled_return ? shuffled_ : scene;
+    const Scene& seen = back ? returned_ : scene;
     const SyntheticView view = Look(seen, model_sensor, T_true,
                                     {.px = 0.7, .depth = false, .seed = static_cast<unsigned>(i)});
     const KeyFrameId id = map.AddKeyFrame(MakeFrame(view, i), T_WC).id;
@@ -81,7 +81,7 @@ class LoopScene {
     for (std::size_t f = 0; f < view.points.size(); ++f) {
       const auto s = static_cast<std::size_t>(view.points[f]);
       if (point_ids_[s] == kNoId) {
-        point_ids_[s] = map.AddPoint(T_W_true * scene.points[s].p_W, i).id;
+        point_ids_[s] = map.AddPoint(T_W_true * seen.points[s].p_W, i).id;
         all_points_[s].push_back(point_ids_[s]);
       }
       map.ObservePoint(id, static_cast<int>(f), point_ids_[s]);
@@ -90,7 +90,7 @@ class LoopScene {
     for (std::size_t f = 0; f < view.lines.size(); ++f) {
       const auto s = static_cast<std::size_t>(view.lines[f]);
       if (line_ids_[s] == kNoId) {
-        MapLine& line = map.AddLine(T_W_true * scene.lines[s].segment_W, i);
+        MapLine& line = map.AddLine(T_W_true * seen.lines[s].segment_W, i);
         line.descriptor = seen.lines[s].descriptor;
         line.has_descriptor = true;
         line_ids_[s] = line.id;
@@ -120,6 +120,36 @@ class LoopScene {
  private:
   double Radius() const { return 2.0 * options_.per_lap / 48; }  // [m]
 
+  Eigen::Vector3d OnRing(std::mt19937& rng) const {
+    const double azimuth = Uniform(rng, 0.0, 2.0 * M_PI);
+    const double radius = Radius() + Uniform(rng, 2.5, 4.5);
+    return {radius * std::cos(azimuth), radius * std::sin(azimuth), Uniform(rng, -1.6, 1.6)};
+  }
+  ScenePoint RandomPoint(std::mt19937& rng) const {
+    const Eigen::Vector3d p_W = OnRing(rng);
+    const double reach = Uniform(rng, 3.0, 9.0);
+    return {p_W, RandomDescriptor(rng), reach};
+  }
+  SceneLine RandomLine(std::mt19937& rng) const {
+    const Eigen::Vector3d p_W = OnRing(rng);
+    const Eigen::Vector3d along = UniformInBox(rng, {-1, -1, -1}, {1, 1, 1}).normalized();
+    const double length = Uniform(rng, 0.4, 1.0);
+    return {Segment3(p_W, p_W + length * along), RandomDescriptor(rng)};
+  }
+
+  // The landmarks that have given way are others from now on.
+  void MeetStrangers() {
+    for (const std::size_t s : strange_points_) all_points_[s].clear(), point_ids_[s] = kNoId;
+    for (const std::size_t s : strange_lines_) all_lines_[s].clear(), line_ids_[s] = kNoId;
+  }
+
+  // What odometry has from the last keyframe to this.
+  Pose Step(const Pose& T_true) {
+    const Pose Z = truth.back().Inverse() * T_true;
+    return (odometry_ ? odometry_->Measure(Z) : Z) *
+           Pose(Eigen::Quaterniond::Identity(), options_.drift);
+  }
+
   // What has not been in view for a while is not looked for any more; what was made one with an
   // older landmark goes on as that.
   void ForgetOldLandmarks(int keyframe) {
@@ -142,7 +172,9 @@ class LoopScene {
   }
 
   LoopSceneOptions options_;
-  Scene shuffled_;
+  std::optional<DriftingOdometry> odometry_;
+  Scene returned_;
+  std::vector<std::size_t> strange_points_, strange_lines_;  // of returned_
   std::vector<PointId> point_ids_ =
       std::vector<PointId>(static_cast<std::size_t>(options_.points), kNoId);
   std::vector<LineId> line_ids_ =

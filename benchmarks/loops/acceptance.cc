@@ -1,0 +1,200 @@
+#include "bench_loops.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+#include <highwall/frontend/loop_correction.h>
+#include <highwall/frontend/loop_detector.h>
+
+#include "loop_scene.h"
+#include "ring_map.h"
+#include "timing.h"
+
+namespace highwall::bench {
+namespace {
+
+using testing::OdometryDrift;
+using testing::RingMap;
+
+constexpr int kLoopsPerWalk = 10;  // of each kind
+const KeyFrameGraphOptions kOptions;
+
+struct Count {
+  int asked = 0, accepted = 0;
+  void Add(bool taken) { ++asked, accepted += taken; }
+  nlohmann::json ToJson() const { return {{"asked", asked}, {"accepted", accepted}}; }
+};
+
+struct Tally {
+  Count true_loops, inside, outside, metres;
+  std::vector<double> chi2;  // of the true loops
+  double chi2_seconds = 0.0, correction_seconds = 0.0;
+  int chi2_calls = 0, corrections = 0;
+};
+
+// Loops put to a drifted walk by the way of the system: the drift, then the pose graph.
+class Walk {
+ public:
+  Walk(RingMap* ring, unsigned seed, Tally* tally) : ring_(*ring), rng_(seed), tally_(*tally) {}
+
+  void Ask() {
+    for (int k = 0; k < kLoopsPerWalk; ++k) {
+      const auto [match, keyframe] = Ends(k == 0);
+      const Pose Z_true = ring_.Loop(match, keyframe).Z;
+      const LoopEdge seen{match, keyframe, Z_true * Noise()};
+      tally_.chi2.push_back(Chi2(seen));
+      tally_.true_loops.Add(Accepts(seen));
+      // From where the map has the keyframe, in a random direction, so far that it is within or
+      // beyond what the drift makes possible.
+      const LoopEdge none{match, keyframe, At(match).T_WC.Inverse() * At(keyframe).T_WC};
+      const Eigen::Matrix<double, 6, 1> way = Direction();
+      const double farthest = std::sqrt(kOptions.max_loop_chi2 / Chi2(Off(none, way, 1e-3))) * 1e-3;
+      tally_.inside.Add(Accepts(Off(none, way, 0.9 * farthest)));
+      tally_.outside.Add(Accepts(Off(none, way, 1.1 * farthest)));
+      Eigen::Matrix<double, 6, 1> aside = Eigen::Matrix<double, 6, 1>::Zero();
+      aside.head<3>() = Direction().head<3>().normalized();
+      tally_.metres.Add(Accepts(Off({match, keyframe, Z_true}, aside, 3.0)));
+    }
+  }
+
+ private:
+  const KeyFrame& At(KeyFrameId id) const { return *ring_.map.keyframe(id); }
+
+  // Of a loop over half of the walk or more; whole: over all of it.
+  std::pair<KeyFrameId, KeyFrameId> Ends(bool whole) {
+    const KeyFrameId last = ring_.last();
+    if (whole) return {0, last};
+    const auto match = static_cast<KeyFrameId>(testing::Uniform(rng_, 0.0, 0.5) * last);
+    const auto way = static_cast<KeyFrameId>(testing::Uniform(rng_, 0.5, 1.0) * last);
+    return {match, std::min(last, match + way)};
+  }
+
+  // Metres and radians in the proportion of the noise of a loop.
+  Eigen::Matrix<double, 6, 1> Direction() {
+    std::normal_distribution<double> normal;
+    Eigen::Matrix<double, 6, 1> way;
+    for (int k = 0; k < 6; ++k) {
+      way[k] = normal(rng_) * (k < 3 ? kOptions.loop_translation : kOptions.loop_rotation);
+    }
+    return way;
+  }
+  Pose Noise() {
+    const auto noise = Direction();
+    return Pose::FromTangent(noise.head<3>(), noise.tail<3>());
+  }
+  static LoopEdge Off(LoopEdge loop, const Eigen::Matrix<double, 6, 1>& way, double far) {
+    loop.Z =
+        loop.Z * Pose(Pose::FromTangent({0, 0, 0}, far * way.tail<3>()).q(), far * way.head<3>());
+    return loop;
+  }
+
+  double Chi2(const LoopEdge& loop) {
+    double chi2 = 0.0;
+    tally_.chi2_seconds += WallSeconds(
+        [&] { chi2 = LoopChi2(MakeKeyFrameGraph(ring_.map, {}, kOptions), loop, kOptions); });
+    ++tally_.chi2_calls;
+    return chi2;
+  }
+  bool Accepts(const LoopEdge& loop) {
+    if (Chi2(loop) > kOptions.max_loop_chi2) return false;  // the detector
+    Map map = ring_.map.Clone();
+    LoopCorrectionResult result;
+    tally_.correction_seconds += WallSeconds(
+        [&] { result = CorrectLoop({}, {.edge = loop}, model_, testing::kLevels, {}, &map); });
+    ++tally_.corrections;
+    return result.accepted;
+  }
+
+  RingMap& ring_;
+  std::mt19937 rng_;
+  Tally& tally_;
+  const MeasurementModel model_{testing::IdealSensor(), {}};
+};
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+nlohmann::json Report(int keyframes, bool levelled, double bias, const Tally& tally) {
+  const double chi2_ms = 1e3 * tally.chi2_seconds / tally.chi2_calls;
+  const double correction_ms = 1e3 * tally.correction_seconds / std::max(1, tally.corrections);
+  const auto percent = [](const Count& count) { return 100.0 * count.accepted / count.asked; };
+  fmt::print(
+      stderr,
+      "{:5} keyframes {:15} bias {:.2f} deg: accepted {:.1f} % of {} true loops (chi2 {:.2f} "
+      "in the median, {:.1f} at most), {:.1f} % within the drift, {:.1f} % beyond it, {:.1f} "
+      "% 3 m off; {:.1f} ms to judge, {:.1f} ms to close\n",
+      keyframes, levelled ? "with gravity" : "without gravity", bias, percent(tally.true_loops),
+      tally.true_loops.asked, Median(tally.chi2),
+      *std::max_element(tally.chi2.begin(), tally.chi2.end()), percent(tally.inside),
+      percent(tally.outside), percent(tally.metres), chi2_ms, correction_ms);
+  return {{"keyframes", keyframes},
+          {"gravity", levelled},
+          {"bias_deg", bias},
+          {"true", tally.true_loops.ToJson()},
+          {"inside", tally.inside.ToJson()},
+          {"outside", tally.outside.ToJson()},
+          {"three_metres", tally.metres.ToJson()},
+          {"true_chi2_median", Median(tally.chi2)},
+          {"chi2_ms", chi2_ms},
+          {"correction_ms", correction_ms}};
+}
+
+// Loops that geometry verifies, whatever the drift says, in walks to a place that has a share of
+// its landmarks in common with where they began, or has the same looks elsewhere.
+nlohmann::json Verified(int seeds, double strange, bool shuffled) {
+  LoopDetectorOptions options;
+  options.graph.max_loop_chi2 = 1e12;
+  int verified = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    testing::LoopScene scene({.odometry = OdometryDrift{.seed = static_cast<unsigned>(seed)},
+                              .shuffled_return = shuffled,
+                              .strange_return = strange,
+                              .seed = static_cast<unsigned>(seed)});
+    LoopDetector detector(scene.model, testing::kLevels, options);
+    bool found = false;
+    for (int i = 0; i < scene.size() && !found; ++i) {
+      found = detector.Detect(scene.map, scene.Add(i), {}).has_value();
+    }
+    verified += found;
+  }
+  const std::string kind =
+      shuffled ? "the looks of the first in other places"
+               : fmt::format("{:.0f} % of the first's landmarks", 100.0 * (1.0 - strange));
+  fmt::print(stderr, "a second place with {}: verified in {} of {} walks\n", kind, verified, seeds);
+  return {{"second_place", kind}, {"walks", seeds}, {"verified", verified}};
+}
+
+}  // namespace
+
+nlohmann::json BenchAcceptance(const std::vector<int>& sizes, int seeds) {
+  nlohmann::json rows = nlohmann::json::array(), repeated = nlohmann::json::array();
+  for (const int keyframes : sizes) {
+    RingMap ring(keyframes);
+    for (const double bias : {0.01, 0.1}) {  // [deg] a keyframe: a tenth of the noise, and as large
+      for (const bool levelled : {false, true}) {
+        Tally tally;
+        for (int seed = 1; seed <= seeds; ++seed) {
+          const auto s = static_cast<unsigned>(seed);
+          ring.Drift({.bias_rotation = bias * M_PI / 180.0, .seed = s}, levelled);
+          Walk(&ring, 1000 + s, &tally).Ask();
+        }
+        rows.push_back(Report(keyframes, levelled, bias, tally));
+      }
+    }
+  }
+  for (const double strange : {0.0, 0.25, 0.5, 0.6, 0.7, 0.8, 0.9}) {
+    repeated.push_back(Verified(seeds, strange, false));
+  }
+  repeated.push_back(Verified(seeds, 0.0, true));
+  return {{"loops", rows}, {"repeated", repeated}};
+}
+
+}  // namespace highwall::bench
