@@ -1,0 +1,104 @@
+#include <highwall/core/line3.h>
+#include <highwall/frontend/map_io.h>
+#include <highwall/frontend/measurement_model.h>
+
+#include <cstring>
+#include <memory>
+
+#include "../crc32.h"
+#include "fuzz.h"
+
+namespace highwall::fuzz {
+namespace {
+
+constexpr std::size_t kHeaderSize = 24;  // docs/map_file.md
+
+// Two views of two points and a line.
+Map SmallMap() {
+  auto features = std::make_shared<FrameFeatures>();
+  for (const double u : {100.0, 300.0}) {
+    PointFeature point;
+    point.uv = {u, 200.0};
+    point.depth = 2.0;
+    point.depth_sigma = 0.01;
+    point.octave = 1;
+    features->points.push_back(point);
+  }
+  features->point_descriptors = cv::Mat(2, 32, CV_8U, cv::Scalar(7));
+  SegmentDepth depth;
+  depth.p_C = {0, 0, 2};
+  depth.q_C = {1, 0, 2};
+  depth.sigma_p = depth.sigma_q = 0.01;
+  depth.inlier_share = 1.0;
+  features->lines.push_back({{{10.0f, 10.0f}, {200.0f, 12.0f}}, depth});
+  features->line_descriptors = cv::Mat(1, 32, CV_8U, cv::Scalar(9));
+  Map map;
+  const KeyFrameId a = map.AddKeyFrame({0, 1'000, features}, Pose()).id;
+  const KeyFrameId b =
+      map.AddKeyFrame({1, 2'000, features}, Pose::FromTangent({0.1, 0, 0}, {0, 0, 0})).id;
+  for (const int i : {0, 1}) {
+    const PointId id = map.AddPoint({0.5 * i, 0.0, 2.0}, 0).id;
+    map.ObservePoint(a, i, id);
+    map.ObservePoint(b, i, id);
+    map.RefreshPoint(id, 1.2, 8);
+  }
+  const LineId line = map.AddLine({{0, 0, 2}, {1, 0, 2}}, 0).id;
+  map.ObserveLine(a, 0, line);
+  map.ObserveLine(b, 0, line);
+  return map;
+}
+
+std::string Content(const Map& map) {
+  return Written([&](const auto& path) { SaveMap(path, PinholeCamera(), map); })
+      .substr(kHeaderSize);
+}
+
+// What a run does first with what was loaded must not throw.
+void Use(SavedMap saved) {
+  RgbdSensor sensor;
+  sensor.camera = saved.camera;
+  const MeasurementModel model(sensor, {});
+  for (const KeyFrameId id : saved.map.keyframe_ids()) {
+    const FrameFeatures& features = *saved.map.keyframe(id)->frame.features;
+    for (const PointFeature& point : features.points) {
+      model.Rows(point);
+      model.MakeFactor(point);
+    }
+    for (const LineFeature& line : features.lines) {
+      model.Rows(line);
+      model.MakeFactor(line);
+    }
+    saved.map.Covisible(id, 1);
+  }
+  for (const PointId id : saved.map.point_ids()) saved.map.RefreshPoint(id, 1.2, 8);
+  for (const LineId id : saved.map.line_ids()) {
+    const Segment3& segment_W = saved.map.line(id)->segment_W;
+    OrthonormalLine(PluckerLine::FromPoints(segment_W.p(), segment_W.q()));
+  }
+  saved.map.Transform(Pose::FromTangent({1, 2, 3}, {0.1, 0.2, 0.3}));
+}
+
+}  // namespace
+
+const Target kTarget{
+    .file_name = "saved.hwmap",
+    .seeds =
+        [] {
+          return std::vector<std::string>{Content(SmallMap()), Content(Map())};
+        },
+    // The header is made right: a checksum says nothing of who wrote it.
+    .file =
+        [](std::string_view content) {
+          std::string file = "HWMAP\r\n\x1a";
+          file.resize(kHeaderSize);
+          const std::uint32_t version = 1, crc = testing::Crc32(content);
+          const std::uint64_t size = content.size();
+          std::memcpy(file.data() + 8, &version, 4);
+          std::memcpy(file.data() + 12, &crc, 4);
+          std::memcpy(file.data() + 16, &size, 8);
+          return file.append(content);
+        },
+    .read = [](const std::filesystem::path& path) { Use(LoadMap(path)); },
+};
+
+}  // namespace highwall::fuzz
