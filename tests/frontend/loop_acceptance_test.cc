@@ -20,7 +20,7 @@ class LoopAcceptance : public ::testing::Test {
   bool Accepts(const RingMap& ring, const LoopEdge& loop,
                const std::vector<LoopEdge>& before = {}) const {
     Map map = ring.map.Clone();
-    return CorrectLoop(before, {.edge = loop}, model_, testing::kLevels, {.threads = 1}, &map)
+    return CorrectLoop(before, {loop, {}, {}, 0.0}, model_, testing::kLevels, {.threads = 1}, &map)
         .accepted;
   }
   static double Chi2(const RingMap& ring, const LoopEdge& loop) {
