@@ -90,7 +90,7 @@ class PoseProblem {
         options_(options),
         known_(known),
         planes_(planes),
-        point_active_(points.size(), true),
+        point_rows_(points.size(), 0),
         line_active_(lines.size(), true),
         plane_active_(planes.size(), true) {}
 
@@ -109,10 +109,10 @@ class PoseProblem {
 
     Output out(residuals, jacobian, NumResiduals(), step_jacobian);
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (!point_active_[i]) continue;
+      if (point_rows_[i] == 0) continue;
       Eigen::Vector3d r;
       Eigen::Matrix<double, 3, 6> J;
-      PointRows(view, points_[i], r, jacobian != nullptr ? &J : nullptr);
+      PointRows(view, i, r, jacobian != nullptr ? &J : nullptr);
       out.Append<3>(r, J, options_.point_huber);
     }
     for (std::size_t i = 0; i < lines_.size(); ++i) {
@@ -144,11 +144,11 @@ class PoseProblem {
       rows += dimension;
     };
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (!point_active_[i]) continue;
+      if (point_rows_[i] == 0) continue;
       Eigen::Vector3d r;
       Eigen::Matrix<double, 3, 6> J;
-      PointRows(view, points_[i], r, &J);
-      add(r, J, points_[i].dimension);
+      PointRows(view, i, r, &J);
+      add(r, J, point_rows_[i]);
     }
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       if (!line_active_[i]) continue;
@@ -166,15 +166,21 @@ class PoseProblem {
     if (rows > 6) solution.error = squares / (rows - 6);
   }
 
-  // Sets aside what does not fit at T; whatever fits (again) takes part in the next round.
+  // Sets aside what does not fit at T; whatever fits (again) takes part in the next round. Where
+  // the pixel comes first, a point whose depth alone does not fit goes on without it.
   void Classify(const Pose& T) {
     const RgbdProjection::View view = RgbdProjection::At(T.data());
     active_points_ = 0;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       Eigen::Vector3d r;
+      point_rows_[i] = points_[i].dimension;
       const double bound = points_[i].dimension == 3 ? options_.chi2_3 : options_.chi2_2;
-      point_active_[i] = PointRows(view, points_[i], r, nullptr) && r.squaredNorm() <= bound;
-      active_points_ += point_active_[i] ? 1 : 0;
+      const bool inside = PointRows(view, i, r, nullptr);
+      if (!inside || r.squaredNorm() > bound) {
+        const bool pixel_fits = inside && r.head<2>().squaredNorm() <= options_.chi2_2;
+        point_rows_[i] = pixels_first_ && pixel_fits ? 2 : 0;
+      }
+      active_points_ += point_rows_[i] > 0 ? 1 : 0;
     }
     active_lines_ = 0;
     for (std::size_t i = 0; i < lines_.size(); ++i) {
@@ -192,8 +198,11 @@ class PoseProblem {
   }
 
   void Restart(const Pose& T_start) { T_start_ = T_start; }
-  void ActivateAll() {
-    std::fill(point_active_.begin(), point_active_.end(), true);
+  // pixels_first: begins without the depth of points.
+  void ActivateAll(bool pixels_first) {
+    pixels_first_ = pixels_first;
+    std::transform(points_.begin(), points_.end(), point_rows_.begin(),
+                   [&](const PosePoint& point) { return pixels_first ? 2 : point.dimension; });
     std::fill(line_active_.begin(), line_active_.end(), true);
     std::fill(plane_active_.begin(), plane_active_.end(), true);
     active_points_ = static_cast<int>(points_.size());
@@ -205,7 +214,11 @@ class PoseProblem {
   int active_points() const { return active_points_; }
   int active_lines() const { return active_lines_; }
   int active_planes() const { return active_planes_; }
-  const std::vector<bool>& point_active() const { return point_active_; }
+  std::vector<bool> PointActive() const {
+    std::vector<bool> active;
+    for (const int rows : point_rows_) active.push_back(rows > 0);
+    return active;
+  }
   const std::vector<bool>& line_active() const { return line_active_; }
 
   // Median of z in C; that of a line is its middle's.
@@ -213,7 +226,7 @@ class PoseProblem {
     const Pose T_CW = T.Inverse();
     std::vector<double> depths;
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (point_active_[i]) depths.push_back((T_CW * points_[i].p_W).z());
+      if (point_rows_[i] > 0) depths.push_back((T_CW * points_[i].p_W).z());
     }
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       if (!line_active_[i]) continue;
@@ -227,13 +240,16 @@ class PoseProblem {
   }
 
  private:
-  // Zero rows and false outside of the domain.
-  bool PointRows(const RgbdProjection::View& view, const PosePoint& point, Eigen::Vector3d& r,
+  // Zero rows and false outside of the domain; the row of a depth that takes no part is zero.
+  bool PointRows(const RgbdProjection::View& view, std::size_t i, Eigen::Vector3d& r,
                  Eigen::Matrix<double, 3, 6>* J) const {
-    if (projection_.Evaluate<3>(view, point.rows, point.p_W, &r, J, nullptr)) return true;
-    r.setZero();
-    if (J != nullptr) J->setZero();
-    return false;
+    const PosePoint& point = points_[i];
+    const bool inside = projection_.Evaluate<3>(view, point.rows, point.p_W, &r, J, nullptr);
+    if (!inside) r.setZero();
+    if (!inside && J != nullptr) J->setZero();
+    if (point_rows_[i] == 2) r.z() = 0.0;
+    if (point_rows_[i] == 2 && J != nullptr) J->row(2).setZero();
+    return inside;
   }
 
   bool LineRows(const RgbdProjection::View& view, const PoseLine& line, Eigen::Vector4d& r,
@@ -277,9 +293,47 @@ class PoseProblem {
   const PoseSolverOptions& options_;
   const KnownPose* known_;
   std::span<const PointToPlaneRow> planes_;
-  std::vector<bool> point_active_, line_active_, plane_active_;
+  bool pixels_first_ = false;
+  std::vector<int> point_rows_;  // 0 where set aside, 2 without depth, 3 with it
+  std::vector<bool> line_active_, plane_active_;
   int active_points_ = 0, active_lines_ = 0, active_planes_ = 0;
 };
+
+// Round by round; empty where too few remain.
+std::optional<Pose> Solve(PoseProblem& problem, const Pose& T_WC,
+                          const PoseSolverOptions& options) {
+  ceres::TinySolver<PoseProblem> solver;
+  // TinySolver counts the evaluation at the start as an iteration.
+  solver.options.max_num_iterations = options.max_iterations + 1;
+  solver.options.parameter_tolerance = 1e-7;
+  solver.options.gradient_tolerance = 1e-6;
+
+  Pose T = T_WC;
+  for (int round = 0; round < options.rounds; ++round) {
+    if (problem.Support() < options.min_support) return std::nullopt;
+    problem.Restart(T);
+    Vector6 x = Vector6::Zero();
+    solver.Solve(problem, &x);
+    if (!x.allFinite()) return std::nullopt;
+    T = T.Plus(x);
+    problem.Classify(T);
+  }
+  if (problem.Support() < options.min_support) return std::nullopt;
+  return T;
+}
+
+PoseSolution Solution(const PoseProblem& problem, const Pose& T_WC) {
+  PoseSolution solution;
+  solution.T_WC = T_WC;
+  problem.Sum(solution);
+  solution.point_inliers = problem.PointActive();
+  solution.line_inliers = problem.line_active();
+  solution.num_points = problem.active_points();
+  solution.num_lines = problem.active_lines();
+  solution.num_planes = problem.active_planes();
+  solution.depth = problem.Depth(T_WC);
+  return solution;
+}
 
 }  // namespace
 
@@ -300,34 +354,12 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
                                       const PoseSolverOptions& options, const KnownPose* known,
                                       std::span<const PointToPlaneRow> planes) {
   PoseProblem problem(T_WC, projection, points, lines, options, known, planes);
-  problem.ActivateAll();
-  ceres::TinySolver<PoseProblem> solver;
-  // TinySolver counts the evaluation at the start as an iteration.
-  solver.options.max_num_iterations = options.max_iterations + 1;
-  solver.options.parameter_tolerance = 1e-7;
-  solver.options.gradient_tolerance = 1e-6;
-
-  Pose T = T_WC;
-  for (int round = 0; round < options.rounds; ++round) {
-    if (problem.Support() < options.min_support) return std::nullopt;
-    problem.Restart(T);
-    Vector6 x = Vector6::Zero();
-    solver.Solve(problem, &x);
-    if (!x.allFinite()) return std::nullopt;
-    T = T.Plus(x);
-    problem.Classify(T);
+  for (const bool pixels_first : {false, true}) {
+    if (pixels_first && points.empty()) break;
+    problem.ActivateAll(pixels_first);
+    if (const auto T = Solve(problem, T_WC, options)) return Solution(problem, *T);
   }
-  if (problem.Support() < options.min_support) return std::nullopt;
-  PoseSolution solution;
-  solution.T_WC = T;
-  problem.Sum(solution);
-  solution.point_inliers = problem.point_active();
-  solution.line_inliers = problem.line_active();
-  solution.num_points = problem.active_points();
-  solution.num_lines = problem.active_lines();
-  solution.num_planes = problem.active_planes();
-  solution.depth = problem.Depth(T);
-  return solution;
+  return std::nullopt;
 }
 
 std::optional<Segment3> TrimToObservation(const PluckerLine& line_C, const Eigen::Vector2d& s,

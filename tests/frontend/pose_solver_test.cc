@@ -137,6 +137,57 @@ TEST_F(PoseSolver, FlagsThirtyPercentGrossOutliers) {
   EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-6);
 }
 
+// Two in five readings are of what is 30 cm behind, as beside depth edges.
+class PoseSolverAtEdges : public PoseSolver {
+ protected:
+  PoseSolverAtEdges() {
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (std::size_t i = 0; i < features->points.size(); ++i) {
+      if (IsAtEdge(i)) features->points[i].depth += 0.3;
+    }
+    view.features = features;
+  }
+  static bool IsAtEdge(std::size_t i) { return i % 5 < 2; }
+  std::optional<PoseSolution> SolveFor(int min_support) const {
+    return Solve(MakeProblem(scene, view, model, kStart), kStart, {.min_support = min_support});
+  }
+  int all() const { return static_cast<int>(view.points.size()); }
+
+  const Scene scene = MakeScene(11, 100, 0);
+  SyntheticView view = Look(scene, IdealSensor(), kTruth);
+};
+
+TEST_F(PoseSolverAtEdges, ADepthThatContradictsItsPixelCostsNoPose) {
+  const auto solution = SolveFor(all() * 3 / 4);
+  ASSERT_TRUE(solution);
+  EXPECT_EQ(solution->num_points, all());
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
+  EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-6);
+  EXPECT_LT(solution->error, 1e-9) << "their depth says nothing of the fit";
+  EXPECT_FALSE(SolveFor(all() + 1));
+}
+
+TEST_F(PoseSolverAtEdges, WhereThereIsAPoseWithoutThemTheyAreSetAside) {
+  const auto solution = SolveFor(6);
+  ASSERT_TRUE(solution);
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    EXPECT_EQ(solution->point_inliers[i], !IsAtEdge(i)) << i;
+  }
+}
+
+TEST_F(PoseSolver, APixelThatContradictsIsNoPointWhateverItsDepth) {
+  const Scene scene = MakeScene(11, 100, 0);
+  SyntheticView view = Look(scene, IdealSensor(), kTruth);
+  auto wrong = std::make_shared<FrameFeatures>(*view.features);
+  for (std::size_t i = 0; i < wrong->points.size(); i += 4) wrong->points[i].uv.x() += 12.0;
+  view.features = wrong;
+  const auto solution = Solve(MakeProblem(scene, view, model, kStart));
+  ASSERT_TRUE(solution);
+  for (std::size_t i = 0; i < wrong->points.size(); ++i) {
+    EXPECT_EQ(solution->point_inliers[i], i % 4 != 0) << i;
+  }
+}
+
 TEST_F(PoseSolver, PointsOnPlanesJoinAndTheWrongOnesAreSetAside) {
   // Two planes of W, and every tenth point half a metre off.
   const Problem problem = Exact(60, 0);

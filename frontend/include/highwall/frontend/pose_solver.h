@@ -70,10 +70,11 @@ struct PoseSolution {
 };
 
 // Camera pose from known points and lines: robust Levenberg-Marquardt (ceres::TinySolver) in the
-// tangent space at T_WC, with outliers set aside between rounds. B = C in `projection`.
-// known: where not null, joins the least squares. planes: the row's frames are W and C; they join
-// the least squares as well, and do not count as support. Empty where less than min_support remains
-// or the steps stop being finite.
+// tangent space at T_WC, with outliers set aside between rounds; where too few remain, once more
+// from pixels and lines, with the depth of those points alone whose depth fits. B = C in
+// `projection`. known: where not null, joins the least squares. planes: the row's frames are W and
+// C; they join the least squares as well, and do not count as support. Empty where less than
+// min_support remains or the steps stop being finite.
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
