@@ -22,7 +22,8 @@ void VisualNoise::Validate() const {
 VisualPose MakeVisualPose(const Pose& T_WC, const Eigen::Matrix<double, 6, 6>& information,
                           const Eigen::Matrix<double, 6, 1>& gradient, double error,
                           const VisualNoise& noise) {
-  constexpr double kOpen = 1e-6;  // of the common noise's information: nothing is known there
+  constexpr double kOpen = 1e-6;       // of the common noise's information: too little for a step
+  constexpr double kRounding = 1e-12;  // of the largest eigenvalue: all that rounding leaves of 0
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   // In units of the common noise, where that has the covariance I.
@@ -32,12 +33,13 @@ VisualPose MakeVisualPose(const Pose& T_WC, const Eigen::Matrix<double, 6, 6>& i
   const Matrix6 H = unit.asDiagonal() * information * unit.asDiagonal() / scale;
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(H);
   const Vector6 slope = eigen.eigenvectors().transpose() * (unit.cwiseProduct(gradient) / scale);
+  const double nothing = kRounding * eigen.eigenvalues()(5);  // they ascend
   Vector6 step, sqrt_information;
   for (int i = 0; i < 6; ++i) {
     const double h = eigen.eigenvalues()(i);
-    const bool open = !(h > kOpen);
-    step(i) = open ? 0.0 : -slope(i) / h;
-    sqrt_information(i) = open ? 0.0 : std::sqrt(h / (1.0 + h));  // of the covariance 1 / h + 1
+    step(i) = h > kOpen ? -slope(i) / h : 0.0;
+    // Of the covariance 1 / h + 1; a row of zeros is one that says nothing.
+    sqrt_information(i) = h > nothing ? std::sqrt(h / (1.0 + h)) : 0.0;
   }
   VisualPose visual;
   visual.T_WC = T_WC.Plus(unit.cwiseProduct(eigen.eigenvectors() * step));
