@@ -104,8 +104,9 @@ class Walk {
     if (Chi2(loop) > kOptions.max_loop_chi2) return false;  // the detector
     Map map = ring_.map.Clone();
     LoopCorrectionResult result;
-    tally_.correction_seconds += WallSeconds(
-        [&] { result = CorrectLoop({}, {.edge = loop}, model_, testing::kLevels, {}, &map); });
+    tally_.correction_seconds += WallSeconds([&] {
+      result = CorrectLoop({}, {loop, {}, {}, 0.0}, model_, testing::kLevels, {}, &map);
+    });
     ++tally_.corrections;
     return result.accepted;
   }

@@ -20,7 +20,7 @@ class LoopAcceptance : public ::testing::Test {
   bool Accepts(const RingMap& ring, const LoopEdge& loop,
                const std::vector<LoopEdge>& before = {}) const {
     Map map = ring.map.Clone();
-    return CorrectLoop(before, {.edge = loop}, model_, testing::kLevels, {.threads = 1}, &map)
+    return CorrectLoop(before, {loop, {}, {}, 0.0}, model_, testing::kLevels, {.threads = 1}, &map)
         .accepted;
   }
   static double Chi2(const RingMap& ring, const LoopEdge& loop) {
@@ -59,6 +59,21 @@ TEST_F(LoopAcceptance, EdgesSideBySideKnowNoMoreOfALongWayThanOdometry) {
   const double alone = LoopChi2(MakeKeyFrameGraph(ring.map, {}, chain), off, chain);
   // The share of the motion adds up along a bent way a little less than straight across.
   EXPECT_NEAR(LoopChi2(graph, off, sides), alone, 0.1 * alone);
+}
+
+TEST_F(LoopAcceptance, WhatIsOffAlikeInEveryStepOfALongWayIsAllowedFor) {
+  constexpr double kMaxChi2 = KeyFrameGraphOptions().max_loop_chi2;
+  RingMap ring(1000);
+  int within = 0, unbiased = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    ring.Drift({.seed = seed}, false);
+    const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {});
+    const LoopEdge loop = ring.Loop(0, ring.last());
+    within += LoopChi2(graph, loop) < kMaxChi2;
+    unbiased += LoopChi2(graph, loop, {.drift_bias = 0.0}) < kMaxChi2;
+  }
+  EXPECT_EQ(within, 10);
+  EXPECT_LT(unbiased, 10) << "else there is nothing to allow for";
 }
 
 TEST_F(LoopAcceptance, ManyLoopsThatTheMapHasClosedDoNotSpeakAgainstANewOne) {
