@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -62,6 +63,7 @@ void KeyFrameGraphOptions::Validate() const {
                    "KeyFrameGraphOptions::drift_translation and drift_rotation must be positive");
   HIGHWALL_REQUIRE(step_translation > 0.0 && step_rotation > 0.0,
                    "KeyFrameGraphOptions::step_translation and step_rotation must be positive");
+  HIGHWALL_REQUIRE(drift_bias >= 0.0, "KeyFrameGraphOptions::drift_bias must not be negative");
   HIGHWALL_REQUIRE(loop_translation > 0.0 && loop_rotation > 0.0,
                    "KeyFrameGraphOptions::loop_translation and loop_rotation must be positive");
   HIGHWALL_REQUIRE(max_loop_chi2 > 0.0, "KeyFrameGraphOptions::max_loop_chi2 must be positive");
@@ -74,6 +76,16 @@ std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
   HIGHWALL_REQUIRE(found != keyframes.end() && *found == keyframe,
                    "KeyFrameGraph::NodeOf: no such keyframe");
   return found - keyframes.begin();
+}
+
+void KeyFrameGraph::AllowBias(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  const auto steps = static_cast<double>(std::abs(NodeOf(loop.keyframe) - NodeOf(loop.match)));
+  const double factor = 1.0 + steps * options.drift_bias * options.drift_bias;
+  const auto last = static_cast<std::int64_t>(keyframes.size()) - 1;
+  for (PoseGraphEdge& edge : graph.edges) {
+    // Gravity does not drift.
+    if (edge.trusted && edge.i <= last) edge.information /= factor;
+  }
 }
 
 void KeyFrameGraph::Add(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
@@ -116,6 +128,7 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
 }
 
 double LoopChi2(KeyFrameGraph graph, const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  graph.AllowBias(loop, options);
   std::vector<PoseGraphNode>& nodes = graph.graph.nodes;
   const std::int64_t match = graph.NodeOf(loop.match), keyframe = graph.NodeOf(loop.keyframe);
   nodes.front().fixed = false;

@@ -96,6 +96,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
                      std::to_string(options.graph.max_loop_chi2);
     return result;
   }
+  graph.AllowBias(loop.edge, options.graph);
   graph.Add(loop.edge, options.graph);
   PoseGraphOptions solve;
   solve.robust = options.robust;

@@ -61,6 +61,21 @@ TEST_F(LoopAcceptance, EdgesSideBySideKnowNoMoreOfALongWayThanOdometry) {
   EXPECT_NEAR(LoopChi2(graph, off, sides), alone, 0.1 * alone);
 }
 
+TEST_F(LoopAcceptance, WhatIsOffAlikeInEveryStepOfALongWayIsAllowedFor) {
+  constexpr double kMaxChi2 = KeyFrameGraphOptions().max_loop_chi2;
+  RingMap ring(1000);
+  int within = 0, unbiased = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    ring.Drift({.seed = seed}, false);
+    const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {});
+    const LoopEdge loop = ring.Loop(0, ring.last());
+    within += LoopChi2(graph, loop) < kMaxChi2;
+    unbiased += LoopChi2(graph, loop, {.drift_bias = 0.0}) < kMaxChi2;
+  }
+  EXPECT_EQ(within, 10);
+  EXPECT_LT(unbiased, 10) << "else there is nothing to allow for";
+}
+
 TEST_F(LoopAcceptance, ManyLoopsThatTheMapHasClosedDoNotSpeakAgainstANewOne) {
   RingMap ring(300);
   ring.Drift({.noise_rotation = 0.004, .seed = 3}, false);  // as much as is thought possible

@@ -308,6 +308,7 @@ TEST(LoopCloserOptions, ErrorsNameTheField) {
   expect_error({.bundle = {.threads = 0}}, "threads");
   expect_error({.correction = {.graph = {.loop_rotation = 0.0}}}, "loop_rotation");
   expect_error({.correction = {.graph = {.neighbours = -1}}}, "neighbours");
+  expect_error({.correction = {.graph = {.drift_bias = -1.0}}}, "drift_bias");
 }
 
 }  // namespace

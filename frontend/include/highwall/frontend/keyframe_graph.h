@@ -22,8 +22,11 @@ struct KeyFrameGraphOptions {
   double drift_rotation = 0.05;     // > 0: share of the angle between them
   double step_translation = 0.005;  // [m] > 0: of every step between them besides
   double step_rotation = 0.003;     // [rad] > 0
-  double loop_translation = 0.02;   // [m] > 0: of a loop
-  double loop_rotation = 0.01;      // [rad] > 0
+  // >= 0; share of all that which is the same in every step, so that over n steps the variance is
+  // 1 + n drift_bias^2 times that of steps that are off by chance.
+  double drift_bias = 0.05;
+  double loop_translation = 0.02;  // [m] > 0: of a loop
+  double loop_rotation = 0.01;     // [rad] > 0
   // > 0; a loop beyond this is false: the squared distance of LoopChi2, and what a loop is left
   // with in the solved graph. 99.9 % of true ones are within where the drift is as above.
   double max_loop_chi2 = 22.458;
@@ -45,6 +48,8 @@ struct KeyFrameGraph {
 
   // Throws InvalidArgument where there is no such keyframe.
   std::int64_t NodeOf(KeyFrameId keyframe) const;
+  // Lets the map's own edges drift as over the steps between the ends of a loop. Throws as NodeOf.
+  void AllowBias(const LoopEdge& loop, const KeyFrameGraphOptions& options);
   // Throws as NodeOf.
   void Add(const LoopEdge& loop, const KeyFrameGraphOptions& options);
 };
