@@ -22,6 +22,7 @@ class SlamLoopTest : public ::testing::Test {
     options.fps = kFps;
     options.camera = Camera();
     options.sensor.noise = simulate::SensorNoise::kKinect;
+    options.sensor.noise_ratio = 1.0;  // the bounds below are of the noise that is told
     const simulate::Simulation room(simulate::MakeRoom(options.seed),
                                     simulate::MakeRoomTrajectory(kLap, options.seed), options);
     auto images = std::make_unique<std::vector<RgbdImage>>();
