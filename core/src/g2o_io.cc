@@ -95,6 +95,7 @@ class Line {
 Pose ParsePose(const Line& line, const double* values) {
   const Eigen::Map<const Eigen::Quaterniond> q(values + 3);
   if (q.norm() < 1e-6) line.Fail("the quaternion qx qy qz qw is zero, which is no rotation");
+  if (!std::isfinite(q.norm())) line.Fail("the quaternion qx qy qz qw is too large to normalise");
   return Pose::FromBlock(values);
 }
 

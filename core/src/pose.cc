@@ -20,6 +20,7 @@ Pose::Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB) {
   HIGHWALL_REQUIRE(p_AB.allFinite() && q_AB.coeffs().allFinite(), "Pose: non-finite argument");
   const double norm = q_AB.norm();
   HIGHWALL_REQUIRE(norm > 1e-12, "Pose: zero quaternion");
+  HIGHWALL_REQUIRE(std::isfinite(norm), "Pose: the norm of the quaternion is no double");
   Eigen::Map<Eigen::Vector3d> p(data());
   Eigen::Map<Eigen::Vector4d> q(data() + 3);
   p = p_AB;

@@ -471,6 +471,23 @@ void SlidingWindowSmoother::Save(const std::filesystem::path& path) const {
   internal::WriteSlidingWindow(path, file);
 }
 
+namespace {
+
+// Whether a step from x and the way back cancel: not where a quaternion or a direction has not unit
+// length. manifold: null for a vector.
+bool IsOnManifold(const ceres::Manifold* manifold, const std::vector<double>& x) {
+  if (manifold == nullptr) return true;
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const int ambient = manifold->AmbientSize(), tangent = manifold->TangentSize();
+  if (x.size() != static_cast<std::size_t>(ambient)) return false;
+  RowMajor plus(ambient, tangent), minus(tangent, ambient);
+  return manifold->PlusJacobian(x.data(), plus.data()) &&
+         manifold->MinusJacobian(x.data(), minus.data()) &&
+         (minus * plus - RowMajor::Identity(tangent, tangent)).cwiseAbs().maxCoeff() <= 1e-6;
+}
+
+}  // namespace
+
 void SlidingWindowSmoother::Restore(const std::filesystem::path& path,
                                     std::span<const VariableFactory> factories) {
   const internal::SlidingWindowFile file = internal::ReadSlidingWindow(path);
@@ -486,6 +503,10 @@ void SlidingWindowSmoother::Restore(const std::filesystem::path& path,
       throw IoError(path, "a variable of type " + saved.type + " has the wrong size");
     }
     const VariableId id = factory->add(impl_->graph, saved.values.data());
+    const double* const added = impl_->graph.Block(id);
+    if (!IsOnManifold(impl_->graph.problem().GetManifold(added), saved.values)) {
+      throw IoError(path, "a variable of type " + saved.type + " is not of unit length");
+    }
     // As saved, where the type would normalise them once more.
     std::copy(saved.values.begin(), saved.values.end(), impl_->graph.MutableBlock(id));
     RegisterVariable(id, saved.calibration ? Kind::kCalibration : Kind::kState, saved.stamp,
@@ -498,8 +519,12 @@ void SlidingWindowSmoother::Restore(const std::filesystem::path& path,
     std::vector<VariableId> under;
     for (const internal::SavedBlock& block : file.blocks) {
       const VariableId id = ids[static_cast<std::size_t>(block.variable)];
+      const ceres::Manifold* manifold = impl_->graph.problem().GetManifold(impl_->graph.Block(id));
+      if (!IsOnManifold(manifold, block.point)) {
+        throw IoError(path, "a point of its prior is not of unit length");
+      }
       under.push_back(id);
-      blocks.push_back({block.point, impl_->graph.problem().GetManifold(impl_->graph.Block(id))});
+      blocks.push_back({block.point, manifold});
     }
     try {
       auto prior = std::make_unique<MarginalPrior>(std::move(blocks), file.A, file.b);

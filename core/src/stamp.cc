@@ -8,7 +8,8 @@ namespace highwall {
 namespace {
 
 constexpr Stamp kNanosecondsPerSecond = 1'000'000'000;
-constexpr std::int64_t kMaxSeconds = 9'000'000'000;  // int64 nanoseconds end at 9.2e9 s
+// int64 nanoseconds end at 9.2e9 s; the difference of two stamps must be one as well.
+constexpr std::int64_t kMaxSeconds = 4'600'000'000;
 
 bool IsDigit(char c) {
   return c >= '0' && c <= '9';

@@ -75,6 +75,7 @@ StampedPose ParseStampedPose(const Line& line) {
   }
   const Eigen::Map<const Eigen::Quaterniond> q(block.data() + 3);
   if (q.norm() < 1e-6) line.Fail("the quaternion qx qy qz qw is zero, which is no rotation");
+  if (!std::isfinite(q.norm())) line.Fail("the quaternion qx qy qz qw is too large to normalise");
   return {*stamp, Pose::FromBlock(block.data())};
 }
 

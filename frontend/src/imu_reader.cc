@@ -17,6 +17,9 @@ namespace {
 constexpr std::int64_t kNano = 1'000'000'000;
 constexpr const char* kBlank = " \t\r";
 
+// So that the difference of two stamps is one.
+constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 2;
+
 // A stamp as it is written, in a unit yet unknown: whole + nano * 1e-9.
 struct RawStamp {
   std::int64_t whole = 0;
@@ -97,7 +100,8 @@ RawReading ParseLine(const std::filesystem::path& path, std::int64_t number,
                       " fields; a reading is a stamp, three of the gyroscope [rad/s] and three of "
                       "the accelerometer [m/s^2]");
   }
-  if (!ParseRawStamp(fields[0], &reading.stamp)) {
+  if (!ParseRawStamp(fields[0], &reading.stamp) || reading.stamp.whole > kLatest ||
+      reading.stamp.whole < -kLatest) {
     throw IoError(path, number,
                   "'" + std::string(fields[0]) +
                       "' is not a time stamp; write whole nanoseconds or decimal seconds");
@@ -144,7 +148,7 @@ RawRecording ReadLines(const std::filesystem::path& path) {
 
 // Empty where it is too large for a Stamp.
 std::optional<Stamp> Convert(const RawStamp& stamp, const Unit& unit) {
-  const std::int64_t limit = std::numeric_limits<std::int64_t>::max() / unit.nanoseconds - 1;
+  const std::int64_t limit = kLatest / unit.nanoseconds - 1;
   if (stamp.whole > limit || stamp.whole < -limit) return std::nullopt;
   return stamp.whole * unit.nanoseconds + stamp.nano * unit.nanoseconds / kNano;
 }

@@ -133,6 +133,7 @@ TEST_F(G2oFile, MalformedLinesAreNamed) {
   ExpectError(kVertices + "VERTEX_SE3:QUAT 2 0 1e999 0 0 0 0 1\n", ":3: VERTEX_SE3:QUAT: '1e999'");
   ExpectError(kVertices + "VERTEX_SE3:QUAT 2 0 1,5 0 0 0 0 1\n", ":3: VERTEX_SE3:QUAT: '1,5'");
   ExpectError(kVertices + "VERTEX_SE3:QUAT 2 0 0 0 0 0 0 0\n", ":3: the quaternion");
+  ExpectError(kVertices + "VERTEX_SE3:QUAT 2 0 0 0 0 0 0 64e222\n", ":3: the quaternion");
   ExpectError(kVertices + "VERTEX_SE3:QUAT two 0 0 0 0 0 0 1\n",
               ":3: VERTEX_SE3:QUAT: 'two' is no id");
   ExpectError(kVertices + "VERTEX_SE3:QUAT -2 0 0 0 0 0 0 1\n",

@@ -627,5 +627,22 @@ TEST_F(SavedWindow, DamagedFilesAreRefusedWithTheLine) {
   EXPECT_NE(LoadError().find("cannot be read"), std::string::npos);
 }
 
+// Of the pose in a line, as a value or as the point where a prior was formed.
+TEST_F(SavedWindow, AQuaternionThatIsNoRotationIsRefused) {
+  Example({.max_states = 4}).Save(path_);
+  const std::string text = Text();
+  for (const std::string begin : {"\nstate ", "\nblock 1 7 "}) {
+    const std::size_t end = text.find('\n', text.find(begin) + 1);
+    ASSERT_NE(text.find(begin), std::string::npos) << text;
+    for (const std::string q : {"0 0 0 0", "0 0 0 2", "1e200 0 0 0"}) {
+      std::size_t at = end;
+      for (int i = 0; i < 4; ++i) at = text.rfind(' ', at - 1);
+      WriteText(text.substr(0, at + 1) + q + text.substr(end));
+      EXPECT_NE(LoadError().find("not of unit length"), std::string::npos) << LoadError();
+      EXPECT_EQ(LoadError().find(path_.string()), 0u);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace highwall

@@ -36,6 +36,15 @@ TEST(Stamp, RefusesWhatIsNoNumber) {
   }
 }
 
+TEST(Stamp, TheDifferenceOfAnyTwoIsAStamp) {
+  for (const char* text : {"4700000000", "-4700000000", "9e9", "-9e9"}) {
+    EXPECT_FALSE(ParseStamp(text).has_value()) << text;
+  }
+  Stamp difference = 0;
+  EXPECT_FALSE(__builtin_sub_overflow(ParseStamp("4600000000").value(),
+                                      ParseStamp("-4600000000").value(), &difference));
+}
+
 TEST(Stamp, FormatsWithSixToNineDecimals) {
   EXPECT_EQ(FormatStamp(1305031102175304000), "1305031102.175304");
   EXPECT_EQ(FormatStamp(1403636579763555527), "1403636579.763555527");

@@ -80,6 +80,7 @@ TEST_F(TrajectoryFile, MalformedLinesAreErrorsThatNameFileLineAndReason) {
       {"2.0 0 inf 0 0 0 0 1", "ty 'inf' is not a finite number"},
       {"2.0 0 0 1e999 0 0 0 1", "tz '1e999' is not a finite number"},
       {"2.0 0 0 0 0 0 0 0", "quaternion"},
+      {"2.0 0 0 0 0 0 0 64e222", "quaternion"},
       {"nan 0 0 0 0 0 0 1", "stamp 'nan'"},
       {"two 0 0 0 0 0 0 1", "stamp 'two'"},
       {"0.5 0 0 0 0 0 0 1", "goes back in time"},

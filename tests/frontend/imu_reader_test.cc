@@ -156,6 +156,16 @@ TEST(ReadImu, NamesTheLineThatIsMalformed) {
   EXPECT_NE(Message("99999999999999999999,1,2,3,4,5,6\n").find(":1: "), std::string::npos);
 }
 
+// Of two such stamps not even the step between them can be told.
+TEST(ReadImu, RefusesStampsBeyondAnyClock) {
+  for (const std::string stamp : {"9223372036854775807", "-9223372036854775807", "8e18"}) {
+    EXPECT_NE(Message(stamp + ",1,2,3,4,5,6\n-9000000000000000000,1,2,3,4,5,6\n")
+                  .find("is not a time stamp"),
+              std::string::npos)
+        << stamp;
+  }
+}
+
 TEST(ReadImu, RefusesAFileWithoutReadings) {
   EXPECT_EQ(Message(kHeader), ": holds no reading; remove it to run without an IMU");
   EXPECT_THROW(ReadImu("/nowhere/imu.csv", kToday), IoError);

@@ -18,7 +18,7 @@ class Pose {
   static constexpr int kSize = 7;
 
   Pose() : data_{0, 0, 0, 0, 0, 0, 1} {}
-  // q_AB is normalised. Throws InvalidArgument if an argument is not finite or q_AB is zero.
+  // q_AB is normalised. Throws InvalidArgument if an argument or |q_AB| is not finite or q_AB zero.
   Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB);
 
   static Pose Identity() { return Pose(); }

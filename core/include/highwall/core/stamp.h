@@ -12,7 +12,7 @@ namespace highwall {
 using Stamp = std::int64_t;
 
 // "1305031102.175304" -> 1305031102175304000, exactly; digits beyond the ninth are cut. Accepts a
-// sign, a missing fraction and an exponent (the last through double). Empty for anything else.
+// sign, a missing fraction, an exponent (through double). Empty for all else and beyond 4.6e9 s.
 std::optional<Stamp> ParseStamp(std::string_view seconds);
 
 // The inverse, at least 6 and at most 9 decimals: "1305031102.175304".
