@@ -133,8 +133,9 @@ class SlidingWindowSmoother {
 
   // Solves from the present values, then marginalizes what no longer fits. Rejects everything that
   // was added since the last call (those handles are stale then), and keeps the values as they
-  // were, if a new factor cannot be evaluated, throws or is not finite, if the solver fails, or if
-  // a new factor is left beyond max_error. Does not throw.
+  // were, if a new factor cannot be evaluated, throws or is not finite, if the solver or a
+  // marginalization fails, or if a new factor is left beyond max_error; then nothing has left. Does
+  // not throw.
   UpdateReport Update();
 
   template <class T>
