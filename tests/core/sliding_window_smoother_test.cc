@@ -21,31 +21,13 @@
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 
+#include "plane_steps.h"
 #include "random_states.h"
 
 namespace highwall {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector2 = Eigen::Vector2d;
-
-// x_j - x_i = z: odometry of plane points, or a landmark seen from one. Linear.
-struct Step {
-  Vector2 z;
-  double weight;
-  template <class S>
-  bool operator()(const S* x_i, const S* x_j, S* r) const {
-    for (int k = 0; k < 2; ++k) r[k] = (x_j[k] - x_i[k] - z[k]) * weight;
-    return true;
-  }
-};
-std::unique_ptr<ceres::CostFunction> MakeStep(const Vector2& z, double weight = 1.0) {
-  return std::make_unique<ceres::AutoDiffCostFunction<Step, 2, 2, 2>>(new Step{z, weight});
-}
-std::unique_ptr<VectorPrior<2>> MakePrior(const Vector2& x, double weight = 1.0) {
-  return std::make_unique<VectorPrior<2>>(x, weight * Eigen::Matrix2d::Identity());
-}
-
 // Evaluates to what it is told.
 class Bad final : public ceres::SizedCostFunction<2, 2> {
  public:
@@ -65,13 +47,6 @@ class Bad final : public ceres::SizedCostFunction<2, 2> {
  private:
   Kind kind_;
 };
-
-SolveOptions Exact() {
-  return {.max_iterations = 20,
-          .function_tolerance = 0.0,
-          .parameter_tolerance = 1e-14,
-          .initial_trust_region_radius = 1e16};  // no damping: linear problems solve in one step
-}
 
 // A walk on the plane past landmarks, every quantity drawn once; feeds smoothers of any lag.
 struct Walk {
@@ -229,96 +204,6 @@ TEST(SlidingWindowSmoother, ABadFactorRejectsTheUpdateAndKeepsTheState) {
   smoother.AddFactor(MakeStep({1, 0}), first, second);
   EXPECT_TRUE(smoother.Update().accepted);
   EXPECT_LT((smoother.Value(second) - Vector2(1, 0)).norm(), 1e-3);
-}
-
-// A prior at (0, 0) that cannot be evaluated once it is told so.
-class Breakable final : public ceres::SizedCostFunction<2, 2> {
- public:
-  explicit Breakable(const bool* broken) : broken_(broken) {}
-  bool Evaluate(double const* const* x, double* r, double** J) const override {
-    for (int k = 0; k < 2; ++k) r[k] = x[0][k];
-    if (J != nullptr && J[0] != nullptr) {
-      J[0][0] = J[0][3] = 1.0;
-      J[0][1] = J[0][2] = 0.0;
-    }
-    return !*broken_;
-  }
-
- private:
-  const bool* broken_;
-};
-
-class LeavingStates : public ::testing::Test {
- protected:
-  // At the solution already: what breaks after the first evaluation breaks the marginalization.
-  SlidingWindowSmoother Make(LeavingPolicy leaving) {
-    SolveOptions solve = Exact();
-    solve.on_iteration = [this](int, double) { broken_ = break_; };
-    return SlidingWindowSmoother(
-        {.max_states = 2, .leaving = leaving, .protected_states = 1, .solve = solve});
-  }
-  void AddState(Stamp stamp, bool breakable, SlidingWindowSmoother* smoother) {
-    states_.push_back(smoother->AddState(stamp, Vector2(0, 0)));
-    const auto keep = [&](const FactorId& factor) { factors_.push_back(factor); };
-    keep(smoother->AddFactor(MakePrior({0, 0}), states_.back()));
-    if (breakable) {
-      keep(smoother->AddFactor(std::make_unique<Breakable>(&broken_), states_.back()));
-    }
-    // In view of all: it stays, and the factors to it are dropped.
-    if (states_.size() == 1) in_view_ = smoother->AddLandmark(Vector2(0, 0));
-    keep(smoother->AddFactor(MakeStep({0, 0}), states_.back(), in_view_));
-    if (states_.size() == 1) return;
-    keep(smoother->AddFactor(MakeStep({0, 0}), states_[states_.size() - 2], states_.back()));
-    const auto landmark = smoother->AddLandmark(Vector2(0, 0));
-    keep(smoother->AddFactor(MakeStep({0, 0}), states_[states_.size() - 2], landmark));
-    keep(smoother->AddFactor(MakeStep({0, 0}), states_.back(), landmark));
-  }
-
-  bool break_ = false, broken_ = false;
-  std::vector<Variable<Vector2>> states_;
-  Variable<Vector2> in_view_;
-  std::vector<FactorId> factors_;
-};
-
-TEST_F(LeavingStates, AnUpdateWhoseMarginalizationFailsChangesNothing) {
-  for (const LeavingPolicy leaving :
-       {LeavingPolicy::kOldestFirst, LeavingPolicy::kLeastInformation}) {
-    for (const int added : {1, 2}) {  // as many leave; the last of these fails
-      states_.clear();
-      factors_.clear();
-      break_ = broken_ = false;
-      SlidingWindowSmoother smoother = Make(leaving);
-      for (int k = 0; k < 2; ++k) AddState(k, k + 1 == added, &smoother);
-      ASSERT_TRUE(smoother.Update().accepted);
-      const std::vector<FactorId> before = factors_;
-      const std::size_t variables = smoother.graph().NumVariables();
-      for (int k = 0; k < added; ++k) AddState(2 + k, false, &smoother);
-      break_ = true;
-      const UpdateReport failed = smoother.Update();
-      EXPECT_FALSE(failed.accepted);
-      EXPECT_NE(failed.message.find("Marginalize"), std::string::npos) << failed.message;
-      EXPECT_TRUE(failed.left.empty());
-      EXPECT_TRUE(failed.removed.empty());
-      EXPECT_EQ(smoother.Stamps(), (std::vector<Stamp>{0, 1}));
-      EXPECT_EQ(smoother.graph().NumFactors(), before.size()) << added;
-      EXPECT_EQ(smoother.graph().NumVariables(), variables);
-      for (const FactorId& factor : before) EXPECT_TRUE(smoother.Contains(factor));
-      for (const FactorId& factor : before) {
-        for (const VariableId& variable : smoother.graph().VariablesOf(factor)) {
-          const auto& factors = smoother.graph().FactorsOf(variable);
-          EXPECT_EQ(std::count(factors.begin(), factors.end(), factor), 1);
-        }
-      }
-      // And goes on.
-      break_ = broken_ = false;
-      states_.resize(2);
-      for (int k = 0; k < added; ++k) AddState(2 + k, false, &smoother);
-      const UpdateReport report = smoother.Update();
-      EXPECT_TRUE(report.accepted) << report.message;
-      EXPECT_EQ(report.left.size(), static_cast<std::size_t>(added));
-      EXPECT_EQ(smoother.Stamps().size(), 2u);
-    }
-  }
 }
 
 TEST(SlidingWindowSmoother, AnAbsurdMeasurementRejectsTheUpdateIfThereIsALimit) {
