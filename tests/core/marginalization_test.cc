@@ -348,6 +348,7 @@ TEST(Marginalization, RefusesWhatIsNotThere) {
                InvalidArgument);
   EXPECT_THROW(Summarize(scene.problem, std::vector<double*>{&stranger}), InvalidArgument);
   EXPECT_THROW(Marginalize(scene.problem, {}, {.rank_tolerance = 0.0}), InvalidArgument);
+  EXPECT_THROW(Marginalize(scene.problem, {}, {.rank_tolerance = 1.0}), InvalidArgument);
   scene.points[0].x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(Marginalize(scene.problem, std::vector<double*>{scene.pose(0)}), InvalidArgument);
 }

@@ -366,6 +366,20 @@ TEST(PoseGraph, ProgressIsReportedAndAStopIsHeeded) {
   EXPECT_LT(seen[1].chi2, seen[0].chi2);
 }
 
+TEST(PoseGraph, ProgressBeginsAndEndsAtTheChi2OfTheSummary) {
+  PoseGraph graph = MakeSphere(14);
+  InitializePoseGraph(&graph, Initialization::kOdometry);
+  std::vector<PoseGraphProgress> seen;
+  PoseGraphOptions options;
+  options.on_progress = [&](const PoseGraphProgress& progress) { seen.push_back(progress); };
+  const PoseGraphSummary summary = SolvePoseGraph(&graph, options);
+  ASSERT_EQ(summary.status, SolveStatus::kConverged) << summary.message;
+  ASSERT_GT(seen.size(), 2u);
+  EXPECT_NEAR(seen.front().chi2, summary.initial_chi2, 1e-9 * summary.initial_chi2);
+  EXPECT_NEAR(seen.back().chi2, summary.final_chi2, 1e-6 * summary.final_chi2);
+  for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(seen[i].iterations, static_cast<int>(i));
+}
+
 TEST(PoseGraph, BadGraphsAreRefusedByName) {
   const PoseGraph good = MakeSphere(15);
   PoseGraph bad;

@@ -147,8 +147,12 @@ TEST(PaperImuWeight, RefusesBadOptions) {
   EXPECT_THROW(PaperImuWeight({.weight_slow = 0.2}), InvalidArgument);
   EXPECT_THROW(PaperImuWeight({.weight_rapid = 0.39}), InvalidArgument);
   EXPECT_THROW(PaperImuWeight({.weight_max = 1.1}), InvalidArgument);
-  EXPECT_THROW(PaperImuWeight({.angular_rate = {1.0, 1.0}}), InvalidArgument);
-  EXPECT_THROW(PaperImuWeight({.sharpness = {kNan, 1.0}}), InvalidArgument);
+  for (const MotionRamp& bad : {MotionRamp{1.0, 1.0}, MotionRamp{kNan, 1.0}, {0.0, HUGE_VAL}}) {
+    EXPECT_THROW(PaperImuWeight({.angular_rate = bad}), InvalidArgument);
+    EXPECT_THROW(PaperImuWeight({.accelerometer_std = bad}), InvalidArgument);
+    EXPECT_THROW(PaperImuWeight({.sharpness = bad}), InvalidArgument);
+    EXPECT_THROW(PaperImuWeight({.tracked_share = bad}), InvalidArgument);
+  }
   EXPECT_THROW(PaperImuWeight({.hysteresis = 0.3}), InvalidArgument);
   EXPECT_THROW(PaperImuWeight({.max_change = 0.0}), InvalidArgument);
 }

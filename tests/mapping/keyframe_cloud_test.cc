@@ -201,6 +201,17 @@ TEST(RemoveOutliers, DropsPointsFarFromAllOthersAndKeepsTheOrder) {
   for (std::size_t i = 0; i < kept.size(); ++i) ASSERT_EQ(kept[i].rgb[0], i % 251);
 }
 
+TEST(RemoveOutliers, MeasuresTheMeanDistanceToTheNearestPointsAndNotToMore) {
+  const std::vector points{Point(0, 0, 0), Point(1, 0, 0), Point(3, 0, 0), Point(6, 0, 0)};
+  // To the nearest 1, 1, 2, 3: 1.75 on average, with a standard deviation of 0.83.
+  EXPECT_EQ(RemoveOutliers(points, 1, 0.0).size(), 2u);
+  EXPECT_EQ(RemoveOutliers(points, 1, 0.5).size(), 3u);
+  EXPECT_EQ(RemoveOutliers(points, 1, 1.6).size(), 4u);
+  // To the nearest two 2, 1.5, 2.5, 4: 2.5 and 0.94.
+  EXPECT_EQ(RemoveOutliers(points, 2, 0.0).size(), 3u);
+  EXPECT_EQ(RemoveOutliers(points, 2, 1.65).size(), 4u);
+}
+
 TEST(RemoveOutliers, TakesAnyCloud) {
   EXPECT_TRUE(RemoveOutliers({}).empty());
   EXPECT_EQ(RemoveOutliers(std::vector{Point(1, 2, 3)}).size(), 1u);

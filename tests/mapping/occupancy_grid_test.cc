@@ -102,6 +102,22 @@ TEST(FloorHeight, FindsTheFloorBelowWallsAndAboveReflections) {
   EXPECT_THROW(FloorHeight(OctomapBuilder(), Eigen::Quaterniond::Identity(), 0.0), InvalidArgument);
 }
 
+TEST(FloorHeight, LiesBetweenTwoLevelsAsTheyShareTheFloor) {
+  // A quarter of the floor in the voxels of 0.05 to 0.10 m, the rest in those below.
+  OctomapBuilder map({.resolution = 0.05, .max_range = 10.0});
+  Points points_W;
+  for (int i = 0; i < 100; ++i) {
+    for (int j = 0; j < 100; ++j) {
+      const double x = -0.99 + 0.02 * i, y = -0.99 + 0.02 * j;
+      points_W.push_back(Eigen::Vector3d(x, y, x < -0.5 ? 0.06 : 0.04).cast<float>());
+    }
+  }
+  for (int i = 0; i < 3; ++i) map.InsertWorld(points_W, Eigen::Vector3f(0, 0, 1.2f));
+  const auto floor = FloorHeight(map);
+  ASSERT_TRUE(floor.has_value());
+  EXPECT_NEAR(*floor, 0.025 + 0.25 * 0.05, 2e-3);  // cells of the border may count or not
+}
+
 TEST(UprightRotation, TurnsUpToZ) {
   for (const Eigen::Vector3d& up :
        {Eigen::Vector3d(0, -2, 0), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0.3, 0.4, 0.5)}) {
