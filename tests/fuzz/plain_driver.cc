@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> seeds;
   double seconds = 0.0;
   unsigned seed = 1;
-  for (const std::string argument : std::vector<std::string>(argv + 1, argv + argc)) {
+  for (const std::string& argument : std::vector<std::string>(argv + 1, argv + argc)) {
     if (argument.starts_with("-max_total_time=")) seconds = NumberAfter(argument);
     if (argument.starts_with("-seed=")) seed = static_cast<unsigned>(NumberAfter(argument));
     if (argument.starts_with("-")) continue;
