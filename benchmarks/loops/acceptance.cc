@@ -8,8 +8,8 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
-#include <highwall/frontend/loop_correction.h>
-#include <highwall/frontend/loop_detector.h>
+#include <highwall/frontend/loops/loop_correction.h>
+#include <highwall/frontend/loops/loop_detector.h>
 
 #include "loop_scene.h"
 #include "ring_map.h"

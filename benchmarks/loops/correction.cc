@@ -6,7 +6,7 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
-#include <highwall/frontend/loop_closer.h>
+#include <highwall/frontend/loops/loop_closer.h>
 
 #include "loop_scene.h"
 #include "timing.h"

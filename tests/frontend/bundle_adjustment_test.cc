@@ -1,4 +1,4 @@
-#include <highwall/frontend/bundle_adjustment.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
 
 #include <algorithm>
 #include <cmath>

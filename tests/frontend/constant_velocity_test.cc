@@ -1,4 +1,4 @@
-#include <highwall/frontend/constant_velocity.h>
+#include <highwall/frontend/tracking/constant_velocity.h>
 
 #include <gtest/gtest.h>
 #include <highwall/core/camera.h>

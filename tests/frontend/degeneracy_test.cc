@@ -1,4 +1,4 @@
-#include <highwall/frontend/degeneracy.h>
+#include <highwall/frontend/pose/degeneracy.h>
 
 #include <cmath>
 #include <limits>
@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/measurement_model.h>
-#include <highwall/frontend/pose_solver.h>
+#include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/pose_solver.h>
 
 #include "synthetic_scene.h"
 

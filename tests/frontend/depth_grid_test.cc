@@ -1,4 +1,4 @@
-#include <highwall/frontend/depth_grid.h>
+#include <highwall/frontend/features/depth_grid.h>
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/imu_vibration.h>
+#include <highwall/frontend/inertial/imu_vibration.h>
 
 #include <cmath>
 #include <random>

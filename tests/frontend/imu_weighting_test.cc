@@ -1,4 +1,4 @@
-#include <highwall/frontend/imu_weighting.h>
+#include <highwall/frontend/inertial/imu_weighting.h>
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial_initializer.h>
+#include <highwall/frontend/inertial/inertial_initializer.h>
 
 #include <functional>
 #include <limits>

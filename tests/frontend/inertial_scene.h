@@ -11,9 +11,9 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_buffer.h>
-#include <highwall/frontend/imu_calibration.h>
-#include <highwall/frontend/inertial_window.h>
-#include <highwall/frontend/visual_pose.h>
+#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/inertial/inertial_window.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 
 #include "../factors/imu_scene.h"
 

@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial_window.h>
+#include <highwall/frontend/inertial/inertial_window.h>
 
 #include <memory>
 #include <random>

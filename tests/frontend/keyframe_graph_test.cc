@@ -1,4 +1,4 @@
-#include <highwall/frontend/keyframe_graph.h>
+#include <highwall/frontend/loops/keyframe_graph.h>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>

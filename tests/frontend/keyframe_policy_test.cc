@@ -1,4 +1,4 @@
-#include <highwall/frontend/keyframe_policy.h>
+#include <highwall/frontend/tracking/keyframe_policy.h>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>

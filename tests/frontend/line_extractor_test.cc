@@ -1,4 +1,4 @@
-#include <highwall/frontend/line_extractor.h>
+#include <highwall/frontend/features/line_extractor.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
-#include <highwall/frontend/orb_matcher.h>
+#include <highwall/frontend/features/orb_matcher.h>
 #include <Eigen/Geometry>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/line_matcher.h>
+#include <highwall/frontend/features/line_matcher.h>
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/local_mapper.h>
+#include <highwall/frontend/local/local_mapper.h>
 
 #include <algorithm>
 #include <memory>

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <highwall/frontend/loop_correction.h>
+#include <highwall/frontend/loops/loop_correction.h>
 
 #include "ring_map.h"
 

@@ -1,4 +1,4 @@
-#include <highwall/frontend/loop_closer.h>
+#include <highwall/frontend/loops/loop_closer.h>
 
 #include <algorithm>
 #include <string>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/loop_detector.h>
+#include <highwall/frontend/loops/loop_detector.h>
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include <highwall/frontend/map_correction.h>
+#include <highwall/frontend/loops/map_correction.h>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <highwall/frontend/map_io.h>
+#include <highwall/frontend/map/map_io.h>
 
 #include <cstdint>
 #include <cstring>
@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
-#include <highwall/frontend/relocalizer.h>
+#include <highwall/frontend/tracking/relocalizer.h>
 
 #include "../crc32.h"
 #include "synthetic_scene.h"

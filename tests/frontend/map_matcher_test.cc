@@ -1,4 +1,4 @@
-#include <highwall/frontend/map_matcher.h>
+#include <highwall/frontend/map/map_matcher.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/moving_objects.h>
+#include <highwall/frontend/tracking/moving_objects.h>
 
 #include <memory>
 #include <string>

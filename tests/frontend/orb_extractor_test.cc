@@ -1,4 +1,4 @@
-#include <highwall/frontend/orb_extractor.h>
+#include <highwall/frontend/features/orb_extractor.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
-#include <highwall/frontend/orb_matcher.h>
+#include <highwall/frontend/features/orb_matcher.h>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/orb_matcher.h>
+#include <highwall/frontend/features/orb_matcher.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/pose_solver.h>
+#include <highwall/frontend/pose/pose_solver.h>
 
 #include <cmath>
 #include <memory>
@@ -8,7 +8,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/so3.h>
-#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/map/measurement_model.h>
 
 #include "synthetic_scene.h"
 

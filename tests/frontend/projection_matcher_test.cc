@@ -1,4 +1,4 @@
-#include <highwall/frontend/projection_matcher.h>
+#include <highwall/frontend/map/projection_matcher.h>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>

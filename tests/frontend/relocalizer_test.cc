@@ -1,4 +1,4 @@
-#include <highwall/frontend/relocalizer.h>
+#include <highwall/frontend/tracking/relocalizer.h>
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>

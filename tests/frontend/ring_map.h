@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include <highwall/frontend/keyframe_graph.h>
-#include <highwall/frontend/map.h>
+#include <highwall/frontend/loops/keyframe_graph.h>
+#include <highwall/frontend/map/map.h>
 
 #include "odometry_drift.h"
 #include "synthetic_scene.h"

@@ -1,4 +1,4 @@
-#include <highwall/frontend/segment_depth.h>
+#include <highwall/frontend/features/segment_depth.h>
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/surface_matcher.h>
+#include <highwall/frontend/pose/surface_matcher.h>
 
 #include <algorithm>
 #include <random>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/sensor.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "box_world.h"
 

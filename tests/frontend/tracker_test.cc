@@ -1,4 +1,4 @@
-#include <highwall/frontend/tracker.h>
+#include <highwall/frontend/tracking/tracker.h>
 
 #include <cmath>
 #include <memory>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include <functional>
 #include <string>
@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/image_io.h>
+#include <highwall/frontend/input/image_io.h>
 
 #include "generated_tum.h"
 
