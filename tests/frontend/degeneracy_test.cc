@@ -1,5 +1,3 @@
-#include <highwall/frontend/pose/degeneracy.h>
-
 #include <cmath>
 #include <limits>
 
@@ -7,8 +5,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/measurement_model.h>
-#include <highwall/frontend/pose/pose_solver.h>
+#include <highwall/frontend/pose/degeneracy.h>
 
+#include "pose/pose_solver.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

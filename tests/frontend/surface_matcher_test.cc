@@ -1,5 +1,3 @@
-#include <highwall/frontend/pose/surface_matcher.h>
-
 #include <algorithm>
 #include <random>
 
@@ -9,6 +7,7 @@
 #include <highwall/frontend/input/sensor.h>
 
 #include "box_world.h"
+#include "pose/surface_matcher.h"
 
 namespace highwall {
 namespace {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/features/depth_grid.h>
+#include "features/depth_grid.h"
 
 #include <algorithm>
 #include <array>

@@ -3,9 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include <highwall/frontend/features/line_extractor.h>
-
 #include "features/image_gradient.h"
+#include "features/line_extractor.h"
 
 namespace highwall::internal {
 

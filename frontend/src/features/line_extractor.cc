@@ -1,13 +1,14 @@
-#include <highwall/frontend/features/line_extractor.h>
+#include "features/line_extractor.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include <highwall/core/error.h>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/ximgproc/edge_drawing.hpp>
+
+#include <highwall/core/error.h>
 
 #include "features/image_gradient.h"
 #include "features/line_band_descriptor.h"
@@ -64,24 +65,6 @@ std::vector<LineSegment> Orient(const std::vector<cv::Vec4f>& lines, const cv::M
 }
 
 }  // namespace
-
-float LineSegment::Angle() const {
-  constexpr float kPi = std::numbers::pi_v<float>;
-  const float angle = std::atan2(e.y() - s.y(), e.x() - s.x());
-  const float wrapped = angle < 0.0F ? angle + kPi : angle;
-  return wrapped < kPi ? wrapped : 0.0F;
-}
-
-const char* ToString(LineDetector detector) {
-  return detector == LineDetector::kLsd ? "lsd" : "edlines";
-}
-
-void LineExtractorOptions::Validate() const {
-  HIGHWALL_REQUIRE(min_length > 0.0 && min_length <= 1.0,
-                   "LineExtractorOptions::min_length must be in (0, 1]");
-  HIGHWALL_REQUIRE(max_lines > 0, "LineExtractorOptions::max_lines must be positive");
-  HIGHWALL_REQUIRE(merge_gap >= 0.0, "LineExtractorOptions::merge_gap must not be negative");
-}
 
 struct LineExtractor::Impl {
   LineExtractorOptions options;

@@ -1,4 +1,4 @@
-#include <highwall/frontend/features/line_matcher.h>
+#include "features/line_matcher.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +11,6 @@ namespace highwall {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-void ValidateGates(const LineGates& gates) {
-  HIGHWALL_REQUIRE(gates.max_angle > 0.0 && gates.max_angle <= kPi / 2,
-                   "LineGates::max_angle must be in (0, pi/2]");
-  HIGHWALL_REQUIRE(gates.min_length_ratio >= 0.0 && gates.min_length_ratio < 1.0,
-                   "LineGates::min_length_ratio must be in [0, 1)");
-  HIGHWALL_REQUIRE(gates.max_midpoint_distance > 0.0,
-                   "LineGates::max_midpoint_distance must be positive");
-}
 
 double AngleGap(const LineSegment& a, const LineSegment& b) {
   return std::abs(LineAngleDifference(a.Angle(), b.Angle()));
@@ -158,18 +149,6 @@ double DisplacementDirection(const LineSegment& a, const LineSegment& b) {
 }
 
 }  // namespace
-
-const char* ToString(MadRule rule) { return rule == MadRule::kMedian ? "median" : "paper"; }
-
-void LineMatcherOptions::Validate() const {
-  ValidateGates(small_motion);
-  ValidateGates(large_motion);
-  HIGHWALL_REQUIRE(max_distance >= 0 && max_distance <= 256,
-                   "LineMatcherOptions::max_distance must be in [0, 256]");
-  HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "LineMatcherOptions::ratio must be in (0, 1]");
-  HIGHWALL_REQUIRE(mad_k > 0.0, "LineMatcherOptions::mad_k must be positive");
-  HIGHWALL_REQUIRE(min_deviation >= 0.0, "LineMatcherOptions::min_deviation must not be negative");
-}
 
 double LineAngleDifference(double a, double b) {
   const double wrapped = std::remainder(a - b, kPi);

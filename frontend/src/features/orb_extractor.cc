@@ -1,14 +1,15 @@
-#include <highwall/frontend/features/orb_extractor.h>
+#include "features/orb_extractor.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
 
-#include <highwall/core/error.h>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
 
 #include "features/corner_refinement.h"
 #include "features/square_suppression.h"
@@ -100,18 +101,6 @@ std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractor
 }
 
 }  // namespace
-
-void OrbExtractorOptions::Validate() const {
-  HIGHWALL_REQUIRE(features > 0, "OrbExtractorOptions::features must be positive");
-  HIGHWALL_REQUIRE(levels >= 1 && levels <= 16, "OrbExtractorOptions::levels must be in [1, 16]");
-  HIGHWALL_REQUIRE(scale_factor > 1.0 && scale_factor <= 2.0,
-                   "OrbExtractorOptions::scale_factor must be in (1, 2]");
-  HIGHWALL_REQUIRE(fast_threshold >= 1 && fast_threshold <= 255,
-                   "OrbExtractorOptions::fast_threshold must be in [1, 255]");
-  HIGHWALL_REQUIRE(min_fast_threshold >= 1 && min_fast_threshold <= fast_threshold,
-                   "OrbExtractorOptions::min_fast_threshold must be in [1, fast_threshold]");
-  HIGHWALL_REQUIRE(cell_size >= 8, "OrbExtractorOptions::cell_size must be at least 8");
-}
 
 struct OrbExtractor::Impl {
   OrbExtractorOptions options;

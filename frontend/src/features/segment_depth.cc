@@ -1,4 +1,4 @@
-#include <highwall/frontend/features/segment_depth.h>
+#include "features/segment_depth.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 namespace highwall {
 namespace {
 
-constexpr int kMaxSamples = 64;
+constexpr int kMaxSamples = 64;  // as SegmentDepthOptions::samples may be
 constexpr int kPixelsPerSide = 2;
 
 struct Sample {
@@ -194,23 +194,6 @@ double DepthDeviation(const Fit& fit, double t) {
 }
 
 }  // namespace
-
-void SegmentDepthOptions::Validate() const {
-  HIGHWALL_REQUIRE(samples >= 4 && samples <= kMaxSamples,
-                   "SegmentDepthOptions::samples must be in [4, 64]");
-  HIGHWALL_REQUIRE(half_width > 0.0, "SegmentDepthOptions::half_width must be positive");
-  HIGHWALL_REQUIRE(min_depth > 0.0, "SegmentDepthOptions::min_depth must be positive");
-  HIGHWALL_REQUIRE(max_depth > min_depth, "SegmentDepthOptions::max_depth must exceed min_depth");
-  HIGHWALL_REQUIRE(min_valid > 0.0 && min_valid <= 1.0,
-                   "SegmentDepthOptions::min_valid must be in (0, 1]");
-  HIGHWALL_REQUIRE(min_inliers > 0.0 && min_inliers <= 1.0,
-                   "SegmentDepthOptions::min_inliers must be in (0, 1]");
-  HIGHWALL_REQUIRE(inlier_sigmas > 0.0, "SegmentDepthOptions::inlier_sigmas must be positive");
-  HIGHWALL_REQUIRE(max_rms > 0.0, "SegmentDepthOptions::max_rms must be positive");
-  HIGHWALL_REQUIRE(ransac_iterations > 0,
-                   "SegmentDepthOptions::ransac_iterations must be positive");
-  noise.Validate();
-}
 
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
                                             const PinholeCamera& camera,

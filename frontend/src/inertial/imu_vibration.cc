@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial/imu_vibration.h>
+#include "inertial/imu_vibration.h"
 
 #include <cmath>
 

@@ -1,29 +1,10 @@
-#include <highwall/frontend/inertial/imu_weighting.h>
+#include "inertial/imu_weighting.h"
 
 #include <cmath>
 
 #include <highwall/core/error.h>
 
 namespace highwall {
-
-const char* ToString(ImuWeighting policy) {
-  switch (policy) {
-    case ImuWeighting::kPaper:
-      return "paper";
-    case ImuWeighting::kConsistent:
-      return "consistent";
-    case ImuWeighting::kFixed:
-      return "fixed";
-  }
-  return "unknown";
-}
-
-void ImuWeightingOptions::Validate() const {
-  HIGHWALL_REQUIRE(std::isfinite(fixed_weight) && fixed_weight > 0.0,
-                   "ImuWeightingOptions::fixed_weight must be positive");
-  paper.Validate();
-  consistent.Validate();
-}
 
 ImuWeight::ImuWeight(const ImuWeightingOptions& options)
     : options_((options.Validate(), options)),

@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial/inertial_initializer.h>
+#include "inertial/inertial_initializer.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,8 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/imu_factor.h>
-#include <highwall/frontend/inertial/imu_vibration.h>
+
+#include "inertial/imu_vibration.h"
 
 namespace highwall {
 namespace {
@@ -134,24 +135,6 @@ class Problem {
 };
 
 }  // namespace
-
-void InertialInitializerOptions::Validate() const {
-  const auto require = [](double value, const char* field) {
-    HIGHWALL_REQUIRE(std::isfinite(value) && value > 0.0,
-                     std::string("InertialInitializerOptions::") + field + " must be positive");
-  };
-  require(interval, "interval");
-  require(min_duration, "min_duration");
-  require(gyroscope_bias_sigma, "gyroscope_bias_sigma");
-  require(accelerometer_bias_sigma, "accelerometer_bias_sigma");
-  require(time_offset_sigma, "time_offset_sigma");
-  require(max_gravity_sigma, "max_gravity_sigma");
-  require(max_error, "max_error");
-  HIGHWALL_REQUIRE(max_duration > min_duration && std::isfinite(max_duration),
-                   "InertialInitializerOptions::max_duration must exceed min_duration");
-  HIGHWALL_REQUIRE(max_gravity_error > 0.0 && max_gravity_error < 1.0,
-                   "InertialInitializerOptions::max_gravity_error must be in (0, 1)");
-}
 
 const char* ToString(InitializationStatus status) {
   switch (status) {

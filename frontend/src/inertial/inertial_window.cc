@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial/inertial_window.h>
+#include "inertial/inertial_window.h"
 
 #include <algorithm>
 #include <array>

@@ -9,16 +9,6 @@
 
 namespace highwall {
 
-void VisualNoise::Validate() const {
-  HIGHWALL_REQUIRE(std::isfinite(position) && position > 0.0,
-                   "VisualNoise::position must be positive");
-  HIGHWALL_REQUIRE(std::isfinite(rotation) && rotation > 0.0,
-                   "VisualNoise::rotation must be positive");
-  HIGHWALL_REQUIRE(std::isfinite(scale) && scale > 0.0, "VisualNoise::scale must be positive");
-  HIGHWALL_REQUIRE(std::isfinite(min_error) && min_error > 0.0,
-                   "VisualNoise::min_error must be positive");
-}
-
 VisualPose MakeVisualPose(const Pose& T_WC, const Eigen::Matrix<double, 6, 6>& information,
                           const Eigen::Matrix<double, 6, 1>& gradient, double error,
                           const VisualNoise& noise) {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/input/image_io.h>
+#include "input/image_io.h"
 
 #include <algorithm>
 #include <array>

@@ -12,8 +12,9 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/image_io.h>
 #include <highwall/frontend/input/imu_reader.h>
+
+#include "input/image_io.h"
 
 namespace highwall {
 namespace {

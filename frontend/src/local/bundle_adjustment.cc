@@ -1,4 +1,4 @@
-#include <highwall/frontend/local/bundle_adjustment.h>
+#include "local/bundle_adjustment.h"
 
 #include <algorithm>
 #include <atomic>
@@ -13,7 +13,8 @@
 #include <highwall/core/line3.h>
 #include <highwall/core/prior.h>
 #include <highwall/factors/imu_factor.h>
-#include <highwall/frontend/pose/pose_solver.h>
+
+#include "pose/pose_solver.h"
 
 namespace highwall {
 namespace {
@@ -284,20 +285,6 @@ class BundleAdjuster::Problem {
   std::vector<Seen> factors_, outliers_;
   BundleAdjustmentReport report_;
 };
-
-void BundleAdjustmentOptions::Validate() const {
-  HIGHWALL_REQUIRE(point_huber > 0.0, "BundleAdjustmentOptions::point_huber must be positive");
-  HIGHWALL_REQUIRE(line_huber > 0.0, "BundleAdjustmentOptions::line_huber must be positive");
-  HIGHWALL_REQUIRE(chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
-                   "BundleAdjustmentOptions::chi2_2, chi2_3 and chi2_4 must be positive");
-  HIGHWALL_REQUIRE(first_iterations >= 1 && second_iterations >= 1,
-                   "BundleAdjustmentOptions: iterations must be at least 1");
-  HIGHWALL_REQUIRE(tolerance >= 0.0 && std::isfinite(tolerance),
-                   "BundleAdjustmentOptions::tolerance must be finite, not negative");
-  HIGHWALL_REQUIRE(trust_region > 0.0 && std::isfinite(trust_region),
-                   "BundleAdjustmentOptions::trust_region must be positive and finite");
-  HIGHWALL_REQUIRE(threads >= 1, "BundleAdjustmentOptions::threads must be at least 1");
-}
 
 BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
                                std::span<const KeyFrameId> free, std::span<const KeyFrameId> fixed,

@@ -13,6 +13,8 @@
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/scaled_motion.h>
 
+#include "local/bundle_adjustment.h"
+
 namespace highwall {
 namespace {
 

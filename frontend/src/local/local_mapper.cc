@@ -1,4 +1,4 @@
-#include <highwall/frontend/local/local_mapper.h>
+#include "local/local_mapper.h"
 
 #include <algorithm>
 #include <atomic>
@@ -61,30 +61,6 @@ class LocalMapper::Adjustment {
   std::atomic<bool> done_ = false;
   std::jthread thread_;  // last: it uses all of the above and is joined first
 };
-
-void LocalMapperOptions::Validate() const {
-  bundle.Validate();
-  matcher.Validate();
-  HIGHWALL_REQUIRE(adjusted_keyframes >= 2,
-                   "LocalMapperOptions::adjusted_keyframes must be at least 2");
-  HIGHWALL_REQUIRE(fixed_keyframes >= 1, "LocalMapperOptions::fixed_keyframes must be at least 1");
-  HIGHWALL_REQUIRE(fused_keyframes >= 0,
-                   "LocalMapperOptions::fused_keyframes must not be negative");
-  HIGHWALL_REQUIRE(min_found_ratio >= 0.0 && min_found_ratio <= 1.0,
-                   "LocalMapperOptions::min_found_ratio must be in [0, 1]");
-  HIGHWALL_REQUIRE(probation_keyframes >= 1,
-                   "LocalMapperOptions::probation_keyframes must be at least 1");
-  HIGHWALL_REQUIRE(min_observations >= 1,
-                   "LocalMapperOptions::min_observations must be at least 1");
-  HIGHWALL_REQUIRE(redundant_share > 0.0 && redundant_share <= 1.0,
-                   "LocalMapperOptions::redundant_share must be in (0, 1]");
-  HIGHWALL_REQUIRE(redundant_observers >= 1,
-                   "LocalMapperOptions::redundant_observers must be at least 1");
-  HIGHWALL_REQUIRE(max_motion_gap > 0.0, "LocalMapperOptions::max_motion_gap must be positive");
-  HIGHWALL_REQUIRE(motion_span >= 0.0, "LocalMapperOptions::motion_span must not be negative");
-  HIGHWALL_REQUIRE(max_depth_sigma > 0.0, "LocalMapperOptions::max_depth_sigma must be positive");
-  HIGHWALL_REQUIRE(min_line_length > 0.0, "LocalMapperOptions::min_line_length must be positive");
-}
 
 LocalMapper::LocalMapper(const MeasurementModel& model, int levels,
                          const LocalMapperOptions& options)

@@ -1,4 +1,4 @@
-#include <highwall/frontend/loops/keyframe_graph.h>
+#include "loops/keyframe_graph.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,19 +57,6 @@ void HoldGravity(PoseGraph* graph) {
 }
 
 }  // namespace
-
-void KeyFrameGraphOptions::Validate() const {
-  HIGHWALL_REQUIRE(drift_translation > 0.0 && drift_rotation > 0.0,
-                   "KeyFrameGraphOptions::drift_translation and drift_rotation must be positive");
-  HIGHWALL_REQUIRE(step_translation > 0.0 && step_rotation > 0.0,
-                   "KeyFrameGraphOptions::step_translation and step_rotation must be positive");
-  HIGHWALL_REQUIRE(drift_bias >= 0.0, "KeyFrameGraphOptions::drift_bias must not be negative");
-  HIGHWALL_REQUIRE(loop_translation > 0.0 && loop_rotation > 0.0,
-                   "KeyFrameGraphOptions::loop_translation and loop_rotation must be positive");
-  HIGHWALL_REQUIRE(max_loop_chi2 > 0.0, "KeyFrameGraphOptions::max_loop_chi2 must be positive");
-  HIGHWALL_REQUIRE(min_shared >= 1, "KeyFrameGraphOptions::min_shared must be at least 1");
-  HIGHWALL_REQUIRE(neighbours >= 0, "KeyFrameGraphOptions::neighbours must not be negative");
-}
 
 std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
   const auto found = std::lower_bound(keyframes.begin(), keyframes.end(), keyframe);

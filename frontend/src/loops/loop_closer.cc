@@ -1,4 +1,4 @@
-#include <highwall/frontend/loops/loop_closer.h>
+#include "loops/loop_closer.h"
 
 #include <atomic>
 #include <chrono>
@@ -9,7 +9,8 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/loops/map_correction.h>
+
+#include "loops/map_correction.h"
 
 namespace highwall {
 
@@ -119,12 +120,6 @@ class LoopCloser::Job {
   std::vector<Result> results_;
   std::jthread thread_;  // last: it uses all of the above and is joined first
 };
-
-void LoopCloserOptions::Validate() const {
-  detector.Validate();
-  correction.Validate();
-  bundle.Validate();
-}
 
 LoopCloser::LoopCloser(const MeasurementModel& model, int levels, const LoopCloserOptions& options)
     : model_(model),

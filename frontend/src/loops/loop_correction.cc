@@ -1,4 +1,4 @@
-#include <highwall/frontend/loops/loop_correction.h>
+#include "loops/loop_correction.h"
 
 #include <algorithm>
 #include <chrono>
@@ -74,14 +74,6 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, const Measureme
 }
 
 }  // namespace
-
-void LoopCorrectionOptions::Validate() const {
-  graph.Validate();
-  matcher.Validate();
-  HIGHWALL_REQUIRE(fused_keyframes >= 0,
-                   "LoopCorrectionOptions::fused_keyframes must not be negative");
-  HIGHWALL_REQUIRE(threads >= 1, "LoopCorrectionOptions::threads must be at least 1");
-}
 
 LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
                                  const MeasurementModel& model, int levels,

@@ -1,10 +1,11 @@
-#include <highwall/frontend/loops/loop_detector.h>
+#include "loops/loop_detector.h"
 
 #include <algorithm>
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/pose/pose_observations.h>
+
+#include "pose/pose_observations.h"
 
 namespace highwall {
 namespace {
@@ -60,24 +61,6 @@ bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& f
 }
 
 }  // namespace
-
-void LoopDetectorOptions::Validate() const {
-  HIGHWALL_REQUIRE(min_shared >= 1, "LoopDetectorOptions::min_shared must be at least 1");
-  HIGHWALL_REQUIRE(candidates >= 1, "LoopDetectorOptions::candidates must be at least 1");
-  HIGHWALL_REQUIRE(min_score >= 0.0 && min_score <= 1.0,
-                   "LoopDetectorOptions::min_score must be in [0, 1]");
-  HIGHWALL_REQUIRE(score_share >= 0.0 && score_share <= 1.0,
-                   "LoopDetectorOptions::score_share must be in [0, 1]");
-  HIGHWALL_REQUIRE(consistency >= 1, "LoopDetectorOptions::consistency must be at least 1");
-  verification.Validate();
-  matcher.Validate();
-  HIGHWALL_REQUIRE(place_keyframes >= 0,
-                   "LoopDetectorOptions::place_keyframes must not be negative");
-  HIGHWALL_REQUIRE(min_support >= 6, "LoopDetectorOptions::min_support must be at least 6");
-  HIGHWALL_REQUIRE(min_found >= 0.0 && min_found <= 1.0,
-                   "LoopDetectorOptions::min_found must be in [0, 1]");
-  graph.Validate();
-}
 
 LoopDetector::LoopDetector(const MeasurementModel& model, int levels,
                            const LoopDetectorOptions& options)

@@ -1,4 +1,4 @@
-#include <highwall/frontend/loops/map_correction.h>
+#include "loops/map_correction.h"
 
 #include <algorithm>
 

@@ -14,6 +14,8 @@ namespace highwall {
 namespace {
 
 constexpr int kDescriptorBits = 256, kKeyBits = 16, kSignatureBits = 32;
+static_assert((kDescriptorBits - kSignatureBits) / kKeyBits - 2 == 12,
+              "as many as KeyFrameIndexOptions::tables may be");
 
 // Which bits of a descriptor make its signature, and behind them the keys: neighbouring bits are of
 // neighbouring tests and say alike, so they are drawn at random, the same on every run.
@@ -60,14 +62,6 @@ void AppendAlike(const std::vector<DescriptorTables::Posting>& bucket, std::uint
 }
 
 }  // namespace
-
-void KeyFrameIndexOptions::Validate() const {
-  HIGHWALL_REQUIRE(tables >= 1 && tables <= (kDescriptorBits - kSignatureBits) / kKeyBits - 2,
-                   "KeyFrameIndexOptions::tables must be in [1, 12]");
-  HIGHWALL_REQUIRE(max_signature_bits >= 0 && max_signature_bits <= kSignatureBits,
-                   "KeyFrameIndexOptions::max_signature_bits must be in [0, 32]");
-  HIGHWALL_REQUIRE(line_weight >= 0.0, "KeyFrameIndexOptions::line_weight must not be negative");
-}
 
 DescriptorTables::DescriptorTables(int tables) : tables_(static_cast<std::size_t>(tables)) {}
 

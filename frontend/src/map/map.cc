@@ -8,6 +8,8 @@
 
 #include <highwall/core/error.h>
 
+#include "features/orb_matcher.h"
+
 namespace highwall {
 namespace {
 

@@ -1,22 +1,13 @@
-#include <highwall/frontend/map/map_matcher.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+#include "features/line_matcher.h"
 
-void MapMatcherOptions::Validate() const {
-  HIGHWALL_REQUIRE(motion_radius > 0.0, "MapMatcherOptions::motion_radius must be positive");
-  HIGHWALL_REQUIRE(map_radius > 0.0, "MapMatcherOptions::map_radius must be positive");
-  HIGHWALL_REQUIRE(min_view_cosine >= -1.0 && min_view_cosine <= 1.0,
-                   "MapMatcherOptions::min_view_cosine must be in [-1, 1]");
-  motion_match.Validate();
-  map_match.Validate();
-  HIGHWALL_REQUIRE(min_line_pixels >= 1.0F,
-                   "MapMatcherOptions::min_line_pixels must be at least 1");
-}
+#include "map/map_matcher.h"
+
+namespace highwall {
 
 MapMatcher::MapMatcher(const MeasurementModel& model, int levels, const MapMatcherOptions& options)
     : model_(model), levels_(levels), options_(options) {

@@ -20,14 +20,6 @@ bool HasDirectionFromTheRight(const RgbdSegment& segment) {
 
 }  // namespace
 
-void MeasurementOptions::Validate() const {
-  HIGHWALL_REQUIRE(baseline > 0.0, "MeasurementOptions::baseline must be positive");
-  HIGHWALL_REQUIRE(point_sigma > 0.0, "MeasurementOptions::point_sigma must be positive");
-  HIGHWALL_REQUIRE(line_sigma > 0.0, "MeasurementOptions::line_sigma must be positive");
-  HIGHWALL_REQUIRE(scale_factor > 1.0, "MeasurementOptions::scale_factor must exceed 1");
-  line_matches.Validate();
-}
-
 MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
                                    const Pose& T_BC)
     : options_(options),

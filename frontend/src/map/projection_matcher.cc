@@ -1,10 +1,12 @@
-#include <highwall/frontend/map/projection_matcher.h>
+#include "map/projection_matcher.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include <highwall/core/error.h>
+
+#include "features/orb_matcher.h"
 
 namespace highwall {
 namespace {
@@ -57,13 +59,6 @@ Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projecti
 }
 
 }  // namespace
-
-void ProjectionMatchOptions::Validate() const {
-  HIGHWALL_REQUIRE(max_hamming >= 0 && max_hamming <= 256,
-                   "ProjectionMatchOptions::max_hamming must be in [0, 256]");
-  HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "ProjectionMatchOptions::ratio must be in (0, 1]");
-  HIGHWALL_REQUIRE(max_angle_diff > 0.0, "ProjectionMatchOptions::max_angle_diff must be positive");
-}
 
 std::vector<ProjectionMatch> MatchProjections(const FrameFeatures& features,
                                               std::span<const ProjectedPoint> projections,

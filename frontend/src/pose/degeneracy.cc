@@ -9,11 +9,6 @@
 
 namespace highwall {
 
-void DegeneracyOptions::Validate() const {
-  HIGHWALL_REQUIRE(std::isfinite(max_sigma) && max_sigma > 0.0,
-                   "DegeneracyOptions::max_sigma must be positive");
-}
-
 std::vector<OpenDirection> FindOpenDirections(const Eigen::Matrix<double, 6, 6>& information,
                                               const Pose& T_WC, double depth,
                                               const DegeneracyOptions& options) {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/pose/landmark_motion.h>
+#include "pose/landmark_motion.h"
 
 #include <algorithm>
 #include <optional>
@@ -8,15 +8,6 @@
 #include <highwall/core/error.h>
 
 namespace highwall {
-
-void LandmarkMotionOptions::Validate() const {
-  HIGHWALL_REQUIRE(min_points >= 1, "LandmarkMotionOptions::min_points must be at least 1");
-  HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,
-                   "LandmarkMotionOptions::min_share must be in (0, 1]");
-  HIGHWALL_REQUIRE(chi2 > 0.0, "LandmarkMotionOptions::chi2 must be positive");
-  HIGHWALL_REQUIRE(min_support >= 6, "LandmarkMotionOptions::min_support must be at least 6");
-  HIGHWALL_REQUIRE(outnumber > 0.0, "LandmarkMotionOptions::outnumber must be positive");
-}
 
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
                std::span<const PosePoint> judged, int judged_lines,

@@ -1,4 +1,4 @@
-#include <highwall/frontend/pose/pose_observations.h>
+#include "pose/pose_observations.h"
 
 namespace highwall {
 

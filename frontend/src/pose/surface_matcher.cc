@@ -1,4 +1,4 @@
-#include <highwall/frontend/pose/surface_matcher.h>
+#include "pose/surface_matcher.h"
 
 #include <algorithm>
 #include <array>
@@ -78,22 +78,6 @@ std::size_t NormalBin(const Eigen::Vector3d& n) {
 }
 
 }  // namespace
-
-void SurfaceMatcherOptions::Validate() const {
-  HIGHWALL_REQUIRE(stride >= 1, "SurfaceMatcherOptions::stride must be at least 1");
-  HIGHWALL_REQUIRE(radius >= 1, "SurfaceMatcherOptions::radius must be at least 1");
-  HIGHWALL_REQUIRE(link > 0.0, "SurfaceMatcherOptions::link must be positive");
-  HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,
-                   "SurfaceMatcherOptions::min_share must be in (0, 1]");
-  HIGHWALL_REQUIRE(planar_sigmas > 0.0, "SurfaceMatcherOptions::planar_sigmas must be positive");
-  HIGHWALL_REQUIRE(roughness >= 0.0, "SurfaceMatcherOptions::roughness must not be negative");
-  HIGHWALL_REQUIRE(max_incidence > 0.0 && max_incidence < 0.5 * std::numbers::pi,
-                   "SurfaceMatcherOptions::max_incidence must be in (0, pi/2)");
-  HIGHWALL_REQUIRE(max_tilt > 0.0, "SurfaceMatcherOptions::max_tilt must be positive");
-  HIGHWALL_REQUIRE(gate_sigmas > 0.0, "SurfaceMatcherOptions::gate_sigmas must be positive");
-  HIGHWALL_REQUIRE(gate >= 0.0, "SurfaceMatcherOptions::gate must not be negative");
-  HIGHWALL_REQUIRE(max_rows >= 1, "SurfaceMatcherOptions::max_rows must be at least 1");
-}
 
 std::vector<SurfacePatch> FindPatches(const cv::Mat& depth, const DepthGrid& grid,
                                       const DepthNoise& noise,

@@ -1,4 +1,4 @@
-#include <highwall/frontend/tracking/constant_velocity.h>
+#include "tracking/constant_velocity.h"
 
 #include <algorithm>
 

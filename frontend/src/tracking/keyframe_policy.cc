@@ -1,19 +1,10 @@
-#include <highwall/frontend/tracking/keyframe_policy.h>
+#include "tracking/keyframe_policy.h"
 
 #include <algorithm>
 
 #include <highwall/core/error.h>
 
 namespace highwall {
-
-void KeyFramePolicyOptions::Validate() const {
-  HIGHWALL_REQUIRE(min_features >= 6, "KeyFramePolicyOptions::min_features must be at least 6");
-  HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,
-                   "KeyFramePolicyOptions::min_share must be in (0, 1]");
-  HIGHWALL_REQUIRE(max_gap >= 1, "KeyFramePolicyOptions::max_gap must be at least 1");
-  HIGHWALL_REQUIRE(wanted_tracked >= 0 && wanted_new >= 0,
-                   "KeyFramePolicyOptions::wanted_tracked and wanted_new must not be negative");
-}
 
 KeyFramePolicy::KeyFramePolicy(const KeyFramePolicyOptions& options) : options_(options) {
   options_.Validate();

@@ -1,4 +1,4 @@
-#include <highwall/frontend/tracking/moving_objects.h>
+#include "tracking/moving_objects.h"
 
 #include <algorithm>
 #include <cmath>
@@ -287,23 +287,6 @@ void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClue
 }
 
 }  // namespace
-
-void MovingObjectOptions::Validate() const {
-  HIGHWALL_REQUIRE(sigmas > 0.0, "MovingObjectOptions::sigmas must be positive");
-  HIGHWALL_REQUIRE(relative >= 0.0, "MovingObjectOptions::relative must not be negative");
-  HIGHWALL_REQUIRE(link > 0.0, "MovingObjectOptions::link must be positive");
-  HIGHWALL_REQUIRE(min_core >= 1, "MovingObjectOptions::min_core must be at least 1");
-  HIGHWALL_REQUIRE(max_share > 0.0 && max_share <= 1.0,
-                   "MovingObjectOptions::max_share must be in (0, 1]");
-  HIGHWALL_REQUIRE(min_votes >= 1, "MovingObjectOptions::min_votes must be at least 1");
-  HIGHWALL_REQUIRE(settled > 0.0, "MovingObjectOptions::settled must be positive");
-  HIGHWALL_REQUIRE(interval > 0.0, "MovingObjectOptions::interval must be positive");
-  HIGHWALL_REQUIRE(history > interval, "MovingObjectOptions::history must exceed interval");
-  HIGHWALL_REQUIRE(min_surface >= 1, "MovingObjectOptions::min_surface must be at least 1");
-  HIGHWALL_REQUIRE(max_surface > 0.0 && max_surface <= 1.0,
-                   "MovingObjectOptions::max_surface must be in (0, 1]");
-  landmarks.Validate();
-}
 
 PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
     : stamp(time),

@@ -1,4 +1,4 @@
-#include <highwall/frontend/tracking/relocalizer.h>
+#include "tracking/relocalizer.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,8 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/pose/pose_observations.h>
+
+#include "pose/pose_observations.h"
 
 namespace highwall {
 namespace {
@@ -196,19 +197,6 @@ std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& 
 }
 
 }  // namespace
-
-void RelocalizerOptions::Validate() const {
-  HIGHWALL_REQUIRE(candidates >= 1, "RelocalizerOptions::candidates must be at least 1");
-  HIGHWALL_REQUIRE(max_hamming >= 0 && max_hamming <= 256,
-                   "RelocalizerOptions::max_hamming must be in [0, 256]");
-  HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "RelocalizerOptions::ratio must be in (0, 1]");
-  HIGHWALL_REQUIRE(min_matches >= 3, "RelocalizerOptions::min_matches must be at least 3");
-  HIGHWALL_REQUIRE(min_inliers >= 6, "RelocalizerOptions::min_inliers must be at least 6");
-  HIGHWALL_REQUIRE(min_line_inliers >= 4,
-                   "RelocalizerOptions::min_line_inliers must be at least 4");
-  HIGHWALL_REQUIRE(ransac_iterations >= 1,
-                   "RelocalizerOptions::ransac_iterations must be at least 1");
-}
 
 Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options)
     : model_(model), options_(options) {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/tracking/tracker.h>
+#include "tracking/tracker.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -8,7 +8,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
-#include <highwall/frontend/pose/pose_observations.h>
+
+#include "pose/pose_observations.h"
 
 namespace highwall {
 namespace {
@@ -90,52 +91,6 @@ Sightings LandmarksSeen(const MeasurementModel& model, const Map& map, TrackedFr
 }
 
 }  // namespace
-
-const char* ToString(TrackingState state) {
-  switch (state) {
-    case TrackingState::kInitializing:
-      return "initializing";
-    case TrackingState::kTracking:
-      return "tracking";
-    case TrackingState::kInertial:
-      return "inertial";
-    case TrackingState::kLost:
-      return "lost";
-  }
-  return "unknown";
-}
-
-bool HasPose(TrackingState state) {
-  return state == TrackingState::kTracking || state == TrackingState::kInertial;
-}
-
-void SurfaceTrackingOptions::Validate() const {
-  matcher.Validate();
-  HIGHWALL_REQUIRE(min_support >= 3, "SurfaceTrackingOptions::min_support must be at least 3");
-  HIGHWALL_REQUIRE(min_rows >= 1, "SurfaceTrackingOptions::min_rows must be at least 1");
-  HIGHWALL_REQUIRE(max_sigma > 0.0, "SurfaceTrackingOptions::max_sigma must be positive");
-}
-
-void TrackerOptions::Validate() const {
-  pose.Validate();
-  matcher.Validate();
-  relocalizer.Validate();
-  moving.Validate();
-  degeneracy.Validate();
-  surfaces.Validate();
-  HIGHWALL_REQUIRE(min_motion_support >= 6,
-                   "TrackerOptions::min_motion_support must be at least 6");
-  HIGHWALL_REQUIRE(min_support >= 6, "TrackerOptions::min_support must be at least 6");
-  HIGHWALL_REQUIRE(min_predicted_support >= 6,
-                   "TrackerOptions::min_predicted_support must be at least 6");
-  HIGHWALL_REQUIRE(doubtful_agreement >= 0.0 && doubtful_agreement <= 1.0,
-                   "TrackerOptions::doubtful_agreement must be in [0, 1]");
-  HIGHWALL_REQUIRE(doubtful_share >= 0.0 && doubtful_share <= 1.0,
-                   "TrackerOptions::doubtful_share must be in [0, 1]");
-  HIGHWALL_REQUIRE(doubtful_drop >= 0.0 && doubtful_drop <= 1.0,
-                   "TrackerOptions::doubtful_drop must be in [0, 1]");
-  HIGHWALL_REQUIRE(local_keyframes >= 1, "TrackerOptions::local_keyframes must be at least 1");
-}
 
 Tracker::Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options)
     : model_(model),

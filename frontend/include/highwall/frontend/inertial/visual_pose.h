@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
+#include <highwall/frontend/inertial/options.h>
 
 namespace highwall {
 
@@ -12,19 +13,6 @@ struct VisualPose {
   // W, 6 x 6: W^T W is the information [1/m^2, 1/rad^2]. Of less than full rank where the image
   // leaves a direction open: a row of zeros for each.
   Eigen::Matrix<double, 6, 6> sqrt_information = Eigen::Matrix<double, 6, 6>::Zero();
-};
-
-struct VisualNoise {
-  // Standard deviations of what all landmarks of an image have in common, the error of the map
-  // foremost: no number of landmarks makes a pose more certain than this.
-  double position = 3e-4;  // [m] > 0
-  double rotation = 5e-5;  // [rad] > 0
-  // Of the landmarks' own part of the covariance, > 0: their errors are not independent.
-  double scale = 4.0;
-  double min_error = 0.02;  // > 0; the least |r|^2 per degree of freedom that is believed
-
-  // Throws InvalidArgument naming the field.
-  void Validate() const;
 };
 
 // Sums up J^T J = information and J^T r = gradient at T_WC (PoseSolution). error: |r|^2 per degree

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include <highwall/core/pose.h>
-#include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 

@@ -10,17 +10,9 @@
 
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map_ids.h>
+#include <highwall/frontend/map/options.h>
 
 namespace highwall {
-
-struct KeyFrameIndexOptions {
-  int tables = 4;              // [1, 12]: more find more alike descriptors and cost as much more
-  int max_signature_bits = 6;  // [bit] [0, 32]: of the signature, that alike descriptors differ in
-  double line_weight = 2.0;    // >= 0: of a line's vote, where a point's is 1: it has two ends
-
-  // Throws InvalidArgument naming the field.
-  void Validate() const;
-};
 
 // How much of a query's appearance a keyframe shares, in [0, 1].
 struct PlaceScore {

@@ -11,21 +11,11 @@
 #include <highwall/factors/point_reprojection.h>
 #include <highwall/factors/rgbd_projection.h>
 #include <highwall/frontend/features/frame.h>
-#include <highwall/frontend/features/line_matcher.h>
 #include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/map/options.h>
+
 
 namespace highwall {
-
-struct MeasurementOptions {
-  Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
-  double baseline = 0.08;                        // [m] > 0: of the virtual right camera
-  double point_sigma = 0.7;   // [px] > 0: of a corner at pyramid level 0; grows with the level
-  double line_sigma = 1.0;    // [px] > 0: of a segment's end, across it
-  double scale_factor = 1.2;  // > 1: of the pyramid
-  LineMatcherOptions line_matches{};  // which segments of two images may be one line
-
-  void Validate() const;
-};
 
 // Which features of one RGB-D camera may be one, and how they weigh in an estimate: the one place
 // for tracking, mapping, loops and relocalization alike, where observations become residual rows.

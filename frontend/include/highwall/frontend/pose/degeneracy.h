@@ -5,16 +5,9 @@
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
+#include <highwall/frontend/pose/options.h>
 
 namespace highwall {
-
-struct DegeneracyOptions {
-  // [m] > 0: a direction is open where the standard deviation along it exceeds this.
-  double max_sigma = 0.02;
-
-  // Throws InvalidArgument naming the field.
-  void Validate() const;
-};
 
 // A small motion of the camera that its image hardly tells: translation and rotation in C, the
 // rotation as the way it moves a point at the depth of the scene, so that the two compare.

@@ -2,40 +2,30 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/pose/degeneracy.h>
-#include <highwall/frontend/features/frame.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/inertial/inertial_report.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_calibration.h>
-#include <highwall/frontend/inertial/inertial_odometry.h>
-#include <highwall/frontend/tracking/keyframe_policy.h>
-#include <highwall/frontend/local/local_mapper.h>
-#include <highwall/frontend/loops/loop_closer.h>
-#include <highwall/frontend/map/map.h>
-#include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/tracking/tracker.h>
+#include <highwall/frontend/local/local_mapping_report.h>
+#include <highwall/frontend/loops/loop_report.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/pose/degeneracy.h>
+#include <highwall/frontend/system/options.h>
+#include <highwall/frontend/tracking/tracking_state.h>
 
 namespace highwall {
 
-struct SlamOptions {
-  FrameBuilderOptions frame{};
-  MeasurementOptions measurement{};
-  TrackerOptions tracker{};
-  KeyFramePolicyOptions keyframes{};
-  LocalMapperOptions mapper{};
-  InertialOptions inertial{};  // where there is an IMU
-  LoopCloserOptions loops{};
-  // The map that is given stays as it is, but for how often its landmarks were looked for and
-  // found: frames find their pose in it, none becomes a keyframe. Images alone, without an IMU.
-  bool localize_only = false;
-
-  // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
-  void Validate() const;
-};
+class InertialOdometry;
 
 // Milliseconds of one frame. features: points and lines together, which overlap in time.
 struct FrameTimes {
@@ -64,10 +54,6 @@ struct FrameResult {
   std::vector<LoopReport> loops;
   FrameTimes times;
 };
-
-// The options with everything on the caller's thread, in lockstep: the same input then gives the
-// same output, bit for bit.
-SlamOptions Deterministic(SlamOptions options);
 
 // What a SlamSystem tells while it works; any may be empty. Called on the thread that calls
 // Track(), Finish() or AdjustAll(), before it returns and when the system is whole again: const
@@ -101,11 +87,13 @@ class SlamSystem {
   // InvalidArgument also where localize_only comes with an IMU or without a map.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
              const std::optional<ImuCalibration>& imu, Map map = {});
-  SlamSystem(const SlamSystem&) = delete;
-  SlamSystem& operator=(const SlamSystem&) = delete;
+  // Work on other threads that has not ended is given up.
+  ~SlamSystem();
+  SlamSystem(SlamSystem&&) noexcept;
+  SlamSystem& operator=(SlamSystem&&) noexcept;
 
   // For the calls that follow.
-  void SetCallbacks(SlamCallbacks callbacks) { callbacks_ = std::move(callbacks); }
+  void SetCallbacks(SlamCallbacks callbacks);
 
   // Readings may come late or twice; what became of one is returned. Throws InvalidArgument where
   // the system was made without an IMU.
@@ -131,53 +119,13 @@ class SlamSystem {
   // T_WC of the live keyframes of this run, without those of a map that was given.
   Trajectory keyframe_trajectory() const;
 
-  const Map& map() const { return map_; }
+  const Map& map() const;
   // Null without an IMU.
-  const InertialOdometry* inertial() const { return inertial_ ? &*inertial_ : nullptr; }
+  const InertialOdometry* inertial() const;
 
  private:
-  struct Tracked {
-    Stamp stamp = 0;
-    KeyFrameId reference = kNoId;
-    Pose T_reference_C;
-  };
-
-  // Cells that move as pixels, their border included; empty where there are none.
-  cv::Mat ToImage(const cv::Mat& moving) const;
-  Pose FirstPose(Stamp stamp) const;
-  // Fuses the frame with the IMU.
-  void Fuse(TrackedFrame& tracked, FrameResult& result);
-  bool WantsKeyFrame(const TrackedFrame& tracked) const;
-  void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
-  void LookForLoop(TrackedFrame& tracked, FrameResult& result);
-  std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
-  // Changes the map and lets tracker and odometry follow: by how the reference keyframe moved.
-  template <class Change>
-  Pose WithTracker(const Change& change);
-  // Applies what the other threads have come to.
-  void ApplyNews(FrameResult& result);
-  void Tell(const FrameResult& result, const RgbdImage& image) const;
-  void Tell(const std::vector<LoopReport>& loops) const;
-
-  SlamOptions options_;
-  MeasurementModel model_;
-  FrameBuilder builder_;
-  Tracker tracker_;
-  KeyFramePolicy policy_;
-  LocalMapper mapper_;
-  std::optional<InertialOdometry> inertial_;
-  LoopCloser loop_closer_;
-  Map map_;
-  SlamCallbacks callbacks_;
-  std::vector<Tracked> tracked_;
-  std::optional<Stamp> last_stamp_;
-  KeyFrameId first_own_keyframe_ = 0;  // those before came with the map
-  std::int64_t next_index_ = 0;
-  std::int64_t last_keyframe_index_ = 0;
-  KeyFrameId last_keyframe_ = kNoId;
-  std::int64_t last_visual_index_ = 0;  // of the last frame whose image told its pose
-  int last_points_ = 0;                 // matched in the last frame
-  double usual_sharpness_ = 0.0;
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace highwall
