@@ -6,7 +6,7 @@
 #include <span>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "yaml_reader.h"
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include <highwall/frontend/imu_calibration.h>
-#include <highwall/frontend/sensor.h>
+#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/sensor.h>
 
 namespace highwall::apps {
 

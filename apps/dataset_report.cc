@@ -7,8 +7,8 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/frame_reader.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "config.h"
 #include "imu_input.h"

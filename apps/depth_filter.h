@@ -5,8 +5,8 @@
 #include <optional>
 
 #include <highwall/core/pose.h>
-#include <highwall/frontend/dataset.h>
-#include <highwall/frontend/sensor.h>
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/sensor.h>
 #include <highwall/mapping/depth_smoothing.h>
 #include <highwall/mapping/depth_unprojector.h>
 #include <highwall/mapping/keyframe_cloud.h>

@@ -6,7 +6,7 @@
 #include <CLI/Error.hpp>
 #include <CLI/Validators.hpp>
 
-#include <highwall/frontend/imu_weighting.h>
+#include <highwall/frontend/inertial/options.h>
 
 namespace highwall::apps {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include <highwall/factors/imu_buffer.h>
-#include <highwall/frontend/dataset.h>
-#include <highwall/frontend/imu_calibration.h>
-#include <highwall/frontend/imu_check.h>
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/imu_check.h>
 
 namespace highwall::apps {
 

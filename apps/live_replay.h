@@ -10,8 +10,8 @@
 #include <stop_token>
 #include <thread>
 
-#include <highwall/frontend/frame_queue.h>
-#include <highwall/frontend/frame_reader.h>
+#include <highwall/frontend/input/frame_queue.h>
+#include <highwall/frontend/input/frame_reader.h>
 
 namespace highwall::apps {
 

@@ -13,7 +13,7 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/color_octree.h>
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/octree_size.h>

@@ -7,7 +7,7 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/dataset.h>
+#include <highwall/frontend/input/dataset.h>
 
 namespace highwall::apps {
 

@@ -2,8 +2,8 @@
 
 #include <deque>
 
-#include <highwall/frontend/dataset.h>
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "dense_map.h"
 

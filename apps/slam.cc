@@ -17,7 +17,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/octree_size.h>
 
 #include "commands.h"

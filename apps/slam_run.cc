@@ -11,8 +11,8 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/frame_reader.h>
-#include <highwall/frontend/map_io.h>
+#include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/map/map_io.h>
 
 #include "live_replay.h"
 #include "settling_keyframes.h"

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/dataset.h>
-#include <highwall/frontend/depth_scale.h>
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/local/depth_scale.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "dense_map.h"
 #include "sparse_map_picture.h"

@@ -8,7 +8,7 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/map.h>
+#include <highwall/frontend/map/map.h>
 
 namespace highwall::apps {
 

@@ -11,7 +11,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/dense_cloud.h>
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/keyframe_octree.h>

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include <highwall/frontend/dataset.h>
+#include <highwall/frontend/input/dataset.h>
 #include <simulate/simulation.h>
 
 #include "slam_run.h"

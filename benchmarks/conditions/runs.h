@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "film.h"
 #include "medians.h"

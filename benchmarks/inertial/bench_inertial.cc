@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "bench_main.h"
 #include "config.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "medians.h"
 #include "sequence.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/dataset.h>
+#include <highwall/frontend/input/dataset.h>
 
 #include "simulate/noise_ratio.h"
 #include "simulate/simulation.h"

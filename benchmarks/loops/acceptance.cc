@@ -1,5 +1,3 @@
-#include "bench_loops.h"
-
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -8,10 +6,10 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
-#include <highwall/frontend/loop_correction.h>
-#include <highwall/frontend/loop_detector.h>
-
+#include "bench_loops.h"
 #include "loop_scene.h"
+#include "loops/loop_correction.h"
+#include "loops/loop_detector.h"
 #include "ring_map.h"
 #include "timing.h"
 

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <highwall/frontend/frame.h>
+#include <highwall/frontend/features/frame.h>
 
 namespace highwall::bench {
 

@@ -1,14 +1,12 @@
-#include "bench_loops.h"
-
 #include <algorithm>
 #include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
-#include <highwall/frontend/loop_closer.h>
-
+#include "bench_loops.h"
 #include "loop_scene.h"
+#include "loops/loop_closer.h"
 #include "timing.h"
 
 namespace highwall::bench {

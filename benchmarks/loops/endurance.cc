@@ -11,7 +11,7 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "scenes.h"
 

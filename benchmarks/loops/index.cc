@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/flann/miniflann.hpp>
 
-#include <highwall/frontend/keyframe_index.h>
+#include <highwall/frontend/map/keyframe_index.h>
 #include <simulate/room.h>
 
 #include "timing.h"

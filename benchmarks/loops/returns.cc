@@ -11,7 +11,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "scenes.h"
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/imu_calibration.h>
+#include <highwall/frontend/input/imu_calibration.h>
 #include <simulate/simulation.h>
 
 namespace highwall::bench {

@@ -15,7 +15,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "bench_main.h"
 #include "config.h"

@@ -13,8 +13,8 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/imu_reader.h>
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/imu_reader.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "config.h"
 #include "run_program.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 int main() {
   using namespace highwall;

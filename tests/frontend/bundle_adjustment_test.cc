@@ -1,5 +1,3 @@
-#include <highwall/frontend/bundle_adjustment.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,8 +5,10 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
+#include "local/bundle_adjustment.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

@@ -1,7 +1,8 @@
-#include <highwall/frontend/constant_velocity.h>
-
 #include <gtest/gtest.h>
+
 #include <highwall/core/camera.h>
+
+#include "tracking/constant_velocity.h"
 
 namespace highwall {
 namespace {

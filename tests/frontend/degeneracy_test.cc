@@ -1,14 +1,13 @@
-#include <highwall/frontend/degeneracy.h>
-
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/measurement_model.h>
-#include <highwall/frontend/pose_solver.h>
+#include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/degeneracy.h>
 
+#include "pose/pose_solver.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

@@ -1,5 +1,3 @@
-#include <highwall/frontend/depth_grid.h>
-
 #include <cmath>
 #include <limits>
 
@@ -7,6 +5,8 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+
+#include "features/depth_grid.h"
 
 namespace highwall {
 namespace {

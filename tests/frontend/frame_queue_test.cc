@@ -1,4 +1,4 @@
-#include <highwall/frontend/frame_queue.h>
+#include <highwall/frontend/input/frame_queue.h>
 
 #include <thread>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/frame_reader.h>
+#include <highwall/frontend/input/frame_reader.h>
 
 #include <atomic>
 #include <chrono>

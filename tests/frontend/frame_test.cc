@@ -1,4 +1,4 @@
-#include <highwall/frontend/frame.h>
+#include <highwall/frontend/features/frame.h>
 
 #include <cmath>
 #include <random>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/id_table.h>
+#include <highwall/frontend/map/id_table.h>
 
 #include <cstdint>
 #include <utility>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/imu_check.h>
+#include <highwall/frontend/input/imu_check.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,3 @@
-#include <highwall/frontend/imu_vibration.h>
-
 #include <cmath>
 #include <random>
 #include <vector>
@@ -7,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "../factors/imu_scene.h"
+#include "inertial/imu_vibration.h"
 
 namespace highwall {
 namespace {

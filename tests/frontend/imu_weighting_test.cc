@@ -1,10 +1,10 @@
-#include <highwall/frontend/imu_weighting.h>
-
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+
+#include "inertial/imu_weighting.h"
 
 namespace highwall {
 namespace {

@@ -1,5 +1,3 @@
-#include <highwall/frontend/inertial_initializer.h>
-
 #include <functional>
 #include <limits>
 #include <string>
@@ -8,6 +6,7 @@
 
 #include <highwall/core/error.h>
 
+#include "inertial/inertial_initializer.h"
 #include "inertial_scene.h"
 
 namespace highwall {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial_odometry.h>
+#include <highwall/frontend/inertial/inertial_odometry.h>
 
 #include <functional>
 #include <memory>

@@ -11,11 +11,11 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_buffer.h>
-#include <highwall/frontend/imu_calibration.h>
-#include <highwall/frontend/inertial_window.h>
-#include <highwall/frontend/visual_pose.h>
+#include <highwall/frontend/inertial/visual_pose.h>
+#include <highwall/frontend/input/imu_calibration.h>
 
 #include "../factors/imu_scene.h"
+#include "inertial/inertial_window.h"
 
 // What the tests of inertial odometry share: a body with camera and IMU on an analytic motion, the
 // readings of the IMU with noise and biases, the poses of the camera as images would tell them.
@@ -30,7 +30,7 @@ struct InertialSceneOptions {
                  .accelerometer_walk = 1e-3};
   ImuBias bias = ImuBias::Zero();
   double time_offset = 0.0;  // [s] t_imu = t_cam + t_d
-  Pose T_WN{};                 // of N, whose z is up, in the frame W of the images' poses
+  Pose T_WN{};               // of N, whose z is up, in the frame W of the images' poses
   double position_sigma = 1e-3, rotation_sigma = 3e-4;  // [m], [rad] of the images' poses
   unsigned seed = 1;
 };

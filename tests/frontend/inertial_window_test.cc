@@ -1,11 +1,10 @@
-#include <highwall/frontend/inertial_window.h>
-
 #include <memory>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "inertial/inertial_window.h"
 #include "inertial_scene.h"
 
 namespace highwall {

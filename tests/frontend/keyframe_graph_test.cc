@@ -1,9 +1,9 @@
-#include <highwall/frontend/keyframe_graph.h>
-
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
 #include "loop_scene.h"
+#include "loops/keyframe_graph.h"
 
 namespace highwall {
 namespace {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/keyframe_index.h>
+#include <highwall/frontend/map/keyframe_index.h>
 
 #include <string>
 

@@ -1,9 +1,9 @@
-#include <highwall/frontend/keyframe_policy.h>
-
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
 #include "synthetic_scene.h"
+#include "tracking/keyframe_policy.h"
 
 namespace highwall {
 namespace {

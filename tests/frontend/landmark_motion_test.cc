@@ -1,12 +1,12 @@
-#include <highwall/frontend/landmark_motion.h>
-
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <highwall/core/error.h>
-#include <highwall/frontend/measurement_model.h>
 
+#include <highwall/core/error.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "pose/landmark_motion.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

@@ -1,5 +1,3 @@
-#include <highwall/frontend/line_extractor.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,11 +5,14 @@
 #include <utility>
 
 #include <gtest/gtest.h>
-#include <highwall/core/error.h>
-#include <highwall/frontend/orb_matcher.h>
 #include <Eigen/Geometry>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+
+#include "features/line_extractor.h"
+#include "features/orb_matcher.h"
 
 namespace highwall {
 namespace {

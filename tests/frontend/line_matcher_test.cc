@@ -1,11 +1,12 @@
-#include <highwall/frontend/line_matcher.h>
-
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
+
+#include "features/line_matcher.h"
 
 namespace highwall {
 namespace {

@@ -1,5 +1,3 @@
-#include <highwall/frontend/local_mapper.h>
-
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -8,8 +6,10 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
+#include "local/local_mapper.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

@@ -4,8 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <highwall/frontend/loop_correction.h>
-
+#include "loops/loop_correction.h"
 #include "ring_map.h"
 
 namespace highwall {

@@ -1,13 +1,13 @@
-#include <highwall/frontend/loop_closer.h>
-
 #include <algorithm>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
 #include "loop_scene.h"
+#include "loops/loop_closer.h"
 
 namespace highwall {
 namespace {

@@ -1,11 +1,11 @@
-#include <highwall/frontend/loop_detector.h>
-
 #include <string>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
 #include "loop_scene.h"
+#include "loops/loop_detector.h"
 
 namespace highwall {
 namespace {

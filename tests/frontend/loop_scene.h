@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include <highwall/frontend/map.h>
-#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
 
 #include "odometry_drift.h"
 #include "synthetic_scene.h"

@@ -1,7 +1,6 @@
-#include <highwall/frontend/map_correction.h>
-
 #include <gtest/gtest.h>
 
+#include "loops/map_correction.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

@@ -1,5 +1,3 @@
-#include <highwall/frontend/map_io.h>
-
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -13,11 +11,13 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
-#include <highwall/frontend/relocalizer.h>
+#include <highwall/frontend/map/map_io.h>
 
 #include "../crc32.h"
 #include "synthetic_scene.h"
+#include "tracking/relocalizer.h"
 
 namespace highwall {
 namespace {

@@ -1,11 +1,11 @@
-#include <highwall/frontend/map_matcher.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
+#include "map/map_matcher.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/map.h>
+#include <highwall/frontend/map/map.h>
 
 #include <memory>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/map/measurement_model.h>
 
 #include <cmath>
 

@@ -1,5 +1,3 @@
-#include <highwall/frontend/moving_objects.h>
-
 #include <memory>
 #include <string>
 
@@ -9,6 +7,7 @@
 #include <highwall/core/error.h>
 
 #include "box_world.h"
+#include "tracking/moving_objects.h"
 
 namespace highwall {
 namespace {

@@ -1,16 +1,17 @@
-#include <highwall/frontend/orb_extractor.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
 
 #include <gtest/gtest.h>
-#include <highwall/core/error.h>
-#include <highwall/frontend/orb_matcher.h>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+
+#include "features/orb_extractor.h"
+#include "features/orb_matcher.h"
 
 namespace highwall {
 namespace {

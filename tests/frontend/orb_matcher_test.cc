@@ -1,11 +1,12 @@
-#include <highwall/frontend/orb_matcher.h>
-
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
+
+#include "features/orb_matcher.h"
 
 namespace highwall {
 namespace {

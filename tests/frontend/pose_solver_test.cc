@@ -1,15 +1,15 @@
-#include <highwall/frontend/pose_solver.h>
-
 #include <cmath>
 #include <memory>
 
 #include <ceres/loss_function.h>
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/so3.h>
-#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/map/measurement_model.h>
 
+#include "pose/pose_solver.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

@@ -1,8 +1,8 @@
-#include <highwall/frontend/projection_matcher.h>
-
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
+#include "map/projection_matcher.h"
 #include "synthetic_scene.h"
 
 namespace highwall {

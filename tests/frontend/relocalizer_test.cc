@@ -1,9 +1,9 @@
-#include <highwall/frontend/relocalizer.h>
-
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 
 #include "synthetic_scene.h"
+#include "tracking/relocalizer.h"
 
 namespace highwall {
 namespace {

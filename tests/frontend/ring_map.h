@@ -5,9 +5,9 @@
 #include <random>
 #include <vector>
 
-#include <highwall/frontend/keyframe_graph.h>
-#include <highwall/frontend/map.h>
+#include <highwall/frontend/map/map.h>
 
+#include "loops/keyframe_graph.h"
 #include "odometry_drift.h"
 #include "synthetic_scene.h"
 

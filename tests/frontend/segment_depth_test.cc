@@ -1,12 +1,13 @@
-#include <highwall/frontend/segment_depth.h>
-
 #include <cmath>
 #include <limits>
 #include <random>
 #include <string>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
+
+#include "features/segment_depth.h"
 
 namespace highwall {
 namespace {
@@ -250,7 +251,8 @@ TEST(FitSegmentDepth, RejectsBadArguments) {
   EXPECT_NE(message({.inlier_sigmas = 0.0}).find("inlier_sigmas"), std::string::npos);
   EXPECT_NE(message({.max_rms = 0.0}).find("max_rms"), std::string::npos);
   EXPECT_NE(message({.ransac_iterations = 0}).find("ransac_iterations"), std::string::npos);
-  EXPECT_NE(message({.noise = {.offset = 0.0, .quadratic = 0.0}}).find("DepthNoise"), std::string::npos);
+  EXPECT_NE(message({.noise = {.offset = 0.0, .quadratic = 0.0}}).find("DepthNoise"),
+            std::string::npos);
 }
 
 }  // namespace

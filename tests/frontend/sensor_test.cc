@@ -1,4 +1,4 @@
-#include <highwall/frontend/sensor.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include <cmath>
 

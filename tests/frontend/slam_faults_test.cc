@@ -1,6 +1,6 @@
 // SlamSystem under faults of readings and images: whatever comes in, no exception comes out.
 // HIGHWALL_FAULT_RUNS=1000 tries a thousand seeds.
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include <algorithm>
 #include <limits>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <highwall/frontend/depth_scale.h>
+#include <highwall/frontend/local/depth_scale.h>
 #include <simulate/room.h>
 #include <opencv2/core.hpp>
 

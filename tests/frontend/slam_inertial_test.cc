@@ -1,5 +1,5 @@
 // SlamSystem with an IMU, in a room that is rendered.
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include <memory>
 #include <vector>

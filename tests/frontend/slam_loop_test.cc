@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <highwall/core/trajectory_error.h>
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 #include <simulate/room.h>
 
 namespace highwall {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include <memory>
 #include <stdexcept>

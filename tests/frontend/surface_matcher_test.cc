@@ -1,14 +1,13 @@
-#include <highwall/frontend/surface_matcher.h>
-
 #include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/sensor.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "box_world.h"
+#include "pose/surface_matcher.h"
 
 namespace highwall {
 namespace {

@@ -8,14 +8,16 @@
 #include <random>
 #include <vector>
 
-#include <highwall/frontend/frame.h>
-#include <highwall/frontend/map.h>
-#include <highwall/frontend/measurement_model.h>
-#include <highwall/frontend/projection_matcher.h>
-#include <highwall/frontend/sensor.h>
 #include <Eigen/Core>
 #include <Eigen/QR>
 #include <opencv2/core/types.hpp>
+
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "map/projection_matcher.h"
 
 // A scene of points and line segments with descriptors of their own, and what an ideal extractor
 // would find in an image of it: tests of tracking and mapping need no images.

@@ -1,16 +1,16 @@
-#include <highwall/frontend/tracker.h>
-
 #include <cmath>
 #include <memory>
 #include <vector>
 
 #include <gtest/gtest.h>
+
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 
 #include "box_world.h"
 #include "synthetic_scene.h"
+#include "tracking/tracker.h"
 
 namespace highwall {
 namespace {

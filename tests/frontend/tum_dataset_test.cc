@@ -1,5 +1,3 @@
-#include <highwall/frontend/tum_dataset.h>
-
 #include <functional>
 #include <string>
 #include <vector>
@@ -9,9 +7,10 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/image_io.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "generated_tum.h"
+#include "input/image_io.h"
 
 namespace highwall {
 namespace {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/visual_pose.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 
 #include <limits>
 #include <random>

@@ -1,6 +1,6 @@
 #include <highwall/core/line3.h>
-#include <highwall/frontend/map_io.h>
-#include <highwall/frontend/measurement_model.h>
+#include <highwall/frontend/map/map_io.h>
+#include <highwall/frontend/map/measurement_model.h>
 
 #include <cstring>
 #include <memory>

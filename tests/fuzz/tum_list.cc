@@ -1,4 +1,4 @@
-#include <highwall/frontend/tum_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "fuzz.h"
 

@@ -6,8 +6,8 @@
 #include <thread>
 #include <utility>
 
-#include <highwall/frontend/frame_queue.h>
-#include <highwall/frontend/slam_system.h>
+#include <highwall/frontend/input/frame_queue.h>
+#include <highwall/frontend/system/slam_system.h>
 
 // Waits for the next pair of images; empty when the camera has been switched off.
 using Camera = std::function<std::optional<highwall::RgbdImage>()>;

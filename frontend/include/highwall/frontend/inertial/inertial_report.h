@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/inertial/inertial_estimate.h>
+
+namespace highwall {
+
+enum class InertialStatus {
+  kWaiting,        // no readings around the images yet
+  kInitializing,   // gravity, biases and velocity are not known yet
+  kRunning,        // images and IMU
+  kDeadReckoning,  // the IMU alone
+  kGivenUp,        // images and IMU contradict each other: the images alone from now on
+};
+
+// "waiting", "initializing", "running", "dead reckoning", "given up".
+const char* ToString(InertialStatus status);
+
+// What became of one image.
+struct InertialReport {
+  InertialStatus status = InertialStatus::kWaiting;
+  std::string reason;               // in kInitializing and kGivenUp: what is amiss, one line
+  double weight = 0.0;              // of the interval's IMU factor
+  double squared_innovation = 0.0;  // of the image's pose against the prediction
+  int innovation_dof = 0;           // 0 where it was not formed
+  bool stationary = false;
+  bool restarted = false;  // readings were missing before this image
+  // The rotation that makes z point up, to be applied to the whole map; in the report of the image
+  // that ends the initialization only.
+  std::optional<Pose> T_level;
+  // After the image, once initialized; in W.
+  std::optional<InertialEstimate> estimate;
+  double gravity_sigma = 0.0;                         // [rad]
+  double time_offset = 0.0, time_offset_sigma = 0.0;  // [s] t_d
+};
+
+}  // namespace highwall

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <highwall/core/sliding_window_smoother.h>
+#include <highwall/factors/adaptive_imu_weight.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/factors/zero_velocity.h>
+
+namespace highwall {
+
+// How the inertial residuals are weighed against the visual ones (METHOD.md, section 4).
+enum class ImuWeighting {
+  kPaper,       // by the motion: PaperImuWeight
+  kConsistent,  // 1, less where the innovations are too large: ConsistentImuWeight
+  kFixed,       // a constant
+};
+
+// "paper", "consistent", "fixed".
+const char* ToString(ImuWeighting policy);
+
+struct ImuWeightingOptions {
+  ImuWeighting policy = ImuWeighting::kConsistent;
+  double fixed_weight = 1.0;  // > 0; of kFixed
+  PaperImuWeightOptions paper{};
+  ConsistentImuWeightOptions consistent{};
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct InertialInitializerOptions {
+  double interval = 0.1;                  // [s] > 0; between the images that are used
+  double min_duration = 1.0;              // [s] > 0; from the first of them to the last
+  double max_duration = 8.0;              // [s] > min_duration; older ones are forgotten
+  double gyroscope_bias_sigma = 0.02;     // [rad/s] > 0; what is known of the biases before
+  double accelerometer_bias_sigma = 0.1;  // [m/s^2] > 0
+  double time_offset_sigma = 0.02;        // [s] > 0; of the calibration's guess
+  // [rad] > 0; more certain of gravity's direction it is good enough to start. At rest the bias
+  // of the accelerometer and a tilt look the same: 0.1 m/s^2 are 0.01 rad.
+  double max_gravity_sigma = 0.015;
+  double max_error = 20.0;          // > 0; chi-squared per degree of freedom
+  double max_gravity_error = 0.06;  // (0, 1); of the magnitude of gravity
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct VisualNoise {
+  // Standard deviations of what all landmarks of an image have in common, the error of the map
+  // foremost: no number of landmarks makes a pose more certain than this.
+  double position = 3e-4;  // [m] > 0
+  double rotation = 5e-5;  // [rad] > 0
+  // Of the landmarks' own part of the covariance, > 0: their errors are not independent.
+  double scale = 4.0;
+  double min_error = 0.02;  // > 0; the least |r|^2 per degree of freedom that is believed
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct InertialOptions {
+  ImuWeightingOptions weighting{};
+  bool estimate_time_offset = true;
+  InertialInitializerOptions initializer{};
+  double retry_interval = 0.5;  // [s] > 0; between attempts to initialize
+  int max_attempts = 20;        // >= 1; that end in a contradiction, then the IMU is given up
+  SlidingWindowOptions window{.max_states = 10};
+  ImuBufferOptions buffer{};
+  VisualNoise visual_noise{};
+  // Of the walks of the biases, >= 1: what the map gets wrong along the way looks like biases that
+  // move faster than those of the sensor do.
+  double walk_inflation = 4.0;
+  // Of the prediction's covariance before it guides the search for landmarks, >= 1.
+  double prediction_inflation = 4.0;
+  double max_dead_reckoning = 5.0;  // [s] > 0; without any image, then the frame is lost
+  // After readings were missing: of the velocity that the displacement of two images shows.
+  double restart_velocity_sigma = 0.5;  // [m/s] > 0
+  StationaryOptions stationary{};
+  double stationary_speed = 0.03;  // [m/s] > 0; the estimate must be slower as well
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+}  // namespace highwall

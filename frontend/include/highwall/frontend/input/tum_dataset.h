@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <highwall/core/stamp.h>
+#include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/dataset.h>
+
+namespace highwall {
+
+// One line of rgb.txt or depth.txt.
+struct TumImageFile {
+  Stamp stamp = 0;
+  std::filesystem::path path;  // the list's folder joined in
+};
+
+// "stamp path" a line; comments (#), blank lines and CRLF are allowed. Throws IoError naming the
+// line if it is malformed or its stamp is not greater than the one before, and if none is left.
+std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list);
+
+// One-to-one pairs (index in a, index in b), in order, with stamps at most max_difference [ns]
+// apart: the closest pair of all first, then the closest of the rest, and so on. Both lists sorted.
+std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
+    const std::vector<TumImageFile>& a, const std::vector<TumImageFile>& b, Stamp max_difference);
+
+struct TumDatasetOptions {
+  double depth_factor = 5000.0;        // [1/m] > 0: the stored depth of one metre
+  int width = 0, height = 0;           // [px] the size every frame must have; 0: any
+  double max_stamp_difference = 0.02;  // [s] > 0, between colour and depth of a frame
+
+  void Validate() const;  // throws InvalidArgument naming the field and its value
+};
+
+// A folder as the TUM RGB-D benchmark lays it out: rgb.txt and depth.txt, the images they name,
+// groundtruth.txt and the readings of an IMU (FindImuFile) where they are. The stamp of a frame is
+// that of its colour image. A frame without any depth cannot be used unless there is an IMU, which
+// bridges it.
+class TumDataset final : public Dataset {
+ public:
+  // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, no
+  // colour image has a depth image in time, or no frame at all can be used. Warns when the median
+  // depth of a few frames spread over the sequence is implausible.
+  explicit TumDataset(const std::filesystem::path& directory,
+                      const TumDatasetOptions& options = {});
+
+  std::size_t size() const override { return frames_.size(); }
+  Stamp stamp(std::size_t index) const override { return colour_[frames_.at(index).first].stamp; }
+  const Trajectory* groundtruth() const override { return groundtruth_ ? &*groundtruth_ : nullptr; }
+
+  std::optional<std::filesystem::path> imu_file() const override { return imu_file_; }
+
+  const std::filesystem::path& directory() const { return directory_; }
+  const std::vector<TumImageFile>& colour_files() const { return colour_; }
+  const std::vector<TumImageFile>& depth_files() const { return depth_; }
+  // [m] over the measured pixels of the frames that were looked at.
+  double median_depth() const { return median_depth_; }
+
+ private:
+  RgbdImage DoLoad(std::size_t index) const override;
+  void Probe();
+
+  std::filesystem::path directory_;
+  TumDatasetOptions options_;
+  std::vector<TumImageFile> colour_, depth_;
+  std::vector<std::pair<std::size_t, std::size_t>> frames_;  // indices in colour_ and depth_
+  std::optional<std::filesystem::path> imu_file_;
+  std::optional<Trajectory> groundtruth_;
+  double median_depth_ = 0.0;
+};
+
+// A median depth [m] outside of 0.1 to 20 m tells of a wrong factor. Returns the factor in wide
+// use (1000: millimetres; 5000: TUM RGB-D) that makes it plausible; empty where it is plausible
+// already, 0 where neither helps.
+std::optional<double> LikelyDepthFactor(double median_depth, double depth_factor);
+
+}  // namespace highwall

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <highwall/core/pose_graph.h>
+#include <highwall/frontend/local/options.h>
+#include <highwall/frontend/map/options.h>
+#include <highwall/frontend/tracking/options.h>
+
+namespace highwall {
+
+// How far the transforms between keyframes may be off: standard deviations.
+struct KeyFrameGraphOptions {
+  double drift_translation = 0.05;  // > 0: share of the distance between two keyframes
+  double drift_rotation = 0.05;     // > 0: share of the angle between them
+  double step_translation = 0.005;  // [m] > 0: of every step between them besides
+  double step_rotation = 0.003;     // [rad] > 0
+  // >= 0; share of all that which is the same in every step, so that over n steps the variance is
+  // 1 + n drift_bias^2 times that of steps that are off by chance.
+  double drift_bias = 0.05;
+  double loop_translation = 0.02;  // [m] > 0: of a loop
+  double loop_rotation = 0.01;     // [rad] > 0
+  // > 0; a loop beyond this is false: the squared distance of LoopChi2, and what a loop is left
+  // with in the solved graph. 99.9 % of true ones are within where the drift is as above.
+  double max_loop_chi2 = 22.458;
+  int min_shared = 50;  // >= 1: landmarks that make an edge between keyframes
+  int neighbours = 3;   // >= 0: most such edges of a keyframe to older ones
+  // Where the map knows gravity, rotations keep its direction, W's z axis: four degrees of freedom
+  // are left.
+  bool hold_gravity = true;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct LoopDetectorOptions {
+  int min_shared = 15;        // >= 1: landmarks that two keyframes of one place share
+  int candidates = 3;         // >= 1: keyframes looked at, most alike first
+  double min_score = 0.01;    // [0, 1]: of the index
+  double score_share = 0.25;  // [0, 1]: of the score of the best neighbour in the map
+  int consistency = 3;        // >= 1: keyframes in a row that name one place before it is verified
+  RelocalizerOptions verification{.min_inliers = 20, .ransac_iterations = 300};
+  MapMatcherOptions matcher{};   // for the search by projection
+  int place_keyframes = 10;      // >= 0: neighbours of the candidate whose landmarks are searched
+  int min_support = 50;          // >= 6: inlier points plus twice the lines, after that search
+  double min_found = 0.25;       // [0, 1]: their share of the landmarks in view
+  KeyFrameGraphOptions graph{};  // the drift that is thought possible
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct LoopCorrectionOptions {
+  KeyFrameGraphOptions graph{};
+  RobustLoops robust = RobustLoops::kGnc;
+  MapMatcherOptions matcher{};  // of the search for landmarks that are there twice
+  int fused_keyframes = 12;     // >= 0: neighbours on either side of the loop that take part
+  int threads = 2;              // >= 1: of the solver; 1 gives bit-equal results on every run
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct LoopCloserOptions {
+  bool enabled = true;
+  LoopDetectorOptions detector{};
+  LoopCorrectionOptions correction{};
+  bool adjust = true;  // the whole map after a loop: global bundle adjustment
+  // Few steps: the pose graph has brought the map near, and local adjustments go on.
+  BundleAdjustmentOptions bundle{
+      .first_iterations = 4, .second_iterations = 4, .tolerance = 1e-4, .trust_region = 1e8};
+  // On a thread of its own, on a copy of the map; what comes out is applied between frames. false:
+  // before InsertKeyFrame returns; the same input then gives the same map.
+  bool background = true;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+}  // namespace highwall

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/map_ids.h>
+#include <highwall/frontend/map/options.h>
+
+namespace highwall {
+
+// How much of a query's appearance a keyframe shares, in [0, 1].
+struct PlaceScore {
+  KeyFrameId keyframe = kNoId;
+  double score = 0.0;
+};
+
+// 256-bit binary descriptors by keyframe: locality-sensitive hashing by sampled bits (Indyk,
+// Motwani, STOC 1998). Each table files a descriptor under 16 of its bits; what is filed is the
+// keyframe and a signature of 32 other bits, so that a query reads its buckets through and touches
+// no descriptor. There is nothing to train, and memory is 8 bytes a descriptor and table.
+class DescriptorTables {
+ public:
+  struct Posting {
+    KeyFrameId keyframe;
+    std::uint32_t signature;
+  };
+
+  explicit DescriptorTables(int tables);
+
+  // descriptors: N x 32 CV_8U or empty, here and below.
+  void Add(KeyFrameId keyframe, const cv::Mat& descriptors);
+  // What Add was given.
+  void Remove(KeyFrameId keyframe, const cv::Mat& descriptors);
+  // Adds to (*votes)[k] what descriptors like those of keyframe k weigh: weight * log(n / m) each,
+  // where m of `keyframes` = n - 1 keyframes have the like (inverse document frequency: Sivic,
+  // Zisserman, ICCV 2003). votes: longer than any id. Returns the most that a keyframe could get.
+  double Vote(const cv::Mat& descriptors, int max_signature_bits, double weight,
+              std::size_t keyframes, std::vector<double>* votes) const;
+
+ private:
+  using Table = std::unordered_map<std::uint32_t, std::vector<Posting>>;
+
+  std::vector<Table> tables_;
+};
+
+// Place recognition without a vocabulary: which keyframes look like this? Grows and shrinks by
+// keyframes; points vote by ORB and lines by LBD.
+class KeyFrameIndex {
+ public:
+  explicit KeyFrameIndex(const KeyFrameIndexOptions& options = {});
+
+  void Add(KeyFrameId keyframe, const FrameFeatures& features);
+  // features: as they were added.
+  void Remove(KeyFrameId keyframe, const FrameFeatures& features);
+  // Keyframes with a score above 0, best first; of equal scores the newer first.
+  std::vector<PlaceScore> Query(const FrameFeatures& features) const;
+
+  std::size_t size() const { return size_; }
+
+ private:
+  KeyFrameIndexOptions options_;
+  DescriptorTables points_, lines_;
+  std::size_t size_ = 0;
+  KeyFrameId end_ = 0;  // above every id that was added
+};
+
+}  // namespace highwall

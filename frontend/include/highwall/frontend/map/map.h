@@ -1,0 +1,169 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/line3.h>
+#include <highwall/core/pose.h>
+#include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/id_table.h>
+#include <highwall/frontend/map/keyframe_index.h>
+#include <highwall/frontend/map/map_ids.h>
+
+namespace highwall {
+
+// 256-bit binary descriptor (ORB of a point, LBD of a line).
+using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
+
+// Feature `index` of keyframe `keyframe` sees the landmark.
+struct Observation {
+  KeyFrameId keyframe = kNoId;
+  int index = 0;
+};
+
+struct MapPoint {
+  PointId id = kNoId;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // [m]
+  BinaryDescriptor256 descriptor{};                    // of the observation nearest to all others
+  Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // mean unit direction, camera -> point
+  double min_distance = 0.0;                           // [m] scale-invariance range of the pyramid
+  double max_distance = 0.0;                           // [m]
+  std::vector<Observation> observations;               // ascending keyframes
+  std::int64_t first_frame = 0;                        // frame index of its creation
+  int visible = 1;                                     // frames in whose view it was predicted
+  int found = 1;                                       // frames in which it was an inlier
+};
+
+struct MapLine {
+  LineId id = kNoId;
+  Segment3 segment_W;  // [m]
+  BinaryDescriptor256 descriptor{};
+  bool has_descriptor = false;
+  std::vector<Observation> observations;
+  std::int64_t first_frame = 0;
+  int visible = 1;
+  int found = 1;
+};
+
+// The body's motion at a keyframe, and the readings of the IMU since an earlier one.
+struct KeyFrameMotion {
+  Stamp stamp = 0;                                 // [ns] of the IMU's clock
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  // [m/s]
+  ImuBias bias = ImuBias::Zero();                  // [rad/s, m/s^2]
+  Eigen::Matrix<double, 6, 1> bias_sigma = Eigen::Matrix<double, 6, 1>::Ones();
+  KeyFrameId previous = kNoId;                             // kNoId: nothing ties it to one before
+  std::shared_ptr<const ImuPreintegration> from_previous;  // null with it
+  double weight = 1.0;                                     // of its IMU factor
+};
+
+struct KeyFrame {
+  KeyFrameId id = kNoId;
+  Frame frame;
+  Pose T_WC;
+  std::optional<KeyFrameMotion> motion;  // with an IMU that is initialized
+  std::vector<PointId> points;           // per point feature, kNoId where unmatched
+  std::vector<LineId> lines;             // per line feature
+};
+
+// Keyframes, points and lines, owned by id. Ids ascend and are never used again; what was removed
+// answers nullptr. Not thread-safe: its owner guards it.
+class Map {
+ public:
+  // The same keyframes and landmarks under the same ids, features shared, without the index: a copy
+  // to adjust and fuse in while this map goes on. No keyframe is to be removed from it.
+  Map Clone() const;
+
+  KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC);
+  MapPoint& AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index);
+  MapLine& AddLine(const Segment3& segment_W, std::int64_t frame_index);
+
+  // nullptr where there is none (any more).
+  KeyFrame* keyframe(KeyFrameId id);
+  const KeyFrame* keyframe(KeyFrameId id) const;
+  MapPoint* point(PointId id);
+  const MapPoint* point(PointId id) const;
+  MapLine* line(LineId id);
+  const MapLine* line(LineId id) const;
+
+  // Live ids, ascending.
+  std::vector<KeyFrameId> keyframe_ids() const;
+  std::vector<PointId> point_ids() const;
+  std::vector<LineId> line_ids() const;
+  std::size_t num_keyframes() const { return keyframes_.size(); }
+  std::size_t num_points() const { return points_.size(); }
+  std::size_t num_lines() const { return lines_.size(); }
+  // Of the live keyframes.
+  const KeyFrameIndex& index() const { return index_; }
+
+  // Feature `index` of the keyframe sees the landmark. A keyframe sees a landmark once: where it
+  // does already, or where the feature is taken, nothing happens and false is returned.
+  bool ObservePoint(KeyFrameId keyframe, int index, PointId point);
+  bool ObserveLine(KeyFrameId keyframe, int index, LineId line);
+  // A landmark left with no observation is removed.
+  void ForgetPointObservation(KeyFrameId keyframe, PointId point);
+  void ForgetLineObservation(KeyFrameId keyframe, LineId line);
+
+  void RemovePoint(PointId id);
+  void RemoveLine(LineId id);
+  // Every observation of `from` goes to `into`, where its keyframe does not see `into` already.
+  void MergePoints(PointId from, PointId into);
+  void MergeLines(LineId from, LineId into);
+
+  // Removes the keyframe and its observations. Frames that hang on it follow `T_parent` instead:
+  // see ResolvePose. The keyframe whose motion follows from its motion is tied to the one before
+  // instead. parent: a live keyframe.
+  void RemoveKeyFrame(KeyFrameId id, KeyFrameId parent);
+  // The present pose of a keyframe, also of a removed one (through its parent at that time).
+  Pose ResolvePose(KeyFrameId id) const;
+  // The live keyframe whose motion is tied to that of `id`; null where there is none.
+  KeyFrame* Successor(KeyFrameId id);
+
+  // Moves everything: p_new = T_new_old p_old.
+  void Transform(const Pose& T_new_old);
+  // [m/s^2] in W; empty where no IMU told.
+  const std::optional<Eigen::Vector3d>& gravity_W() const { return gravity_W_; }
+  void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W) { gravity_W_ = gravity_W; }
+
+  // Descriptor, viewing direction and scale range of a point from its observations.
+  // scale_factor: of the ORB pyramid, levels: its number of levels.
+  void RefreshPoint(PointId id, double scale_factor, int levels);
+
+  // Keyframes that see the given landmarks, with how many each sees; most first, then by id.
+  std::vector<std::pair<KeyFrameId, int>> Observers(std::span<const PointId> points,
+                                                    std::span<const LineId> lines = {}) const;
+  // Keyframes that share at least min_shared landmarks with `id`, most first.
+  std::vector<std::pair<KeyFrameId, int>> Covisible(KeyFrameId id, int min_shared) const;
+
+ private:
+  struct Removed {
+    KeyFrameId parent = kNoId;
+    Pose T_parent;
+  };
+  IdTable<KeyFrame> keyframes_;
+  IdTable<MapPoint> points_;
+  IdTable<MapLine> lines_;
+  std::unordered_map<KeyFrameId, Removed> removed_;
+  std::optional<Eigen::Vector3d> gravity_W_;
+  KeyFrameIndex index_;
+};
+
+// The landmarks that live keyframes see, each once, ascending, without those in `except` (in any
+// order; kNoId is passed over).
+std::vector<PointId> PointsSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                  std::span<const PointId> except);
+std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                std::span<const LineId> except);
+
+// Row `index` of a descriptor matrix (N x 32 CV_8U).
+BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index);
+
+}  // namespace highwall

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include <ceres/cost_function.h>
+
+#include <highwall/core/camera.h>
+#include <highwall/factors/depth_noise.h>
+#include <highwall/factors/line_reprojection.h>
+#include <highwall/factors/point_reprojection.h>
+#include <highwall/factors/rgbd_projection.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/map/options.h>
+
+
+namespace highwall {
+
+// Which features of one RGB-D camera may be one, and how they weigh in an estimate: the one place
+// for tracking, mapping, loops and relocalization alike, where observations become residual rows.
+// Rows are of T_WC; the factors are of T_WB, whose frame B is the camera's where there is no IMU.
+class MeasurementModel {
+ public:
+  MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
+                   const Pose& T_BC = Pose());
+
+  // Without distortion.
+  const PinholeCamera& camera() const { return camera_; }
+  const DepthNoise& depth_noise() const { return noise_; }
+  const RgbdProjection& projection() const { return projection_; }
+  const Pose& T_BC() const { return T_BC_; }
+  const MeasurementOptions& options() const { return options_; }
+
+  // [px] of u and v at the pyramid level.
+  double PointSigma(int octave) const;
+  // [px] of the virtual disparity at depth z [m] with standard deviation sigma_z [m].
+  double DisparitySigma(double z, double sigma_z) const {
+    return right_.fx * right_.baseline / (z * z) * sigma_z;
+  }
+
+  // Rows of a point; the third is zero where it has no depth (Dimension 2 instead of 3).
+  ProjectionRows<3> Rows(const PointFeature& feature) const;
+  static int Dimension(const PointFeature& feature) { return feature.depth > 0.0 ? 3 : 2; }
+  // Rows of a line's two ends in the end-point form; the second row of each is zero without depth,
+  // and, with paper weighting, for a segment that the virtual right camera sees end-on.
+  std::array<ProjectionRows<2>, 2> Rows(const LineFeature& feature) const;
+  static int Dimension(const LineFeature& feature) { return feature.segment_C ? 4 : 2; }
+
+  // Blocks: T_WB, p_W.
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature) const;
+  // Blocks: T_WB, OrthonormalLine.
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
+
+ private:
+  Eigen::Vector3d Measurement(const PointFeature& feature) const;
+  RgbdSegment Measurement(const LineFeature& feature) const;
+  SegmentNoise Noise(const LineFeature& feature) const;
+
+  MeasurementOptions options_;
+  PinholeCamera camera_;
+  VirtualRightCamera right_;
+  DepthNoise noise_;
+  Pose T_BC_;
+  RgbdProjection projection_, body_projection_;  // of T_WC, of T_WB
+};
+
+}  // namespace highwall

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <highwall/factors/depth_noise.h>
+#include <highwall/frontend/features/options.h>
+
+namespace highwall {
+
+struct MeasurementOptions {
+  Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
+  double baseline = 0.08;                        // [m] > 0: of the virtual right camera
+  double point_sigma = 0.7;   // [px] > 0: of a corner at pyramid level 0; grows with the level
+  double line_sigma = 1.0;    // [px] > 0: of a segment's end, across it
+  double scale_factor = 1.2;  // > 1: of the pyramid
+  LineMatcherOptions line_matches{};  // which segments of two images may be one line
+
+  void Validate() const;
+};
+
+struct ProjectionMatchOptions {
+  int max_hamming = 100;         // [bit] 0 to 256
+  double ratio = 0.9;            // (0, 1]: best against second best of the same pyramid level
+  double max_angle_diff = 30.0;  // [deg] between expected and observed orientation
+
+  void Validate() const;
+};
+
+struct MapMatcherOptions {
+  double motion_radius = 15.0;  // [px] > 0: search window around the landmarks of the last frame
+  double map_radius = 4.0;      // [px] > 0: around those of the local map; both grow with the level
+  double min_view_cosine = 0.5;  // [-1, 1]: against the mean direction the point was seen from
+  ProjectionMatchOptions motion_match{.max_hamming = 100, .ratio = 0.9};
+  ProjectionMatchOptions map_match{.max_hamming = 100, .ratio = 0.8};
+  float min_line_pixels = 15.0F;  // [px] >= 1: shorter projections are not looked for
+
+  void Validate() const;
+};
+
+struct KeyFrameIndexOptions {
+  int tables = 4;              // [1, 12]: more find more alike descriptors and cost as much more
+  int max_signature_bits = 6;  // [bit] [0, 32]: of the signature, that alike descriptors differ in
+  double line_weight = 2.0;    // >= 0: of a line's vote, where a point's is 1: it has two ends
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+}  // namespace highwall

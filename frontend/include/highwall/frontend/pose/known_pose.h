@@ -1,0 +1,16 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <highwall/core/pose.h>
+
+namespace highwall {
+
+// What is known of the pose from elsewhere: rows W (T_WC [-] T_WC_0), as PosePrior.
+struct KnownPose {
+  Pose T_WC;                                      // expected
+  Eigen::Matrix<double, 6, 6> sqrt_information =  // W, in the tangent at T_WC [1/m, 1/rad]
+      Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+}  // namespace highwall

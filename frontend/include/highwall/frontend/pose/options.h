@@ -1,0 +1,63 @@
+#pragma once
+
+
+
+namespace highwall {
+
+struct PoseSolverOptions {
+  double point_huber = 2.4;  // [sigma] > 0: Huber threshold on the norm of a point's rows
+  double line_huber = 2.4;   // [sigma] > 0: the same for a line's rows
+  double plane_huber = 1.5;  // [sigma] > 0: of a point on a plane
+  double chi2_1 = 3.841;     // > 0: inlier bounds, 95 % of chi-square with 1, 2, 3 and 4 rows
+  double chi2_2 = 5.991;     // > 0
+  double chi2_3 = 7.815;     // > 0
+  double chi2_4 = 9.488;     // > 0
+  int rounds = 3;            // >= 1: solve, classify inliers, solve again
+  int max_iterations = 6;    // >= 1, per round
+  // Inlier points plus twice the inlier lines, >= 3: with less there is no solution. A line counts
+  // for two points, since both of its ends are measured.
+  int min_support = 6;
+
+  void Validate() const;
+};
+
+struct DegeneracyOptions {
+  // [m] > 0: a direction is open where the standard deviation along it exceeds this.
+  double max_sigma = 0.02;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct SurfaceMatcherOptions {
+  int stride = 2;              // [cells] >= 1, between the middles of patches
+  int radius = 4;              // [cells] >= 1: a patch has 2 radius + 1 cells to a side
+  double link = 0.1;           // > 0: a patch ends where depth departs by this share of itself
+  double min_share = 0.7;      // (0, 1]: cells of a patch that must be of its surface
+  double planar_sigmas = 2.0;  // > 0: most depart from the plane by no more than depth noise, or by
+  double roughness = 0.01;     // [m] >= 0, whichever is more
+  double max_incidence = 1.3;  // [rad] (0, pi/2): between the ray and the normal
+  // [rad] > 0: standard deviation of a normal. Normals that are less certain hold a pose in
+  // directions of which the surface says nothing.
+  double max_tilt = 0.05;
+  double gate_sigmas = 4.0;  // > 0: a point farther off the plane is of something else, plus
+  double gate = 0.03;        // [m] >= 0, the error of the pose
+  int max_rows = 300;        // >= 1
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+struct LandmarkMotionOptions {
+  int min_points = 8;      // >= 1: that contradict the pose which all others give ...
+  double min_share = 0.7;  // (0, 1]: and this share of those that are judged
+  // > 0: of a point that contradicts, by the noise that the others show: 99.999 % with 3 rows, for
+  // errors of landmarks on one surface go together.
+  double chi2 = 25.9;
+  int min_support = 20;    // >= 6: that the others must have (PoseSolverOptions) ...
+  double outnumber = 1.0;  // > 0: and this many times that of what is judged
+
+  void Validate() const;
+};
+
+}  // namespace highwall

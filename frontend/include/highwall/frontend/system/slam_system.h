@@ -1,0 +1,131 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
+#include <highwall/core/trajectory.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/inertial/inertial_report.h>
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/local/local_mapping_report.h>
+#include <highwall/frontend/loops/loop_report.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/pose/degeneracy.h>
+#include <highwall/frontend/system/options.h>
+#include <highwall/frontend/tracking/tracking_state.h>
+
+namespace highwall {
+
+class InertialOdometry;
+
+// Milliseconds of one frame. features: points and lines together, which overlap in time.
+struct FrameTimes {
+  double points = 0.0, lines = 0.0, features = 0.0;
+  double tracking = 0.0;  // pose estimation, features not included
+  double mapping = 0.0;   // local mapping, on keyframes, as far as the caller does it
+  double loops = 0.0;     // applying what other threads have come to, and looking for loops
+};
+
+struct FrameResult {
+  Stamp stamp = 0;
+  TrackingState state = TrackingState::kLost;
+  bool relocalized = false;
+  Pose T_WC;                  // causal estimate; meaningful where HasPose(state)
+  int points = 0, lines = 0;  // features extracted
+  int matched_points = 0, matched_lines = 0;
+  // Directions of the pose that these leave open, the most open one first.
+  std::vector<OpenDirection> open_directions;
+  // What moves, as the past tells: CV_8UC1 of the image, 255; empty where nothing does. Its
+  // features make no pose and no landmarks.
+  cv::Mat moving;
+  std::optional<LocalMappingReport> mapping;  // where the frame became a keyframe
+  std::optional<InertialReport> inertial;     // with an IMU
+  // What was applied to the map since the last frame.
+  std::optional<BundleAdjustmentReport> adjustment;
+  std::vector<LoopReport> loops;
+  FrameTimes times;
+};
+
+// What a SlamSystem tells while it works; any may be empty. Called on the thread that calls
+// Track(), Finish() or AdjustAll(), before it returns and when the system is whole again: const
+// members may be asked, none that changes it. What a callback throws reaches the caller.
+struct SlamCallbacks {
+  // A keyframe has joined the map, and the image it was made from.
+  std::function<void(const KeyFrame&, const RgbdImage&)> on_keyframe = {};
+  // A loop was closed or refused, or the adjustment after one is done.
+  std::function<void(const LoopReport&)> on_loop = {};
+  // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
+  // everything, or when gravity was found. Whoever keeps poses or clouds asks the map again.
+  std::function<void(const Map&)> on_map = {};
+  // Every frame, lost ones included, after the above: what Track() returns.
+  std::function<void(const FrameResult&)> on_frame = {};
+};
+
+// Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
+// keyframes out. Local adjustments and loops are computed on threads of their own and applied
+// between frames (SlamOptions::mapper, loops; Deterministic()).
+//
+// World W: origin at the first camera, x along its optical axis, z up where the camera was held
+// level; with an IMU z is up in any case, and the whole map turns a little when it has found where
+// up is. A frame that cannot be tracked is bridged by the IMU, else reported as lost and without a
+// pose; the map stays, and later frames are relocalized in it.
+class SlamSystem {
+ public:
+  // Throws InvalidArgument on bad options.
+  SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {});
+  // imu: with one every reading until some 50 ms after an image goes to AddImu() before that image.
+  // map: of the same camera, to go on in (LoadMap): lost until a frame is recognized. Throws
+  // InvalidArgument also where localize_only comes with an IMU or without a map.
+  SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
+             const std::optional<ImuCalibration>& imu, Map map = {});
+  // Work on other threads that has not ended is given up.
+  ~SlamSystem();
+  SlamSystem(SlamSystem&&) noexcept;
+  SlamSystem& operator=(SlamSystem&&) noexcept;
+
+  // For the calls that follow.
+  void SetCallbacks(SlamCallbacks callbacks);
+
+  // Readings may come late or twice; what became of one is returned. Throws InvalidArgument where
+  // the system was made without an IMU.
+  ImuSampleStatus AddImu(const ImuSample& sample);
+
+  // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
+  FrameResult Track(const RgbdImage& image);
+
+  // What moves in the image of a live keyframe (FrameResult::moving), by what was seen in the
+  // seconds before and since: a second or two later more is known than at once.
+  cv::Mat MovingIn(KeyFrameId keyframe) const;
+
+  // Waits for what is being adjusted and for the loop that is being closed, if any, and applies
+  // both to the map.
+  std::vector<LoopReport> Finish();
+  // After Finish(): one more adjustment of all keyframes and landmarks together. Frames follow.
+  // Throws InvalidArgument where the system localizes only.
+  BundleAdjustmentReport AdjustAll();
+
+  // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
+  // the keyframe it was tracked against.
+  Trajectory trajectory() const;
+  // T_WC of the live keyframes of this run, without those of a map that was given.
+  Trajectory keyframe_trajectory() const;
+
+  const Map& map() const;
+  // Null without an IMU.
+  const InertialOdometry* inertial() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace highwall

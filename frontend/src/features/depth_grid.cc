@@ -1,0 +1,118 @@
+#include "features/depth_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+
+DepthGrid::DepthGrid(const PinholeCamera& camera)
+    : image_camera_((camera.Validate(), camera)),
+      camera_(camera.WithoutDistortion()),
+      cell_size_(static_cast<double>(camera.width) / kColumns) {
+  camera_.width = kColumns;
+  camera_.height = std::max(1, static_cast<int>(camera.height / cell_size_));
+  camera_.fx /= cell_size_;
+  camera_.fy /= cell_size_;
+  camera_.cx = (camera.cx + 0.5) / cell_size_ - 0.5;
+  camera_.cy = (camera.cy + 0.5) / cell_size_ - 0.5;
+  scale_ = Eigen::Vector2d(camera_.fx, camera_.fy).cast<float>();
+  centre_ = Eigen::Vector2d(camera_.cx, camera_.cy).cast<float>();
+  for (int v = 0; v < camera_.height; ++v) {
+    for (int u = 0; u < camera_.width; ++u) {
+      const Eigen::Vector3d ray = camera_.Unproject({u, v}, 1.0);
+      rays_.push_back(ray.cast<float>());
+      const Eigen::Vector2d uv = image_camera_.Project(ray);
+      pixels_.emplace_back(static_cast<int>(std::lround(uv.x())),
+                           static_cast<int>(std::lround(uv.y())));
+    }
+  }
+}
+
+cv::Mat DepthGrid::Sample(const cv::Mat& depth, double min_depth, double max_depth) const {
+  HIGHWALL_REQUIRE(depth.type() == CV_32FC1 && depth.cols == image_camera_.width &&
+                       depth.rows == image_camera_.height,
+                   "DepthGrid::Sample: depth must be CV_32FC1 of the camera's size");
+  const int off = std::max(1, static_cast<int>(0.3 * cell_size_));
+  const std::array<cv::Point, 5> offsets{
+      {{0, 0}, {-off, -off}, {off, -off}, {-off, off}, {off, off}}};
+  const auto low = static_cast<float>(min_depth), high = static_cast<float>(max_depth);
+  const cv::Rect image(0, 0, depth.cols, depth.rows);
+  cv::Mat cells(camera_.height, camera_.width, CV_32FC1);
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    std::array<float, 5> readings{};
+    std::ptrdiff_t valid = 0;
+    for (const cv::Point& offset : offsets) {
+      const cv::Point pixel = pixels_[i] + offset;
+      if (!image.contains(pixel)) continue;
+      const float z = depth.at<float>(pixel);
+      if (z >= low && z <= high) readings[static_cast<std::size_t>(valid++)] = z;
+    }
+    float& cell = cells.ptr<float>()[i];
+    cell = 0.0F;
+    if (valid < 3) continue;
+    std::nth_element(readings.begin(), readings.begin() + valid / 2, readings.begin() + valid);
+    cell = readings[static_cast<std::size_t>(valid / 2)];
+  }
+  return cells;
+}
+
+cv::Point DepthGrid::CellOf(const Eigen::Vector2d& uv) const {
+  const auto index = [this](double pixel, int count) {
+    return std::clamp(static_cast<int>(std::floor((pixel + 0.5) / cell_size_)), 0, count - 1);
+  };
+  return {index(uv.x(), camera_.width), index(uv.y(), camera_.height)};
+}
+
+cv::Mat DepthGrid::ToImage(const cv::Mat& cells) const {
+  HIGHWALL_REQUIRE(
+      cells.type() == CV_8UC1 && cells.cols == camera_.width && cells.rows == camera_.height,
+      "DepthGrid::ToImage: the mask must be CV_8UC1, a cell a pixel");
+  const bool distorted = image_camera_.HasDistortion();
+  cv::Mat image(image_camera_.height, image_camera_.width, CV_8UC1);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      const Eigen::Vector2d uv(u, v);
+      image.at<std::uint8_t>(v, u) =
+          cells.at<std::uint8_t>(CellOf(distorted ? image_camera_.UndistortPixel(uv) : uv));
+    }
+  }
+  return image;
+}
+
+DepthSurfaces FindSurfaces(const cv::Mat& cells, double link) {
+  HIGHWALL_REQUIRE(cells.type() == CV_32FC1, "FindSurfaces: the grid must be CV_32FC1");
+  const cv::Rect all(0, 0, cells.cols, cells.rows);
+  DepthSurfaces surfaces{cv::Mat(cells.size(), CV_32SC1, cv::Scalar(-1)), {}};
+  cv::Mat& labels = surfaces.labels;
+  const auto is_free = [&](const cv::Point& cell) {
+    return all.contains(cell) && cells.at<float>(cell) > 0.0F && labels.at<int>(cell) < 0;
+  };
+  std::vector<cv::Point> surface;
+  for (int v = 0; v < cells.rows; ++v) {
+    for (int u = 0; u < cells.cols; ++u) {
+      if (!is_free({u, v})) continue;
+      const int label = static_cast<int>(surfaces.sizes.size());
+      surface.assign(1, {u, v});
+      labels.at<int>(v, u) = label;
+      for (std::size_t i = 0; i < surface.size(); ++i) {
+        const float z = cells.at<float>(surface[i]);
+        for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+          const cv::Point next = surface[i] + step;
+          if (!is_free(next)) continue;
+          if (std::abs(cells.at<float>(next) - z) > static_cast<float>(link) * z) continue;
+          labels.at<int>(next) = label;
+          surface.push_back(next);
+        }
+      }
+      surfaces.sizes.push_back(static_cast<int>(surface.size()));
+    }
+  }
+  return surfaces;
+}
+
+}  // namespace highwall

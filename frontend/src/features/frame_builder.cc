@@ -1,0 +1,159 @@
+#include "features/frame_builder.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/worker_team.h>
+
+#include "features/segment_depth.h"
+
+namespace highwall {
+namespace {
+
+double MillisecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
+  return {camera.UndistortPixel(raw.s.cast<double>()).cast<float>(),
+          camera.UndistortPixel(raw.e.cast<double>()).cast<float>()};
+}
+
+// A reading and how far the readings around it depart from it.
+struct DepthReading {
+  double depth = 0.0;   // [m] 0 where missing or out of range
+  double spread = 0.0;  // [m] largest difference to a neighbour
+};
+
+DepthReading ReadDepth(const cv::Mat& depth, const cv::Point2f& uv, double min_depth,
+                       double max_depth) {
+  const int x = static_cast<int>(std::lround(uv.x)), y = static_cast<int>(std::lround(uv.y));
+  const auto at = [&](int u, int v) {
+    if (u < 0 || v < 0 || u >= depth.cols || v >= depth.rows) return 0.0;
+    const double d = static_cast<double>(depth.at<float>(v, u));
+    return d >= min_depth && d <= max_depth ? d : 0.0;
+  };
+  DepthReading reading{at(x, y), 0.0};
+  for (int dv = -1; dv <= 1; ++dv) {
+    for (int du = -1; du <= 1; ++du) {
+      const double neighbour = at(x + du, y + dv);
+      if (neighbour > 0.0) {
+        reading.spread = std::max(reading.spread, std::abs(neighbour - reading.depth));
+      }
+    }
+  }
+  return reading;
+}
+
+// On every fourth row: blur takes the steps away.
+double Sharpness(const cv::Mat& gray) {
+  constexpr int kRowStep = 4;
+  std::int64_t sum = 0, count = 0;
+  for (int v = 0; v < gray.rows; v += kRowStep) {
+    const std::uint8_t* row = gray.ptr<std::uint8_t>(v);
+    for (int u = 1; u < gray.cols; ++u) sum += std::abs(row[u] - row[u - 1]);
+    count += gray.cols - 1;
+  }
+  return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.0;
+}
+
+}  // namespace
+
+FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options)
+    : sensor_(sensor),
+      options_(options),
+      orb_(options.orb),
+      line_extractor_(options.lines),
+      depth_grid_(sensor.camera) {
+  sensor_.Validate();
+  options_.Validate();
+  const bool both = options.use_lines && options.use_points;
+  team_ = std::make_unique<WorkerTeam>(options.parallel && both ? 2 : 1);
+  options_.segment_depth.noise = sensor.depth_noise;
+  options_.segment_depth.min_depth = options.min_depth;
+  options_.segment_depth.max_depth = options.max_depth;
+}
+
+FrameBuilder::~FrameBuilder() = default;
+
+std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
+                                                         FrameBuilderTimes* times) {
+  const PinholeCamera& camera = sensor_.camera;
+  HIGHWALL_REQUIRE(image.bgr.type() == CV_8UC3 && image.depth.type() == CV_32FC1,
+                   "FrameBuilder: colour must be CV_8UC3 and depth CV_32FC1");
+  HIGHWALL_REQUIRE(image.bgr.size() == image.depth.size(),
+                   "FrameBuilder: colour and depth differ in size");
+  HIGHWALL_REQUIRE(image.bgr.cols == camera.width && image.bgr.rows == camera.height,
+                   "FrameBuilder: the image is " + std::to_string(image.bgr.cols) + " x " +
+                       std::to_string(image.bgr.rows) + ", the camera " +
+                       std::to_string(camera.width) + " x " + std::to_string(camera.height));
+  cv::Mat gray;
+  cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
+
+  auto features = std::make_shared<FrameFeatures>();
+  features->sharpness = Sharpness(gray);
+  features->depth_grid = depth_grid_.Sample(image.depth, options_.min_depth, options_.max_depth);
+  FrameBuilderTimes elapsed;
+  const auto build_lines = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    if (options_.use_lines) BuildLines(gray, image.depth, *features);
+    elapsed.lines = MillisecondsSince(start);
+  };
+  const auto build_points = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    if (options_.use_points) BuildPoints(gray, image.depth, *features);
+    elapsed.points = MillisecondsSince(start);
+  };
+  // Lines take longer: they come first, for the caller begins at once.
+  team_->Run(2, [&](std::size_t, std::size_t task) { task == 0 ? build_lines() : build_points(); });
+  if (times != nullptr) *times = elapsed;
+  return features;
+}
+
+void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
+                               FrameFeatures& features) const {
+  OrbFeatures orb = orb_.Extract(gray);
+  features.points.reserve(orb.keypoints.size());
+  for (cv::KeyPoint& keypoint : orb.keypoints) {
+    PointFeature feature;
+    const DepthReading reading =
+        ReadDepth(depth, keypoint.pt, options_.min_depth, options_.max_depth);
+    if (reading.depth > 0.0) {
+      feature.depth = reading.depth;
+      feature.depth_sigma = std::hypot(sensor_.depth_noise.Sigma(reading.depth),
+                                       options_.depth_spread_share * reading.spread);
+    }
+    feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
+    feature.octave = keypoint.octave;
+    feature.angle = keypoint.angle;
+    features.points.push_back(feature);
+    // The grid holds undistorted positions: that is where projections fall.
+    keypoint.pt =
+        cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
+  }
+  features.point_grid = FeatureGrid(orb.keypoints, gray.size());
+  features.point_descriptors = orb.descriptors;
+}
+
+void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) {
+  LineFeatures lines = line_extractor_.Extract(gray);
+  features.lines.reserve(lines.segments.size());
+  for (const LineSegment& raw : lines.segments) {
+    LineFeature feature;
+    feature.segment = Undistorted(raw, sensor_.camera);
+    feature.segment_C =
+        FitSegmentDepth(feature.segment, depth, sensor_.camera, options_.segment_depth);
+    features.lines.push_back(feature);
+  }
+  features.line_descriptors = lines.descriptors;
+}
+
+}  // namespace highwall

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/features/options.h>
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/sensor.h>
+
+#include "features/depth_grid.h"
+#include "features/line_extractor.h"
+#include "features/orb_extractor.h"
+
+namespace highwall {
+
+class WorkerTeam;
+
+// Milliseconds spent in one FrameBuilder::Build.
+struct FrameBuilderTimes {
+  double points = 0.0;
+  double lines = 0.0;
+};
+
+// Turns an image and its depth into features: extraction, undistortion, depth association.
+class FrameBuilder {
+ public:
+  FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options);
+  ~FrameBuilder();
+
+  // Throws InvalidArgument where the images do not fit the sensor.
+  std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
+                                             FrameBuilderTimes* times = nullptr);
+
+  const DepthGrid& depth_grid() const { return depth_grid_; }
+
+ private:
+  void BuildPoints(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
+  void BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features);
+
+  RgbdSensor sensor_;
+  FrameBuilderOptions options_;
+  OrbExtractor orb_;
+  LineExtractor line_extractor_;
+  DepthGrid depth_grid_;
+  // Not a thread per image: OpenCV keeps what it has laid down for a thread when the thread is
+  // gone.
+  std::unique_ptr<WorkerTeam> team_;
+};
+
+}  // namespace highwall

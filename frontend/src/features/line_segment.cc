@@ -1,0 +1,15 @@
+#include <highwall/frontend/features/line_segment.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace highwall {
+
+float LineSegment::Angle() const {
+  constexpr float kPi = std::numbers::pi_v<float>;
+  const float angle = std::atan2(e.y() - s.y(), e.x() - s.x());
+  const float wrapped = angle < 0.0F ? angle + kPi : angle;
+  return wrapped < kPi ? wrapped : 0.0F;
+}
+
+}  // namespace highwall

@@ -1,0 +1,85 @@
+#include <highwall/frontend/features/options.h>
+
+#include <numbers>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+void ValidateGates(const LineGates& gates) {
+  HIGHWALL_REQUIRE(gates.max_angle > 0.0 && gates.max_angle <= std::numbers::pi / 2,
+                   "LineGates::max_angle must be in (0, pi/2]");
+  HIGHWALL_REQUIRE(gates.min_length_ratio >= 0.0 && gates.min_length_ratio < 1.0,
+                   "LineGates::min_length_ratio must be in [0, 1)");
+  HIGHWALL_REQUIRE(gates.max_midpoint_distance > 0.0,
+                   "LineGates::max_midpoint_distance must be positive");
+}
+
+}  // namespace
+
+void OrbExtractorOptions::Validate() const {
+  HIGHWALL_REQUIRE(features > 0, "OrbExtractorOptions::features must be positive");
+  HIGHWALL_REQUIRE(levels >= 1 && levels <= 16, "OrbExtractorOptions::levels must be in [1, 16]");
+  HIGHWALL_REQUIRE(scale_factor > 1.0 && scale_factor <= 2.0,
+                   "OrbExtractorOptions::scale_factor must be in (1, 2]");
+  HIGHWALL_REQUIRE(fast_threshold >= 1 && fast_threshold <= 255,
+                   "OrbExtractorOptions::fast_threshold must be in [1, 255]");
+  HIGHWALL_REQUIRE(min_fast_threshold >= 1 && min_fast_threshold <= fast_threshold,
+                   "OrbExtractorOptions::min_fast_threshold must be in [1, fast_threshold]");
+  HIGHWALL_REQUIRE(cell_size >= 8, "OrbExtractorOptions::cell_size must be at least 8");
+}
+
+void LineExtractorOptions::Validate() const {
+  HIGHWALL_REQUIRE(min_length > 0.0 && min_length <= 1.0,
+                   "LineExtractorOptions::min_length must be in (0, 1]");
+  HIGHWALL_REQUIRE(max_lines > 0, "LineExtractorOptions::max_lines must be positive");
+  HIGHWALL_REQUIRE(merge_gap >= 0.0, "LineExtractorOptions::merge_gap must not be negative");
+}
+
+void SegmentDepthOptions::Validate() const {
+  HIGHWALL_REQUIRE(samples >= 4 && samples <= 64,
+                   "SegmentDepthOptions::samples must be in [4, 64]");
+  HIGHWALL_REQUIRE(half_width > 0.0, "SegmentDepthOptions::half_width must be positive");
+  HIGHWALL_REQUIRE(min_depth > 0.0, "SegmentDepthOptions::min_depth must be positive");
+  HIGHWALL_REQUIRE(max_depth > min_depth, "SegmentDepthOptions::max_depth must exceed min_depth");
+  HIGHWALL_REQUIRE(min_valid > 0.0 && min_valid <= 1.0,
+                   "SegmentDepthOptions::min_valid must be in (0, 1]");
+  HIGHWALL_REQUIRE(min_inliers > 0.0 && min_inliers <= 1.0,
+                   "SegmentDepthOptions::min_inliers must be in (0, 1]");
+  HIGHWALL_REQUIRE(inlier_sigmas > 0.0, "SegmentDepthOptions::inlier_sigmas must be positive");
+  HIGHWALL_REQUIRE(max_rms > 0.0, "SegmentDepthOptions::max_rms must be positive");
+  HIGHWALL_REQUIRE(ransac_iterations > 0,
+                   "SegmentDepthOptions::ransac_iterations must be positive");
+  noise.Validate();
+}
+
+void FrameBuilderOptions::Validate() const {
+  orb.Validate();
+  lines.Validate();
+  segment_depth.Validate();
+  HIGHWALL_REQUIRE(use_points || use_lines,
+                   "FrameBuilderOptions: use_points and use_lines are both off");
+  HIGHWALL_REQUIRE(min_depth > 0.0, "FrameBuilderOptions::min_depth must be positive");
+  HIGHWALL_REQUIRE(max_depth > min_depth, "FrameBuilderOptions::max_depth must exceed min_depth");
+  HIGHWALL_REQUIRE(depth_spread_share >= 0.0,
+                   "FrameBuilderOptions::depth_spread_share must not be negative");
+}
+
+void LineMatcherOptions::Validate() const {
+  ValidateGates(small_motion);
+  ValidateGates(large_motion);
+  HIGHWALL_REQUIRE(max_distance >= 0 && max_distance <= 256,
+                   "LineMatcherOptions::max_distance must be in [0, 256]");
+  HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "LineMatcherOptions::ratio must be in (0, 1]");
+  HIGHWALL_REQUIRE(mad_k > 0.0, "LineMatcherOptions::mad_k must be positive");
+  HIGHWALL_REQUIRE(min_deviation >= 0.0, "LineMatcherOptions::min_deviation must not be negative");
+}
+
+const char* ToString(LineDetector detector) {
+  return detector == LineDetector::kLsd ? "lsd" : "edlines";
+}
+
+const char* ToString(MadRule rule) { return rule == MadRule::kMedian ? "median" : "paper"; }
+
+}  // namespace highwall

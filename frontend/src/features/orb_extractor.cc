@@ -1,0 +1,227 @@
+#include "features/orb_extractor.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include <opencv2/core/utility.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+
+#include "features/corner_refinement.h"
+#include "features/square_suppression.h"
+
+namespace highwall {
+namespace {
+
+constexpr int kPatchRadius = 15;  // [px] of the intensity centroid, Rublee et al. 2011
+constexpr int kPatchSize = 31;    // [px] of the descriptor
+constexpr int kBorder = 17;       // [px] corners closer to the edge of a level are not used
+constexpr int kFastRadius = 3;    // [px] cv::FAST leaves out this border of its image
+constexpr int kMinSide = 2 * kBorder + 8;  // [px] of a level that is searched at all
+
+// Half the chord of the circular patch in each row.
+std::array<int, kPatchRadius + 1> PatchHalfWidths() {
+  std::array<int, kPatchRadius + 1> half_widths{};
+  for (int v = 0; v <= kPatchRadius; ++v) {
+    half_widths[static_cast<std::size_t>(v)] =
+        static_cast<int>(std::floor(std::sqrt(kPatchRadius * kPatchRadius - v * v) + 0.5));
+  }
+  return half_widths;
+}
+
+// Direction [deg] from the corner to the centroid of the intensities around it.
+float IntensityCentroidAngle(const cv::Mat& image, int x, int y) {
+  static const std::array<int, kPatchRadius + 1> half_widths = PatchHalfWidths();
+  int m10 = 0, m01 = 0;
+  for (int v = -kPatchRadius; v <= kPatchRadius; ++v) {
+    const int half_width = half_widths[static_cast<std::size_t>(std::abs(v))];
+    const uchar* row = image.ptr<uchar>(y + v) + x;
+    int sum = 0, moment = 0;
+    for (int u = -half_width; u <= half_width; ++u) {
+      sum += row[u];
+      moment += u * row[u];
+    }
+    m10 += moment;
+    m01 += v * sum;
+  }
+  return cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
+}
+
+// The pixels where corners may lie.
+cv::Rect SearchArea(const cv::Mat& image) {
+  return {kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder};
+}
+
+void AppendFast(const cv::Mat& image, const cv::Rect& area, int threshold,
+                std::vector<cv::KeyPoint>* corners) {
+  const cv::Rect with_margin(area.x - kFastRadius, area.y - kFastRadius,
+                             area.width + 2 * kFastRadius, area.height + 2 * kFastRadius);
+  std::vector<cv::KeyPoint> found;
+  cv::FAST(image(with_margin), found, threshold, true);
+  const cv::Point2f offset(with_margin.tl());
+  for (cv::KeyPoint& corner : found) corner.pt += offset;
+  corners->insert(corners->end(), found.begin(), found.end());
+}
+
+// FAST over the whole level, then with the lower threshold in the cells that stayed empty; empty
+// neighbours in a row of cells are searched as one.
+std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractorOptions& options) {
+  std::vector<cv::KeyPoint> corners;
+  if (std::min(image.cols, image.rows) < kMinSide) return corners;
+  const cv::Rect area = SearchArea(image);
+  AppendFast(image, area, options.fast_threshold, &corners);
+  if (options.min_fast_threshold == options.fast_threshold) return corners;
+
+  const int size = options.cell_size;
+  const int columns = (area.width + size - 1) / size, rows = (area.height + size - 1) / size;
+  std::vector<bool> occupied(static_cast<std::size_t>(columns * rows), false);
+  for (const cv::KeyPoint& corner : corners) {
+    const int column = (static_cast<int>(corner.pt.x) - area.x) / size;
+    const int row = (static_cast<int>(corner.pt.y) - area.y) / size;
+    occupied[static_cast<std::size_t>(row * columns + column)] = true;
+  }
+  const auto is_empty = [&](int row, int column) {
+    return !occupied[static_cast<std::size_t>(row * columns + column)];
+  };
+  for (int row = 0; row < rows; ++row) {
+    for (int first = 0; first < columns; ++first) {
+      int end = first;
+      while (end < columns && is_empty(row, end)) ++end;
+      if (end == first) continue;
+      const cv::Rect cells(area.x + first * size, area.y + row * size, (end - first) * size, size);
+      AppendFast(image, cells & area, options.min_fast_threshold, &corners);
+      first = end;
+    }
+  }
+  return corners;
+}
+
+}  // namespace
+
+struct OrbExtractor::Impl {
+  OrbExtractorOptions options;
+  std::vector<double> scales;
+  // One level, no border of its own: computes descriptors of given corners on a level's image.
+  cv::Ptr<cv::ORB> describer =
+      cv::ORB::create(1, 1.2F, 1, 0, 0, 2, cv::ORB::FAST_SCORE, kPatchSize);
+
+  explicit Impl(const OrbExtractorOptions& o) : options(o) {
+    options.Validate();
+    for (int i = 0; i < options.levels; ++i) scales.push_back(std::pow(options.scale_factor, i));
+  }
+
+  std::vector<cv::Mat> BuildPyramid(const cv::Mat& gray) const {
+    std::vector<cv::Mat> pyramid = {gray};
+    for (int i = 1; i < options.levels; ++i) {
+      const double scale = scales[static_cast<std::size_t>(i)];
+      const cv::Size size(cvRound(gray.cols / scale), cvRound(gray.rows / scale));
+      if (std::min(size.width, size.height) < kMinSide) break;
+      cv::Mat image;
+      cv::resize(pyramid.back(), image, size, 0, 0, cv::INTER_LINEAR_EXACT);
+      pyramid.push_back(std::move(image));
+    }
+    return pyramid;
+  }
+
+  // How many corners each level keeps: in proportion to the inverse scale, and what a level cannot
+  // fill goes to the others, the finest first.
+  std::vector<int> Budgets(const std::vector<std::vector<cv::KeyPoint>>& corners) const {
+    double total = 0.0;
+    for (const double scale : scales) total += 1.0 / scale;
+    std::vector<int> budgets(corners.size());
+    int left = options.features;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const int share = cvRound(options.features / (scales[i] * total));
+      budgets[i] = std::min({share, left, static_cast<int>(corners[i].size())});
+      left -= budgets[i];
+    }
+    for (std::size_t i = 0; i < corners.size() && left > 0; ++i) {
+      const int more = std::min(left, static_cast<int>(corners[i].size()) - budgets[i]);
+      budgets[i] += more;
+      left -= more;
+    }
+    return budgets;
+  }
+
+  // Angle, descriptor and image coordinates of the corners of one level.
+  OrbFeatures Describe(const cv::Mat& image, const cv::Size& full_size, std::size_t level,
+                       std::vector<cv::KeyPoint> corners) const {
+    OrbFeatures features;
+    if (corners.empty()) return features;
+    for (cv::KeyPoint& corner : corners) {
+      corner.octave = 0;
+      corner.size = kPatchSize;
+      corner.angle = IntensityCentroidAngle(image, cvRound(corner.pt.x), cvRound(corner.pt.y));
+    }
+    describer->compute(image, corners, features.descriptors);
+    // cv::resize aligns the outer edges of the images, not the centres of their first pixels.
+    const float sx = static_cast<float>(full_size.width) / static_cast<float>(image.cols);
+    const float sy = static_cast<float>(full_size.height) / static_cast<float>(image.rows);
+    for (cv::KeyPoint& corner : corners) {
+      if (options.subpixel) {
+        corner.pt += internal::RefineCorner(image, cvRound(corner.pt.x), cvRound(corner.pt.y));
+      }
+      corner.pt.x = (corner.pt.x + 0.5F) * sx - 0.5F;
+      corner.pt.y = (corner.pt.y + 0.5F) * sy - 0.5F;
+      corner.octave = static_cast<int>(level);
+      corner.size = kPatchSize * static_cast<float>(scales[level]);
+    }
+    features.keypoints = std::move(corners);
+    return features;
+  }
+};
+
+OrbExtractor::OrbExtractor(const OrbExtractorOptions& options)
+    : impl_(std::make_unique<const Impl>(options)) {}
+OrbExtractor::~OrbExtractor() = default;
+OrbExtractor::OrbExtractor(OrbExtractor&&) noexcept = default;
+OrbExtractor& OrbExtractor::operator=(OrbExtractor&&) noexcept = default;
+
+const OrbExtractorOptions& OrbExtractor::options() const {
+  return impl_->options;
+}
+
+double OrbExtractor::Scale(int level) const {
+  HIGHWALL_REQUIRE(level >= 0 && level < impl_->options.levels,
+                   "OrbExtractor::Scale: no such level");
+  return impl_->scales[static_cast<std::size_t>(level)];
+}
+
+OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
+  HIGHWALL_REQUIRE(!gray.empty() && gray.type() == CV_8UC1,
+                   "OrbExtractor::Extract: the image must be CV_8UC1 and not empty");
+  const std::vector<cv::Mat> pyramid = impl_->BuildPyramid(gray);
+  const cv::Range all(0, static_cast<int>(pyramid.size()));
+  std::vector<std::vector<cv::KeyPoint>> corners(pyramid.size());
+  cv::parallel_for_(all, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      const auto level = static_cast<std::size_t>(i);
+      corners[level] = DetectCorners(pyramid[level], impl_->options);
+    }
+  });
+  const std::vector<int> budgets = impl_->Budgets(corners);
+  std::vector<OrbFeatures> features(pyramid.size());
+  cv::parallel_for_(all, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      const auto level = static_cast<std::size_t>(i);
+      corners[level] =
+          internal::SelectEvenly(corners[level], budgets[level], SearchArea(pyramid[level]));
+      features[level] =
+          impl_->Describe(pyramid[level], gray.size(), level, std::move(corners[level]));
+    }
+  });
+
+  OrbFeatures joined;
+  for (const OrbFeatures& level : features) {
+    if (level.keypoints.empty()) continue;
+    joined.keypoints.insert(joined.keypoints.end(), level.keypoints.begin(), level.keypoints.end());
+    joined.descriptors.push_back(level.descriptors);
+  }
+  return joined;
+}
+
+}  // namespace highwall

@@ -1,0 +1,244 @@
+#include "features/segment_depth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/LU>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr int kMaxSamples = 64;  // as SegmentDepthOptions::samples may be
+constexpr int kPixelsPerSide = 2;
+
+struct Sample {
+  double t;              // along the segment, 0 at s, 1 at e
+  double w;              // across it, in steps of half_width / kPixelsPerSide
+  double rho;            // [1/m] inverse depth
+  double inverse_sigma;  // [m] of rho
+};
+
+// Samples on the stack: this runs for every segment of every frame.
+class Samples {
+ public:
+  void Add(const Sample& sample) { data_[static_cast<std::size_t>(size_++)] = sample; }
+  void Add(const Samples& other) {
+    for (const Sample& sample : other) Add(sample);
+  }
+  int size() const { return size_; }
+  const Sample* begin() const { return data_.data(); }
+  const Sample* end() const { return data_.data() + size_; }
+  const Sample& operator[](int i) const { return data_[static_cast<std::size_t>(i)]; }
+
+ private:
+  std::array<Sample, 2 * kPixelsPerSide * kMaxSamples> data_;
+  int size_ = 0;
+};
+
+// rho(t, w) = a + b t + c w: inverse depth is affine over the image of a plane.
+struct InverseDepth {
+  double a = 0.0, b = 0.0, c = 0.0;
+
+  // On the segment.
+  double At(double t) const { return a + b * t; }
+  // In sigmas.
+  double Residual(const Sample& sample) const {
+    return (a + b * sample.t + c * sample.w - sample.rho) * sample.inverse_sigma;
+  }
+};
+
+// Whether c is fitted. Both sides together determine it and keep it apart from a; one side alone
+// would have to extrapolate, and the slope over its one or two pixels is below its noise.
+enum class Slope { kZero, kFitted };
+
+struct Fit {
+  InverseDepth model;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of (a, b)
+  double inlier_share = 0.0;
+  double rms_sigmas = 0.0;
+  double rms = 0.0;  // [m]
+};
+
+// Depth pixels on one side (-1 or 1) of the segment.
+Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
+                const PinholeCamera& camera, const SegmentDepthOptions& options) {
+  Samples samples;
+  const Eigen::Vector2d s = segment.s.cast<double>(), d = segment.e.cast<double>() - s;
+  const Eigen::Vector2d n = Eigen::Vector2d(d.y(), -d.x()).normalized() * side;
+  const bool distorted = camera.HasDistortion();
+  for (int i = 0; i < options.samples; ++i) {
+    const double t = (i + 0.5) / options.samples;
+    for (int k = 1; k <= kPixelsPerSide; ++k) {
+      Eigen::Vector2d uv = s + t * d + (k * options.half_width / kPixelsPerSide) * n;
+      if (distorted) {
+        const Eigen::Vector2d m =
+            camera.Distort({(uv.x() - camera.cx) / camera.fx, (uv.y() - camera.cy) / camera.fy});
+        uv = {camera.fx * m.x() + camera.cx, camera.fy * m.y() + camera.cy};
+      }
+      if (!camera.Contains(uv)) continue;
+      const double z =
+          depth.at<float>(static_cast<int>(uv.y() + 0.5), static_cast<int>(uv.x() + 0.5));
+      if (!(z >= options.min_depth && z <= options.max_depth)) continue;  // also NaN
+      samples.Add({t, static_cast<double>(side * k), 1.0 / z, z * z / options.noise.Sigma(z)});
+    }
+  }
+  return samples;
+}
+
+// The best model through two samples of one side by the truncated squared residuals.
+InverseDepth Ransac(const Samples& samples, const SegmentDepthOptions& options) {
+  const double limit = options.inlier_sigmas * options.inlier_sigmas;
+  InverseDepth best;
+  double best_score = std::numeric_limits<double>::infinity();
+  std::uint32_t state = options.seed;
+  const auto draw = [&state](int count) {  // linear congruential, high bits
+    state = state * 1664525U + 1013904223U;
+    return static_cast<int>((static_cast<std::uint64_t>(state) * static_cast<unsigned>(count)) >>
+                            32);
+  };
+  const int half = samples.size() / 2;
+  for (int iteration = 0; iteration < options.ransac_iterations; ++iteration) {
+    // One from each half: a longer base gives a better line.
+    const Sample& p = samples[draw(half)];
+    const Sample& q = samples[half + draw(samples.size() - half)];
+    if (q.t - p.t < 0.1) continue;
+    InverseDepth model;
+    model.b = (q.rho - p.rho) / (q.t - p.t);
+    model.a = p.rho - model.b * p.t;
+    double score = 0.0;
+    for (const Sample& sample : samples) {
+      const double residual = model.Residual(sample);
+      score += std::min(residual * residual, limit);
+    }
+    if (score < best_score) {
+      best_score = score;
+      best = model;
+    }
+  }
+  return best;
+}
+
+// One weighted least squares step over the inliers of fit->model. False where they do not
+// determine it. Neighbouring pixels share their noise: the four of one place count as one
+// measurement in the covariance.
+bool Solve(const Samples& samples, Slope slope, const SegmentDepthOptions& options, Fit* fit) {
+  Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d y = Eigen::Vector3d::Zero();
+  for (const Sample& sample : samples) {
+    if (std::abs(fit->model.Residual(sample)) > options.inlier_sigmas) continue;
+    const double weight = sample.inverse_sigma * sample.inverse_sigma;
+    const Eigen::Vector3d row(1.0, sample.t, slope == Slope::kFitted ? sample.w : 0.0);
+    N += (weight * row) * row.transpose();
+    y += (weight * sample.rho) * row;
+  }
+  const double scale = N(0, 0);
+  if (slope == Slope::kZero) N(2, 2) = scale;                           // its row is zero: c = 0
+  if (!(N.determinant() > 1e-6 * scale * scale * scale)) return false;  // all at one place
+  const Eigen::Matrix3d inverse = N.inverse();
+  const Eigen::Vector3d x = inverse * y;
+  fit->model = {x[0], x[1], x[2]};
+  fit->covariance = 2.0 * kPixelsPerSide * inverse.topLeftCorner<2, 2>();
+  return true;
+}
+
+Fit Refine(const Samples& samples, const InverseDepth& model, Slope slope,
+           const SegmentDepthOptions& options) {
+  constexpr int kRounds = 2;
+  Fit fit;
+  fit.model = model;
+  for (int round = 0; round < kRounds; ++round) {
+    if (!Solve(samples, slope, options, &fit)) return Fit();
+  }
+  int inliers = 0;
+  double sum_sigmas = 0.0, sum = 0.0;
+  for (const Sample& sample : samples) {
+    const double residual = fit.model.Residual(sample);
+    if (std::abs(residual) > options.inlier_sigmas) continue;
+    ++inliers;
+    sum_sigmas += residual * residual;
+    const double metres = residual / (sample.inverse_sigma * sample.rho * sample.rho);
+    sum += metres * metres;
+  }
+  if (inliers == 0) return Fit();
+  fit.inlier_share = static_cast<double>(inliers) / samples.size();
+  fit.rms_sigmas = std::sqrt(sum_sigmas / inliers);
+  fit.rms = std::sqrt(sum / inliers);
+  return fit;
+}
+
+// Both sides as one plane, starting from the fits to each (sides[0] at w < 0, sides[1] at w > 0).
+Fit RefineTogether(const std::array<Samples, 2>& sides, const std::array<Fit, 2>& fits,
+                   const SegmentDepthOptions& options) {
+  constexpr double kMeanDistance = 0.5 * (1 + kPixelsPerSide);  // of a side's pixels, in w
+  const InverseDepth &p = fits[0].model, &q = fits[1].model;
+  const InverseDepth middle{0.5 * (p.a + q.a), 0.5 * (p.b + q.b),
+                            (q.At(0.5) - p.At(0.5)) / (2.0 * kMeanDistance)};
+  Samples both = sides[0];
+  both.Add(sides[1]);
+  return Refine(both, middle, Slope::kFitted, options);
+}
+
+bool IsGood(const Fit& fit, const SegmentDepthOptions& options) {
+  return fit.inlier_share >= options.min_inliers && fit.rms_sigmas <= options.max_rms;
+}
+
+// Standard deviation of the depth at t: sigma_z = z^2 sigma_rho.
+double DepthDeviation(const Fit& fit, double t) {
+  const Eigen::Vector2d row(1.0, t);
+  const double rho = fit.model.At(t);
+  return std::sqrt(row.dot(fit.covariance * row)) / (rho * rho);
+}
+
+}  // namespace
+
+std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
+                                            const PinholeCamera& camera,
+                                            const SegmentDepthOptions& options) {
+  options.Validate();
+  HIGHWALL_REQUIRE(
+      depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
+      "FitSegmentDepth: the depth image must be CV_32FC1 of the camera's size");
+  HIGHWALL_REQUIRE(segment.s.allFinite() && segment.e.allFinite(),
+                   "FitSegmentDepth: segment not finite");
+  if (segment.Length() < 1.0F) return std::nullopt;
+
+  std::array<Samples, 2> sides;
+  std::array<Fit, 2> fits;
+  std::array<bool, 2> measured{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, camera, options);
+    measured[i] = sides[i].size() >= options.min_valid * kPixelsPerSide * options.samples;
+    if (measured[i]) fits[i] = Refine(sides[i], Ransac(sides[i], options), Slope::kZero, options);
+  }
+  if (!measured[0] && !measured[1]) return std::nullopt;
+
+  SegmentDepth result;
+  Fit fit;
+  if (measured[0] && measured[1]) {
+    fit = RefineTogether(sides, fits, options);
+    if (!IsGood(fit, options)) {
+      fit = fits[fits[1].model.At(0.5) > fits[0].model.At(0.5)];  // the nearer
+      result.depth_edge = true;
+    }
+  } else {
+    fit = fits[measured[1]];
+  }
+  if (!IsGood(fit, options)) return std::nullopt;
+  const double rho_s = fit.model.At(0.0), rho_e = fit.model.At(1.0);
+  if (std::min(rho_s, rho_e) * options.max_depth < 1.0) return std::nullopt;
+
+  const PinholeCamera undistorted = camera.WithoutDistortion();
+  result.p_C = undistorted.Unproject(segment.s.cast<double>(), 1.0 / rho_s);
+  result.q_C = undistorted.Unproject(segment.e.cast<double>(), 1.0 / rho_e);
+  result.sigma_p = DepthDeviation(fit, 0.0);
+  result.sigma_q = DepthDeviation(fit, 1.0);
+  result.inlier_share = fit.inlier_share;
+  result.rms = fit.rms;
+  return result;
+}
+
+}  // namespace highwall

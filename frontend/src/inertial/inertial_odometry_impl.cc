@@ -1,0 +1,398 @@
+#include "inertial/inertial_odometry_impl.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+#include <highwall/core/sqrt_information.h>
+#include <highwall/factors/imu_factor.h>
+#include <highwall/frontend/input/imu_check.h>
+
+#include "inertial/imu_vibration.h"
+
+namespace highwall {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+constexpr const char* kNoStart = "what is known of the motion does not make a start";
+
+// The shortest rotation that takes `up` to z.
+Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
+  return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+}
+
+// The turn about z and the shift that are nearest to a rigid motion at the point p.
+Pose YawAndShift(const Pose& T, const Eigen::Vector3d& p) {
+  const Eigen::Quaterniond q = T.q();
+  const Eigen::Quaterniond yaw = q.w() == 0.0 && q.z() == 0.0
+                                     ? Eigen::Quaterniond::Identity()
+                                     : Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
+  return Pose(yaw, T * p - yaw * p);
+}
+
+ImuCalibration WithFasterWalks(ImuCalibration calibration, double factor) {
+  calibration.noise.gyroscope_walk *= factor;
+  calibration.noise.accelerometer_walk *= factor;
+  return calibration;
+}
+
+std::string Decimals(double value) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << value;
+  return text.str();
+}
+
+std::string Explain(const InitializationReport& report) {
+  switch (report.status) {
+    case InitializationStatus::kTooShort:
+      return "more images are needed";
+    case InitializationStatus::kNoImu:
+      return "readings are missing between the images";
+    case InitializationStatus::kUncertain:
+      return "gravity is known to " + Decimals(report.gravity_sigma * 180.0 / M_PI) + " deg only";
+    case InitializationStatus::kWrongGravity:
+      return "the accelerometer feels " + Decimals(report.gravity_norm) +
+             " m/s^2 where gravity is " + Decimals(kStandardGravity) + ": check its unit and scale";
+    case InitializationStatus::kInconsistent:
+      return "images and IMU contradict each other (chi-squared " + Decimals(report.error) +
+             " per degree of freedom): check T_BC, the signs of the axes, units and clocks";
+    case InitializationStatus::kReady:
+      return "";
+  }
+  return "";
+}
+
+}  // namespace
+
+InertialOdometry::Impl::Impl(const ImuCalibration& calibration,
+                                   const InertialOptions& options)
+    : calibration_(WithFasterWalks((calibration.Validate(), calibration),
+                                   (options.Validate(), options.walk_inflation))),
+      options_(options),
+      buffer_(options.buffer),
+      initializer_(calibration_, options.initializer, options.estimate_time_offset),
+      weight_(options.weighting),
+      time_offset_(calibration.time_offset) {}
+
+std::optional<Eigen::Vector3d> InertialOdometry::Impl::UpInCamera(Stamp image) const {
+  constexpr Stamp kSecond = 1'000'000'000;
+  const Stamp end = ImuStamp(image);
+  if (buffer_.empty() || buffer_.newest() < end || buffer_.oldest() >= end) return std::nullopt;
+  const auto interval = buffer_.Between(std::max(end - kSecond, buffer_.oldest()), end);
+  if (!interval) return std::nullopt;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : interval->samples) mean += sample.accelerometer;
+  mean /= static_cast<double>(interval->samples.size());
+  if (!(std::abs(mean.norm() / kStandardGravity - 1.0) < options_.initializer.max_gravity_error)) {
+    return std::nullopt;
+  }
+  return (calibration_.T_BC.q().conjugate() * mean).normalized();
+}
+
+std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Stamp to) const {
+  if (from >= to || buffer_.empty()) return std::nullopt;
+  const auto interval = buffer_.Between(from, to);
+  if (!interval || interval->HasGap()) return std::nullopt;
+  return ImuPreintegration(interval->samples, bias_,
+                           {.noise = ShakenNoise(calibration_.noise, interval->samples)});
+}
+
+std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
+  if (!window_) return std::nullopt;
+  const auto imu = Between(window_->newest().stamp, ImuStamp(image));
+  if (!imu) return std::nullopt;
+  const Eigen::Vector3d gravity = kStandardGravity * window_->gravity_W().vector();
+  const CameraPoseEstimate camera =
+      CameraOf(Propagate(window_->newest(), *imu, gravity), calibration_.T_BC);
+  Matrix6 J = Matrix6::Identity();  // in the tangent of a pose, rotations do not turn
+  J.topLeftCorner<3, 3>() = T_WO_.R();
+  Vector6 common;
+  common << Eigen::Vector3d::Constant(options_.visual_noise.position),
+      Eigen::Vector3d::Constant(options_.visual_noise.rotation);
+  const Matrix6 covariance =
+      options_.prediction_inflation *
+      (J * camera.covariance * J.transpose() + Matrix6(common.cwiseProduct(common).asDiagonal()));
+  return KnownPose{T_WO_ * camera.T_WC, SqrtInformation(covariance)};
+}
+
+InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
+  InertialReport report;
+  if (status_ == InertialStatus::kGivenUp) {
+    report.status = status_;
+    report.reason = reason_;
+    return report;
+  }
+  if (window_) {
+    Advance(observation, report);
+  } else if (known_) {
+    Resume(observation, report);
+  } else {
+    Initialize(observation, report);
+  }
+  if (observation.visual) {
+    // In W as it is from now on.
+    const Pose T_level = report.T_level.value_or(Pose());
+    last_visual_ = {observation.image, T_level * observation.visual->T_WC};
+  }
+  report.status = status_;
+  report.estimate = estimate();
+  report.gravity_sigma = gravity_sigma();
+  report.time_offset = time_offset();
+  report.time_offset_sigma = time_offset_sigma();
+  return report;
+}
+
+void InertialOdometry::Impl::Initialize(const Observation& observation, InertialReport& report) {
+  if (buffer_.empty() || buffer_.newest() < ImuStamp(observation.image)) {
+    status_ = InertialStatus::kWaiting;
+    report.reason = "no readings";
+    return;
+  }
+  status_ = InertialStatus::kInitializing;
+  if (!observation.visual) {
+    initializer_.Clear();
+    report.reason = "the image gives no pose";
+    return;
+  }
+  initializer_.Add(observation.image, *observation.visual);
+  if (last_attempt_ &&
+      ToSeconds(observation.image - *last_attempt_) < options_.retry_interval - 5e-4) {
+    report.reason = reason_;
+    return;
+  }
+  const InitializationReport solution = SolveWithSign(*observation.visual, report);
+  if (solution.status == InitializationStatus::kTooShort) return;
+  last_attempt_ = observation.image;
+  if (report.reason.empty()) report.reason = Explain(solution);
+  reason_ = report.reason;
+  if (solution.status != InitializationStatus::kReady) {
+    const bool contradiction = solution.status == InitializationStatus::kInconsistent ||
+                               solution.status == InitializationStatus::kWrongGravity;
+    if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;
+    return;
+  }
+  InertialPrior prior = *solution.estimate;
+  const Eigen::Quaterniond q_level = Upright(-prior.gravity_W.vector());
+  const Pose T_level(q_level, Eigen::Vector3d::Zero());
+  prior.gravity_W = UnitDirection(Eigen::Vector3d(0, 0, -1));
+  InertialEstimate& estimate = prior.estimate;
+  estimate.state.T_WB = T_level * estimate.state.T_WB;
+  estimate.state.v_WB = q_level * estimate.state.v_WB;
+  Eigen::Matrix<double, 15, 15> J = Eigen::Matrix<double, 15, 15>::Identity();
+  J.block<3, 3>(0, 0) = J.block<3, 3>(6, 6) = q_level.toRotationMatrix();
+  // What the solution's error exceeds its model by, its covariance falls short.
+  const double inflation = std::max(1.0, solution.error);
+  estimate.covariance = inflation * J * estimate.covariance * J.transpose();
+  prior.gravity_sigma = std::max(prior.gravity_sigma * std::sqrt(inflation), 1e-3);
+  if (!Start(prior)) {
+    report.reason = reason_ = kNoStart;
+    return;
+  }
+  report.T_level = T_level;
+  bias_ = estimate.bias;
+  T_WO_ = Pose();
+  time_offset_ = window_->time_offset();
+  reason_.clear();
+}
+
+bool InertialOdometry::Impl::Start(const InertialPrior& prior) {
+  try {
+    window_.emplace(calibration_, options_.window, prior, options_.estimate_time_offset);
+  } catch (const InvalidArgument&) {  // a covariance that is none, an estimate beyond all numbers
+    return false;
+  }
+  status_ = InertialStatus::kRunning;
+  return true;
+}
+
+InitializationReport InertialOdometry::Impl::SolveWithSign(const VisualPose& visual,
+                                                     InertialReport& report) const {
+  InitializationReport solution = initializer_.Solve(buffer_);
+  // A slow body fits both signs of gravity nearly as well, one of them with the world upside down.
+  const bool upside_down =
+      solution.estimate &&
+      (visual.T_WC.q().conjugate() * solution.estimate->gravity_W.vector()).y() < -0.5;
+  if (!upside_down && solution.status != InitializationStatus::kInconsistent) return solution;
+  const auto all = buffer_.Between(buffer_.oldest(), buffer_.newest());
+  if (!all) return solution;
+  ImuBuffer reversed(options_.buffer);
+  for (ImuSample sample : all->samples) {
+    sample.accelerometer = -sample.accelerometer;
+    reversed.Add(sample);
+  }
+  const InitializationReport other = initializer_.Solve(reversed);
+  if (other.estimate && other.error < solution.error) {
+    solution.status = InitializationStatus::kInconsistent;
+    report.reason = AccelerometerReversed().text;
+  }
+  return solution;
+}
+
+void InertialOdometry::Impl::Advance(const Observation& observation, InertialReport& report) {
+  const auto imu = Between(window_->newest().stamp, ImuStamp(observation.image));
+  if (!imu) {
+    Suspend();
+    Resume(observation, report);
+    return;
+  }
+  const Eigen::Vector3d gravity = kStandardGravity * window_->gravity_W().vector();
+  const InertialEstimate predicted = Propagate(window_->newest(), *imu, gravity);
+  ImuWeightInput input;
+  input.motion = MeasureMotion(imu->samples(), bias_);
+  input.motion.sharpness = observation.sharpness;
+  input.motion.tracked_share = observation.tracked_share;
+
+  InertialWindow::Step step;
+  std::optional<VisualPose> visual;
+  if (observation.visual) {
+    visual = InO(*observation.visual);
+    step.visual = &*visual;
+    step.omega_B = RateAt(buffer_, imu->end(), bias_);
+    Innovate(predicted, *visual, report);
+    input.squared_innovation = report.squared_innovation;
+    input.dof = report.innovation_dof;
+  }
+  step.imu = &*imu;
+  step.weight = report.weight = weight_.Update(input);
+  step.stationary = report.stationary = Rests(*imu);
+  if (!window_->Add(step)) {
+    Suspend();
+    Resume(observation, report);
+    return;
+  }
+  bias_ = window_->newest().bias;
+  time_offset_ = window_->time_offset();
+  status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
+  if (last_visual_ &&
+      ToSeconds(observation.image - last_visual_->stamp) > options_.max_dead_reckoning) {
+    Suspend();
+  }
+}
+
+void InertialOdometry::Impl::Suspend() {
+  InertialPrior known;
+  known.estimate = window_->newest();
+  known.gravity_W = window_->gravity_W();
+  known.gravity_sigma = std::max(window_->gravity_sigma(), 1e-3);
+  known.time_offset = window_->time_offset();
+  known.time_offset_sigma = std::max(window_->time_offset_sigma(), 1e-4);
+  known_ = known;
+  window_.reset();
+  status_ = InertialStatus::kWaiting;
+}
+
+void InertialOdometry::Impl::Resume(const Observation& observation, InertialReport& report) {
+  constexpr double kNeighbours = 0.2;  // [s] apart at most, two images that tell a velocity
+  const Stamp stamp = ImuStamp(observation.image);
+  if (!Between(stamp - FromSeconds(0.005), stamp)) {
+    report.reason = "no readings";
+    return;
+  }
+  if (!observation.visual || !last_visual_ ||
+      ToSeconds(observation.image - last_visual_->stamp) > kNeighbours) {
+    report.reason = "two images in a row must tell their pose";
+    return;
+  }
+  const double step = ToSeconds(observation.image - last_visual_->stamp);
+  const double pause = ToSeconds(stamp - known_->estimate.stamp);
+  InertialPrior prior = *known_;
+  InertialEstimate& estimate = prior.estimate;
+  const Pose T_BC = calibration_.T_BC;
+  const Pose T_OB = InO(*observation.visual).T_WC * T_BC.Inverse();
+  const Pose T_OB_before = T_WO_.Inverse() * last_visual_->pose * T_BC.Inverse();
+  estimate.stamp = stamp;
+  estimate.state.T_WB = T_OB;
+  estimate.state.v_WB = (T_OB.p() - T_OB_before.p()) / step;
+  estimate.covariance.topLeftCorner<9, 15>().setZero();
+  estimate.covariance.bottomLeftCorner<6, 9>().setZero();
+  Eigen::Matrix<double, 9, 1> sigma;
+  sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Constant(0.005),
+      Eigen::Vector3d::Constant(options_.restart_velocity_sigma);
+  estimate.covariance.topLeftCorner<9, 9>() = sigma.cwiseProduct(sigma).asDiagonal();
+  Vector6 walk;
+  walk << Eigen::Vector3d::Constant(calibration_.noise.gyroscope_walk),
+      Eigen::Vector3d::Constant(calibration_.noise.accelerometer_walk);
+  estimate.covariance.bottomRightCorner<6, 6>() +=
+      Matrix6((pause * walk.cwiseProduct(walk)).asDiagonal());
+  if (!Start(prior)) {
+    report.reason = kNoStart;
+    return;
+  }
+  known_.reset();
+  report.restarted = true;
+}
+
+void InertialOdometry::Impl::Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
+                                InertialReport& report) const {
+  const Matrix6 information = visual_O.sqrt_information.transpose() * visual_O.sqrt_information;
+  const Eigen::LLT<Matrix6> llt(information);
+  // With a direction open there is no innovation in it.
+  if (llt.info() != Eigen::Success || llt.matrixLLT().diagonal().minCoeff() < 1.0) return;
+  const CameraPoseEstimate camera = CameraOf(predicted, calibration_.T_BC);
+  Vector6 e;
+  e << visual_O.T_WC.p() - camera.T_WC.p(),
+      so3::Log(camera.T_WC.q().conjugate() * visual_O.T_WC.q());
+  const Matrix6 S = camera.covariance + Matrix6(llt.solve(Matrix6::Identity()));
+  report.squared_innovation = e.dot(S.ldlt().solve(e));
+  report.innovation_dof = 6;
+}
+
+bool InertialOdometry::Impl::Rests(const ImuPreintegration& imu) const {
+  const Stamp end = imu.end();
+  const Stamp start = end - FromSeconds(1.5 * options_.stationary.min_duration);
+  if (window_->newest().state.v_WB.norm() > options_.stationary_speed) return false;
+  const auto interval = buffer_.Between(start, end);
+  return interval && !interval->HasGap() && IsStationary(interval->samples, options_.stationary);
+}
+
+void InertialOdometry::Impl::MoveMap(const Pose& T_new_old) {
+  const Eigen::Vector3d p_W =
+      window_ ? T_WO_ * window_->newest().state.T_WB.p() : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  T_WO_ = YawAndShift(T_new_old, p_W) * T_WO_;
+  initializer_.MoveMap(T_new_old);
+  if (last_visual_) last_visual_->pose = T_new_old * last_visual_->pose;
+}
+
+VisualPose InertialOdometry::Impl::InO(const VisualPose& visual_W) const {
+  return Moved(visual_W, T_WO_.Inverse());
+}
+
+std::optional<InertialEstimate> InertialOdometry::Impl::estimate() const {
+  if (!window_) return std::nullopt;
+  InertialEstimate in_W = window_->newest();
+  in_W.state.T_WB = T_WO_ * in_W.state.T_WB;
+  in_W.state.v_WB = T_WO_.q() * in_W.state.v_WB;
+  Eigen::Matrix<double, 15, 15> J = Eigen::Matrix<double, 15, 15>::Identity();
+  J.block<3, 3>(0, 0) = J.block<3, 3>(6, 6) = T_WO_.R();
+  in_W.covariance = J * in_W.covariance * J.transpose();
+  return in_W;
+}
+
+std::optional<Pose> InertialOdometry::Impl::T_WC() const {
+  if (!window_) return std::nullopt;
+  return T_WO_ * window_->newest().state.T_WB * calibration_.T_BC;
+}
+
+std::optional<Eigen::Vector3d> InertialOdometry::Impl::gravity_W() const {
+  if (!window_) return std::nullopt;
+  return T_WO_.q() * (kStandardGravity * window_->gravity_W().vector());
+}
+
+double InertialOdometry::Impl::gravity_sigma() const {
+  return window_ ? window_->gravity_sigma() : M_PI;
+}
+
+double InertialOdometry::Impl::time_offset() const {
+  return time_offset_;
+}
+
+double InertialOdometry::Impl::time_offset_sigma() const {
+  return window_ ? window_->time_offset_sigma() : options_.initializer.time_offset_sigma;
+}
+
+}  // namespace highwall

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/frontend/inertial/inertial_odometry.h>
+
+#include "inertial/imu_weighting.h"
+#include "inertial/inertial_initializer.h"
+#include "inertial/inertial_window.h"
+
+namespace highwall {
+
+// The public functions have their docs in inertial_odometry.h.
+class InertialOdometry::Impl {
+ public:
+  Impl(const ImuCalibration& calibration, const InertialOptions& options);
+
+  ImuSampleStatus AddSample(const ImuSample& sample) { return buffer_.Add(sample); }
+  std::optional<Eigen::Vector3d> UpInCamera(Stamp image) const;
+  std::optional<KnownPose> Predict(Stamp image) const;
+  InertialReport Update(const Observation& observation);
+  void MoveMap(const Pose& T_new_old);
+  std::optional<InertialEstimate> estimate() const;
+  std::optional<Pose> T_WC() const;
+  std::optional<Eigen::Vector3d> gravity_W() const;
+  double gravity_sigma() const;
+  double time_offset() const;
+  double time_offset_sigma() const;
+  InertialStatus status() const { return status_; }
+  double weight() const { return weight_.weight(); }
+  const ImuCalibration& calibration() const { return calibration_; }
+  std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
+
+ private:
+  void Initialize(const Observation& observation, InertialReport& report);
+  // Solves the initialization; inconsistent, with a reason, where the images agree better with
+  // the readings once the accelerometer's sign is turned.
+  InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;
+  void Advance(const Observation& observation, InertialReport& report);
+  // Starts a window; none where the prior cannot be used.
+  bool Start(const InertialPrior& prior);
+  // Ends the window, and keeps what holds on: biases, gravity, t_d.
+  void Suspend();
+  // Starts a window anew with what was kept, once there are readings and poses again.
+  void Resume(const Observation& observation, InertialReport& report);
+  // The innovation of an image's pose, where all its directions are known.
+  void Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
+                InertialReport& report) const;
+  bool Rests(const ImuPreintegration& imu) const;
+  Stamp ImuStamp(Stamp image) const { return image + FromSeconds(time_offset()); }
+  VisualPose InO(const VisualPose& visual_W) const;
+
+  ImuCalibration calibration_;
+  InertialOptions options_;
+  ImuBuffer buffer_;
+  InertialInitializer initializer_;
+  ImuWeight weight_;
+  std::optional<InertialWindow> window_;
+  InertialStatus status_ = InertialStatus::kWaiting;
+  std::string reason_;
+  int attempts_ = 0;
+  std::optional<Stamp> last_attempt_;
+  std::optional<StampedPose> last_visual_;  // T_WC of the last image that told it, image stamp
+  std::optional<InertialPrior> known_;      // between Suspend() and Resume()
+  // Kept over a pause.
+  ImuBias bias_ = ImuBias::Zero();
+  double time_offset_;
+  Pose T_WO_;
+};
+
+}  // namespace highwall

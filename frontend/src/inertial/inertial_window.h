@@ -1,0 +1,84 @@
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/sliding_window_smoother.h>
+#include <highwall/core/stamp.h>
+#include <highwall/core/unit_direction.h>
+#include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/inertial/inertial_estimate.h>
+#include <highwall/frontend/inertial/visual_pose.h>
+#include <highwall/frontend/input/imu_calibration.h>
+
+namespace highwall {
+
+// The same after the motion that an IMU measured, its noise added (Forster et al. 2017).
+InertialEstimate Propagate(const InertialEstimate& from, const ImuPreintegration& imu,
+                           const Eigen::Vector3d& gravity_W);
+
+// Pose of the camera and its 6 x 6 covariance in the tangent of PoseManifold.
+struct CameraPoseEstimate {
+  Pose T_WC;
+  Eigen::Matrix<double, 6, 6> covariance;
+};
+CameraPoseEstimate CameraOf(const InertialEstimate& body, const Pose& T_BC);
+
+// Where a window starts: the first state and the calibration, each with its uncertainty.
+struct InertialPrior {
+  InertialEstimate estimate;
+  UnitDirection gravity_W;
+  double gravity_sigma = 0.01;      // [rad] > 0
+  double time_offset = 0.0;         // [s] t_d
+  double time_offset_sigma = 0.01;  // [s] > 0
+};
+
+// The last states of body, velocity and bias, one an image, tied by IMU factors and held by what
+// the images say about the camera's pose; older ones live on in a marginal prior
+// (SlidingWindowSmoother). Gravity's direction and the time offset are estimated along.
+class InertialWindow {
+ public:
+  // free_time_offset: else it keeps the value of the prior.
+  InertialWindow(const ImuCalibration& calibration, const SlidingWindowOptions& options,
+                 const InertialPrior& prior, bool free_time_offset);
+
+  // What joins the window with a state.
+  struct Step {
+    const ImuPreintegration* imu = nullptr;  // from the newest state; its end is the new stamp
+    double weight = 1.0;                     // of the IMU factor
+    const VisualPose* visual = nullptr;      // may be null: the IMU alone
+    Eigen::Vector3d omega_B = Eigen::Vector3d::Zero();  // [rad/s] at the end, bias taken off
+    bool stationary = false;                            // the body does not move
+  };
+  // False where the smoother refused the step: the window is as before.
+  bool Add(const Step& step);
+
+  const InertialEstimate& newest() const { return newest_; }
+  UnitDirection gravity_W() const;
+  double time_offset() const;
+  // Standard deviations: of gravity's direction [rad] (the larger of two), of t_d [s].
+  double gravity_sigma() const { return gravity_sigma_; }
+  double time_offset_sigma() const { return time_offset_sigma_; }
+
+ private:
+  struct State {
+    Variable<Pose> pose;
+    Variable<Eigen::Vector3d> velocity;
+    Variable<ImuBias> bias;
+  };
+  State AddState(const InertialEstimate& estimate);
+  void ReadNewest(Stamp stamp);
+
+  ImuCalibration calibration_;
+  SlidingWindowSmoother smoother_;
+  Variable<UnitDirection> gravity_;
+  Variable<double> time_offset_;
+  State state_;
+  InertialEstimate newest_;
+  bool free_time_offset_;
+  double gravity_sigma_ = 0.0, time_offset_sigma_ = 0.0;
+};
+
+}  // namespace highwall

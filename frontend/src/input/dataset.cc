@@ -1,0 +1,26 @@
+#include <highwall/frontend/input/dataset.h>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+
+std::optional<RgbdImage> Dataset::Load(std::size_t index) const {
+  HIGHWALL_REQUIRE(index < size(), "frame " + std::to_string(index) + " of " +
+                                       std::to_string(size()) + " does not exist");
+  try {
+    return DoLoad(index);
+  } catch (const IoError& error) {
+    const std::scoped_lock lock(mutex_);
+    problems_.emplace(index, error.what());
+    return std::nullopt;
+  }
+}
+
+std::vector<Dataset::Problem> Dataset::problems() const {
+  const std::scoped_lock lock(mutex_);
+  std::vector<Problem> list;
+  for (const auto& [frame, what] : problems_) list.push_back({frame, what});
+  return list;
+}
+
+}  // namespace highwall

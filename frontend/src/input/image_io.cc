@@ -1,0 +1,129 @@
+#include "input/image_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes ReadBytes(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) throw IoError(path, "cannot be read: " + error.message());
+  Bytes bytes(size);
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file) throw IoError(path, "cannot be read");
+  if (bytes.empty()) throw IoError(path, "is empty");
+  return bytes;
+}
+
+template <std::size_t kSize>
+bool StartsWith(const Bytes& bytes, const std::array<std::uint8_t, kSize>& magic) {
+  return bytes.size() >= kSize && std::equal(magic.begin(), magic.end(), bytes.begin());
+}
+
+enum class Condition { kWhole, kTruncated, kDamaged };
+
+// CRC-32 of the PNG specification, annex D: the remainder of each byte.
+constexpr std::array<std::uint32_t, 256> CrcTable() {
+  std::array<std::uint32_t, 256> table{};
+  for (std::uint32_t n = 0; n < table.size(); ++n) {
+    std::uint32_t c = n;
+    for (int bit = 0; bit < 8; ++bit) c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1U) : c >> 1U;
+    table[n] = c;
+  }
+  return table;
+}
+
+std::uint32_t Crc(const std::uint8_t* begin, const std::uint8_t* end) {
+  static constexpr std::array<std::uint32_t, 256> kTable = CrcTable();
+  std::uint32_t c = 0xFFFFFFFFU;
+  for (; begin != end; ++begin) c = kTable[(c ^ *begin) & 0xFFU] ^ (c >> 8U);
+  return ~c;
+}
+
+std::uint32_t BigEndian(const std::uint8_t* bytes) {
+  return std::uint32_t{bytes[0]} << 24U | std::uint32_t{bytes[1]} << 16U |
+         std::uint32_t{bytes[2]} << 8U | std::uint32_t{bytes[3]};
+}
+
+// Walks the chunks (length, type, data, checksum; PNG specification, section 5.3) to IEND.
+Condition ConditionOfPng(const Bytes& bytes) {
+  constexpr std::size_t kSignature = 8, kOverhead = 12;
+  const std::array<std::uint8_t, 4> end{'I', 'E', 'N', 'D'};
+  std::size_t at = kSignature;
+  while (bytes.size() - at >= kOverhead) {
+    const std::size_t length = BigEndian(&bytes[at]);
+    if (length > bytes.size() - at - kOverhead) return Condition::kTruncated;
+    const std::uint8_t* type = &bytes[at + 4];
+    const std::uint8_t* checksum = type + 4 + length;
+    if (Crc(type, checksum) != BigEndian(checksum)) return Condition::kDamaged;
+    if (std::equal(end.begin(), end.end(), type)) return Condition::kWhole;
+    at += length + kOverhead;
+  }
+  return Condition::kTruncated;
+}
+
+// The end-of-image marker FF D9 closes the file; some cameras pad a few bytes behind it.
+Condition ConditionOfJpeg(const Bytes& bytes) {
+  constexpr std::ptrdiff_t kPadding = 64;
+  const std::array<std::uint8_t, 2> end{0xFF, 0xD9};
+  const auto from = bytes.end() - std::min(std::ssize(bytes), kPadding);
+  const bool whole = std::search(from, bytes.end(), end.begin(), end.end()) != bytes.end();
+  return whole ? Condition::kWhole : Condition::kTruncated;
+}
+
+// As far as the file format tells without decoding.
+Condition ConditionOf(const Bytes& bytes) {
+  if (StartsWith<8>(bytes, {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'})) {
+    return ConditionOfPng(bytes);
+  }
+  if (StartsWith<3>(bytes, {0xFF, 0xD8, 0xFF})) return ConditionOfJpeg(bytes);
+  return Condition::kWhole;
+}
+
+cv::Mat Decode(const std::filesystem::path& path, int flags) {
+  const Bytes bytes = ReadBytes(path);
+  // Checked before decoding: libpng and libjpeg write their complaints to standard error.
+  const Condition condition = ConditionOf(bytes);
+  if (condition == Condition::kTruncated) throw IoError(path, "is truncated");
+  if (condition == Condition::kDamaged) throw IoError(path, "is damaged: a checksum is wrong");
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, flags);
+  } catch (const cv::Exception& error) {
+    throw IoError(path, "cannot be decoded: " + error.err);
+  }
+  if (image.empty()) throw IoError(path, "is not an image or is damaged");
+  return image;
+}
+
+}  // namespace
+
+cv::Mat ReadColourImage(const std::filesystem::path& path) {
+  return Decode(path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+}
+
+cv::Mat ReadDepthImage(const std::filesystem::path& path) {
+  const cv::Mat image = Decode(path, cv::IMREAD_UNCHANGED);
+  if (image.type() != CV_16UC1) {
+    throw IoError(path, "is not a depth image: one channel of 16 bits is needed, found " +
+                            std::to_string(image.channels()) + " of " +
+                            std::to_string(8 * image.elemSize1()) + " bits");
+  }
+  return image;
+}
+
+}  // namespace highwall

@@ -1,0 +1,20 @@
+#include <highwall/frontend/input/imu_calibration.h>
+
+#include <cmath>
+#include <string>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+
+void ImuCalibration::Validate() const {
+  HIGHWALL_REQUIRE(T_BC.IsFinite(), "ImuCalibration::T_BC must be finite");
+  noise.Validate();
+  HIGHWALL_REQUIRE(std::isfinite(rate) && rate > 0.0,
+                   "ImuCalibration::rate must be positive, got " + std::to_string(rate));
+  HIGHWALL_REQUIRE(
+      std::abs(time_offset) <= 1.0,
+      "ImuCalibration::time_offset must be in [-1, 1] s, got " + std::to_string(time_offset));
+}
+
+}  // namespace highwall

@@ -1,0 +1,371 @@
+#include <highwall/frontend/input/imu_check.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+#include <Eigen/Geometry>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+constexpr double kMetresPerG = 9.80665;  // [m/s^2]
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+using Kind = ImuFindingKind;
+using Sensor = Eigen::Vector3d ImuSample::*;
+
+std::string Number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+// Those that are finite, in order, each stamp once: the first of equal ones stays.
+std::vector<ImuSample> InOrder(std::span<const ImuSample> samples) {
+  std::vector<ImuSample> ordered;
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(ordered), IsFinite);
+  std::stable_sort(ordered.begin(), ordered.end(),
+                   [](const ImuSample& a, const ImuSample& b) { return a.stamp < b.stamp; });
+  const auto end =
+      std::unique(ordered.begin(), ordered.end(),
+                  [](const ImuSample& a, const ImuSample& b) { return a.stamp == b.stamp; });
+  ordered.erase(end, ordered.end());
+  return ordered;
+}
+
+bool IsInG(const ImuFinding& finding) {
+  return finding.kind == Kind::kAccelerometerInG && finding.severity == ImuSeverity::kWarning;
+}
+
+ImuSample FromG(ImuSample sample) {
+  sample.accelerometer *= kMetresPerG;
+  return sample;
+}
+
+// Collects findings about one recording.
+class Checker {
+ public:
+  Checker(std::span<const ImuSample> samples, const VideoSpan& video,
+          const ImuCheckOptions& options)
+      : samples_(samples), video_(video), options_(options), usable_(InOrder(samples)) {}
+
+  std::vector<ImuFinding> Run() {
+    CheckFinite();
+    if (usable_.empty()) {
+      Add(Kind::kEmpty, ImuSeverity::kFatal, "holds no reading that can be used");
+      return findings_;
+    }
+    CheckOrder();
+    CheckAccelerometerUnit();
+    CheckGyroscopeRate();
+    CheckPossible();
+    if (usable_.empty()) return findings_;
+    CheckSpan();
+    CheckGaps();
+    CheckFrozen("gyroscope", Kind::kFrozenGyroscope, &ImuSample::gyroscope,
+                &ImuSample::accelerometer);
+    CheckFrozen("accelerometer", Kind::kFrozenAccelerometer, &ImuSample::accelerometer,
+                &ImuSample::gyroscope);
+    if (!HasFatalOf(Kind::kGyroscopeInDegrees)) CheckGyroscopeByGravity();
+    std::stable_sort(
+        findings_.begin(), findings_.end(), [](const ImuFinding& a, const ImuFinding& b) {
+          return a.severity == ImuSeverity::kFatal && b.severity != ImuSeverity::kFatal;
+        });
+    return findings_;
+  }
+
+ private:
+  void Add(Kind kind, ImuSeverity severity, std::string text) {
+    findings_.push_back({kind, severity, std::move(text)});
+  }
+
+  // Readings that are left out, too many of which are fatal.
+  template <typename Predicate>
+  void AddBad(Kind kind, const Predicate& is_bad, const std::string& what) {
+    const auto first = std::find_if(samples_.begin(), samples_.end(), is_bad);
+    if (first == samples_.end()) return;
+    const auto bad = std::count_if(first, samples_.end(), is_bad);
+    const double share = static_cast<double>(bad) / static_cast<double>(samples_.size());
+    const bool fatal = share > options_.max_bad_share;
+    Add(kind, fatal ? ImuSeverity::kFatal : ImuSeverity::kWarning,
+        std::to_string(bad) + " of " + std::to_string(samples_.size()) + " readings are " + what +
+            (fatal ? "" : "; left out"));
+    findings_.back().reading = static_cast<std::size_t>(first - samples_.begin());
+  }
+
+  void CheckFinite() {
+    AddBad(
+        Kind::kNotFinite, [](const ImuSample& sample) { return !IsFinite(sample); },
+        "NaN or infinite");
+  }
+
+  // In a unit that is not known there is nothing to say.
+  void CheckPossible() {
+    if (HasFatalOf(Kind::kAccelerometerImplausible) || HasFatalOf(Kind::kAccelerometerInG) ||
+        HasFatalOf(Kind::kGyroscopeInDegrees)) {
+      return;
+    }
+    const bool in_g = std::any_of(findings_.begin(), findings_.end(), IsInG);
+    const auto impossible = [in_g](const ImuSample& sample) {
+      return IsFinite(sample) && !IsPossible(in_g ? FromG(sample) : sample);
+    };
+    AddBad(Kind::kImpossible, impossible,
+           "beyond what any sensor measures (" + std::to_string(std::lround(kMaxAngularRate)) +
+               " rad/s, " + std::to_string(std::lround(kMaxSpecificForce)) + " m/s^2)");
+    std::erase_if(usable_, impossible);
+  }
+
+  bool HasFatalOf(Kind kind) const {
+    return std::any_of(findings_.begin(), findings_.end(), [kind](const ImuFinding& finding) {
+      return finding.kind == kind && finding.severity == ImuSeverity::kFatal;
+    });
+  }
+
+  void CheckOrder() {
+    std::size_t back = 0;
+    for (std::size_t i = 1; i < samples_.size(); ++i) {
+      if (samples_[i].stamp < samples_[i - 1].stamp) ++back;
+    }
+    if (back > 0) {
+      Add(Kind::kOutOfOrder, ImuSeverity::kWarning,
+          std::to_string(back) + " stamps are smaller than the one before; sorted");
+    }
+    const std::size_t finite =
+        static_cast<std::size_t>(std::count_if(samples_.begin(), samples_.end(), IsFinite));
+    if (const std::size_t copies = finite - usable_.size(); copies > 0) {
+      Add(Kind::kDuplicates, ImuSeverity::kWarning,
+          std::to_string(copies) + " stamps are there twice; the first reading stays");
+    }
+  }
+
+  void CheckSpan() {
+    const Stamp first = usable_.front().stamp, last = usable_.back().stamp;
+    if (first > video_.end || last < video_.begin) {
+      Add(Kind::kOtherClock, ImuSeverity::kFatal,
+          "readings from " + FormatStamp(first) + " to " + FormatStamp(last) +
+              " s do not meet the video, " + FormatStamp(video_.begin) + " to " +
+              FormatStamp(video_.end) + " s: another clock");
+      return;
+    }
+    if (const double late = ToSeconds(first - video_.begin); late > options_.max_step) {
+      Add(Kind::kStartsLate, ImuSeverity::kWarning,
+          "begins " + Number(late) + " s after the video; RGB-D alone until then");
+    }
+    if (const double early = ToSeconds(video_.end - last); early > options_.max_step) {
+      Add(Kind::kEndsEarly, ImuSeverity::kWarning,
+          "ends " + Number(early) + " s before the video; RGB-D alone from there");
+    }
+  }
+
+  void CheckGaps() {
+    std::size_t gaps = 0, longest = 1;
+    const auto step = [this](std::size_t i) { return usable_[i].stamp - usable_[i - 1].stamp; };
+    for (std::size_t i = 1; i < usable_.size(); ++i) {
+      if (ToSeconds(step(i)) > options_.max_step) ++gaps;
+      if (step(i) > step(longest)) longest = i;
+    }
+    if (gaps == 0) return;
+    Add(Kind::kGaps, ImuSeverity::kWarning,
+        std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") + " above " +
+            Number(options_.max_step) + " s, the longest of " + Number(ToSeconds(step(longest))) +
+            " s at " + FormatStamp(usable_[longest - 1].stamp) + "; RGB-D alone across them");
+  }
+
+  // Equal from the first reading to the last, or for long while the other sensor changes.
+  void CheckFrozen(const char* name, Kind kind, Sensor sensor, Sensor other) {
+    const auto shortest = static_cast<std::size_t>(options_.frozen_readings);
+    for (std::size_t begin = 0, end = 0; begin < usable_.size(); begin = end) {
+      bool other_changes = false;
+      for (end = begin + 1; end < usable_.size() && usable_[end].*sensor == usable_[begin].*sensor;
+           ++end) {
+        other_changes |= usable_[end].*other != usable_[begin].*other;
+      }
+      const bool all = end - begin == usable_.size();
+      if (end - begin < shortest || !(all || other_changes)) continue;
+      Add(kind, ImuSeverity::kFatal,
+          std::string(name) + " is frozen: it repeats one reading " +
+              (all ? "from beginning to end" : "at " + FormatStamp(usable_[begin].stamp)));
+      return;
+    }
+  }
+
+  void CheckAccelerometerUnit() {
+    std::vector<double> norms;
+    for (const ImuSample& sample : usable_) norms.push_back(sample.accelerometer.norm());
+    const auto middle = norms.begin() + std::ssize(norms) / 2;
+    std::nth_element(norms.begin(), middle, norms.end());
+    const double norm = *middle;
+    constexpr double kLowest = 5.0, kHighest = 20.0;  // [m/s^2] of a camera that is carried
+    if (norm >= kLowest && norm <= kHighest) return;
+    const std::string median = "accelerometer: the median norm is " + Number(norm);
+    if (std::abs(norm - 1.0) < 0.05) {
+      Add(Kind::kAccelerometerInG, ImuSeverity::kWarning,
+          median + ": it is in g, not in m/s^2; converted");
+    } else if (norm > 0.5 && norm < 2.0) {
+      Add(Kind::kAccelerometerInG, ImuSeverity::kFatal,
+          median + ": it is likely in g, not in m/s^2; multiply by 9.80665");
+    } else {
+      Add(Kind::kAccelerometerImplausible, ImuSeverity::kFatal,
+          median + ", where gravity alone makes 9.8 m/s^2: the unit is unknown");
+    }
+  }
+
+  // By all readings but the largest ones, which may be as many as are set aside elsewhere.
+  void CheckGyroscopeRate() {
+    std::vector<double> squares;
+    for (const ImuSample& sample : usable_) squares.push_back(sample.gyroscope.squaredNorm());
+    const double kept =
+        std::ceil((1.0 - options_.max_bad_share) * static_cast<double>(squares.size()));
+    const auto end = squares.begin() + static_cast<std::ptrdiff_t>(std::max(kept, 1.0));
+    std::nth_element(squares.begin(), end - 1, squares.end());
+    const double rms = std::sqrt(std::accumulate(squares.begin(), end, 0.0) /
+                                 static_cast<double>(end - squares.begin()));
+    if (rms <= options_.max_angular_rate) return;
+    Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
+        "gyroscope: the RMS rate is " + Number(rms) +
+            ": it is likely in deg/s, not in rad/s; multiply by 0.0174533");
+  }
+
+  void CheckGyroscopeByGravity() {
+    if (!DegreesExplainGravity()) return;
+    Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
+        "gyroscope: taken for deg/s it explains how gravity turns, taken for rad/s it does not: "
+        "it is likely in deg/s; multiply by 0.0174533");
+  }
+
+  // How far [rad] gravity's direction at the end of [begin, end) is from that at its beginning
+  // turned by the gyroscope times `scale`; the directions are means over a tenth of the readings.
+  double GravityError(std::size_t begin, std::size_t end, double scale) const {
+    const std::size_t part = (end - begin) / 10;
+    Eigen::Quaterniond q = Eigen::Quaterniond::Identity();  // from the frame now to that of begin
+    Eigen::Vector3d first = Eigen::Vector3d::Zero(), last = first;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i > begin) {
+        const double step = ToSeconds(usable_[i].stamp - usable_[i - 1].stamp);
+        q = q * so3::Exp(0.5 * step * scale * (usable_[i - 1].gyroscope + usable_[i].gyroscope));
+      }
+      if (i < begin + part) first += q * usable_[i].accelerometer;
+      if (i >= end - part) last += q * usable_[i].accelerometer;
+    }
+    return std::atan2(first.cross(last).norm(), first.dot(last));
+  }
+
+  // Over windows of half a second in which the readings taken for rad/s turn a lot.
+  bool DegreesExplainGravity() const {
+    constexpr double kWindow = 0.5, kTurn = 1.0, kError = 0.2;  // [s], [rad], [rad]
+    constexpr std::size_t kLeastReadings = 20, kLeastWindows = 3;
+    std::vector<double> as_radians, as_degrees;
+    for (std::size_t begin = 0, end = 0; end < usable_.size(); begin = end) {
+      double turn = 0.0;
+      for (end = begin + 1;
+           end < usable_.size() && ToSeconds(usable_[end].stamp - usable_[begin].stamp) < kWindow;
+           ++end) {
+        turn +=
+            usable_[end].gyroscope.norm() * ToSeconds(usable_[end].stamp - usable_[end - 1].stamp);
+      }
+      if (turn < kTurn || end - begin < kLeastReadings) continue;
+      as_radians.push_back(GravityError(begin, end, 1.0));
+      as_degrees.push_back(GravityError(begin, end, kRadiansPerDegree));
+    }
+    if (as_radians.size() < kLeastWindows) return false;
+    const auto median = [](std::vector<double>* values) {
+      const auto middle = values->begin() + std::ssize(*values) / 2;
+      std::nth_element(values->begin(), middle, values->end());
+      return *middle;
+    };
+    const double radians = median(&as_radians);
+    return radians > kError && median(&as_degrees) < 0.25 * radians;
+  }
+
+  std::span<const ImuSample> samples_;
+  VideoSpan video_;
+  ImuCheckOptions options_;
+  std::vector<ImuSample> usable_;
+  std::vector<ImuFinding> findings_;
+};
+
+}  // namespace
+
+const char* ToString(ImuFindingKind kind) {
+  switch (kind) {
+    case Kind::kEmpty:
+      return "empty";
+    case Kind::kNotFinite:
+      return "not_finite";
+    case Kind::kImpossible:
+      return "impossible";
+    case Kind::kOutOfOrder:
+      return "out_of_order";
+    case Kind::kDuplicates:
+      return "duplicates";
+    case Kind::kOtherClock:
+      return "other_clock";
+    case Kind::kStartsLate:
+      return "starts_late";
+    case Kind::kEndsEarly:
+      return "ends_early";
+    case Kind::kGaps:
+      return "gaps";
+    case Kind::kFrozenGyroscope:
+      return "frozen_gyroscope";
+    case Kind::kFrozenAccelerometer:
+      return "frozen_accelerometer";
+    case Kind::kGyroscopeInDegrees:
+      return "gyroscope_in_degrees";
+    case Kind::kAccelerometerInG:
+      return "accelerometer_in_g";
+    case Kind::kAccelerometerImplausible:
+      return "accelerometer_implausible";
+    case Kind::kAccelerometerReversed:
+      return "accelerometer_reversed";
+  }
+  return "unknown";
+}
+
+void ImuCheckOptions::Validate() const {
+  HIGHWALL_REQUIRE(max_step > 0.0,
+                   "ImuCheckOptions::max_step must be positive, got " + std::to_string(max_step));
+  HIGHWALL_REQUIRE(frozen_readings >= 2, "ImuCheckOptions::frozen_readings must be at least 2");
+  HIGHWALL_REQUIRE(
+      max_bad_share >= 0.0 && max_bad_share <= 1.0,
+      "ImuCheckOptions::max_bad_share must be in [0, 1], got " + std::to_string(max_bad_share));
+  HIGHWALL_REQUIRE(max_angular_rate > 0.0, "ImuCheckOptions::max_angular_rate must be positive");
+}
+
+std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const VideoSpan& video,
+                                 const ImuCheckOptions& options) {
+  options.Validate();
+  return Checker(samples, video, options).Run();
+}
+
+bool HasFatal(std::span<const ImuFinding> findings) {
+  return std::any_of(findings.begin(), findings.end(), [](const ImuFinding& finding) {
+    return finding.severity == ImuSeverity::kFatal;
+  });
+}
+
+std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
+                                 std::span<const ImuFinding> findings) {
+  std::vector<ImuSample> repaired = InOrder(samples);
+  if (std::any_of(findings.begin(), findings.end(), IsInG)) {
+    std::transform(repaired.begin(), repaired.end(), repaired.begin(), FromG);
+  }
+  std::erase_if(repaired, [](const ImuSample& sample) { return !IsPossible(sample); });
+  return repaired;
+}
+
+ImuFinding AccelerometerReversed() {
+  return {Kind::kAccelerometerReversed, ImuSeverity::kFatal,
+          "accelerometer: its sign is reversed, it reads gravity instead of the specific force "
+          "(at rest it must point up); multiply by -1"};
+}
+
+}  // namespace highwall

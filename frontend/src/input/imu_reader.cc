@@ -1,0 +1,248 @@
+#include <highwall/frontend/input/imu_reader.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <string_view>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr std::int64_t kNano = 1'000'000'000;
+constexpr const char* kBlank = " \t\r";
+
+// So that the difference of two stamps is one.
+constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 2;
+
+// A stamp as it is written, in a unit yet unknown: whole + nano * 1e-9.
+struct RawStamp {
+  std::int64_t whole = 0;
+  std::int64_t nano = 0;  // in [0, 1e9)
+};
+
+struct Unit {
+  const char* name;
+  std::int64_t nanoseconds;
+};
+constexpr std::array<Unit, 4> kUnits{Unit{"nanoseconds", 1},
+                                     {"microseconds", 1000},
+                                     {"milliseconds", 1'000'000},
+                                     {"seconds", kNano}};
+constexpr const Unit& kNanoseconds = kUnits[0];
+constexpr const Unit& kSeconds = kUnits[3];
+
+struct RawReading {
+  std::int64_t line = 0;
+  RawStamp stamp;
+  std::array<double, 6> values{};
+};
+
+struct RawRecording {
+  std::vector<RawReading> readings;
+  bool decimal = false;  // some stamp has a decimal point or an exponent
+};
+
+std::string_view Trim(std::string_view text) {
+  const std::size_t begin = std::min(text.find_first_not_of(kBlank), text.size());
+  text.remove_prefix(begin);
+  return text.substr(0, text.find_last_not_of(kBlank) + 1);
+}
+
+// Between commas where there are any, between blanks otherwise.
+std::vector<std::string_view> Fields(std::string_view line) {
+  std::vector<std::string_view> fields;
+  const bool commas = line.find(',') != std::string_view::npos;
+  while (true) {
+    const std::size_t end = std::min(line.find_first_of(commas ? "," : kBlank), line.size());
+    fields.push_back(Trim(line.substr(0, end)));
+    if (end == line.size()) return fields;
+    line.remove_prefix(end + 1);
+    if (!commas) line = Trim(line);
+  }
+}
+
+template <typename T>
+bool ParseWhole(std::string_view text, T* value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+bool ParseRawStamp(std::string_view text, RawStamp* stamp) {
+  const std::size_t point = text.find_first_of(".eE");
+  if (point == std::string_view::npos) return ParseWhole(text, &stamp->whole);
+  if (text.find_first_of("eE") != std::string_view::npos || text.front() == '-') {
+    double value = 0.0;
+    if (!ParseWhole(text, &value) || !(std::abs(value) < 9e18)) return false;
+    stamp->whole = static_cast<std::int64_t>(std::floor(value));
+    stamp->nano = static_cast<std::int64_t>((value - std::floor(value)) * 1e9);
+    return true;
+  }
+  std::string fraction(text.substr(point + 1, 9));
+  fraction.resize(9, '0');
+  return ParseWhole(text.substr(0, point), &stamp->whole) && stamp->whole >= 0 &&
+         fraction.front() != '-' && ParseWhole(std::string_view(fraction), &stamp->nano);
+}
+
+RawReading ParseLine(const std::filesystem::path& path, std::int64_t number,
+                     std::string_view line) {
+  const std::vector<std::string_view> fields = Fields(line);
+  RawReading reading;
+  reading.line = number;
+  if (fields.size() != reading.values.size() + 1) {
+    throw IoError(path, number,
+                  "has " + std::to_string(fields.size()) +
+                      " fields; a reading is a stamp, three of the gyroscope [rad/s] and three of "
+                      "the accelerometer [m/s^2]");
+  }
+  if (!ParseRawStamp(fields[0], &reading.stamp) || reading.stamp.whole > kLatest ||
+      reading.stamp.whole < -kLatest) {
+    throw IoError(path, number,
+                  "'" + std::string(fields[0]) +
+                      "' is not a time stamp; write whole nanoseconds or decimal seconds");
+  }
+  for (std::size_t i = 0; i < reading.values.size(); ++i) {
+    if (!ParseWhole(fields[i + 1], &reading.values[i])) {
+      throw IoError(
+          path, number,
+          "'" + std::string(fields[i + 1]) + "' is not a number; correct the line or remove it");
+    }
+  }
+  return reading;
+}
+
+RawRecording ReadLines(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file || std::filesystem::is_directory(path)) {
+    throw IoError(path, "is missing or cannot be read");
+  }
+  RawRecording recording;
+  bool heading_allowed = true;
+  std::string text;
+  for (std::int64_t number = 1; std::getline(file, text); ++number) {
+    std::string_view line = text;
+    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);  // a BOM
+    line = Trim(line);
+    if (line.empty() || line.front() == '#') continue;
+    const bool heading =
+        std::isalpha(static_cast<unsigned char>(line.front())) != 0 || line.front() == '"';
+    if (heading && heading_allowed) {
+      heading_allowed = false;
+      continue;
+    }
+    heading_allowed = false;
+    recording.readings.push_back(ParseLine(path, number, line));
+    const std::string_view stamp = line.substr(0, line.find_first_of(", \t"));
+    recording.decimal |= stamp.find_first_of(".eE") != std::string_view::npos;
+  }
+  if (recording.readings.empty()) {
+    throw IoError(path, "holds no reading; remove it to run without an IMU");
+  }
+  return recording;
+}
+
+// Empty where it is too large for a Stamp.
+std::optional<Stamp> Convert(const RawStamp& stamp, const Unit& unit) {
+  const std::int64_t limit = kLatest / unit.nanoseconds - 1;
+  if (stamp.whole > limit || stamp.whole < -limit) return std::nullopt;
+  return stamp.whole * unit.nanoseconds + stamp.nano * unit.nanoseconds / kNano;
+}
+
+std::optional<VideoSpan> SpanIn(const RawRecording& recording, const Unit& unit) {
+  VideoSpan span{std::numeric_limits<Stamp>::max(), std::numeric_limits<Stamp>::min()};
+  for (const RawReading& reading : recording.readings) {
+    const std::optional<Stamp> stamp = Convert(reading.stamp, unit);
+    if (!stamp) return std::nullopt;
+    span.begin = std::min(span.begin, *stamp);
+    span.end = std::max(span.end, *stamp);
+  }
+  return span;
+}
+
+// The median step between neighbours [units]; 0 for a single reading.
+double MedianStep(const RawRecording& recording) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < recording.readings.size(); ++i) {
+    const RawStamp& a = recording.readings[i - 1].stamp;
+    const RawStamp& b = recording.readings[i].stamp;
+    steps.push_back(static_cast<double>(b.whole - a.whole) +
+                    static_cast<double>(b.nano - a.nano) / static_cast<double>(kNano));
+  }
+  if (steps.empty()) return 0.0;
+  const auto middle = steps.begin() + std::ssize(steps) / 2;
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+// 10 to 10,000 readings a second: three orders of magnitude, the distance of two units.
+bool IsUsualStep(double step, const Unit& unit) {
+  const double seconds = step * static_cast<double>(unit.nanoseconds) * 1e-9;
+  return seconds > 1e-4 && seconds <= 0.1;
+}
+
+std::string Seconds(const VideoSpan& span) {
+  return FormatStamp(span.begin) + " to " + FormatStamp(span.end) + " s";
+}
+
+// The unit in which the readings meet the video, of several the one with a usual rate.
+const Unit& FindUnit(const std::filesystem::path& path, const RawRecording& recording,
+                     const VideoSpan& video) {
+  const Unit& written = recording.decimal ? kSeconds : kNanoseconds;
+  const double step = MedianStep(recording);
+  const Unit* best = nullptr;
+  bool best_is_usual = false;
+  for (const Unit* unit : {&written, &kUnits[0], &kUnits[1], &kUnits[2], &kUnits[3]}) {
+    const std::optional<VideoSpan> span = SpanIn(recording, *unit);
+    if (!span || span->begin > video.end || span->end < video.begin) continue;
+    const bool usual = IsUsualStep(step, *unit);
+    if (best == nullptr || (usual && !best_is_usual)) {
+      best = unit;
+      best_is_usual = usual;
+    }
+  }
+  if (best != nullptr) return *best;
+  const auto likely = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& unit) {
+    return IsUsualStep(step, unit) && SpanIn(recording, unit);
+  });
+  const std::optional<VideoSpan> span =
+      SpanIn(recording, likely == kUnits.end() ? written : *likely);
+  throw IoError(path, "its stamps" + (span ? " (" + Seconds(*span) + ")" : std::string()) +
+                          " do not meet those of the video (" + Seconds(video) +
+                          "): another clock; write both in one clock, or run with --imu off");
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> FindImuFile(const std::filesystem::path& dataset) {
+  std::error_code ignored;
+  for (const char* name : {"imu.csv", "imu.txt", "imu0/data.csv", "mav0/imu0/data.csv"}) {
+    if (std::filesystem::is_regular_file(dataset / name, ignored)) return dataset / name;
+  }
+  return std::nullopt;
+}
+
+ImuRecording ReadImu(const std::filesystem::path& path, const VideoSpan& video) {
+  HIGHWALL_REQUIRE(video.begin <= video.end, "ReadImu: the video must not end before it begins");
+  const RawRecording raw = ReadLines(path);
+  const Unit& unit = FindUnit(path, raw, video);
+  ImuRecording recording;
+  if (&unit != (raw.decimal ? &kSeconds : &kNanoseconds)) {
+    recording.warning = path.string() + ": its stamps are in " + unit.name + ", not in " +
+                        (raw.decimal ? kSeconds : kNanoseconds).name + "; converted";
+  }
+  recording.samples.reserve(raw.readings.size());
+  for (const RawReading& reading : raw.readings) {
+    const auto& v = reading.values;
+    recording.samples.push_back(
+        {Convert(reading.stamp, unit).value(), {v[0], v[1], v[2]}, {v[3], v[4], v[5]}});
+    recording.lines.push_back(reading.line);
+  }
+  return recording;
+}
+
+}  // namespace highwall

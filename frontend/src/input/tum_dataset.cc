@@ -1,0 +1,219 @@
+#include <highwall/frontend/input/tum_dataset.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <tuple>
+
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/input/imu_reader.h>
+
+#include "input/image_io.h"
+
+namespace highwall {
+namespace {
+
+constexpr const char* kBlank = " \t\r";
+
+// The next field of the line, cut off its front; empty at the end.
+std::string_view NextField(std::string_view* line) {
+  const std::size_t begin = std::min(line->find_first_not_of(kBlank), line->size());
+  const std::size_t end = std::min(line->find_first_of(kBlank, begin), line->size());
+  const std::string_view field = line->substr(begin, end - begin);
+  line->remove_prefix(end);
+  return field;
+}
+
+std::string Number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+std::string Size(const cv::Mat& image) {
+  return std::to_string(image.cols) + " x " + std::to_string(image.rows);
+}
+
+std::filesystem::path RequireDirectory(const std::filesystem::path& directory) {
+  std::error_code error;
+  if (!std::filesystem::exists(directory, error)) throw IoError(directory, "does not exist");
+  if (!std::filesystem::is_directory(directory, error)) {
+    throw IoError(directory, "is not a directory");
+  }
+  if (std::filesystem::is_empty(directory, error)) throw IoError(directory, "is empty");
+  return directory;
+}
+
+// A sample of the measured depths, dense enough for a median.
+void CollectDepths(const cv::Mat& depth, std::vector<float>* depths) {
+  constexpr int kStep = 8;
+  for (int v = 0; v < depth.rows; v += kStep) {
+    for (int u = 0; u < depth.cols; u += kStep) {
+      if (depth.at<float>(v, u) > 0.0F) depths->push_back(depth.at<float>(v, u));
+    }
+  }
+}
+
+// At least one value.
+double Median(std::vector<float>* values) {
+  const auto middle = values->begin() + std::ssize(*values) / 2;
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list) {
+  std::ifstream file(list);
+  if (!file || std::filesystem::is_directory(list)) {
+    throw IoError(list, "is missing or cannot be read");
+  }
+  std::vector<TumImageFile> files;
+  std::string text;
+  for (std::int64_t number = 1; std::getline(file, text); ++number) {
+    std::string_view line = text;
+    const std::string_view first = NextField(&line);
+    if (first.empty() || first.front() == '#') continue;
+    const std::optional<Stamp> stamp = ParseStamp(first);
+    if (!stamp) {
+      throw IoError(list, number, "'" + std::string(first) + "' is not a time stamp in seconds");
+    }
+    const std::string_view name = NextField(&line);
+    if (name.empty()) throw IoError(list, number, "a file name is missing behind the stamp");
+    if (!files.empty() && *stamp <= files.back().stamp) {
+      throw IoError(list, number,
+                    "stamp " + std::string(first) +
+                        " is not greater than the one before; sort the file and "
+                        "remove duplicates");
+    }
+    files.push_back({*stamp, list.parent_path() / name});
+  }
+  if (files.empty()) throw IoError(list, "lists no image");
+  return files;
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
+    const std::vector<TumImageFile>& a, const std::vector<TumImageFile>& b, Stamp max_difference) {
+  std::vector<std::tuple<Stamp, std::size_t, std::size_t>> candidates;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    while (begin < b.size() && b[begin].stamp < a[i].stamp - max_difference) ++begin;
+    for (std::size_t j = begin; j < b.size() && b[j].stamp <= a[i].stamp + max_difference; ++j) {
+      candidates.emplace_back(std::abs(a[i].stamp - b[j].stamp), i, j);
+    }
+  }
+  std::sort(candidates.begin(), candidates.end());
+  std::vector<bool> a_taken(a.size()), b_taken(b.size());
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto& [difference, i, j] : candidates) {
+    if (a_taken[i] || b_taken[j]) continue;
+    a_taken[i] = b_taken[j] = true;
+    pairs.emplace_back(i, j);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+std::optional<double> LikelyDepthFactor(double median_depth, double depth_factor) {
+  constexpr double kMin = 0.1, kMax = 20.0, kTypical = 2.0;  // [m]
+  if (median_depth >= kMin && median_depth <= kMax) return std::nullopt;
+  double best = 0.0, best_distance = std::log(kMax / kMin);
+  for (const double factor : {1000.0, 5000.0}) {
+    const double depth = median_depth * depth_factor / factor;
+    const double distance = std::abs(std::log(depth / kTypical));
+    if (depth >= kMin && depth <= kMax && distance < best_distance) {
+      best = factor;
+      best_distance = distance;
+    }
+  }
+  return best;
+}
+
+void TumDatasetOptions::Validate() const {
+  HIGHWALL_REQUIRE(
+      std::isfinite(depth_factor) && depth_factor > 0.0,
+      "TumDatasetOptions::depth_factor must be positive, got " + std::to_string(depth_factor));
+  HIGHWALL_REQUIRE(width >= 0 && height >= 0 && (width == 0) == (height == 0),
+                   "TumDatasetOptions::width and height must both be positive or both 0, got " +
+                       std::to_string(width) + " and " + std::to_string(height));
+  HIGHWALL_REQUIRE(std::isfinite(max_stamp_difference) && max_stamp_difference > 0.0,
+                   "TumDatasetOptions::max_stamp_difference must be positive, got " +
+                       std::to_string(max_stamp_difference));
+}
+
+TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetOptions& options)
+    : directory_(directory), options_(options) {
+  options_.Validate();
+  RequireDirectory(directory_);
+  colour_ = ReadTumImageList(directory_ / "rgb.txt");
+  depth_ = ReadTumImageList(directory_ / "depth.txt");
+  frames_ = AssociateNearest(colour_, depth_, FromSeconds(options_.max_stamp_difference));
+  if (frames_.empty()) {
+    throw IoError(directory_, "no stamp of rgb.txt has one of depth.txt within " +
+                                  Number(options_.max_stamp_difference) + " s");
+  }
+  imu_file_ = FindImuFile(directory_);
+  const std::filesystem::path groundtruth = directory_ / "groundtruth.txt";
+  if (std::filesystem::exists(groundtruth)) {
+    Trajectory trajectory = ReadTumTrajectory(groundtruth);
+    if (trajectory.empty()) {
+      AddWarning(groundtruth.string() + ": holds no pose");
+    } else {
+      groundtruth_ = std::move(trajectory);
+    }
+  }
+  Probe();
+}
+
+// Looks at a few frames spread over the sequence, and at all of them while none can be used.
+void TumDataset::Probe() {
+  constexpr std::size_t kFrames = 5;
+  std::vector<float> depths;
+  const std::size_t stride = std::max<std::size_t>(1, size() / kFrames);
+  const auto look = [&](std::size_t index) {
+    if (const std::optional<RgbdImage> image = Load(index)) CollectDepths(image->depth, &depths);
+  };
+  for (std::size_t i = 0; i < size(); i += stride) look(i);
+  for (std::size_t i = 0; i < size() && depths.empty(); ++i) look(i);
+  if (depths.empty()) {
+    const std::vector<Problem> found = problems();
+    throw IoError(directory_, "none of its " + std::to_string(size()) + " frames can be used; " +
+                                  (found.empty() ? "no depth image holds any depth"
+                                                 : "the first: " + found.front().what));
+  }
+  median_depth_ = Median(&depths);
+  if (const auto factor = LikelyDepthFactor(median_depth_, options_.depth_factor)) {
+    AddWarning(directory_.string() + ": the median depth is " + Number(median_depth_) +
+               " m with depth factor " + Number(options_.depth_factor) +
+               (*factor > 0.0 ? "; the factor is likely " + Number(*factor)
+                              : "; no usual factor makes it plausible"));
+  }
+}
+
+RgbdImage TumDataset::DoLoad(std::size_t index) const {
+  const TumImageFile& colour = colour_[frames_[index].first];
+  const TumImageFile& depth = depth_[frames_[index].second];
+  RgbdImage image{.stamp = colour.stamp, .bgr = ReadColourImage(colour.path), .depth = {}};
+  const cv::Mat raw = ReadDepthImage(depth.path);
+  if (raw.size() != image.bgr.size()) {
+    throw IoError(depth.path, "is " + Size(raw) + ", but its colour image is " + Size(image.bgr));
+  }
+  if (options_.width > 0 && (raw.cols != options_.width || raw.rows != options_.height)) {
+    throw IoError(depth.path, "is " + Size(raw) + ", but the camera is set to " +
+                                  std::to_string(options_.width) + " x " +
+                                  std::to_string(options_.height));
+  }
+  if (!imu_file_ && cv::countNonZero(raw) == 0) {
+    throw IoError(depth.path, "holds no depth: all zero");
+  }
+  raw.convertTo(image.depth, CV_32F, 1.0 / options_.depth_factor);
+  return image;
+}
+
+}  // namespace highwall

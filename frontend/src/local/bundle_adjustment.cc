@@ -1,0 +1,333 @@
+#include "local/bundle_adjustment.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include <ceres/loss_function.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/line3.h>
+#include <highwall/core/prior.h>
+#include <highwall/factors/imu_factor.h>
+
+#include "pose/pose_solver.h"
+
+namespace highwall {
+namespace {
+
+// [rad] Which way is down is found anew by each adjustment. Were it taken from the odometry, whose
+// own estimate hangs on the tilt of the very map that is adjusted, the two would drift together.
+constexpr double kGravitySigma = 0.02;
+constexpr double kOfLinesAlone = 1e4;    // the largest trust region for a map without points
+constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tells no direction
+
+}  // namespace
+
+// What an adjustment has come to.
+struct BundleAdjuster::Result {
+  struct Motion {
+    KeyFrameId keyframe = kNoId;
+    Eigen::Vector3d v_WB;
+    ImuBias bias;
+  };
+  BundleAdjustmentReport report;
+  std::vector<std::pair<KeyFrameId, Pose>> poses;  // T_WC
+  std::vector<Motion> motions;
+  std::vector<std::pair<PointId, Eigen::Vector3d>> points;
+  std::vector<std::pair<LineId, PluckerLine>> lines;
+  OutlierSights outliers;
+
+  void Write(Map& map) const {
+    for (const auto& [id, T_WC] : poses) {
+      if (KeyFrame* keyframe = map.keyframe(id)) keyframe->T_WC = T_WC;
+    }
+    for (const Motion& motion : motions) {
+      KeyFrame* keyframe = map.keyframe(motion.keyframe);
+      if (keyframe == nullptr) continue;
+      keyframe->motion->v_WB = motion.v_WB;
+      keyframe->motion->bias = motion.bias;
+    }
+    for (const auto& [id, p_W] : points) {
+      if (MapPoint* point = map.point(id)) point->p_W = p_W;
+    }
+    for (const auto& [id, line_W] : lines) {
+      MapLine* line = map.line(id);
+      if (line == nullptr) continue;
+      line->segment_W = TrimTo(line_W, line->segment_W);
+      // A line that has turned across its old ends leaves nothing between them.
+      if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
+    }
+    Forget(outliers, &map);
+  }
+};
+
+void Forget(const OutlierSights& outliers, Map* map) {
+  for (const auto& [keyframe, point] : outliers.points) {
+    map->ForgetPointObservation(keyframe, point);
+  }
+  for (const auto& [keyframe, line] : outliers.lines) map->ForgetLineObservation(keyframe, line);
+}
+
+// The graph of one adjustment and how its variables and factors map to the map.
+class BundleAdjuster::Problem {
+ public:
+  Problem(const MeasurementModel& model, const BundleAdjustmentOptions& options)
+      : model_(model),
+        options_(options),
+        T_CB_(model.T_BC().Inverse()),
+        point_loss_(std::make_shared<ceres::HuberLoss>(options.point_huber)),
+        line_loss_(std::make_shared<ceres::HuberLoss>(options.line_huber)) {}
+
+  void AddKeyFrames(const Map& map, std::span<const KeyFrameId> ids, bool fixed) {
+    for (const KeyFrameId id : ids) {
+      const KeyFrame& keyframe = *map.keyframe(id);
+      const Variable<Pose> pose = graph_.AddVariable(keyframe.T_WC * T_CB_);
+      if (fixed) graph_.Fix(pose);
+      poses_.emplace(id, pose);
+      features_.push_back(keyframe.frame.features);
+    }
+    (fixed ? report_.fixed_keyframes : report_.keyframes) += static_cast<int>(ids.size());
+  }
+
+  // The IMU between those keyframes that follow each other.
+  void AddMotions(const Map& map) {
+    if (!map.gravity_W()) return;
+    std::vector<KeyFrameId> ids;
+    for (const auto& [id, pose] : poses_) ids.push_back(id);
+    std::sort(ids.begin(), ids.end());
+    const UnitDirection gravity(*map.gravity_W());
+    gravity_ = graph_.AddVariable(gravity);
+    graph_.AddFactor(std::make_unique<DirectionPrior>(gravity, kGravitySigma), *gravity_);
+    for (const KeyFrameId id : ids) {
+      const std::optional<KeyFrameMotion>& motion = map.keyframe(id)->motion;
+      if (!motion || motion->previous == kNoId || !poses_.contains(motion->previous)) continue;
+      AddMotion(map, id, *motion);
+    }
+  }
+
+  // Every landmark that a keyframe of `ids` sees.
+  void AddLandmarks(const Map& map, std::span<const KeyFrameId> ids) {
+    for (const KeyFrameId id : ids) {
+      const KeyFrame& keyframe = *map.keyframe(id);
+      for (const PointId p : keyframe.points) {
+        if (p != kNoId && !points_.contains(p)) AddPoint(map, *map.point(p));
+      }
+      for (const LineId l : keyframe.lines) {
+        if (l != kNoId && !lines_.contains(l)) AddLine(map, *map.line(l));
+      }
+    }
+  }
+
+  void Solve(const std::stop_token& stop) {
+    if (report_.keyframes == 0) return;
+    std::atomic<bool> stopped = false;
+    const std::stop_callback on_stop(stop, [&] { stopped = true; });
+    SolveSummary summary = Improve(options_.first_iterations, &stopped);
+    if (!summary.IsUsable()) return;
+    report_.initial_cost = summary.initial_cost;
+    // Where it was stopped on the way, what does not fit may be right and the start wrong.
+    if (!stopped) {
+      RemoveOutliers();
+      summary = Improve(options_.second_iterations, &stopped);
+    }
+    report_.final_cost = summary.final_cost;
+    report_.usable = summary.IsUsable();
+  }
+
+  Result TakeResult() const {
+    Result result;
+    result.report = report_;
+    result.report.points = static_cast<int>(points_.size());
+    result.report.lines = static_cast<int>(lines_.size());
+    result.report.outliers = static_cast<int>(outliers_.size());
+    result.report.observations = static_cast<int>(factors_.size() + outliers_.size());
+    if (!report_.usable) return result;
+    for (const auto& [id, pose] : poses_) {
+      if (!graph_.IsFixed(pose)) result.poses.emplace_back(id, graph_.Value(pose) * model_.T_BC());
+    }
+    for (const auto& [id, body] : bodies_) {
+      result.motions.push_back({id, graph_.Value(body.velocity), graph_.Value(body.bias)});
+    }
+    for (const auto& [id, point] : points_) result.points.emplace_back(id, graph_.Value(point));
+    for (const auto& [id, line] : lines_) {
+      result.lines.emplace_back(id, graph_.Value(line).Plucker());
+    }
+    for (const Seen& seen : outliers_) {
+      auto& outliers = seen.segment != nullptr ? result.outliers.lines : result.outliers.points;
+      outliers.emplace_back(seen.keyframe, seen.landmark);
+    }
+    return result;
+  }
+
+ private:
+  struct Seen {
+    FactorId factor;
+    KeyFrameId keyframe = kNoId;
+    std::int32_t landmark = kNoId;
+    int dimension = 0;
+    const LineSegment* segment = nullptr;  // of a line
+  };
+
+  SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {
+    SolveOptions solve;
+    solve.max_iterations = iterations;
+    solve.function_tolerance = options_.tolerance;
+    solve.initial_trust_region_radius =
+        points_.empty() ? std::min(options_.trust_region, kOfLinesAlone) : options_.trust_region;
+    solve.threads = options_.threads;
+    solve.stop = stopped;
+    return graph_.Solve(solve);
+  }
+
+  // Takes the factors out that do not fit; they are forgotten by the map in Write.
+  void RemoveOutliers() {
+    std::erase_if(factors_, [&](const Seen& seen) {
+      const double bound = seen.dimension == 2   ? options_.chi2_2
+                           : seen.dimension == 3 ? options_.chi2_3
+                                                 : options_.chi2_4;
+      if (graph_.SquaredError(seen.factor) <= bound && InDomain(seen)) return false;
+      graph_.RemoveFactor(seen.factor);
+      outliers_.push_back(seen);
+      return true;
+    });
+  }
+
+  // Out of its domain a factor is silent: what fell behind the camera must not pass for an inlier.
+  bool InDomain(const Seen& seen) const {
+    const Pose T_CW = (graph_.Value(poses_.at(seen.keyframe)) * model_.T_BC()).Inverse();
+    if (seen.segment == nullptr) {
+      const Eigen::Vector3d p_C = T_CW * graph_.Value(points_.at(seen.landmark));
+      return p_C.z() >= model_.projection().min_depth();
+    }
+    const PluckerLine line_C = T_CW * graph_.Value(lines_.at(seen.landmark)).Plucker();
+    return TrimToObservation(line_C, seen.segment->s.cast<double>(), seen.segment->e.cast<double>(),
+                             model_.projection())
+        .has_value();
+  }
+
+  // Velocity and bias of a keyframe. What the oldest of a chain knew of its bias holds the chain.
+  struct Body {
+    Variable<Eigen::Vector3d> velocity;
+    Variable<ImuBias> bias;
+  };
+
+  const Body& BodyAt(const Map& map, KeyFrameId id) {
+    const auto found = bodies_.find(id);
+    if (found != bodies_.end()) return found->second;
+    const KeyFrameMotion& motion = *map.keyframe(id)->motion;
+    const Body body{graph_.AddVariable(motion.v_WB), graph_.AddVariable(motion.bias)};
+    const bool first = motion.previous == kNoId || !poses_.contains(motion.previous);
+    if (first) {
+      graph_.AddFactor(std::make_unique<VectorPrior<6>>(
+                           motion.bias, motion.bias_sigma.cwiseInverse().asDiagonal()),
+                       body.bias);
+    }
+    return bodies_.emplace(id, body).first->second;
+  }
+
+  void AddMotion(const Map& map, KeyFrameId id, const KeyFrameMotion& motion) {
+    const Body& before = BodyAt(map, motion.previous);
+    const Body& after = BodyAt(map, id);
+    const ImuBias& bias = map.keyframe(motion.previous)->motion->bias;
+    const ImuPreintegration& imu = *motion.from_previous;
+    graph_.AddFactor(std::make_unique<ImuGravityFactor>(
+                         imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu,
+                         kStandardGravity, motion.weight),
+                     poses_.at(motion.previous), before.velocity, before.bias, poses_.at(id),
+                     after.velocity, after.bias, *gravity_);
+    ++report_.imu_factors;
+  }
+
+  void AddPoint(const Map& map, const MapPoint& point) {
+    const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
+    points_.emplace(point.id, variable);
+    for (const Observation& o : point.observations) {
+      const auto pose = poses_.find(o.keyframe);
+      if (pose == poses_.end()) continue;
+      const auto& feature =
+          map.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
+      factors_.push_back(
+          {graph_.AddFactor(model_.MakeFactor(feature), point_loss_, pose->second, variable),
+           o.keyframe, point.id, MeasurementModel::Dimension(feature)});
+    }
+  }
+
+  void AddLine(const Map& map, const MapLine& line) {
+    const Variable<OrthonormalLine> variable = graph_.AddLandmark(
+        OrthonormalLine(PluckerLine::FromPoints(line.segment_W.p(), line.segment_W.q())));
+    lines_.emplace(line.id, variable);
+    for (const Observation& o : line.observations) {
+      const auto pose = poses_.find(o.keyframe);
+      if (pose == poses_.end()) continue;
+      const auto& feature =
+          map.keyframe(o.keyframe)->frame.features->lines[static_cast<std::size_t>(o.index)];
+      factors_.push_back(
+          {graph_.AddFactor(model_.MakeFactor(feature), line_loss_, pose->second, variable),
+           o.keyframe, line.id, MeasurementModel::Dimension(feature), &feature.segment});
+    }
+  }
+
+  const MeasurementModel& model_;
+  const BundleAdjustmentOptions options_;
+  const Pose T_CB_;
+  std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;
+  FactorGraph graph_;
+  std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
+  std::unordered_map<KeyFrameId, Body> bodies_;
+  std::optional<Variable<UnitDirection>> gravity_;
+  std::unordered_map<PointId, Variable<Point>> points_;
+  std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
+  std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keep what Seen points at alive
+  std::vector<Seen> factors_, outliers_;
+  BundleAdjustmentReport report_;
+};
+
+BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
+                               std::span<const KeyFrameId> free, std::span<const KeyFrameId> fixed,
+                               const BundleAdjustmentOptions& options)
+    : problem_(std::make_unique<Problem>(model, (options.Validate(), options))) {
+  std::vector<KeyFrameId> moving(free.begin(), free.end());
+  std::vector<KeyFrameId> held(fixed.begin(), fixed.end());
+  if (held.empty() && !moving.empty()) {
+    const auto oldest = std::min_element(moving.begin(), moving.end());
+    held.push_back(*oldest);
+    moving.erase(oldest);
+  }
+  problem_->AddKeyFrames(map, held, true);
+  problem_->AddKeyFrames(map, moving, false);
+  problem_->AddMotions(map);
+  problem_->AddLandmarks(map, free);
+}
+
+BundleAdjuster::~BundleAdjuster() = default;
+
+void BundleAdjuster::Solve(const std::stop_token& stop) {
+  problem_->Solve(stop);
+  result_ = std::make_unique<const Result>(problem_->TakeResult());
+  problem_.reset();  // here and not where the map waits
+}
+
+BundleAdjustmentReport BundleAdjuster::Write(Map* map) const {
+  result_->Write(*map);
+  return result_->report;
+}
+
+const OutlierSights& BundleAdjuster::outliers() const {
+  return result_->outliers;
+}
+
+BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
+                                    std::span<const KeyFrameId> free,
+                                    std::span<const KeyFrameId> fixed,
+                                    const BundleAdjustmentOptions& options,
+                                    const std::stop_token& stop) {
+  BundleAdjuster adjuster(map, model, free, fixed, options);
+  adjuster.Solve(stop);
+  return adjuster.Write(&map);
+}
+
+}  // namespace highwall

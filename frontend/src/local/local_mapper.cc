@@ -1,0 +1,345 @@
+#include "local/local_mapper.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <stop_token>
+#include <thread>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
+
+namespace highwall {
+namespace {
+
+// Would the IMU tie `next`, which follows a keyframe, over more than max_gap [s] without that one,
+// or to nothing?
+bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
+  if (next == nullptr) return false;
+  const auto& readings = keyframe.motion->from_previous;
+  return readings == nullptr || ToSeconds(next->motion->stamp - readings->start()) > max_gap;
+}
+
+}  // namespace
+
+// The adjustment around a keyframe, at once or on a thread of its own.
+class LocalMapper::Adjustment {
+ public:
+  Adjustment(KeyFrameId keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
+      : keyframe_(keyframe), bundle_(std::move(bundle)) {
+    if (background) {
+      thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+    } else {
+      Run({});
+    }
+  }
+
+  KeyFrameId keyframe() const { return keyframe_; }
+  bool IsDone() const { return done_; }
+  void Stop() { thread_.request_stop(); }
+  // Waits for the end. Throws what ended the thread.
+  BundleAdjustmentReport Write(Map* map) {
+    if (thread_.joinable()) thread_.join();
+    if (error_) std::rethrow_exception(error_);
+    return bundle_->Write(map);
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    try {
+      bundle_->Solve(stop);
+    } catch (...) {
+      error_ = std::current_exception();
+    }
+    done_ = true;
+  }
+
+  const KeyFrameId keyframe_;
+  const std::unique_ptr<BundleAdjuster> bundle_;
+  std::exception_ptr error_;
+  std::atomic<bool> done_ = false;
+  std::jthread thread_;  // last: it uses all of the above and is joined first
+};
+
+LocalMapper::LocalMapper(const MeasurementModel& model, int levels,
+                         const LocalMapperOptions& options)
+    : model_(model), levels_(levels), options_(options), matcher_(model, levels, options.matcher) {
+  options_.Validate();
+}
+
+LocalMapper::~LocalMapper() = default;
+
+LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map& map,
+                                               std::optional<KeyFrameMotion> motion) {
+  Finish(&map);
+  LocalMappingReport report;
+  const Landmarks left = CullKeyFrames(map, report);
+  KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC);
+  keyframe.motion = std::move(motion);
+  report.keyframe = newest_ = keyframe.id;
+  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
+    map.ObservePoint(keyframe.id, static_cast<int>(i), tracked.points[i]);
+  }
+  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
+    map.ObserveLine(keyframe.id, static_cast<int>(i), tracked.lines[i]);
+  }
+  CullUnseen(left, map);  // not before: this keyframe may see them
+  CullLandmarks(keyframe.id, map, report);
+  FuseNeighbours(keyframe.id, map, report);
+  CreatePoints(keyframe, map, report);
+  CreateLines(keyframe, map, report);
+  RefreshPoints(keyframe.id, map);
+  if (map.num_keyframes() > 1) {
+    AdjustAround(keyframe.id, map);
+    if (!options_.background) report.bundle = Finish(&map).value_or(BundleAdjustmentReport());
+  }
+  return report;
+}
+
+bool LocalMapper::HasNews() const {
+  return adjustment_ && adjustment_->IsDone();
+}
+
+std::optional<BundleAdjustmentReport> LocalMapper::Update(Map* map) {
+  return HasNews() ? Finish(map) : std::nullopt;
+}
+
+std::optional<BundleAdjustmentReport> LocalMapper::Finish(Map* map) {
+  if (!adjustment_) return std::nullopt;
+  if (!options_.wait) adjustment_->Stop();
+  const std::unique_ptr<Adjustment> adjustment = std::move(adjustment_);
+  const BundleAdjustmentReport report = adjustment->Write(map);
+  if (map->keyframe(adjustment->keyframe()) != nullptr) {
+    RefreshPoints(adjustment->keyframe(), *map);
+  }
+  return report;
+}
+
+void LocalMapper::GiveUp() {
+  adjustment_.reset();
+}
+
+void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
+  const auto& features = keyframe.frame.features->points;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (keyframe.points[i] != kNoId || features[i].depth <= 0.0) continue;
+    if (features[i].depth_sigma > options_.max_depth_sigma * features[i].depth) continue;
+    const Eigen::Vector3d p_C = model_.camera().Unproject(features[i].uv, features[i].depth);
+    const MapPoint& point = map.AddPoint(keyframe.T_WC * p_C, keyframe.frame.index);
+    map.ObservePoint(keyframe.id, static_cast<int>(i), point.id);
+    recent_points_.emplace_back(point.id, keyframe.id);
+    ++report.new_points;
+  }
+}
+
+void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
+  const FrameFeatures& features = *keyframe.frame.features;
+  for (std::size_t i = 0; i < features.lines.size(); ++i) {
+    if (keyframe.lines[i] != kNoId || !features.lines[i].segment_C) continue;
+    const SegmentDepth& fit = *features.lines[i].segment_C;
+    const Segment3 segment_C(fit.p_C, fit.q_C);
+    if (segment_C.Length() < options_.min_line_length) continue;
+    MapLine& line = map.AddLine(keyframe.T_WC * segment_C, keyframe.frame.index);
+    if (!features.line_descriptors.empty()) {
+      line.descriptor = DescriptorRow(features.line_descriptors, static_cast<int>(i));
+      line.has_descriptor = true;
+    }
+    map.ObserveLine(keyframe.id, static_cast<int>(i), line.id);
+    recent_lines_.emplace_back(line.id, keyframe.id);
+    ++report.new_lines;
+  }
+}
+
+void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
+  std::vector<KeyFrameId> neighbours;
+  for (const auto& [neighbour, shared] : map.Covisible(id, 10)) {
+    if (static_cast<int>(neighbours.size()) == options_.fused_keyframes) break;
+    neighbours.push_back(neighbour);
+  }
+  FusePoints(id, neighbours, map, report);
+  FuseLines(id, neighbours, map);
+}
+
+void LocalMapper::FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
+                             LocalMappingReport& report) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
+  const FrameFeatures& features = *keyframe.frame.features;
+  const auto points = PointsSeenBy(map, neighbours, keyframe.points);
+  // Matched features take part: two landmarks on one feature are one landmark.
+  const std::vector<bool> none_taken(features.points.size(), false);
+  for (const auto& [feature, p] :
+       matcher_.MatchPoints(features, keyframe.T_WC, map, points, none_taken)) {
+    if (!FitsDepth(features.points[static_cast<std::size_t>(feature)], keyframe.T_WC,
+                   map.point(p)->p_W)) {
+      continue;
+    }
+    const PointId own = keyframe.points[static_cast<std::size_t>(feature)];
+    if (own == kNoId) {
+      map.ObservePoint(id, feature, p);
+      continue;
+    }
+    ++report.fused_points;
+    if (map.point(own)->observations.size() >= map.point(p)->observations.size()) {
+      map.MergePoints(p, own);
+    } else {
+      map.MergePoints(own, p);
+      map.ObservePoint(id, feature, p);
+    }
+  }
+}
+
+void LocalMapper::FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
+  const auto lines = LinesSeenBy(map, neighbours, keyframe.lines);
+  std::vector<bool> taken(keyframe.lines.size());
+  for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = keyframe.lines[i] != kNoId;
+  for (const auto& [feature, l] :
+       matcher_.MatchLines(*keyframe.frame.features, keyframe.T_WC, map, lines, taken)) {
+    map.ObserveLine(id, feature, l);
+  }
+}
+
+bool LocalMapper::FitsDepth(const PointFeature& feature, const Pose& T_WC,
+                            const Eigen::Vector3d& p_W) const {
+  const ProjectionRows<3> rows = model_.Rows(feature);
+  Eigen::Vector3d r;
+  return model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), rows, p_W, &r, nullptr,
+                                         nullptr) &&
+         r.squaredNorm() <= (feature.depth > 0.0 ? options_.bundle.chi2_3 : options_.bundle.chi2_2);
+}
+
+template <class Landmark>
+bool LocalMapper::Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const {
+  const double ratio = static_cast<double>(landmark.found) / landmark.visible;
+  if (ratio < options_.min_found_ratio) return true;
+  return newest - created >= options_.probation_keyframes &&
+         static_cast<int>(landmark.observations.size()) < options_.min_observations;
+}
+
+void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report) {
+  std::erase_if(recent_points_, [&](const auto& recent) {
+    const MapPoint* point = map.point(recent.first);
+    if (point == nullptr) return true;
+    if (Fails(*point, recent.second, newest)) {
+      map.RemovePoint(recent.first);
+      ++report.culled_points;
+      return true;
+    }
+    return newest - recent.second >= options_.probation_keyframes;
+  });
+  std::erase_if(recent_lines_, [&](const auto& recent) {
+    const MapLine* line = map.line(recent.first);
+    if (line == nullptr) return true;
+    if (Fails(*line, recent.second, newest)) {
+      map.RemoveLine(recent.first);
+      ++report.culled_lines;
+      return true;
+    }
+    return newest - recent.second >= options_.probation_keyframes;
+  });
+}
+
+void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
+  // The first keyframe is the origin of the world: it holds others in place and never moves.
+  constexpr KeyFrameId kOrigin = 0;
+  // With an IMU the keyframes just before come first: it ties them even where they share no view.
+  constexpr std::size_t kChain = 5;
+  std::vector<KeyFrameId> free{id};
+  for (const KeyFrame* k = map.keyframe(id); free.size() < kChain && k->motion;) {
+    k = map.keyframe(k->motion->previous);
+    if (k == nullptr || k->id == kOrigin) break;
+    free.push_back(k->id);
+  }
+  for (const auto& [neighbour, shared] : map.Covisible(id, 15)) {
+    if (static_cast<int>(free.size()) == options_.adjusted_keyframes) break;
+    if (neighbour != kOrigin && std::find(free.begin(), free.end(), neighbour) == free.end()) {
+      free.push_back(neighbour);
+    }
+  }
+  std::vector<PointId> points;
+  std::vector<LineId> lines;
+  for (const KeyFrameId k : free) {
+    const KeyFrame& keyframe = *map.keyframe(k);
+    points.insert(points.end(), keyframe.points.begin(), keyframe.points.end());
+    lines.insert(lines.end(), keyframe.lines.begin(), keyframe.lines.end());
+  }
+  std::vector<KeyFrameId> fixed;
+  for (const auto& [observer, shared] : map.Observers(points, lines)) {
+    if (static_cast<int>(fixed.size()) == options_.fixed_keyframes) break;
+    if (std::find(free.begin(), free.end(), observer) == free.end()) fixed.push_back(observer);
+  }
+  adjustment_ = std::make_unique<Adjustment>(
+      id, std::make_unique<BundleAdjuster>(map, model_, free, fixed, options_.bundle),
+      options_.background);
+}
+
+void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
+  for (const PointId p : map.keyframe(id)->points) {
+    if (p != kNoId) map.RefreshPoint(p, model_.options().scale_factor, levels_);
+  }
+}
+
+LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
+  Landmarks left;
+  const auto neighbours = map.Covisible(newest_, 15);
+  if (neighbours.empty()) return left;
+  const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(options_.motion_span);
+  for (const auto& [id, shared] : neighbours) {
+    KeyFrame& keyframe = *map.keyframe(id);
+    if (id == 0 || !IsRedundant(keyframe, map)) continue;
+    if (LeavesGap(keyframe, map.Successor(id), options_.max_motion_gap)) {
+      if (keyframe.frame.stamp >= recent) continue;
+      keyframe.motion->previous = kNoId;
+      keyframe.motion->from_previous = nullptr;
+    }
+    left.points.insert(left.points.end(), keyframe.points.begin(), keyframe.points.end());
+    left.lines.insert(left.lines.end(), keyframe.lines.begin(), keyframe.lines.end());
+    map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
+    report.culled_keyframes.push_back(id);
+  }
+  return left;
+}
+
+bool LocalMapper::IsRedundant(const KeyFrame& keyframe, const Map& map) const {
+  int points = 0, redundant_points = 0, lines = 0, redundant_lines = 0;
+  for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
+    const MapPoint* point = map.point(keyframe.points[i]);
+    if (point == nullptr) continue;
+    ++points;
+    const int octave = keyframe.frame.features->points[i].octave;
+    const auto others = std::count_if(
+        point->observations.begin(), point->observations.end(), [&](const Observation& o) {
+          return o.keyframe != keyframe.id &&
+                 map.keyframe(o.keyframe)
+                         ->frame.features->points[static_cast<std::size_t>(o.index)]
+                         .octave <= octave + 1;
+        });
+    if (others >= options_.redundant_observers) ++redundant_points;
+  }
+  for (const LineId id : keyframe.lines) {
+    const MapLine* line = map.line(id);
+    if (line == nullptr) continue;
+    ++lines;
+    const int others = static_cast<int>(line->observations.size()) - 1;
+    if (others >= 2 * options_.redundant_observers) ++redundant_lines;
+  }
+  const auto [all, redundant] =
+      points > 0 ? std::pair(points, redundant_points) : std::pair(lines, redundant_lines);
+  return all > 0 && redundant >= options_.redundant_share * all;
+}
+
+void LocalMapper::CullUnseen(const Landmarks& landmarks, Map& map) const {
+  const auto too_few = [&](const auto* landmark) {
+    return landmark != nullptr &&
+           static_cast<int>(landmark->observations.size()) < options_.min_observations;
+  };
+  for (const PointId p : landmarks.points) {
+    if (too_few(map.point(p))) map.RemovePoint(p);
+  }
+  for (const LineId l : landmarks.lines) {
+    if (too_few(map.line(l))) map.RemoveLine(l);
+  }
+}
+
+}  // namespace highwall

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <highwall/frontend/local/local_mapping_report.h>
+#include <highwall/frontend/local/options.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "local/bundle_adjustment.h"
+#include "map/map_matcher.h"
+#include "tracking/tracked_frame.h"
+
+namespace highwall {
+
+// Grows and cleans the map, a keyframe at a time: landmarks from depth, fusion with those of
+// neighbouring keyframes, culling, local bundle adjustment. (Xiao et al. 2025, figure 2, local
+// mapping.)
+class LocalMapper {
+ public:
+  // levels: of the ORB pyramid. model: must outlive the mapper.
+  LocalMapper(const MeasurementModel& model, int levels, const LocalMapperOptions& options);
+  // An adjustment that still runs is given up.
+  ~LocalMapper();
+  LocalMapper(const LocalMapper&) = delete;
+  LocalMapper& operator=(const LocalMapper&) = delete;
+
+  // First applies the adjustment of the keyframe before, where Finish() has not. motion: of the
+  // body, where an IMU tells it.
+  LocalMappingReport InsertKeyFrame(const TrackedFrame& tracked, Map& map,
+                                    std::optional<KeyFrameMotion> motion = std::nullopt);
+
+  // An adjustment is done and waits to be applied.
+  bool HasNews() const;
+  // Applies to the map the adjustment that is done, or, in Finish(), that is waited for; between
+  // frames. Empty where there is none.
+  std::optional<BundleAdjustmentReport> Update(Map* map);
+  std::optional<BundleAdjustmentReport> Finish(Map* map);
+  // Ends the adjustment that runs; nothing of it is applied: of a map that moves meanwhile.
+  void GiveUp();
+
+ private:
+  class Adjustment;
+  struct Landmarks {
+    std::vector<PointId> points;
+    std::vector<LineId> lines;
+  };
+
+  void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  // Finds the landmarks of neighbouring keyframes that this one sees without having been tracked
+  // to them.
+  void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
+  void FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
+                  LocalMappingReport& report) const;
+  void FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const;
+  void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
+  // Of those around the newest, after its adjustment. Returns the landmarks that they saw.
+  Landmarks CullKeyFrames(Map& map, LocalMappingReport& report) const;
+  bool IsRedundant(const KeyFrame& keyframe, const Map& map) const;
+  // Drops those that too few keyframes see.
+  void CullUnseen(const Landmarks& landmarks, Map& map) const;
+  // Begins the adjustment of the keyframe and its neighbours.
+  void AdjustAround(KeyFrameId id, const Map& map);
+  void RefreshPoints(KeyFrameId id, Map& map) const;
+  // The feature, its depth included, may be a sight of p_W.
+  bool FitsDepth(const PointFeature& feature, const Pose& T_WC, const Eigen::Vector3d& p_W) const;
+
+  template <class Landmark>
+  bool Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const;
+
+  const MeasurementModel& model_;
+  int levels_;
+  LocalMapperOptions options_;
+  MapMatcher matcher_;
+  // On probation: landmark and the keyframe that created it, oldest first.
+  std::deque<std::pair<PointId, KeyFrameId>> recent_points_;
+  std::deque<std::pair<LineId, KeyFrameId>> recent_lines_;
+  KeyFrameId newest_ = kNoId;
+  std::unique_ptr<Adjustment> adjustment_;  // not applied yet
+};
+
+}  // namespace highwall

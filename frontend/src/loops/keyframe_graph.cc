@@ -1,0 +1,134 @@
+#include "loops/keyframe_graph.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+Matrix6 Information(double sigma_translation, double sigma_rotation) {
+  Vector6 variances;
+  variances << Eigen::Vector3d::Constant(sigma_translation * sigma_translation),
+      Eigen::Vector3d::Constant(sigma_rotation * sigma_rotation);
+  return variances.cwiseInverse().asDiagonal();
+}
+
+// The transform between two nodes as their poses have it: no surer than the steps between, all off
+// the same way, would leave it, so that edges side by side know no more of a long way than
+// odometry.
+PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
+                          const KeyFrameGraphOptions& options) {
+  const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
+  const auto steps = static_cast<double>(j - i);
+  return {graph.nodes[i].id, graph.nodes[j].id, Z,
+          Information(steps * options.step_translation + options.drift_translation * Z.p().norm(),
+                      steps * options.step_rotation + options.drift_rotation * Z.Angle()),
+          /*trusted=*/true};
+}
+
+// Holds roll and pitch of every node by an edge from a node that never moves: what the edge
+// measures is known to `sigma` about the horizontal axes of W, as they lie in C, and to nothing
+// otherwise.
+void HoldGravity(PoseGraph* graph) {
+  constexpr double kSigma = 1e-3;  // [rad]
+  constexpr double kNoInformation =
+      1e-6;  // [1/m^2], [1/rad^2]: next to none, but positive definite
+  const std::size_t keyframes = graph->nodes.size();
+  const auto world = static_cast<std::int64_t>(keyframes) + 1;  // not next to the last keyframe
+  graph->nodes.push_back({world, Pose(), true});
+  for (std::size_t i = 0; i < keyframes; ++i) {
+    const Pose& T_WC = graph->nodes[i].pose;
+    const Eigen::Vector3d up_C = T_WC.R().transpose() * Eigen::Vector3d::UnitZ();
+    Matrix6 information = kNoInformation * Matrix6::Identity();
+    information.bottomRightCorner<3, 3>() +=
+        (Eigen::Matrix3d::Identity() - up_C * up_C.transpose()) / (kSigma * kSigma);
+    graph->edges.push_back({world, graph->nodes[i].id, T_WC, information, /*trusted=*/true});
+  }
+}
+
+}  // namespace
+
+std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
+  const auto found = std::lower_bound(keyframes.begin(), keyframes.end(), keyframe);
+  HIGHWALL_REQUIRE(found != keyframes.end() && *found == keyframe,
+                   "KeyFrameGraph::NodeOf: no such keyframe");
+  return found - keyframes.begin();
+}
+
+void KeyFrameGraph::AllowBias(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  const auto steps = static_cast<double>(std::abs(NodeOf(loop.keyframe) - NodeOf(loop.match)));
+  const double factor = 1.0 + steps * options.drift_bias * options.drift_bias;
+  const auto last = static_cast<std::int64_t>(keyframes.size()) - 1;
+  for (PoseGraphEdge& edge : graph.edges) {
+    // Gravity does not drift.
+    if (edge.trusted && edge.i <= last) edge.information /= factor;
+  }
+}
+
+void KeyFrameGraph::Add(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  PoseGraphEdge edge{NodeOf(loop.match), NodeOf(loop.keyframe), loop.Z,
+                     Information(options.loop_translation, options.loop_rotation)};
+  loop_edges.push_back(graph.edges.size());
+  graph.edges.push_back(std::move(edge));
+}
+
+KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
+                                const KeyFrameGraphOptions& options) {
+  options.Validate();
+  HIGHWALL_REQUIRE(map.num_keyframes() >= 2, "MakeKeyFrameGraph: less than two keyframes");
+  KeyFrameGraph result;
+  result.keyframes = map.keyframe_ids();
+  PoseGraph& graph = result.graph;
+  for (std::size_t i = 0; i < result.keyframes.size(); ++i) {
+    graph.nodes.push_back(
+        {static_cast<std::int64_t>(i), map.keyframe(result.keyframes[i])->T_WC, i == 0});
+  }
+  for (std::size_t i = 1; i < result.keyframes.size(); ++i) {
+    const std::size_t first = graph.edges.size();
+    graph.edges.push_back(PresentEdge(graph, i - 1, i, options));
+    for (const auto& [id, shared] : map.Covisible(result.keyframes[i], options.min_shared)) {
+      if (graph.edges.size() - first > static_cast<std::size_t>(options.neighbours)) break;
+      if (id >= result.keyframes[i - 1]) continue;
+      graph.edges.push_back(
+          PresentEdge(graph, static_cast<std::size_t>(result.NodeOf(id)), i, options));
+    }
+    // They come of the same landmarks: together they know no more than one of them.
+    const auto count = static_cast<double>(graph.edges.size() - first);
+    for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
+  }
+  for (const LoopEdge& loop : loops) {
+    if (map.keyframe(loop.match) == nullptr || map.keyframe(loop.keyframe) == nullptr) continue;
+    result.Add(loop, options);
+  }
+  if (options.hold_gravity && map.gravity_W()) HoldGravity(&graph);
+  return result;
+}
+
+double LoopChi2(KeyFrameGraph graph, const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  graph.AllowBias(loop, options);
+  std::vector<PoseGraphNode>& nodes = graph.graph.nodes;
+  const std::int64_t match = graph.NodeOf(loop.match), keyframe = graph.NodeOf(loop.keyframe);
+  nodes.front().fixed = false;
+  nodes[static_cast<std::size_t>(match)].fixed = true;
+  const Pose& T = nodes[static_cast<std::size_t>(keyframe)].pose;
+  const Pose measured = nodes[static_cast<std::size_t>(match)].pose * loop.Z;
+  Vector6 error;
+  error << measured.p() - T.p(), so3::Log(T.q().conjugate() * measured.q());
+  const std::int64_t ids[] = {keyframe};
+  const Matrix6 covariance =
+      PoseGraphCovariance(graph.graph, ids) +
+      Matrix6(Information(options.loop_translation, options.loop_rotation).inverse());
+  return error.dot(covariance.llt().solve(error));
+}
+
+}  // namespace highwall

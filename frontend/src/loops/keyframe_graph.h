@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/pose_graph.h>
+#include <highwall/frontend/loops/loop_report.h>
+#include <highwall/frontend/loops/options.h>
+#include <highwall/frontend/map/map.h>
+
+namespace highwall {
+
+// The live keyframes as a pose graph.
+struct KeyFrameGraph {
+  PoseGraph graph;                      // the node of keyframes[i] has the id i
+  std::vector<KeyFrameId> keyframes;    // ascending
+  std::vector<std::size_t> loop_edges;  // places in graph.edges, of the loops in their order
+
+  // Throws InvalidArgument where there is no such keyframe.
+  std::int64_t NodeOf(KeyFrameId keyframe) const;
+  // Lets the map's own edges drift as over the steps between the ends of a loop. Throws as NodeOf.
+  void AllowBias(const LoopEdge& loop, const KeyFrameGraphOptions& options);
+  // Throws as NodeOf.
+  void Add(const LoopEdge& loop, const KeyFrameGraphOptions& options);
+};
+
+// Odometry joins each keyframe with the next, covisibility with those it shares most landmarks
+// with, both as the map has them now, sharing the information of one, and trusted; loops join as
+// measured. A loop is left out where one of its keyframes is no more. map: at least two keyframes.
+KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
+                                const KeyFrameGraphOptions& options = {});
+
+// Squared Mahalanobis distance (6 degrees of freedom) between where the graph has loop.keyframe and
+// where the loop says it is, given the drift that the way between them may have gathered. graph: of
+// the map as it is, without that loop. Throws InvalidArgument where a keyframe is not in it.
+double LoopChi2(KeyFrameGraph graph, const LoopEdge& loop,
+                const KeyFrameGraphOptions& options = {});
+
+}  // namespace highwall

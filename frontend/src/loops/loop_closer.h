@@ -1,0 +1,57 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <highwall/frontend/loops/loop_report.h>
+#include <highwall/frontend/loops/options.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "local/bundle_adjustment.h"
+#include "loops/loop_correction.h"
+#include "loops/loop_detector.h"
+
+namespace highwall {
+
+// Closes loops: finds them, corrects the pose graph, makes twofold landmarks one, adjusts the whole
+// map. A loop that is found while the adjustment after an older one still runs ends that one.
+// (Xiao et al. 2025, section 2.3.)
+class LoopCloser {
+ public:
+  // levels: of the ORB pyramid. model: must outlive the closer.
+  LoopCloser(const MeasurementModel& model, int levels, const LoopCloserOptions& options = {});
+  // Work that has not ended is given up.
+  ~LoopCloser();
+  LoopCloser(const LoopCloser&) = delete;
+  LoopCloser& operator=(const LoopCloser&) = delete;
+
+  // Looks for a loop of a new keyframe of the map and begins to close it. True where one was found.
+  bool InsertKeyFrame(const Map& map, KeyFrameId keyframe);
+  // Is anything ready to be applied?
+  bool HasNews() const;
+  // Applies what is ready to the map; between frames. What moves: MapCorrection.
+  std::vector<LoopReport> Update(Map* map);
+  // Waits for the work to end and applies it.
+  std::vector<LoopReport> Finish(Map* map);
+  // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
+  void GiveUp();
+  // As far as they were accepted and applied.
+  const std::vector<LoopEdge>& loops() const { return loops_; }
+
+ private:
+  struct Result;
+  class Job;
+
+  const MeasurementModel& model_;
+  int levels_;
+  LoopCloserOptions options_;
+  LoopDetector detector_;
+  std::vector<LoopEdge> loops_;
+  std::unique_ptr<Job> job_;
+  std::vector<std::unique_ptr<Job>> ending_;  // given up, their threads still to end
+};
+
+}  // namespace highwall

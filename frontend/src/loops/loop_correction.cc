@@ -1,0 +1,123 @@
+#include "loops/loop_correction.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+std::vector<KeyFrameId> Neighbourhood(const Map& map, KeyFrameId centre, int neighbours) {
+  constexpr int kMinShared = 15;
+  std::vector<KeyFrameId> keyframes{centre};
+  for (const auto& [id, shared] : map.Covisible(centre, kMinShared)) {
+    if (static_cast<int>(keyframes.size()) > neighbours) break;
+    keyframes.push_back(id);
+  }
+  return keyframes;
+}
+
+void Append(const MapFusion& more, MapFusion* fusion) {
+  const auto append = [](const auto& from, auto& to) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  append(more.points, fusion->points);
+  append(more.lines, fusion->lines);
+  append(more.point_sights, fusion->point_sights);
+  append(more.line_sights, fusion->line_sights);
+}
+
+// The matches that the loop was found by.
+MapFusion FusionOf(const Loop& loop, const Map& map) {
+  MapFusion fusion;
+  const KeyFrame& keyframe = *map.keyframe(loop.edge.keyframe);
+  const auto add = [&](const auto& matches, const auto& own, auto& merged, auto& sights) {
+    for (const auto& [feature, landmark] : matches) {
+      const std::int32_t id = own[static_cast<std::size_t>(feature)];
+      if (id == kNoId) {
+        sights.push_back({keyframe.id, feature, landmark});
+      } else if (id != landmark) {
+        merged.emplace_back(id, landmark);
+      }
+    }
+  };
+  add(loop.points, keyframe.points, fusion.points, fusion.point_sights);
+  add(loop.lines, keyframe.lines, fusion.lines, fusion.line_sights);
+  return fusion;
+}
+
+// Makes one what both sides of the loop have; the older side's landmarks stay.
+MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, const MeasurementModel& model,
+                    int neighbours, Map* map) {
+  // Before they are joined: afterwards each is the other's neighbour.
+  const auto older = Neighbourhood(*map, loop.edge.match, neighbours);
+  const auto newer = Neighbourhood(*map, loop.edge.keyframe, neighbours);
+  MapFusion all = FusionOf(loop, *map);
+  Apply(all, map);
+  for (const KeyFrameId id : newer) {
+    const KeyFrame& keyframe = *map->keyframe(id);
+    if (std::find(older.begin(), older.end(), id) != older.end()) continue;
+    const MapFusion fusion =
+        FindInKeyFrame(*map, id, PointsSeenBy(*map, older, keyframe.points),
+                       LinesSeenBy(*map, older, keyframe.lines), matcher, model);
+    Apply(fusion, map);
+    Append(fusion, &all);
+  }
+  return all;
+}
+
+}  // namespace
+
+LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
+                                 const MeasurementModel& model, int levels,
+                                 const LoopCorrectionOptions& options, Map* map) {
+  options.Validate();
+  LoopCorrectionResult result;
+  const auto start = Clock::now();
+  KeyFrameGraph graph = MakeKeyFrameGraph(*map, old_loops, options.graph);
+  const double chi2 = LoopChi2(graph, loop.edge, options.graph);
+  if (!(chi2 <= options.graph.max_loop_chi2)) {
+    result.message = "chi2 " + std::to_string(chi2) + " against the drift exceeds " +
+                     std::to_string(options.graph.max_loop_chi2);
+    return result;
+  }
+  graph.AllowBias(loop.edge, options.graph);
+  graph.Add(loop.edge, options.graph);
+  PoseGraphOptions solve;
+  solve.robust = options.robust;
+  solve.max_loop_chi2 = options.graph.max_loop_chi2;
+  solve.estimate_variance_factor = false;  // the map closes by itself
+  solve.solver.threads = options.threads;
+  const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
+  result.pose_graph_ms = MillisecondsSince(start);
+  result.message = summary.message;
+  if (summary.status == SolveStatus::kFailed) return result;
+  const auto rejected = std::find_if(
+      summary.rejected.begin(), summary.rejected.end(),
+      [&](const RejectedLoop& other) { return other.edge == graph.loop_edges.back(); });
+  if (rejected != summary.rejected.end()) {
+    result.message = rejected->reason;
+    return result;
+  }
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+    poses.push_back(graph.graph.nodes[i].pose);
+  }
+  MoveKeyFrames(graph.keyframes, poses, map);
+
+  const auto fusion_start = Clock::now();
+  const MapMatcher matcher(model, levels, options.matcher);
+  result.fusion = FuseSides(loop, matcher, model, options.fused_keyframes, map);
+  result.fusion_ms = MillisecondsSince(fusion_start);
+  result.accepted = true;
+  return result;
+}
+
+}  // namespace highwall

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <highwall/core/pose_graph.h>
+#include <highwall/frontend/loops/options.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "loops/keyframe_graph.h"
+#include "loops/loop_detector.h"
+#include "loops/map_correction.h"
+#include "map/map_matcher.h"
+
+namespace highwall {
+
+struct LoopCorrectionResult {
+  bool accepted = false;  // false: the solver failed, or the loop is false; nothing was moved
+  std::string message;    // why not, or the solver's words
+  MapFusion fusion;       // what was made one
+  double pose_graph_ms = 0.0, fusion_ms = 0.0;
+};
+
+// Closes a loop between keyframes of the map: where the drift allows it (LoopChi2), solves the pose
+// graph of the keyframes, robust to loops that are false, moves keyframes and landmarks, and makes
+// landmarks one that both sides of the loop have. old_loops: closed before. levels: of the ORB
+// pyramid.
+LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
+                                 const MeasurementModel& model, int levels,
+                                 const LoopCorrectionOptions& options, Map* map);
+
+}  // namespace highwall

@@ -1,0 +1,175 @@
+#include "loops/loop_detector.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <highwall/core/error.h>
+
+#include "pose/pose_observations.h"
+
+namespace highwall {
+namespace {
+
+bool Intersect(const std::vector<KeyFrameId>& a, const std::vector<KeyFrameId>& b) {
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+    if (*i == *j) return true;
+    ++(*i < *j ? i : j);
+  }
+  return false;
+}
+
+template <class Id>
+std::vector<bool> Taken(std::size_t size, const std::vector<std::pair<int, Id>>& matches) {
+  std::vector<bool> taken(size, false);
+  for (const auto& [feature, id] : matches) taken[static_cast<std::size_t>(feature)] = true;
+  return taken;
+}
+
+std::vector<std::int32_t> Landmarks(const std::vector<std::pair<int, std::int32_t>>& matches) {
+  std::vector<std::int32_t> landmarks;
+  for (const auto& [feature, id] : matches) landmarks.push_back(id);
+  return landmarks;
+}
+
+// Improves the pose with all matches and drops those that do not fit. False where less than
+// min_support remains.
+bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& features,
+           int min_support, Relocalization* found) {
+  std::vector<PosePoint> points;
+  for (const auto& [feature, id] : found->points) {
+    points.push_back(
+        MakePosePoint(model, *map.point(id), features.points[static_cast<std::size_t>(feature)]));
+  }
+  std::vector<PoseLine> lines;
+  std::erase_if(found->lines, [&](const auto& match) {
+    const auto line =
+        MakePoseLine(model, *map.line(match.second),
+                     features.lines[static_cast<std::size_t>(match.first)], found->T_WC);
+    if (line) lines.push_back(*line);
+    return !line;
+  });
+  PoseSolverOptions options;
+  options.min_support = min_support;
+  const auto solution = SolvePose(found->T_WC, model.projection(), points, lines, options);
+  if (!solution) return false;
+  found->T_WC = solution->T_WC;
+  std::size_t i = 0;
+  std::erase_if(found->points, [&](const auto&) { return !solution->point_inliers[i++]; });
+  i = 0;
+  std::erase_if(found->lines, [&](const auto&) { return !solution->line_inliers[i++]; });
+  return true;
+}
+
+}  // namespace
+
+LoopDetector::LoopDetector(const MeasurementModel& model, int levels,
+                           const LoopDetectorOptions& options)
+    : model_(model),
+      options_((options.Validate(), options)),
+      relocalizer_(model, options.verification),
+      matcher_(model, levels, options.matcher) {}
+
+std::optional<Loop> LoopDetector::Detect(const Map& map, KeyFrameId keyframe,
+                                         std::span<const LoopEdge> loops) {
+  std::vector<Place> places;
+  std::vector<KeyFrameId> consistent;
+  for (const KeyFrameId candidate : Candidates(map, keyframe)) {
+    Place place = PlaceOf(map, candidate);
+    for (const Place& before : places_) {
+      if (Intersect(place.keyframes, before.keyframes)) {
+        place.votes = std::max(place.votes, before.votes);
+      }
+    }
+    if (++place.votes >= options_.consistency) consistent.push_back(candidate);
+    places.push_back(std::move(place));
+  }
+  places_ = std::move(places);
+  for (const KeyFrameId candidate : consistent) {
+    auto loop = Verify(map, keyframe, candidate, loops);
+    if (!loop) continue;
+    places_.clear();
+    return loop;
+  }
+  return std::nullopt;
+}
+
+std::vector<KeyFrameId> LoopDetector::Candidates(const Map& map, KeyFrameId id) const {
+  const std::vector<PlaceScore> ranking = map.index().Query(*map.keyframe(id)->frame.features);
+  // What the map connects with the keyframe, over at most one keyframe between: no loop.
+  std::vector<bool> connected(ranking.empty() ? 0 : static_cast<std::size_t>(id) + 1, false);
+  const auto mark = [&](KeyFrameId k) {
+    if (static_cast<std::size_t>(k) < connected.size())
+      connected[static_cast<std::size_t>(k)] = true;
+  };
+  mark(id);
+  const auto neighbours = map.Covisible(id, options_.min_shared);
+  for (const auto& [neighbour, shared] : neighbours) {
+    mark(neighbour);
+    for (const auto& [next, s] : map.Covisible(neighbour, options_.min_shared)) mark(next);
+  }
+  // A place must be about as alike as what is surely the same place.
+  double best_neighbour = 0.0;
+  for (const PlaceScore& place : ranking) {
+    const bool near = std::any_of(neighbours.begin(), neighbours.end(),
+                                  [&](const auto& n) { return n.first == place.keyframe; });
+    if (near) best_neighbour = std::max(best_neighbour, place.score);
+  }
+  const double bound = std::max(options_.min_score, options_.score_share * best_neighbour);
+  std::vector<KeyFrameId> candidates;
+  for (const PlaceScore& place : ranking) {
+    if (static_cast<int>(candidates.size()) == options_.candidates || place.score < bound) break;
+    if (place.keyframe < id && !connected[static_cast<std::size_t>(place.keyframe)]) {
+      candidates.push_back(place.keyframe);
+    }
+  }
+  return candidates;
+}
+
+LoopDetector::Place LoopDetector::PlaceOf(const Map& map, KeyFrameId keyframe) const {
+  Place place{{keyframe}, 0};
+  for (const auto& [id, shared] : map.Covisible(keyframe, options_.min_shared)) {
+    place.keyframes.push_back(id);
+  }
+  std::sort(place.keyframes.begin(), place.keyframes.end());
+  return place;
+}
+
+std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrameId candidate,
+                                         std::span<const LoopEdge> loops) const {
+  const FrameFeatures& features = *map.keyframe(id)->frame.features;
+  auto found = relocalizer_.MatchKeyFrame(features, map, candidate, map.keyframe(candidate)->T_WC);
+  if (!found) return std::nullopt;
+
+  std::vector<KeyFrameId> place{candidate};
+  for (const auto& [neighbour, shared] : map.Covisible(candidate, options_.min_shared)) {
+    if (static_cast<int>(place.size()) > options_.place_keyframes) break;
+    place.push_back(neighbour);
+  }
+  const auto own_points = Landmarks(found->points);
+  const auto own_lines = Landmarks(found->lines);
+  std::vector<PointId> points_in_view;
+  std::vector<LineId> lines_in_view;
+  const auto points =
+      matcher_.MatchPoints(features, found->T_WC, map, PointsSeenBy(map, place, own_points),
+                           Taken(features.points.size(), found->points), &points_in_view);
+  const auto lines =
+      matcher_.MatchLines(features, found->T_WC, map, LinesSeenBy(map, place, own_lines),
+                          Taken(features.lines.size(), found->lines), &lines_in_view);
+  const auto in_view = static_cast<double>(points_in_view.size() + own_points.size() +
+                                           2 * (lines_in_view.size() + own_lines.size()));
+  found->points.insert(found->points.end(), points.begin(), points.end());
+  found->lines.insert(found->lines.end(), lines.begin(), lines.end());
+  if (!Solve(model_, map, features, options_.min_support, &*found)) return std::nullopt;
+  const auto support = static_cast<double>(found->points.size() + 2 * found->lines.size());
+  if (support < options_.min_found * in_view) return std::nullopt;
+
+  Loop loop{{candidate, id, map.keyframe(candidate)->T_WC.Inverse() * found->T_WC},
+            std::move(found->points),
+            std::move(found->lines),
+            0.0};
+  loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, options_.graph), loop.edge, options_.graph);
+  if (!(loop.chi2 <= options_.graph.max_loop_chi2)) return std::nullopt;
+  return loop;
+}
+
+}  // namespace highwall

@@ -1,0 +1,143 @@
+#include "loops/map_correction.h"
+
+#include <algorithm>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+template <class Value, class Ids, class Read>
+std::unordered_map<std::int32_t, Value> ById(const Ids& ids, const Read& read) {
+  std::unordered_map<std::int32_t, Value> values;
+  values.reserve(ids.size());
+  for (const auto id : ids) values.emplace(id, read(id));
+  return values;
+}
+
+// nullptr where there is none.
+template <class Value>
+const Value* At(const std::unordered_map<std::int32_t, Value>& values, std::int32_t id) {
+  const auto found = values.find(id);
+  return found != values.end() ? &found->second : nullptr;
+}
+
+// The move D_W of every keyframe of the map: x_W <- D_W x_W.
+class Moves {
+ public:
+  Moves(const MapCorrection& correction, const Map& map) {
+    Pose D;
+    for (const KeyFrameId id : map.keyframe_ids()) {
+      const Pose* after = At(correction.after.keyframes, id);
+      if (after) D = *after * map.keyframe(id)->T_WC.Inverse();
+      moves_.emplace(id, D);
+    }
+  }
+
+  const Pose& operator[](KeyFrameId id) const { return moves_.at(id); }
+  // Of a landmark: with the first keyframe that sees it.
+  Pose Of(const std::vector<Observation>& observations) const {
+    return observations.empty() ? Pose() : (*this)[observations.front().keyframe];
+  }
+
+ private:
+  std::unordered_map<KeyFrameId, Pose> moves_;
+};
+
+// May the feature be a sight of p_W?
+bool Fits(const MeasurementModel& model, const PointFeature& feature, const Pose& T_WC,
+          const Eigen::Vector3d& p_W) {
+  constexpr double kChi2[] = {5.991, 7.815};  // 95 % of chi-square with 2 and 3 rows
+  Eigen::Vector3d r;
+  return model.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), model.Rows(feature), p_W,
+                                        &r, nullptr, nullptr) &&
+         r.squaredNorm() <= kChi2[feature.depth > 0.0 ? 1 : 0];
+}
+
+}  // namespace
+
+MapGeometry GeometryOf(const Map& map) {
+  return {ById<Pose>(map.keyframe_ids(), [&](auto id) { return map.keyframe(id)->T_WC; }),
+          ById<Eigen::Vector3d>(map.point_ids(), [&](auto id) { return map.point(id)->p_W; }),
+          ById<Segment3>(map.line_ids(), [&](auto id) { return map.line(id)->segment_W; })};
+}
+
+void Apply(const MapCorrection& correction, Map* map) {
+  const auto& [after, fusion, outliers] = correction;
+  const Moves moves(correction, *map);
+  for (const PointId id : map->point_ids()) {
+    MapPoint& point = *map->point(id);
+    const Pose D = moves.Of(point.observations);
+    const Eigen::Vector3d* to = At(after.points, id);
+    point.p_W = to ? *to : D * point.p_W;
+    point.normal_W = D.R() * point.normal_W;
+  }
+  for (const LineId id : map->line_ids()) {
+    MapLine& line = *map->line(id);
+    const Pose D = moves.Of(line.observations);
+    const Segment3* to = At(after.lines, id);
+    line.segment_W = to ? *to : D * line.segment_W;
+  }
+  for (const KeyFrameId id : map->keyframe_ids()) {
+    Pose& T_WC = map->keyframe(id)->T_WC;
+    T_WC = moves[id] * T_WC;
+    if (auto& motion = map->keyframe(id)->motion) motion->v_WB = moves[id].q() * motion->v_WB;
+  }
+  Apply(fusion, map);
+  Forget(outliers, map);
+}
+
+void Apply(const MapFusion& fusion, Map* map) {
+  for (const auto& [from, into] : fusion.points) map->MergePoints(from, into);
+  for (const auto& [from, into] : fusion.lines) map->MergeLines(from, into);
+  for (const auto& sight : fusion.point_sights) {
+    map->ObservePoint(sight.keyframe, sight.feature, sight.landmark);
+  }
+  for (const auto& sight : fusion.line_sights) {
+    map->ObserveLine(sight.keyframe, sight.feature, sight.landmark);
+  }
+}
+
+void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
+                   Map* map) {
+  HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(), "MoveKeyFrames: a pose for every keyframe");
+  MapCorrection correction;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    correction.after.keyframes.emplace(keyframes[i], T_WC[i]);
+  }
+  Apply(correction, map);
+}
+
+MapFusion FindInKeyFrame(const Map& map, KeyFrameId id, std::span<const PointId> points,
+                         std::span<const LineId> lines, const MapMatcher& matcher,
+                         const MeasurementModel& model) {
+  MapFusion fusion;
+  const KeyFrame& keyframe = *map.keyframe(id);
+  const FrameFeatures& features = *keyframe.frame.features;
+  // Matched features take part: two landmarks on one feature are one landmark.
+  const std::vector<bool> points_free(features.points.size(), false);
+  for (const auto& [feature, point] :
+       matcher.MatchPoints(features, keyframe.T_WC, map, points, points_free)) {
+    const auto f = static_cast<std::size_t>(feature);
+    if (!Fits(model, features.points[f], keyframe.T_WC, map.point(point)->p_W)) continue;
+    const PointId own = keyframe.points[f];
+    if (own == kNoId) {
+      fusion.point_sights.push_back({id, feature, point});
+    } else if (own != point) {
+      fusion.points.emplace_back(own, point);
+    }
+  }
+  const std::vector<bool> lines_free(features.lines.size(), false);
+  for (const auto& [feature, line] :
+       matcher.MatchLines(features, keyframe.T_WC, map, lines, lines_free)) {
+    const LineId own = keyframe.lines[static_cast<std::size_t>(feature)];
+    if (own == kNoId) {
+      fusion.line_sights.push_back({id, feature, line});
+    } else if (own != line) {
+      fusion.lines.emplace_back(own, line);
+    }
+  }
+  return fusion;
+}
+
+}  // namespace highwall

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/line3.h>
+#include <highwall/core/pose.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "local/bundle_adjustment.h"
+#include "map/map_matcher.h"
+
+namespace highwall {
+
+// Where the keyframes and landmarks of a map lie.
+struct MapGeometry {
+  std::unordered_map<KeyFrameId, Pose> keyframes;       // T_WC
+  std::unordered_map<PointId, Eigen::Vector3d> points;  // p_W [m]
+  std::unordered_map<LineId, Segment3> lines;           // [m]
+};
+MapGeometry GeometryOf(const Map& map);
+
+// Which landmarks turned out to be one, and what keyframes see besides.
+struct MapFusion {
+  struct Sight {
+    KeyFrameId keyframe = kNoId;
+    int feature = 0;
+    std::int32_t landmark = kNoId;
+  };
+  std::vector<std::pair<PointId, PointId>> points;  // (from, into)
+  std::vector<std::pair<LineId, LineId>> lines;
+  std::vector<Sight> point_sights, line_sights;
+};
+
+// What was found out on a copy of a map, for the map itself, which has gone on since.
+struct MapCorrection {
+  MapGeometry after;
+  MapFusion fusion;
+  OutlierSights outliers;
+};
+
+// Puts what the map still has where the copy has it; newer keyframes move with the newest that is
+// older than them, other landmarks with the first keyframe that sees them. Then fuses, and forgets
+// outliers. What a local adjustment moved since the copy was made does not add to that: it and the
+// copy may have moved by the same error.
+void Apply(const MapCorrection& correction, Map* map);
+
+// Merges and adds sights; what is no more is passed over.
+void Apply(const MapFusion& fusion, Map* map);
+
+// Moves keyframe keyframes[i], all of them live and ascending, to T_WC[i]. Landmarks follow the
+// first of these keyframes that sees them.
+void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
+                   Map* map);
+
+// Looks for landmarks among the features of a keyframe by projection. A feature that saw another
+// landmark joins the two; one that saw none sees this. The given landmarks stay, those that the
+// keyframe had go into them. What does not fit the reading (chi-square, depth included) is no
+// match. model: of `matcher`.
+MapFusion FindInKeyFrame(const Map& map, KeyFrameId keyframe, std::span<const PointId> points,
+                         std::span<const LineId> lines, const MapMatcher& matcher,
+                         const MeasurementModel& model);
+
+}  // namespace highwall

@@ -1,0 +1,335 @@
+#include <highwall/frontend/map/map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+#include <limits>
+
+#include <highwall/core/error.h>
+
+#include "features/orb_matcher.h"
+
+namespace highwall {
+namespace {
+
+bool Sees(const std::vector<Observation>& observations, KeyFrameId keyframe) {
+  return std::any_of(observations.begin(), observations.end(),
+                     [&](const Observation& o) { return o.keyframe == keyframe; });
+}
+
+// Points and lines differ in their slots alone.
+template <class Landmark>
+bool Observe(KeyFrame* keyframe, std::vector<std::int32_t>& slots, int index, Landmark* landmark) {
+  if (landmark == nullptr || slots[static_cast<std::size_t>(index)] != kNoId ||
+      Sees(landmark->observations, keyframe->id)) {
+    return false;
+  }
+  slots[static_cast<std::size_t>(index)] = landmark->id;
+  auto& observations = landmark->observations;
+  const auto next = std::find_if(observations.begin(), observations.end(),
+                                 [&](const Observation& o) { return o.keyframe > keyframe->id; });
+  observations.insert(next, {keyframe->id, index});
+  return true;
+}
+
+template <class Landmark>
+void Forget(std::vector<std::int32_t>& slots, KeyFrameId keyframe, Landmark& landmark) {
+  std::erase_if(landmark.observations, [&](const Observation& o) {
+    if (o.keyframe != keyframe) return false;
+    slots[static_cast<std::size_t>(o.index)] = kNoId;
+    return true;
+  });
+}
+
+int Hamming(const BinaryDescriptor256& a, const BinaryDescriptor256& b) {
+  return HammingDistance(a.data(), b.data());
+}
+
+// The descriptor with the least median distance to the others.
+BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descriptors) {
+  std::size_t best = 0;
+  int best_median = std::numeric_limits<int>::max();
+  std::vector<int> distances;
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    distances.clear();
+    for (const auto& other : descriptors) distances.push_back(Hamming(descriptors[i], other));
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    if (*middle < best_median) {
+      best_median = *middle;
+      best = i;
+    }
+  }
+  return descriptors[best];
+}
+
+// landmarks_of: the points or the lines of a keyframe.
+std::vector<std::int32_t> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                 std::span<const std::int32_t> except,
+                                 std::vector<std::int32_t> KeyFrame::*landmarks_of) {
+  std::vector<std::int32_t> seen;
+  for (const KeyFrameId id : keyframes) {
+    for (const std::int32_t landmark : map.keyframe(id)->*landmarks_of) {
+      if (landmark != kNoId) seen.push_back(landmark);
+    }
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  std::vector<std::int32_t> own(except.begin(), except.end()), rest;
+  std::sort(own.begin(), own.end());
+  std::set_difference(seen.begin(), seen.end(), own.begin(), own.end(), std::back_inserter(rest));
+  return rest;
+}
+
+}  // namespace
+
+std::vector<PointId> PointsSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                  std::span<const PointId> except) {
+  return SeenBy(map, keyframes, except, &KeyFrame::points);
+}
+
+std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                                std::span<const LineId> except) {
+  return SeenBy(map, keyframes, except, &KeyFrame::lines);
+}
+
+BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index) {
+  BinaryDescriptor256 d;
+  std::memcpy(d.data(), descriptors.ptr(index), d.size());
+  return d;
+}
+
+Map Map::Clone() const {
+  Map clone;
+  clone.keyframes_ = keyframes_;
+  clone.points_ = points_;
+  clone.lines_ = lines_;
+  clone.removed_ = removed_;
+  clone.gravity_W_ = gravity_W_;
+  return clone;
+}
+
+KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC) {
+  KeyFrame& keyframe = keyframes_.Add();
+  keyframe.frame = frame;
+  keyframe.T_WC = T_WC;
+  keyframe.points.assign(frame.features->points.size(), kNoId);
+  keyframe.lines.assign(frame.features->lines.size(), kNoId);
+  index_.Add(keyframe.id, *frame.features);
+  return keyframe;
+}
+
+MapPoint& Map::AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index) {
+  MapPoint& point = points_.Add();
+  point.p_W = p_W;
+  point.first_frame = frame_index;
+  return point;
+}
+
+MapLine& Map::AddLine(const Segment3& segment_W, std::int64_t frame_index) {
+  MapLine& line = lines_.Add();
+  line.segment_W = segment_W;
+  line.first_frame = frame_index;
+  return line;
+}
+
+KeyFrame* Map::keyframe(KeyFrameId id) {
+  return keyframes_.Find(id);
+}
+const KeyFrame* Map::keyframe(KeyFrameId id) const {
+  return keyframes_.Find(id);
+}
+MapPoint* Map::point(PointId id) {
+  return points_.Find(id);
+}
+const MapPoint* Map::point(PointId id) const {
+  return points_.Find(id);
+}
+MapLine* Map::line(LineId id) {
+  return lines_.Find(id);
+}
+const MapLine* Map::line(LineId id) const {
+  return lines_.Find(id);
+}
+
+std::vector<KeyFrameId> Map::keyframe_ids() const {
+  return keyframes_.ids();
+}
+std::vector<PointId> Map::point_ids() const {
+  return points_.ids();
+}
+std::vector<LineId> Map::line_ids() const {
+  return lines_.ids();
+}
+
+bool Map::ObservePoint(KeyFrameId keyframe_id, int index, PointId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  return kf != nullptr && Observe(kf, kf->points, index, point(id));
+}
+
+bool Map::ObserveLine(KeyFrameId keyframe_id, int index, LineId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  return kf != nullptr && Observe(kf, kf->lines, index, line(id));
+}
+
+void Map::ForgetPointObservation(KeyFrameId keyframe_id, PointId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  MapPoint* p = point(id);
+  if (kf == nullptr || p == nullptr) return;
+  Forget(kf->points, keyframe_id, *p);
+  if (p->observations.empty()) RemovePoint(id);
+}
+
+void Map::ForgetLineObservation(KeyFrameId keyframe_id, LineId id) {
+  KeyFrame* kf = keyframe(keyframe_id);
+  MapLine* l = line(id);
+  if (kf == nullptr || l == nullptr) return;
+  Forget(kf->lines, keyframe_id, *l);
+  if (l->observations.empty()) RemoveLine(id);
+}
+
+void Map::RemovePoint(PointId id) {
+  MapPoint* p = point(id);
+  if (p == nullptr) return;
+  for (const Observation& o : p->observations) {
+    keyframe(o.keyframe)->points[static_cast<std::size_t>(o.index)] = kNoId;
+  }
+  points_.Remove(id);
+}
+
+void Map::RemoveLine(LineId id) {
+  MapLine* l = line(id);
+  if (l == nullptr) return;
+  for (const Observation& o : l->observations) {
+    keyframe(o.keyframe)->lines[static_cast<std::size_t>(o.index)] = kNoId;
+  }
+  lines_.Remove(id);
+}
+
+void Map::MergePoints(PointId from, PointId into) {
+  if (from == into || point(from) == nullptr || point(into) == nullptr) return;
+  const std::vector<Observation> moved = point(from)->observations;
+  point(into)->visible += point(from)->visible;
+  point(into)->found += point(from)->found;
+  RemovePoint(from);
+  for (const Observation& o : moved) ObservePoint(o.keyframe, o.index, into);
+}
+
+void Map::MergeLines(LineId from, LineId into) {
+  if (from == into || line(from) == nullptr || line(into) == nullptr) return;
+  const std::vector<Observation> moved = line(from)->observations;
+  line(into)->visible += line(from)->visible;
+  line(into)->found += line(from)->found;
+  RemoveLine(from);
+  for (const Observation& o : moved) ObserveLine(o.keyframe, o.index, into);
+}
+
+void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
+  KeyFrame* kf = keyframe(id);
+  if (kf == nullptr) return;
+  HIGHWALL_REQUIRE(parent != id && keyframe(parent) != nullptr,
+                   "Map::RemoveKeyFrame: the parent must be another live keyframe");
+  // By value: forgetting an observation writes into these lists.
+  const std::vector<PointId> points = kf->points;
+  const std::vector<LineId> lines = kf->lines;
+  for (const PointId p : points) ForgetPointObservation(id, p);
+  for (const LineId l : lines) ForgetLineObservation(id, l);
+  if (KeyFrame* next = Successor(id)) {
+    KeyFrameMotion& motion = *next->motion;
+    const bool tied = kf->motion && kf->motion->previous != kNoId;
+    motion.previous = tied ? kf->motion->previous : kNoId;
+    motion.from_previous = tied ? std::make_shared<const ImuPreintegration>(
+                                      kf->motion->from_previous->Joined(*motion.from_previous))
+                                : nullptr;
+  }
+  removed_[id] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
+  index_.Remove(id, *kf->frame.features);
+  keyframes_.Remove(id);
+}
+
+KeyFrame* Map::Successor(KeyFrameId id) {
+  if (id < 0) return nullptr;
+  // Ids ascend with time: it is the next one alive, or none is.
+  for (KeyFrameId i = id + 1; i < keyframes_.end_id(); ++i) {
+    KeyFrame* next = keyframes_.Find(i);
+    if (next != nullptr) return next->motion && next->motion->previous == id ? next : nullptr;
+  }
+  return nullptr;
+}
+
+Pose Map::ResolvePose(KeyFrameId id) const {
+  Pose T;
+  while (keyframe(id) == nullptr) {
+    const auto removed = removed_.find(id);
+    HIGHWALL_REQUIRE(removed != removed_.end(), "Map::ResolvePose: no such keyframe");
+    T = removed->second.T_parent * T;
+    id = removed->second.parent;
+  }
+  return keyframe(id)->T_WC * T;
+}
+
+void Map::Transform(const Pose& T_new_old) {
+  const Eigen::Quaterniond q = T_new_old.q();
+  for (auto& [id, keyframe] : keyframes_) {
+    keyframe.T_WC = T_new_old * keyframe.T_WC;
+    if (keyframe.motion) keyframe.motion->v_WB = q * keyframe.motion->v_WB;
+  }
+  for (auto& [id, point] : points_) {
+    point.p_W = T_new_old * point.p_W;
+    point.normal_W = q * point.normal_W;
+  }
+  for (auto& [id, line] : lines_) line.segment_W = T_new_old * line.segment_W;
+  if (gravity_W_) gravity_W_ = q * *gravity_W_;
+}
+
+void Map::RefreshPoint(PointId id, double scale_factor, int levels) {
+  MapPoint* p = point(id);
+  if (p == nullptr || p->observations.empty()) return;
+  std::vector<BinaryDescriptor256> descriptors;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (const Observation& o : p->observations) {
+    const KeyFrame& kf = *keyframe(o.keyframe);
+    descriptors.push_back(DescriptorRow(kf.frame.features->point_descriptors, o.index));
+    normal += (p->p_W - kf.T_WC.p()).normalized();
+  }
+  p->descriptor = MostCentral(descriptors);
+  p->normal_W = normal.normalized();
+
+  // The latest observation says at which distance the corner fills which pyramid level.
+  const Observation& last = p->observations.back();
+  const KeyFrame& kf = *keyframe(last.keyframe);
+  const double distance = (p->p_W - kf.T_WC.p()).norm();
+  const int octave = kf.frame.features->points[static_cast<std::size_t>(last.index)].octave;
+  p->max_distance = distance * std::pow(scale_factor, octave);
+  p->min_distance = p->max_distance / std::pow(scale_factor, levels - 1);
+}
+
+std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> points,
+                                                       std::span<const LineId> lines) const {
+  std::vector<int> count(static_cast<std::size_t>(keyframes_.end_id()), 0);
+  const auto add = [&](const auto* landmark) {
+    if (landmark == nullptr) return;
+    for (const Observation& o : landmark->observations)
+      ++count[static_cast<std::size_t>(o.keyframe)];
+  };
+  for (const PointId id : points) add(point(id));
+  for (const LineId id : lines) add(line(id));
+  std::vector<std::pair<KeyFrameId, int>> observers;
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    if (count[i] > 0) observers.emplace_back(static_cast<KeyFrameId>(i), count[i]);
+  }
+  std::stable_sort(observers.begin(), observers.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  return observers;
+}
+
+std::vector<std::pair<KeyFrameId, int>> Map::Covisible(KeyFrameId id, int min_shared) const {
+  const KeyFrame* kf = keyframe(id);
+  if (kf == nullptr) return {};
+  auto observers = Observers(kf->points, kf->lines);
+  std::erase_if(observers, [&](const auto& o) { return o.first == id || o.second < min_shared; });
+  return observers;
+}
+
+}  // namespace highwall

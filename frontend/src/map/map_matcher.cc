@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <cmath>
+
+#include <highwall/core/error.h>
+
+#include "features/line_matcher.h"
+
+#include "map/map_matcher.h"
+
+namespace highwall {
+
+MapMatcher::MapMatcher(const MeasurementModel& model, int levels, const MapMatcherOptions& options)
+    : model_(model), levels_(levels), options_(options) {
+  HIGHWALL_REQUIRE(levels >= 1, "MapMatcher: levels must be at least 1");
+  options_.Validate();
+}
+
+int MapMatcher::PredictOctave(const MapPoint& point, double distance) const {
+  const double octave =
+      std::log(point.max_distance / distance) / std::log(model_.options().scale_factor);
+  return std::clamp(static_cast<int>(std::lround(octave)), 0, levels_ - 1);
+}
+
+PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_WC, const Map& map,
+                                   const FrameFeatures& last, std::span<const PointId> last_points,
+                                   double radius_scale) const {
+  const Pose T_CW = T_WC.Inverse();
+  std::vector<ProjectedPoint> projections;
+  for (std::size_t i = 0; i < last_points.size(); ++i) {
+    const MapPoint* point = map.point(last_points[i]);
+    if (point == nullptr) continue;
+    const Eigen::Vector3d p_C = T_CW * point->p_W;
+    if (p_C.z() < model_.projection().min_depth()) continue;
+    const Eigen::Vector2d uv = model_.camera().Project(p_C);
+    if (!model_.camera().Contains(uv)) continue;
+    const PointFeature& seen = last.points[i];
+    projections.push_back(
+        {.id = point->id,
+         .uv = uv,
+         .depth = p_C.z(),
+         .radius = options_.motion_radius * radius_scale *
+                   std::pow(model_.options().scale_factor, seen.octave),
+         .min_octave = std::max(0, seen.octave - 1),
+         .max_octave = std::min(levels_ - 1, seen.octave + 1),
+         .angle = seen.angle,
+         .descriptor = DescriptorRow(last.point_descriptors, static_cast<int>(i))});
+  }
+  PointMatches matches;
+  const std::vector<bool> none_taken(features.points.size(), false);
+  for (const auto& m : MatchProjections(features, projections, none_taken, options_.motion_match)) {
+    matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
+  }
+  return matches;
+}
+
+PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& T_WC,
+                                     const Map& map, std::span<const PointId> points,
+                                     const std::vector<bool>& taken,
+                                     std::vector<PointId>* visible) const {
+  const Pose T_CW = T_WC.Inverse();
+  const Eigen::Matrix3d R_CW = T_CW.R();
+  std::vector<ProjectedPoint> projections;
+  for (const PointId id : points) {
+    const MapPoint* point = map.point(id);
+    if (point == nullptr) continue;
+    const Eigen::Vector3d p_C = R_CW * point->p_W + T_CW.p();
+    if (p_C.z() < model_.projection().min_depth()) continue;
+    const Eigen::Vector2d uv = model_.camera().Project(p_C);
+    if (!model_.camera().Contains(uv)) continue;
+    const double distance = p_C.norm();
+    // The pyramid covers the range; a level more on either side still matches.
+    const double slack = model_.options().scale_factor;
+    if (distance < point->min_distance / slack || distance > point->max_distance * slack) continue;
+    const double cosine = (point->p_W - T_WC.p()).dot(point->normal_W) / distance;
+    if (cosine < options_.min_view_cosine) continue;
+    const int octave = PredictOctave(*point, distance);
+    // Seen head-on a point falls nearer to its prediction than seen from the side.
+    const double radius = options_.map_radius * (cosine > 0.998 ? 0.625 : 1.0);
+    projections.push_back({.id = id,
+                           .uv = uv,
+                           .depth = p_C.z(),
+                           .radius = radius * std::pow(model_.options().scale_factor, octave),
+                           .min_octave = std::max(0, octave - 1),
+                           .max_octave = std::min(levels_ - 1, octave + 1),
+                           .angle = std::nullopt,
+                           .descriptor = point->descriptor});
+    if (visible != nullptr) visible->push_back(id);
+  }
+  PointMatches matches;
+  for (const auto& m : MatchProjections(features, projections, taken, options_.map_match)) {
+    matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
+  }
+  return matches;
+}
+
+LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_WC, const Map& map,
+                                   std::span<const LineId> lines, const std::vector<bool>& taken,
+                                   std::vector<LineId>* visible) const {
+  const Pose T_CW = T_WC.Inverse();
+  LineFeatures predicted, observed;
+  std::vector<LineId> predicted_ids;
+  for (const LineId id : lines) {
+    const MapLine* line = map.line(id);
+    if (line == nullptr) continue;
+    const auto segment = ProjectSegment(T_CW * line->segment_W, model_.camera());
+    if (!segment || segment->Length() < options_.min_line_pixels) continue;
+    predicted.segments.push_back(*segment);
+    predicted_ids.push_back(id);
+    if (visible != nullptr) visible->push_back(id);
+  }
+  std::vector<int> observed_features;
+  for (std::size_t i = 0; i < features.lines.size(); ++i) {
+    if (taken[i]) continue;
+    observed.segments.push_back(features.lines[i].segment);
+    observed_features.push_back(static_cast<int>(i));
+  }
+  if (predicted.segments.empty() || observed.segments.empty()) return {};
+  if (!features.line_descriptors.empty()) {
+    for (const LineId id : predicted_ids) {
+      const BinaryDescriptor256& d = map.line(id)->descriptor;
+      predicted.descriptors.push_back(cv::Mat(1, 32, CV_8U, const_cast<std::uint8_t*>(d.data())));
+    }
+    for (const int i : observed_features) {
+      observed.descriptors.push_back(features.line_descriptors.row(i));
+    }
+  }
+  LineMatches matches;
+  for (const FeatureMatch& m :
+       MatchSmallMotion(predicted, observed, model_.options().line_matches)) {
+    matches.emplace_back(observed_features[static_cast<std::size_t>(m.train)],
+                         predicted_ids[static_cast<std::size_t>(m.query)]);
+  }
+  return matches;
+}
+
+}  // namespace highwall

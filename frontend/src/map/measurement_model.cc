@@ -1,0 +1,118 @@
+#include <highwall/frontend/map/measurement_model.h>
+
+#include <cmath>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+Eigen::Vector2d End(const Eigen::Vector2f& end) {
+  return end.cast<double>();
+}
+
+// False for a segment that the virtual right camera sees end-on, as a dot.
+bool HasDirectionFromTheRight(const RgbdSegment& segment) {
+  constexpr double kMinLength = 1.0;  // [px] as SegmentRows needs it
+  const Eigen::Vector3d d = segment.e - segment.s;
+  return std::hypot(d.x() - d.z(), d.y()) >= kMinLength;
+}
+
+}  // namespace
+
+MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
+                                   const Pose& T_BC)
+    : options_(options),
+      camera_(sensor.camera.WithoutDistortion()),
+      right_{.fx = sensor.camera.fx, .baseline = options.baseline},
+      noise_(sensor.depth_noise),
+      T_BC_(T_BC),
+      projection_(camera_, Pose(), right_),
+      body_projection_(camera_, T_BC, right_) {
+  sensor.Validate();
+  options_.Validate();
+}
+
+double MeasurementModel::PointSigma(int octave) const {
+  return options_.point_sigma * std::pow(options_.scale_factor, octave);
+}
+
+Eigen::Vector3d MeasurementModel::Measurement(const PointFeature& feature) const {
+  return {feature.uv.x(), feature.uv.y(), right_.Disparity(feature.depth)};
+}
+
+RgbdSegment MeasurementModel::Measurement(const LineFeature& feature) const {
+  const auto end = [&](const Eigen::Vector2f& uv, const Eigen::Vector3d& p_C) {
+    return Eigen::Vector3d(static_cast<double>(uv.x()), static_cast<double>(uv.y()),
+                           right_.Disparity(p_C.z()));
+  };
+  return {end(feature.segment.s, feature.segment_C->p_C),
+          end(feature.segment.e, feature.segment_C->q_C)};
+}
+
+SegmentNoise MeasurementModel::Noise(const LineFeature& feature) const {
+  // The fit along the segment is trusted no more than one reading at its ends: the depth noise of
+  // neighbouring pixels is correlated.
+  const auto disparity = [&](double z) { return DisparitySigma(z, noise_.Sigma(z)); };
+  return {.px = options_.line_sigma,
+          .disparity_s = disparity(feature.segment_C->p_C.z()),
+          .disparity_e = disparity(feature.segment_C->q_C.z())};
+}
+
+ProjectionRows<3> MeasurementModel::Rows(const PointFeature& feature) const {
+  const double sigma = PointSigma(feature.octave);
+  if (feature.depth > 0.0) {
+    return PointRows(Measurement(feature),
+                     PointSqrtInformation(options_.weighting, sigma,
+                                          DisparitySigma(feature.depth, feature.depth_sigma)));
+  }
+  const ProjectionRows<2> left =
+      PointRows(feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma));
+  ProjectionRows<3> rows;
+  rows.A << left.A, Eigen::RowVector3d::Zero();
+  rows.b << left.b, 0.0;
+  return rows;
+}
+
+std::array<ProjectionRows<2>, 2> MeasurementModel::Rows(const LineFeature& feature) const {
+  if (feature.segment_C) {
+    const RgbdSegment measured = Measurement(feature);
+    if (options_.weighting == Weighting::kCovariance || HasDirectionFromTheRight(measured)) {
+      return SegmentRows(measured, Noise(feature), options_.weighting);
+    }
+  }
+  const auto left =
+      SegmentRows(End(feature.segment.s), End(feature.segment.e), options_.line_sigma);
+  std::array<ProjectionRows<2>, 2> rows;
+  for (std::size_t i = 0; i < 2; ++i) {
+    rows[i].A << left[i].A, Eigen::RowVector3d::Zero();
+    rows[i].b << left[i].b, 0.0;
+  }
+  return rows;
+}
+
+std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+    const PointFeature& feature) const {
+  const double sigma = PointSigma(feature.octave);
+  if (feature.depth > 0.0) {
+    return std::make_unique<PointReprojectionRgbd>(
+        Measurement(feature),
+        PointSqrtInformation(options_.weighting, sigma,
+                             DisparitySigma(feature.depth, feature.depth_sigma)),
+        body_projection_);
+  }
+  return std::make_unique<PointReprojection>(
+      feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma), body_projection_);
+}
+
+std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+    const LineFeature& feature) const {
+  if (feature.segment_C) {
+    return std::make_unique<OrthonormalLineReprojectionRgbd>(Measurement(feature), Noise(feature),
+                                                             options_.weighting, body_projection_);
+  }
+  return std::make_unique<OrthonormalLineReprojection>(
+      End(feature.segment.s), End(feature.segment.e), options_.line_sigma, body_projection_);
+}
+
+}  // namespace highwall

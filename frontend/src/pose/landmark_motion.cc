@@ -1,0 +1,45 @@
+#include "pose/landmark_motion.h"
+
+#include <algorithm>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+
+bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
+               std::span<const PosePoint> judged, int judged_lines,
+               std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,
+               const PoseSolverOptions& pose, const LandmarkMotionOptions& options) {
+  // A direction that the others leave open has this sigma: whatever is judged there fits.
+  constexpr double kOpen = 30.0;  // [m, rad]
+  constexpr double kLeastError = 0.2;
+  if (static_cast<int>(judged.size()) < options.min_points) return false;
+  PoseSolverOptions of_others = pose;
+  of_others.min_support = options.min_support;
+  const auto solution = SolvePose(T_WC, projection, other_points, other_lines, of_others);
+  const int support = solution ? solution->num_points + 2 * solution->num_lines : 0;
+  const int of_judged = static_cast<int>(judged.size()) + 2 * judged_lines;
+  if (!solution || support < options.outnumber * of_judged) return false;
+
+  Eigen::Matrix<double, 6, 6> information = solution->information;
+  information.diagonal().array() += 1.0 / (kOpen * kOpen);
+  const Eigen::Matrix<double, 6, 6> covariance =
+      information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
+  const double noise = std::max(kLeastError, solution->error);  // variance, of that expected
+  const RgbdProjection::View view = RgbdProjection::At(solution->T_WC.data());
+  int evaluated = 0, contradict = 0;
+  for (const PosePoint& point : judged) {
+    Eigen::Vector3d r;
+    Eigen::Matrix<double, 3, 6> J;
+    if (!projection.Evaluate<3>(view, point.rows, point.p_W, &r, &J, nullptr)) continue;
+    const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + J * covariance * J.transpose();
+    ++evaluated;
+    contradict += r.dot(S.ldlt().solve(r)) > options.chi2 * noise ? 1 : 0;
+  }
+  return contradict >= options.min_points && contradict >= options.min_share * evaluated;
+}
+
+}  // namespace highwall

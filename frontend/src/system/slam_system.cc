@@ -1,0 +1,42 @@
+#include <highwall/frontend/system/slam_system.h>
+
+#include <utility>
+
+#include "system/slam_system_impl.h"
+
+namespace highwall {
+
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
+    : SlamSystem(sensor, options, std::nullopt) {}
+
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
+                       const std::optional<ImuCalibration>& imu, Map map)
+    : impl_(std::make_unique<Impl>(sensor, options, imu, std::move(map))) {}
+
+SlamSystem::~SlamSystem() = default;
+SlamSystem::SlamSystem(SlamSystem&&) noexcept = default;
+SlamSystem& SlamSystem::operator=(SlamSystem&&) noexcept = default;
+
+void SlamSystem::SetCallbacks(SlamCallbacks callbacks) {
+  impl_->SetCallbacks(std::move(callbacks));
+}
+
+ImuSampleStatus SlamSystem::AddImu(const ImuSample& sample) { return impl_->AddImu(sample); }
+
+FrameResult SlamSystem::Track(const RgbdImage& image) { return impl_->Track(image); }
+
+cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const { return impl_->MovingIn(keyframe); }
+
+std::vector<LoopReport> SlamSystem::Finish() { return impl_->Finish(); }
+
+BundleAdjustmentReport SlamSystem::AdjustAll() { return impl_->AdjustAll(); }
+
+Trajectory SlamSystem::trajectory() const { return impl_->trajectory(); }
+
+Trajectory SlamSystem::keyframe_trajectory() const { return impl_->keyframe_trajectory(); }
+
+const Map& SlamSystem::map() const { return impl_->map(); }
+
+const InertialOdometry* SlamSystem::inertial() const { return impl_->inertial(); }
+
+}  // namespace highwall

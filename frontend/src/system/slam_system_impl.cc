@@ -1,0 +1,314 @@
+#include "system/slam_system_impl.h"
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
+
+namespace highwall {
+namespace {
+
+class Stopwatch {
+ public:
+  double Milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// Frames whose image tells no pose before they start a piece of map of their own.
+constexpr int kBlindFrames = 15;
+
+}  // namespace
+
+SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
+                       const std::optional<ImuCalibration>& imu, Map map)
+    : options_((options.Validate(), options)),
+      model_(sensor, options.measurement, imu ? imu->T_BC : Pose()),
+      builder_(sensor, options.frame),
+      tracker_(model_, options.frame.orb.levels, options.tracker),
+      policy_(options.keyframes),
+      mapper_(model_, options.frame.orb.levels, options.mapper),
+      loop_closer_(model_, options.frame.orb.levels, options.loops),
+      map_(std::move(map)) {
+  if (imu) inertial_.emplace(*imu, options.inertial);
+  const auto ids = map_.keyframe_ids();
+  HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
+                   "SlamOptions::localize_only needs a map, and works without an IMU");
+  if (!ids.empty()) first_own_keyframe_ = ids.back() + 1;
+}
+
+ImuSampleStatus SlamSystem::Impl::AddImu(const ImuSample& sample) {
+  HIGHWALL_REQUIRE(inertial_, "SlamSystem::AddImu: the system was made without an IMU");
+  return inertial_->AddSample(sample);
+}
+
+FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
+  HIGHWALL_REQUIRE(!last_stamp_ || image.stamp > *last_stamp_,
+                   "SlamSystem::Track: stamp " + FormatStamp(image.stamp) + " is not after " +
+                       FormatStamp(last_stamp_.value_or(0)));
+  FrameResult result;
+  result.stamp = image.stamp;
+
+  const Stopwatch features_watch;
+  FrameBuilderTimes builder_times;
+  const auto features = builder_.Build(image, &builder_times);
+  // From here on the image counts; one that was refused leaves no trace.
+  const Frame frame{next_index_++, image.stamp, features};
+  last_stamp_ = image.stamp;
+  result.times.features = features_watch.Milliseconds();
+  result.times.points = builder_times.points;
+  result.times.lines = builder_times.lines;
+  result.points = static_cast<int>(frame.features->points.size());
+  result.lines = static_cast<int>(frame.features->lines.size());
+
+  const Stopwatch news_watch;
+  ApplyNews(result);
+  result.times.loops = news_watch.Milliseconds();
+
+  const Stopwatch tracking_watch;
+  std::optional<KnownPose> predicted;
+  if (inertial_) predicted = inertial_->Predict(image.stamp);
+  TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
+  const bool starts =
+      tracked.state == TrackingState::kInitializing && policy_.CanStart(*frame.features);
+  if (starts) {
+    tracked.state = TrackingState::kTracking;
+    tracked.T_WC = FirstPose(image.stamp);
+  } else if (inertial_ && tracked.state != TrackingState::kInitializing) {
+    Fuse(tracked, result);
+    // What is being adjusted is a map that stood otherwise.
+    if (result.inertial->T_level) {
+      mapper_.GiveUp();
+      loop_closer_.GiveUp();
+    }
+  }
+  result.times.tracking = tracking_watch.Milliseconds();
+  if (!options_.localize_only && (starts || WantsKeyFrame(tracked))) {
+    InsertKeyFrame(tracked, result);
+    LookForLoop(tracked, result);
+  }
+
+  result.state = tracked.state;
+  result.relocalized = tracked.relocalized;
+  result.T_WC = tracked.T_WC;
+  result.matched_points = tracked.num_points;
+  result.matched_lines = tracked.num_lines;
+  result.open_directions = tracked.open;
+  result.moving = ToImage(tracked.moving);
+  if (HasPose(tracked.state)) {
+    tracked_.push_back({image.stamp, tracked.reference,
+                        map_.keyframe(tracked.reference)->T_WC.Inverse() * tracked.T_WC});
+  }
+  Tell(result, image);
+  return result;
+}
+
+void SlamSystem::Impl::Tell(const FrameResult& result, const RgbdImage& image) const {
+  if (callbacks_.on_keyframe && result.mapping) {
+    callbacks_.on_keyframe(*map_.keyframe(result.mapping->keyframe), image);
+  }
+  Tell(result.loops);
+  if (callbacks_.on_map && result.inertial && result.inertial->T_level) callbacks_.on_map(map_);
+  if (callbacks_.on_frame) callbacks_.on_frame(result);
+}
+
+void SlamSystem::Impl::Tell(const std::vector<LoopReport>& loops) const {
+  bool moved = false;
+  for (const LoopReport& report : loops) {
+    if (callbacks_.on_loop) callbacks_.on_loop(report);
+    moved |= report.accepted && (!report.bundle || report.bundle->usable);
+  }
+  if (callbacks_.on_map && moved) callbacks_.on_map(map_);
+}
+
+cv::Mat SlamSystem::Impl::ToImage(const cv::Mat& moving) const {
+  return moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(WithBorder(moving));
+}
+
+cv::Mat SlamSystem::Impl::MovingIn(KeyFrameId keyframe) const {
+  const KeyFrame* seen = map_.keyframe(keyframe);
+  if (seen == nullptr) return {};
+  return ToImage(tracker_.MovingIn(*seen, map_));
+}
+
+Pose SlamSystem::Impl::FirstPose(Stamp stamp) const {
+  // W has z up and x forward for a camera held level (x right, y down, z forward).
+  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+  T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Pose level = Pose::FromMatrix(T);
+  if (!inertial_) return level;
+  const auto up_C = inertial_->UpInCamera(stamp);
+  if (!up_C) return level;
+  const Eigen::Vector3d up_W = level.q() * *up_C;
+  return Pose(Eigen::Quaterniond::FromTwoVectors(up_W, Eigen::Vector3d::UnitZ()) * level.q(),
+              Eigen::Vector3d::Zero());
+}
+
+void SlamSystem::Impl::Fuse(TrackedFrame& tracked, FrameResult& result) {
+  InertialOdometry::Observation observation;
+  observation.image = tracked.frame.stamp;
+  const double sharpness = tracked.frame.features->sharpness;
+  if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
+  usual_sharpness_ += (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (sharpness - usual_sharpness_);
+  if (last_points_ > 0) {
+    observation.tracked_share =
+        std::min(1.0, static_cast<double>(tracked.num_points) / last_points_);
+  }
+  last_points_ = tracked.num_points;
+  if (tracked.state == TrackingState::kTracking) {
+    last_visual_index_ = tracked.frame.index;
+    observation.visual = MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient,
+                                        tracked.error, options_.inertial.visual_noise);
+  }
+  result.inertial = inertial_->Update(observation);
+  if (const std::optional<Pose>& T_level = result.inertial->T_level) {
+    map_.Transform(*T_level);
+    tracker_.Transform(*T_level);
+  }
+  map_.SetGravity(inertial_->gravity_W());
+  if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
+    if (tracked.state == TrackingState::kLost) {
+      tracked.state = TrackingState::kInertial;
+      tracked.reference = last_keyframe_;
+    }
+    tracked.T_WC = *T_WC;
+    if (tracked.state == TrackingState::kTracking) tracker_.Correct(*T_WC);
+  }
+}
+
+bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
+  if (tracked.state == TrackingState::kTracking) {
+    return policy_.Wants(tracked, map_, last_keyframe_index_);
+  }
+  // Carried into a new place by the IMU alone: map from here.
+  return tracked.state == TrackingState::kInertial &&
+         tracked.frame.index - last_visual_index_ >= kBlindFrames &&
+         policy_.CanStart(*tracked.frame.features);
+}
+
+std::optional<KeyFrameMotion> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {
+  if (!inertial_) return std::nullopt;
+  const std::optional<InertialEstimate> estimate = inertial_->estimate();
+  if (!estimate) return std::nullopt;
+  KeyFrameMotion motion;
+  motion.stamp = estimate->stamp;
+  motion.v_WB = estimate->state.v_WB;
+  motion.bias = estimate->bias;
+  motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
+  motion.weight = inertial_->weight();
+  if (last == nullptr || !last->motion) return motion;
+  if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
+    motion.previous = last->id;
+    motion.from_previous = std::make_shared<const ImuPreintegration>(*std::move(imu));
+  }
+  return motion;
+}
+
+void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
+  const Stopwatch watch;
+  // The frame belongs to the map as the adjustment before leaves it.
+  const Pose T_new_old = WithTracker([&] {
+    if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
+  });
+  tracked.T_WC = T_new_old * tracked.T_WC;
+  const Pose T_WC = tracked.T_WC;
+  tracked.state = TrackingState::kTracking;
+  result.mapping =
+      mapper_.InsertKeyFrame(tracked, map_, MotionSince(map_.keyframe(last_keyframe_)));
+  if (result.mapping->bundle.usable) result.adjustment = result.mapping->bundle;
+  last_keyframe_index_ = last_visual_index_ = tracked.frame.index;
+  const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
+  last_keyframe_ = keyframe.id;
+  tracked.T_WC = keyframe.T_WC;
+  tracked.reference = keyframe.id;
+  tracker_.Anchor(tracked, keyframe);
+  if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
+  result.times.mapping = watch.Milliseconds();
+}
+
+void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
+  const Stopwatch watch;
+  if (loop_closer_.InsertKeyFrame(map_, last_keyframe_)) {
+    // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
+    ApplyNews(result);
+    tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
+  }
+  result.times.loops += watch.Milliseconds();
+}
+
+template <class Change>
+Pose SlamSystem::Impl::WithTracker(const Change& change) {
+  const KeyFrameId reference = tracker_.reference().value_or(last_keyframe_);
+  if (reference == kNoId) {  // no map yet
+    change();
+    return {};
+  }
+  const Pose before = map_.ResolvePose(reference);
+  change();
+  const Pose T_new_old = map_.ResolvePose(reference) * before.Inverse();
+  tracker_.Transform(T_new_old);
+  if (inertial_) inertial_->MoveMap(T_new_old);
+  return T_new_old;
+}
+
+void SlamSystem::Impl::ApplyNews(FrameResult& result) {
+  const bool loops = loop_closer_.HasNews();
+  if (!loops && !mapper_.HasNews()) return;
+  WithTracker([&] {
+    // A loop moves what is being adjusted: that comes first.
+    if (auto report = loops ? mapper_.Finish(&map_) : mapper_.Update(&map_)) {
+      result.adjustment = std::move(report);
+    }
+    if (!loops) return;
+    for (LoopReport& report : loop_closer_.Update(&map_)) {
+      result.loops.push_back(std::move(report));
+    }
+  });
+}
+
+std::vector<LoopReport> SlamSystem::Impl::Finish() {
+  std::vector<LoopReport> reports;
+  WithTracker([&] {
+    mapper_.Finish(&map_);
+    reports = loop_closer_.Finish(&map_);
+  });
+  Tell(reports);
+  return reports;
+}
+
+BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
+  HIGHWALL_REQUIRE(!options_.localize_only,
+                   "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
+  BundleAdjustmentReport report;
+  WithTracker(
+      [&] { report = AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle); });
+  if (callbacks_.on_map && report.usable) callbacks_.on_map(map_);
+  return report;
+}
+
+Trajectory SlamSystem::Impl::trajectory() const {
+  Trajectory trajectory;
+  trajectory.reserve(tracked_.size());
+  for (const Tracked& t : tracked_) {
+    trajectory.push_back({t.stamp, map_.ResolvePose(t.reference) * t.T_reference_C});
+  }
+  return trajectory;
+}
+
+Trajectory SlamSystem::Impl::keyframe_trajectory() const {
+  Trajectory trajectory;
+  for (const KeyFrameId id : map_.keyframe_ids()) {
+    if (id < first_own_keyframe_) continue;
+    trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
+  }
+  return trajectory;
+}
+
+}  // namespace highwall

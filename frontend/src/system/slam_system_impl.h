@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <highwall/frontend/inertial/inertial_odometry.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/system/slam_system.h>
+
+#include "features/frame_builder.h"
+#include "local/local_mapper.h"
+#include "loops/loop_closer.h"
+#include "tracking/keyframe_policy.h"
+#include "tracking/tracker.h"
+
+namespace highwall {
+
+// What SlamSystem does, one stage after the other; its public functions have their docs there.
+class SlamSystem::Impl {
+ public:
+  Impl(const RgbdSensor& sensor, const SlamOptions& options,
+       const std::optional<ImuCalibration>& imu, Map map);
+
+  void SetCallbacks(SlamCallbacks callbacks) { callbacks_ = std::move(callbacks); }
+  ImuSampleStatus AddImu(const ImuSample& sample);
+  FrameResult Track(const RgbdImage& image);
+  cv::Mat MovingIn(KeyFrameId keyframe) const;
+  std::vector<LoopReport> Finish();
+  BundleAdjustmentReport AdjustAll();
+  Trajectory trajectory() const;
+  Trajectory keyframe_trajectory() const;
+  const Map& map() const { return map_; }
+  const InertialOdometry* inertial() const { return inertial_ ? &*inertial_ : nullptr; }
+
+ private:
+  struct Tracked {
+    Stamp stamp = 0;
+    KeyFrameId reference = kNoId;
+    Pose T_reference_C;
+  };
+
+  // Cells that move as pixels, their border included; empty where there are none.
+  cv::Mat ToImage(const cv::Mat& moving) const;
+  Pose FirstPose(Stamp stamp) const;
+  // Fuses the frame with the IMU.
+  void Fuse(TrackedFrame& tracked, FrameResult& result);
+  bool WantsKeyFrame(const TrackedFrame& tracked) const;
+  void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
+  void LookForLoop(TrackedFrame& tracked, FrameResult& result);
+  std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
+  // Changes the map and lets tracker and odometry follow: by how the reference keyframe moved.
+  template <class Change>
+  Pose WithTracker(const Change& change);
+  // Applies what the other threads have come to.
+  void ApplyNews(FrameResult& result);
+  void Tell(const FrameResult& result, const RgbdImage& image) const;
+  void Tell(const std::vector<LoopReport>& loops) const;
+
+  SlamOptions options_;
+  MeasurementModel model_;
+  FrameBuilder builder_;
+  Tracker tracker_;
+  KeyFramePolicy policy_;
+  LocalMapper mapper_;
+  std::optional<InertialOdometry> inertial_;
+  LoopCloser loop_closer_;
+  Map map_;
+  SlamCallbacks callbacks_;
+  std::vector<Tracked> tracked_;
+  std::optional<Stamp> last_stamp_;
+  KeyFrameId first_own_keyframe_ = 0;  // those before came with the map
+  std::int64_t next_index_ = 0;
+  std::int64_t last_keyframe_index_ = 0;
+  KeyFrameId last_keyframe_ = kNoId;
+  std::int64_t last_visual_index_ = 0;  // of the last frame whose image told its pose
+  int last_points_ = 0;                 // matched in the last frame
+  double usual_sharpness_ = 0.0;
+};
+
+}  // namespace highwall

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/tracking/options.h>
+
+#include "tracking/tracked_frame.h"
+
+namespace highwall {
+
+// When a frame becomes a keyframe.
+class KeyFramePolicy {
+ public:
+  explicit KeyFramePolicy(const KeyFramePolicyOptions& options);
+
+  // A first frame with enough depth to start a map.
+  bool CanStart(const FrameFeatures& features) const;
+  // The frame sees too little of its reference keyframe, or much that is not mapped.
+  bool Wants(const TrackedFrame& tracked, const Map& map, std::int64_t last_keyframe_index) const;
+
+ private:
+  KeyFramePolicyOptions options_;
+};
+
+}  // namespace highwall

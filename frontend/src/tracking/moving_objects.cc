@@ -1,0 +1,383 @@
+#include "tracking/moving_objects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+// By how much two depths must differ to be two surfaces, given the farther one: their noise and an
+// error of the pose.
+class Margin {
+ public:
+  Margin(const DepthNoise& noise, const MovingObjectOptions& options)
+      : offset_(static_cast<float>(std::numbers::sqrt2 * options.sigmas * noise.offset)),
+        quadratic_(static_cast<float>(std::numbers::sqrt2 * options.sigmas * noise.quadratic)),
+        reference_(static_cast<float>(noise.reference)),
+        relative_(static_cast<float>(options.relative)) {}
+
+  float operator()(float z) const {
+    return offset_ + quadratic_ * (z - reference_) * (z - reference_) + relative_ * z;
+  }
+
+ private:
+  float offset_, quadratic_, reference_, relative_;
+};
+
+// Of a mask: known to move by the depth of references, or by the landmarks on the surface; presumed
+// to move with such cells, or behind where something was.
+constexpr std::uint8_t kSeenMoving = 255, kSurface = 254, kPresumed = 127;
+
+// kSettle: a confirmation over a long time. kGone: a contradiction in that what was before the
+// point has gone.
+enum class Vote { kNone, kConfirm, kSettle, kContradict, kGone };
+
+// Cells of a view looked up in a reference.
+class Comparison {
+ public:
+  // settled: reference and view are far apart in time.
+  Comparison(const PosedDepth& view, const PosedDepth& reference, const DepthGrid& grid,
+             const Margin& margin, bool settled)
+      : view_(view),
+        reference_(reference),
+        grid_(grid),
+        margin_(margin),
+        confirms_(settled ? Vote::kSettle : Vote::kConfirm),
+        heeds_moving_(!settled && !reference.moving.empty()) {
+    const Pose T_RV = reference.T_WC.Inverse() * view.T_WC;
+    R_RV_ = T_RV.R().cast<float>();
+    p_RV_ = T_RV.p().cast<float>();
+  }
+
+  // p_V: a point of the view.
+  Vote Ask(const Eigen::Vector3f& p_V) const {
+    const Eigen::Vector3f p_R = R_RV_ * p_V + p_RV_;
+    cv::Point cell;
+    if (!Locate(p_R, &cell)) return Vote::kNone;
+    const float nearest = reference_.nearest.at<float>(cell);
+    if (nearest <= 0.0F) return Vote::kNone;
+    if (p_R.z() < nearest - margin_(nearest)) return Vote::kContradict;  // there was nothing
+    const float farthest = reference_.farthest.at<float>(cell);
+    if (p_R.z() <= farthest + margin_(p_R.z())) {
+      // What moved a moment ago moves still, though not yet out of its own place.
+      const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) >= kSurface;
+      return moved ? Vote::kContradict : confirms_;
+    }
+    return HasGone(cell) ? Vote::kGone : Vote::kNone;
+  }
+
+ private:
+  // The cell that a point falls on; false at the border and beyond.
+  bool Locate(const Eigen::Vector3f& p, cv::Point* cell) const {
+    constexpr float kMinDepth = 0.1F;  // [m]
+    if (p.z() < kMinDepth) return false;
+    const Eigen::Vector2f uv = grid_.Project(p);
+    const auto columns = static_cast<float>(view_.depth.cols - 1);
+    const auto rows = static_cast<float>(view_.depth.rows - 1);
+    if (!(uv.x() >= 0.5F && uv.y() >= 0.5F && uv.x() < columns && uv.y() < rows)) return false;
+    *cell = {static_cast<int>(uv.x() + 0.5F), static_cast<int>(uv.y() + 0.5F)};
+    return true;
+  }
+
+  // The view looks through what the reference saw in a cell.
+  bool HasGone(const cv::Point& cell) const {
+    const float z = reference_.depth.at<float>(cell);
+    if (z <= 0.0F) return false;
+    const Eigen::Vector3f p_V = R_RV_.transpose() * (z * grid_.Ray(cell) - p_RV_);
+    cv::Point seen;
+    if (!Locate(p_V, &seen)) return false;
+    const float nearest = view_.nearest.at<float>(seen);
+    return nearest > 0.0F && p_V.z() < nearest - margin_(nearest);
+  }
+
+  const PosedDepth& view_;
+  const PosedDepth& reference_;
+  const DepthGrid& grid_;
+  const Margin& margin_;
+  Vote confirms_;
+  bool heeds_moving_;
+  Eigen::Matrix3f R_RV_;
+  Eigen::Vector3f p_RV_;
+};
+
+// What the references make of a cell.
+constexpr std::uint8_t kStands = 0;   // or has no depth
+constexpr std::uint8_t kUnknown = 1;  // nothing has stood there for long
+constexpr std::uint8_t kMoves = 2;
+
+struct Verdicts {
+  explicit Verdicts(const cv::Size& size)
+      : labels(cv::Mat::zeros(size, CV_8UC1)), seen(cv::Mat::zeros(size, CV_8UC1)) {}
+
+  cv::Mat labels;
+  cv::Mat seen;  // not 0 where something was seen to move, and has not only gone
+};
+
+Verdicts Label(const PosedDepth& view, std::span<const PosedDepth> references,
+               const DepthGrid& grid, const Margin& margin, const MovingObjectOptions& options) {
+  std::vector<Comparison> comparisons;
+  for (const PosedDepth& reference : references) {
+    const bool settled = std::abs(reference.stamp - view.stamp) >= FromSeconds(options.settled);
+    comparisons.emplace_back(view, reference, grid, margin, settled);
+  }
+  Verdicts verdicts(view.depth.size());
+  for (int v = 0; v < view.depth.rows; ++v) {
+    for (int u = 0; u < view.depth.cols; ++u) {
+      const float z = view.depth.at<float>(v, u);
+      if (z <= 0.0F) continue;
+      const Eigen::Vector3f p_V = z * grid.Ray({u, v});
+      int contradict = 0, gone = 0, confirm = 0;
+      bool settled = false;
+      for (const Comparison& comparison : comparisons) {
+        const Vote vote = comparison.Ask(p_V);
+        contradict += vote == Vote::kContradict ? 1 : 0;
+        gone += vote == Vote::kGone ? 1 : 0;
+        confirm += vote == Vote::kConfirm || vote == Vote::kSettle ? 1 : 0;
+        settled = settled || vote == Vote::kSettle;
+      }
+      const int votes = contradict + gone;
+      verdicts.labels.at<std::uint8_t>(v, u) = votes >= options.min_votes && votes > confirm
+                                                   ? kMoves
+                                               : settled ? kStands
+                                                         : kUnknown;
+      verdicts.seen.at<std::uint8_t>(v, u) = contradict > 0 ? 1 : 0;
+    }
+  }
+  return verdicts;
+}
+
+// At least six of a cell and its eight neighbours are contradicted: it is no mere edge.
+bool IsCore(const cv::Mat& labels, const cv::Point& cell) {
+  constexpr int kMostOfNine = 6;
+  if (cell.x < 1 || cell.y < 1 || cell.x + 1 >= labels.cols || cell.y + 1 >= labels.rows) {
+    return false;
+  }
+  int count = 0;
+  for (int dv = -1; dv <= 1; ++dv) {
+    for (int du = -1; du <= 1; ++du) {
+      count += labels.at<std::uint8_t>(cell.y + dv, cell.x + du) == kMoves ? 1 : 0;
+    }
+  }
+  return count >= kMostOfNine;
+}
+
+// A surface of contradicted cells.
+struct Cluster {
+  std::vector<cv::Point> cells;
+  int core = 0;
+};
+
+class Clusters {
+ public:
+  Clusters(const cv::Mat& depth, const cv::Mat& labels, double link)
+      : depth_(depth),
+        labels_(labels),
+        link_(link),
+        visited_(cv::Mat::zeros(labels.size(), CV_8UC1)) {}
+
+  Cluster Grow(const cv::Point& seed) {
+    Cluster cluster;
+    Visit(seed, cluster);
+    for (std::size_t i = 0; i < cluster.cells.size(); ++i) {
+      const cv::Point cell = cluster.cells[i];
+      for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+        const cv::Point next = cell + step;
+        if (IsFree(next, kMoves) && Linked(cell, next)) Visit(next, cluster);
+      }
+    }
+    return cluster;
+  }
+
+  // Adds the cells about a cluster of whose surface nothing is known: at most as many as it has,
+  // for they may be a wall that has just come into view.
+  void Extend(Cluster& cluster) {
+    constexpr int kRings = 24;
+    const std::size_t enough = 2 * cluster.cells.size();
+    std::size_t begin = 0;
+    for (int ring = 0; ring < kRings && cluster.cells.size() < enough; ++ring) {
+      const std::size_t end = cluster.cells.size();
+      for (; begin < end; ++begin) {
+        const cv::Point cell = cluster.cells[begin];
+        for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+          const cv::Point next = cell + step;
+          if (IsFree(next, kUnknown) && Linked(cell, next)) Visit(next, cluster);
+        }
+      }
+    }
+  }
+
+  bool IsFree(const cv::Point& cell, std::uint8_t label) const {
+    return cv::Rect(0, 0, labels_.cols, labels_.rows).contains(cell) &&
+           labels_.at<std::uint8_t>(cell) == label && visited_.at<std::uint8_t>(cell) == 0;
+  }
+
+ private:
+  void Visit(const cv::Point& cell, Cluster& cluster) {
+    visited_.at<std::uint8_t>(cell) = 1;
+    cluster.cells.push_back(cell);
+    cluster.core += IsCore(labels_, cell) ? 1 : 0;
+  }
+
+  bool Linked(const cv::Point& a, const cv::Point& b) const {
+    const float z = depth_.at<float>(a);
+    return std::abs(depth_.at<float>(b) - z) <= static_cast<float>(link_) * z;
+  }
+
+  const cv::Mat& depth_;
+  const cv::Mat& labels_;
+  double link_;
+  cv::Mat visited_;
+};
+
+// The clusters of cells that the references contradict. mask: 0 so far.
+void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts,
+                  const MovingObjectOptions& options, cv::Mat& mask) {
+  Clusters clusters(depth, verdicts.labels, options.link);
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < mask.cols; ++u) {
+      if (!clusters.IsFree({u, v}, kMoves)) continue;
+      Cluster cluster = clusters.Grow({u, v});
+      if (cluster.core < options.min_core) continue;
+      const std::size_t contradicted = cluster.cells.size();
+      clusters.Extend(cluster);
+      for (std::size_t i = 0; i < cluster.cells.size(); ++i) {
+        const cv::Point& cell = cluster.cells[i];
+        const bool seen = i < contradicted && verdicts.seen.at<std::uint8_t>(cell) != 0;
+        mask.at<std::uint8_t>(cell) = seen ? kSeenMoving : kPresumed;
+      }
+    }
+  }
+}
+
+// A cell shows what moved there in the frame before.
+bool MovedBefore(const SurfaceClues& clues, const cv::Point& cell, float z) {
+  constexpr float kSameDepth = 0.1F;  // share of the depth by which it may have come nearer
+  return !clues.moving.empty() && clues.moving.at<std::uint8_t>(cell) == kSurface &&
+         std::abs(clues.depth.at<float>(cell) - z) < kSameDepth * z;
+}
+
+// The surfaces that move as a whole.
+void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClues& clues,
+                  const MovingObjectOptions& options, cv::Mat& mask) {
+  if (clues.moving.empty() && !clues.moved) return;
+  const DepthSurfaces surfaces = FindSurfaces(depth, options.link);
+  std::vector<int> stand(surfaces.sizes.size()), moved(surfaces.sizes.size());
+  for (int v = 0; v < labels.rows; ++v) {
+    for (int u = 0; u < labels.cols; ++u) {
+      if (surfaces.labels.at<int>(v, u) < 0) continue;
+      const auto k = static_cast<std::size_t>(surfaces.labels.at<int>(v, u));
+      stand[k] += labels.at<std::uint8_t>(v, u) == kStands ? 1 : 0;
+      moved[k] += MovedBefore(clues, {u, v}, depth.at<float>(v, u)) ? 1 : 0;
+    }
+  }
+  const double most = options.max_surface * cv::countNonZero(depth > 0.0);
+  for (std::size_t k = 0; k < surfaces.sizes.size(); ++k) {
+    const int size = surfaces.sizes[k], surface = static_cast<int>(k);
+    if (size < options.min_surface || size > most || 2 * stand[k] > size) continue;
+    const bool moves = 2 * moved[k] > size || (clues.moved && clues.moved(surfaces, surface, mask));
+    if (moves) mask.setTo(kSurface, surfaces.labels == surface);
+  }
+}
+
+}  // namespace
+
+PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
+    : stamp(time),
+      depth(depth_grid),
+      nearest(cv::Mat::zeros(depth_grid.size(), CV_32FC1)),
+      farthest(cv::Mat::zeros(depth_grid.size(), CV_32FC1)),
+      T_WC(T) {
+  constexpr int kMostOfNine = 6;
+  for (int v = 1; v + 1 < depth.rows; ++v) {
+    for (int u = 1; u + 1 < depth.cols; ++u) {
+      float low = 0.0F, high = 0.0F;
+      int valid = 0;
+      for (int dv = -1; dv <= 1; ++dv) {
+        const float* row = depth.ptr<float>(v + dv) + u;
+        for (int du = -1; du <= 1; ++du) {
+          if (row[du] <= 0.0F) continue;
+          low = valid == 0 ? row[du] : std::min(low, row[du]);
+          high = std::max(high, row[du]);
+          ++valid;
+        }
+      }
+      if (valid < kMostOfNine) continue;
+      nearest.at<float>(v, u) = low;
+      farthest.at<float>(v, u) = high;
+    }
+  }
+}
+
+cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
+                   const DepthGrid& grid, const DepthNoise& noise,
+                   const MovingObjectOptions& options, const SurfaceClues& clues) {
+  HIGHWALL_REQUIRE(clues.moving.empty() || (clues.moving.size() == view.depth.size() &&
+                                            clues.depth.size() == view.depth.size()),
+                   "FindMoving: SurfaceClues::depth and moving must be grids as the view's");
+  const Verdicts verdicts = Label(view, references, grid, Margin(noise, options), options);
+  cv::Mat mask = cv::Mat::zeros(view.depth.size(), CV_8UC1);
+  MarkClusters(view.depth, verdicts, options, mask);
+  MarkSurfaces(view.depth, verdicts.labels, clues, options, mask);
+  const int masked = cv::countNonZero(mask);
+  if (masked == 0 || masked > options.max_share * cv::countNonZero(view.depth > 0.0)) return {};
+  return mask;
+}
+
+cv::Mat WithBorder(const cv::Mat& cells) {
+  cv::Mat wide = cv::Mat::zeros(cells.size(), CV_8UC1);
+  const cv::Rect all(0, 0, cells.cols, cells.rows);
+  for (int v = 0; v < cells.rows; ++v) {
+    for (int u = 0; u < cells.cols; ++u) {
+      if (cells.at<std::uint8_t>(v, u) != 0) {
+        wide(cv::Rect(u - 1, v - 1, 3, 3) & all).setTo(255);
+      }
+    }
+  }
+  return wide;
+}
+
+MovingObjects::MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
+                             const MovingObjectOptions& options)
+    : grid_(camera), noise_(noise), options_(options) {
+  options_.Validate();
+}
+
+cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map,
+                            const SurfaceTest& moved) const {
+  if (!options_.enabled || depth.empty()) return {};
+  std::vector<PosedDepth> references;
+  for (const Remembered& remembered : recent_) {
+    if (remembered.view.stamp == stamp) continue;
+    references.push_back(remembered.view);
+    references.back().T_WC = map.ResolvePose(remembered.reference) * remembered.view.T_WC;
+  }
+  SurfaceClues clues{.moved = moved};
+  if (stamp > before_ && stamp - before_ <= FromSeconds(options_.interval)) {
+    clues.depth = depth_before_;
+    clues.moving = moving_before_;
+  }
+  return FindMoving(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, options_, clues);
+}
+
+void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
+                             const cv::Mat& moving, KeyFrameId reference, const Map& map) {
+  if (!options_.enabled || depth.empty()) return;
+  before_ = stamp;
+  depth_before_ = depth;
+  moving_before_ = moving;
+  const Stamp interval = FromSeconds(options_.interval);
+  if (!recent_.empty() && stamp - recent_.back().view.stamp < interval) return;
+  const Pose T_reference_C = map.ResolvePose(reference).Inverse() * T_WC;
+  recent_.push_back({PosedDepth(stamp, depth, T_reference_C), reference});
+  recent_.back().view.moving = moving;
+  while (stamp - recent_.front().view.stamp > FromSeconds(options_.history)) recent_.pop_front();
+}
+
+}  // namespace highwall

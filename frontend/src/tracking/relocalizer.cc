@@ -1,0 +1,262 @@
+#include "tracking/relocalizer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+#include <Eigen/Geometry>
+
+#include <highwall/core/error.h>
+
+#include "pose/pose_observations.h"
+
+namespace highwall {
+namespace {
+
+constexpr int kSampleSize = 3;
+
+// A point of the map and the feature that it may be.
+struct Pair {
+  int feature = 0;
+  PointId point = kNoId;
+  Eigen::Vector3d p_W;
+  std::optional<Eigen::Vector3d> p_C;  // from the feature's depth
+};
+
+// A line of the map and the feature that it may be.
+struct LinePair {
+  int feature = 0;
+  const MapLine* line = nullptr;
+  const LineFeature* seen = nullptr;
+};
+
+// Lines of the frame that look like lines of the keyframe.
+std::vector<LinePair> PairLines(const FrameFeatures& features, const Map& map,
+                                const KeyFrame& keyframe, const LineMatcherOptions& options) {
+  const FrameFeatures& seen = *keyframe.frame.features;
+  if (features.line_descriptors.empty() || seen.line_descriptors.empty()) return {};
+  const auto as_features = [](const FrameFeatures& frame) {
+    LineFeatures lines{{}, frame.line_descriptors};
+    for (const LineFeature& line : frame.lines) lines.segments.push_back(line.segment);
+    return lines;
+  };
+  std::vector<LinePair> pairs;
+  for (const FeatureMatch& match :
+       MatchLargeMotion(as_features(features), as_features(seen), options)) {
+    const MapLine* line = map.line(keyframe.lines[static_cast<std::size_t>(match.train)]);
+    if (line == nullptr) continue;
+    pairs.push_back({match.query, line, &features.lines[static_cast<std::size_t>(match.query)]});
+  }
+  return pairs;
+}
+
+// The rigid transform that brings three p_C to their p_W; empty for a thin triangle, or where the
+// triangles are not alike.
+std::optional<Pose> PoseFromTriangle(const std::array<const Pair*, kSampleSize>& sample) {
+  Eigen::Matrix3d C, W;
+  for (int i = 0; i < kSampleSize; ++i) {
+    C.col(i) = *sample[static_cast<std::size_t>(i)]->p_C;
+    W.col(i) = sample[static_cast<std::size_t>(i)]->p_W;
+  }
+  for (int i = 0; i < kSampleSize; ++i) {
+    const int j = (i + 1) % kSampleSize;
+    const double in_C = (C.col(i) - C.col(j)).norm(), in_W = (W.col(i) - W.col(j)).norm();
+    if (in_C < 0.05 || std::abs(in_C - in_W) > 0.1 * in_C) return std::nullopt;
+  }
+  const double twice_area = (C.col(1) - C.col(0)).cross(C.col(2) - C.col(0)).norm();
+  if (twice_area < 0.005) return std::nullopt;
+  return Pose::FromMatrix(Eigen::umeyama(C, W, false));
+}
+
+// A pose made from three readings is rough: what lies within three times the sigma fits it.
+constexpr double kRough = 9.0;
+
+bool FitsPoint(const RgbdProjection::View& view, const PosePoint& point,
+               const RgbdProjection& projection) {
+  Eigen::Vector3d r;
+  return projection.Evaluate<3>(view, point.rows, point.p_W, &r, nullptr, nullptr) &&
+         r.squaredNorm() <= kRough * PoseSolverOptions().chi2_3;
+}
+
+bool FitsLine(const RgbdProjection::View& view, const PoseLine& line,
+              const RgbdProjection& projection) {
+  Eigen::Vector2d p, q;
+  return projection.Evaluate<2>(view, line.rows[0], line.segment_W.p(), &p, nullptr, nullptr) &&
+         projection.Evaluate<2>(view, line.rows[1], line.segment_W.q(), &q, nullptr, nullptr) &&
+         p.squaredNorm() + q.squaredNorm() <= kRough * PoseSolverOptions().chi2_4;
+}
+
+int CountInliers(const Pose& T_WC, const std::vector<PosePoint>& points,
+                 const RgbdProjection& projection) {
+  const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+  return static_cast<int>(std::count_if(points.begin(), points.end(), [&](const PosePoint& point) {
+    return FitsPoint(view, point, projection);
+  }));
+}
+
+// The same of lines, each seen from the pose that is asked about.
+int CountInliers(const Pose& T_WC, const std::vector<LinePair>& lines,
+                 const MeasurementModel& model) {
+  const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+  return static_cast<int>(std::count_if(lines.begin(), lines.end(), [&](const LinePair& pair) {
+    const auto line = MakePoseLine(model, *pair.line, *pair.seen, T_WC);
+    return line && FitsLine(view, *line, model.projection());
+  }));
+}
+
+// The pose from three pairs that most points and lines fit, a line as two; empty where fewer than
+// min_inliers do. points[i] belongs to pairs[i].
+std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector<PosePoint>& points,
+                               const std::vector<LinePair>& lines, const MeasurementModel& model,
+                               const RelocalizerOptions& options) {
+  std::vector<const Pair*> with_depth;
+  for (const Pair& pair : pairs) {
+    if (pair.p_C) with_depth.push_back(&pair);
+  }
+  if (static_cast<int>(with_depth.size()) < kSampleSize) return std::nullopt;
+  std::mt19937 rng(options.seed);
+  std::optional<Pose> best;
+  int best_inliers = options.min_inliers - 1;
+  for (int iteration = 0; iteration < options.ransac_iterations; ++iteration) {
+    std::array<const Pair*, kSampleSize> sample;
+    for (const Pair*& s : sample) s = with_depth[rng() % with_depth.size()];
+    const auto T_WC = PoseFromTriangle(sample);
+    if (!T_WC) continue;
+    const int inliers =
+        CountInliers(*T_WC, points, model.projection()) + 2 * CountInliers(*T_WC, lines, model);
+    if (inliers > best_inliers) {
+      best_inliers = inliers;
+      best = T_WC;
+    }
+  }
+  return best;
+}
+
+// Pairs that are to be one pose, and which they are.
+struct Selection {
+  std::vector<PosePoint> points;
+  std::vector<PoseLine> lines;
+  std::vector<std::pair<int, PointId>> point_matches;
+  std::vector<std::pair<int, LineId>> line_matches;
+};
+
+// The lines as they are seen from T_WC.
+void SelectLines(const std::vector<LinePair>& pairs, const Pose& T_WC,
+                 const MeasurementModel& model, bool fitting_only, Selection* selection) {
+  const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+  for (const LinePair& pair : pairs) {
+    const auto line = MakePoseLine(model, *pair.line, *pair.seen, T_WC);
+    if (!line || (fitting_only && !FitsLine(view, *line, model.projection()))) continue;
+    selection->lines.push_back(*line);
+    selection->line_matches.emplace_back(pair.feature, pair.line->id);
+  }
+}
+
+std::optional<Relocalization> Solve(const MeasurementModel& model, const Pose& T_WC,
+                                    const Selection& selection, KeyFrameId keyframe,
+                                    const PoseSolverOptions& solver) {
+  const auto solution =
+      SolvePose(T_WC, model.projection(), selection.points, selection.lines, solver);
+  if (!solution) return std::nullopt;
+  Relocalization result{solution->T_WC, keyframe, {}, {}};
+  for (std::size_t i = 0; i < selection.points.size(); ++i) {
+    if (solution->point_inliers[i]) result.points.push_back(selection.point_matches[i]);
+  }
+  for (std::size_t i = 0; i < selection.lines.size(); ++i) {
+    if (solution->line_inliers[i]) result.lines.push_back(selection.line_matches[i]);
+  }
+  return result;
+}
+
+// The pose from the pairs that fit a rough one, twice: the better pose knows better which they are.
+// All pairs would not do: those that are wrong are off by up to a thousand sigma, and outweigh the
+// right ones however robust the cost. points[i] belongs to pairs[i].
+std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& rough,
+                                     const std::vector<Pair>& pairs,
+                                     const std::vector<PosePoint>& points,
+                                     const std::vector<LinePair>& lines, KeyFrameId keyframe,
+                                     const PoseSolverOptions& solver) {
+  constexpr int kRounds = 2;
+  std::optional<Relocalization> result;
+  Pose T_WC = rough;
+  for (int round = 0; round < kRounds; ++round) {
+    const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
+    Selection selection;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (!FitsPoint(view, points[i], model.projection())) continue;
+      selection.points.push_back(points[i]);
+      selection.point_matches.emplace_back(pairs[i].feature, pairs[i].point);
+    }
+    SelectLines(lines, T_WC, model, true, &selection);
+    result = Solve(model, T_WC, selection, keyframe, solver);
+    if (!result) return std::nullopt;
+    T_WC = result->T_WC;
+  }
+  return result;
+}
+
+}  // namespace
+
+Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options)
+    : model_(model), options_(options) {
+  options_.Validate();
+}
+
+std::optional<Relocalization> Relocalizer::Relocalize(const FrameFeatures& features,
+                                                      const Map& map) const {
+  int verified = 0;
+  for (const auto& [id, score] : map.index().Query(features)) {
+    if (verified++ == options_.candidates) break;
+    if (auto found = MatchKeyFrame(features, map, id, map.keyframe(id)->T_WC)) return found;
+  }
+  return std::nullopt;
+}
+
+std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& features,
+                                                         const Map& map, KeyFrameId id,
+                                                         const Pose& guess) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
+  if (auto found = MatchPoints(features, map, keyframe)) return found;
+  return MatchLines(features, map, keyframe, guess);
+}
+
+std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& features, const Map& map,
+                                                      const KeyFrame& keyframe,
+                                                      const Pose& guess) const {
+  const auto pairs = PairLines(features, map, keyframe, model_.options().line_matches);
+  PoseSolverOptions solver;
+  solver.min_support = 2 * options_.min_line_inliers;
+  solver.max_iterations = 15;
+  Selection selection;
+  SelectLines(pairs, guess, model_, false, &selection);
+  return Solve(model_, guess, selection, keyframe.id, solver);
+}
+
+std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& features,
+                                                       const Map& map,
+                                                       const KeyFrame& keyframe) const {
+  std::vector<Pair> pairs;
+  std::vector<PosePoint> points;
+  for (const FeatureMatch& match :
+       MatchDescriptors(features.point_descriptors, keyframe.frame.features->point_descriptors,
+                        {.max_distance = options_.max_hamming, .ratio = options_.ratio})) {
+    const MapPoint* point = map.point(keyframe.points[static_cast<std::size_t>(match.train)]);
+    if (point == nullptr) continue;
+    const PointFeature& feature = features.points[static_cast<std::size_t>(match.query)];
+    Pair pair{match.query, point->id, point->p_W, std::nullopt};
+    if (feature.depth > 0.0) pair.p_C = model_.camera().Unproject(feature.uv, feature.depth);
+    pairs.push_back(pair);
+    points.push_back(MakePosePoint(model_, *point, feature));
+  }
+  if (static_cast<int>(pairs.size()) < options_.min_matches) return std::nullopt;
+  const auto lines = PairLines(features, map, keyframe, model_.options().line_matches);
+  const auto rough = RansacPose(pairs, points, lines, model_, options_);
+  if (!rough) return std::nullopt;
+  // Three sigma, 99.73 % of chi-square: a frame that is to be found again is often blurred.
+  PoseSolverOptions solver{.chi2_2 = 11.829, .chi2_3 = 14.156, .chi2_4 = 16.251};
+  solver.min_support = options_.min_inliers;
+  return Refine(model_, *rough, pairs, points, lines, keyframe.id, solver);
+}
+
+}  // namespace highwall

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/map_ids.h>
+#include <highwall/frontend/pose/degeneracy.h>
+#include <highwall/frontend/tracking/tracking_state.h>
+
+namespace highwall {
+
+// A frame with its pose and the landmarks its features were found to be.
+struct TrackedFrame {
+  Frame frame;
+  TrackingState state = TrackingState::kLost;
+  bool relocalized = false;      // found again in this frame
+  Pose T_WC;                     // meaningful where HasPose(state)
+  KeyFrameId reference = kNoId;  // the keyframe that shares most landmarks
+  std::vector<PointId> points;   // per point feature, kNoId where unmatched; inliers only
+  std::vector<LineId> lines;     // per line feature
+  // The same as they were matched, outliers included.
+  std::vector<PointId> tried_points;
+  std::vector<LineId> tried_lines;
+  // Cells that move (MovingObjects::Find); empty where nothing does. Features there are not among
+  // those of `frame`.
+  cv::Mat moving;
+  int num_points = 0, num_lines = 0;  // matched
+  int num_planes = 0;                 // points of the image on flat patches of the reference
+  // What the matches alone say of the pose (PoseSolution).
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  double error = 1.0;
+  std::vector<OpenDirection> open;  // directions of the pose that they leave open
+};
+
+}  // namespace highwall

@@ -1,0 +1,415 @@
+#include "tracking/tracker.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
+
+#include "pose/pose_observations.h"
+
+namespace highwall {
+namespace {
+
+TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
+  TrackedFrame tracked;
+  tracked.frame = frame;
+  tracked.T_WC = T_WC;
+  tracked.points.assign(frame.features->points.size(), kNoId);
+  tracked.lines.assign(frame.features->lines.size(), kNoId);
+  return tracked;
+}
+
+void Apply(const std::vector<std::pair<int, std::int32_t>>& matches,
+           std::vector<std::int32_t>& landmarks) {
+  for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
+}
+
+int Count(const std::vector<std::int32_t>& landmarks) {
+  return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(),
+                                        [](std::int32_t id) { return id != kNoId; }));
+}
+
+// As PoseSolverOptions counts it: a line as two.
+int Support(const std::vector<PointId>& points, const std::vector<LineId>& lines) {
+  return Count(points) + 2 * Count(lines);
+}
+
+int Support(const TrackedFrame& tracked) {
+  return Support(tracked.points, tracked.lines);
+}
+
+std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
+  std::vector<bool> taken(landmarks.size());
+  std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
+                 [](std::int32_t id) { return id != kNoId; });
+  return taken;
+}
+
+// One of the ends or the middle of a line is where `is_on` says.
+template <class IsOn>
+bool Touches(const LineFeature& line, const IsOn& is_on) {
+  const Eigen::Vector2d s = line.segment.s.cast<double>(), e = line.segment.e.cast<double>();
+  return is_on(s) || is_on(e) || is_on(0.5 * (s + e));
+}
+
+// The landmarks that a frame was found to see, and the features that see them.
+struct Sightings {
+  std::vector<PosePoint> points;
+  std::vector<PoseLine> lines;
+  std::vector<std::size_t> point_features, line_features;
+};
+
+// What is no longer in the map, or not in front of the camera, is unmatched.
+Sightings LandmarksSeen(const MeasurementModel& model, const Map& map, TrackedFrame& tracked) {
+  const FrameFeatures& features = *tracked.frame.features;
+  Sightings seen;
+  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
+    const MapPoint* point = map.point(tracked.points[i]);
+    if (point == nullptr) {
+      tracked.points[i] = kNoId;
+      continue;
+    }
+    seen.points.push_back(MakePosePoint(model, *point, features.points[i]));
+    seen.point_features.push_back(i);
+  }
+  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
+    const MapLine* line = map.line(tracked.lines[i]);
+    std::optional<PoseLine> pose_line;
+    if (line != nullptr) pose_line = MakePoseLine(model, *line, features.lines[i], tracked.T_WC);
+    if (!pose_line) {
+      tracked.lines[i] = kNoId;
+      continue;
+    }
+    seen.lines.push_back(*pose_line);
+    seen.line_features.push_back(i);
+  }
+  return seen;
+}
+
+}  // namespace
+
+Tracker::Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options)
+    : model_(model),
+      options_(options),
+      matcher_(model, levels, options.matcher),
+      relocalizer_(model, options.relocalizer),
+      moving_(model.camera(), model.depth_noise(), options.moving) {
+  options_.Validate();
+}
+
+TrackedFrame Tracker::Track(const Frame& frame, Map& map,
+                            const std::optional<KnownPose>& predicted) {
+  if (map.num_keyframes() == 0) {
+    TrackedFrame none = Unmatched(frame, Pose());
+    none.state = TrackingState::kInitializing;
+    return none;
+  }
+  const bool was_tracking = last_.has_value();
+  std::optional<LocalMatch> match;
+  if (was_tracking) {
+    const KnownPose* known = predicted ? &*predicted : nullptr;
+    auto rough = TrackMotion(frame, map, known);
+    const bool denied = rough && IsDenied(*rough);
+    match = TrackLocalMap(std::move(rough), map, known);
+    // What most deny must at least be a pose in every direction.
+    if (match && denied && !match->frame.open.empty()) match.reset();
+    if (!match || denied || (known == nullptr && IsDoubtful(*match))) {
+      auto other = TrackLocalMap(TrackReference(frame, map), map);
+      if (other && (!match || other->Support() > match->Support())) match = std::move(other);
+    }
+  }
+  if (!match) match = TrackLocalMap(Relocalize(frame, map), map);
+  if (!match && was_tracking && !predicted && options_.surfaces.enabled) {
+    match = TrackLocalMap(TrackMotion(frame, map, nullptr, Aid::kSurfaces), map, nullptr,
+                          Aid::kSurfaces);
+  }
+  if (!match) {
+    // With an IMU the landmarks of the last frame can be looked for again, however long ago.
+    if (!predicted) last_.reset();
+    return Unmatched(frame, predicted ? predicted->T_WC : Pose());
+  }
+  match->CountSightings(map);
+  TrackedFrame& tracked = match->frame;
+  if (was_tracking && !tracked.relocalized) {
+    velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
+  } else {
+    velocity_.Reset();
+  }
+  tracked.state = TrackingState::kTracking;
+  last_ = tracked;
+  last_support_ = match->Support();
+  moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
+                   tracked.reference, map);
+  return tracked;
+}
+
+void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
+  // The first keyframe was not tracked: all it holds is what the next frame should find.
+  if (!last_) last_support_ = Support(keyframe.points, keyframe.lines);
+  last_ = tracked;
+  last_->T_WC = keyframe.T_WC;
+  last_->points = keyframe.points;
+  last_->lines = keyframe.lines;
+  last_->reference = keyframe.id;
+}
+
+void Tracker::Correct(const Pose& T_WC) {
+  if (last_) last_->T_WC = T_WC;
+}
+
+std::optional<KeyFrameId> Tracker::reference() const {
+  return last_ ? std::optional(last_->reference) : std::nullopt;
+}
+
+void Tracker::Transform(const Pose& T_new_old) {
+  if (last_) last_->T_WC = T_new_old * last_->T_WC;
+}
+
+double Tracker::SinceLast(const Frame& frame) const {
+  return ToSeconds(frame.stamp - last_->frame.stamp);
+}
+
+std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map,
+                                                 const KnownPose* predicted, Aid aid) const {
+  // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
+  std::optional<TrackedFrame> best;
+  for (const double radius_scale : {1.0, 2.0}) {
+    TrackedFrame tracked =
+        Unmatched(frame, predicted != nullptr ? predicted->T_WC
+                                              : last_->T_WC * velocity_.Predict(SinceLast(frame)));
+    Apply(matcher_.MatchLast(*frame.features, tracked.T_WC, map, *last_->frame.features,
+                             last_->points, radius_scale),
+          tracked.points);
+    Apply(
+        matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
+        tracked.lines);
+    if (!Solve(tracked, map, options_.min_motion_support, predicted, aid)) continue;
+    if (!IsDenied(tracked)) return tracked;
+    if (!best || Support(tracked) > Support(*best)) best = std::move(tracked);
+  }
+  return best;
+}
+
+std::optional<TrackedFrame> Tracker::TrackReference(const Frame& frame, const Map& map) const {
+  if (map.keyframe(last_->reference) == nullptr) return std::nullopt;
+  const auto found =
+      relocalizer_.MatchKeyFrame(*frame.features, map, last_->reference, last_->T_WC);
+  if (!found) return std::nullopt;
+  TrackedFrame tracked = Unmatched(frame, found->T_WC);
+  Apply(found->points, tracked.points);
+  Apply(found->lines, tracked.lines);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
+  return tracked;
+}
+
+std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& map) const {
+  const auto found = relocalizer_.Relocalize(*frame.features, map);
+  if (!found) return std::nullopt;
+  TrackedFrame tracked = Unmatched(frame, found->T_WC);
+  Apply(found->points, tracked.points);
+  Apply(found->lines, tracked.lines);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
+  tracked.relocalized = true;
+  return tracked;
+}
+
+bool Tracker::HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
+                       int surface, const cv::Mat& moving) const {
+  const FrameFeatures& features = *rough.frame.features;
+  const auto is_on = [&](const Eigen::Vector2d& uv) {
+    return surfaces.labels.at<int>(moving_.grid().CellOf(uv)) == surface;
+  };
+  const auto moves = [&](const Eigen::Vector2d& uv) {
+    return moving.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
+  };
+  std::vector<PosePoint> judged;
+  int judged_lines = 0;
+  TrackedFrame others = Unmatched(rough.frame, rough.T_WC);
+  for (std::size_t i = 0; i < rough.tried_points.size(); ++i) {
+    const MapPoint* point = map.point(rough.tried_points[i]);
+    if (point == nullptr) continue;
+    if (is_on(features.points[i].uv)) {
+      judged.push_back(MakePosePoint(model_, *point, features.points[i]));
+    } else if (!moves(features.points[i].uv)) {
+      others.points[i] = point->id;
+    }
+  }
+  if (static_cast<int>(judged.size()) < options_.moving.landmarks.min_points) return false;
+  for (std::size_t i = 0; i < rough.tried_lines.size(); ++i) {
+    if (rough.tried_lines[i] == kNoId) continue;
+    if (Touches(features.lines[i], is_on)) {
+      ++judged_lines;
+    } else if (!Touches(features.lines[i], moves)) {
+      others.lines[i] = rough.tried_lines[i];
+    }
+  }
+  const Sightings seen = LandmarksSeen(model_, map, others);
+  return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen.points, seen.lines,
+                   options_.pose, options_.moving.landmarks);
+}
+
+void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
+  const FrameFeatures& features = *rough.frame.features;
+  rough.moving =
+      moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map,
+                   [&](const DepthSurfaces& surfaces, int surface, const cv::Mat& moving) {
+                     return HasMoved(rough, map, surfaces, surface, moving);
+                   });
+  if (rough.moving.empty()) return;
+  const cv::Mat aside = WithBorder(rough.moving);
+  const auto moves = [&](const Eigen::Vector2d& uv) {
+    return aside.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
+  };
+  std::vector<bool> points, lines;
+  for (const PointFeature& point : features.points) points.push_back(!moves(point.uv));
+  for (const LineFeature& line : features.lines) lines.push_back(!Touches(line, moves));
+  const auto keep = [](const std::vector<bool>& kept, std::vector<std::int32_t>& landmarks) {
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      if (kept[i]) landmarks[n++] = landmarks[i];
+    }
+    landmarks.resize(n);
+  };
+  keep(points, rough.points);
+  keep(lines, rough.lines);
+  const PinholeCamera& camera = model_.camera();
+  rough.frame.features = Select(features, points, lines, {camera.width, camera.height});
+}
+
+cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
+  return moving_.Find(keyframe.frame.stamp, keyframe.frame.features->depth_grid, keyframe.T_WC,
+                      map);
+}
+
+std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
+                                                          const Map& map,
+                                                          const KnownPose* predicted,
+                                                          Aid aid) const {
+  if (!rough) return std::nullopt;
+  LocalMatch match{std::move(*rough), {}, {}};
+  TrackedFrame& tracked = match.frame;
+  SetMovingAside(tracked, map);
+  std::vector<KeyFrameId> local;
+  for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
+    if (static_cast<int>(local.size()) == options_.local_keyframes) break;
+    local.push_back(id);
+  }
+  const FrameFeatures& features = *tracked.frame.features;
+  const auto points = PointsSeenBy(map, local, tracked.points);
+  const auto lines = LinesSeenBy(map, local, tracked.lines);
+  const std::vector<PointId> first_points = tracked.points;
+  const std::vector<LineId> first_lines = tracked.lines;
+  Apply(matcher_.MatchPoints(features, tracked.T_WC, map, points, Taken(tracked.points),
+                             &match.points_in_view),
+        tracked.points);
+  Apply(matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines),
+                            &match.lines_in_view),
+        tracked.lines);
+  const auto append = [](std::vector<std::int32_t>& in_view, const auto& first) {
+    std::copy_if(first.begin(), first.end(), std::back_inserter(in_view),
+                 [](std::int32_t id) { return id != kNoId; });
+  };
+  append(match.points_in_view, first_points);
+  append(match.lines_in_view, first_lines);
+  if (!Solve(tracked, map, options_.min_support, predicted, aid)) return std::nullopt;
+  tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
+  return match;
+}
+
+int Tracker::LocalMatch::Support() const {
+  return frame.num_points + 2 * frame.num_lines;
+}
+
+bool Tracker::IsDenied(const TrackedFrame& rough) const {
+  return Support(rough.points, rough.lines) <
+         options_.doubtful_agreement * Support(rough.tried_points, rough.tried_lines);
+}
+
+bool Tracker::IsDoubtful(const LocalMatch& match) const {
+  const auto in_view =
+      static_cast<double>(match.points_in_view.size() + 2 * match.lines_in_view.size());
+  return match.Support() < options_.doubtful_share * in_view ||
+         match.Support() < options_.doubtful_drop * last_support_;
+}
+
+void Tracker::LocalMatch::CountSightings(Map& map) const {
+  for (const PointId id : points_in_view) {
+    if (MapPoint* point = map.point(id)) ++point->visible;
+  }
+  for (const LineId id : lines_in_view) {
+    if (MapLine* line = map.line(id)) ++line->visible;
+  }
+  for (const PointId id : frame.points) {
+    if (MapPoint* point = map.point(id)) ++point->found;
+  }
+  for (const LineId id : frame.lines) {
+    if (MapLine* line = map.line(id)) ++line->found;
+  }
+}
+
+bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
+                    const KnownPose* predicted, Aid aid) const {
+  const Sightings seen = LandmarksSeen(model_, map, tracked);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
+  PoseSolverOptions options = options_.pose;
+  options.min_support =
+      predicted != nullptr ? std::min(min_support, options_.min_predicted_support) : min_support;
+  std::vector<PointToPlaneRow> planes;
+  if (aid == Aid::kSurfaces) {
+    planes = MatchSurfaces(tracked, map);
+    options.min_support = options_.surfaces.min_support;
+  }
+  const auto solution = SolvePose(tracked.T_WC, model_.projection(), seen.points, seen.lines,
+                                  options, predicted, planes);
+  if (!solution) return false;
+  const auto open = [&](double max_sigma) {
+    return FindOpenDirections(solution->information, solution->T_WC, solution->depth,
+                              {.max_sigma = max_sigma});
+  };
+  if (aid == Aid::kSurfaces && (solution->num_planes < options_.surfaces.min_rows ||
+                                !open(options_.surfaces.max_sigma).empty())) {
+    return false;
+  }
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    if (!solution->point_inliers[i]) tracked.points[seen.point_features[i]] = kNoId;
+  }
+  for (std::size_t i = 0; i < seen.lines.size(); ++i) {
+    if (!solution->line_inliers[i]) tracked.lines[seen.line_features[i]] = kNoId;
+  }
+  tracked.T_WC = solution->T_WC;
+  tracked.num_points = solution->num_points;
+  tracked.num_lines = solution->num_lines;
+  tracked.num_planes = solution->num_planes;
+  tracked.information = solution->information;
+  tracked.gradient = solution->gradient;
+  tracked.error = solution->error;
+  tracked.open = open(options_.degeneracy.max_sigma);
+  return true;
+}
+
+std::vector<PointToPlaneRow> Tracker::MatchSurfaces(const TrackedFrame& tracked,
+                                                    const Map& map) const {
+  const KeyFrame* reference = last_ ? map.keyframe(last_->reference) : nullptr;
+  const cv::Mat& depth = tracked.frame.features->depth_grid;
+  if (reference == nullptr || depth.empty() || reference->frame.features->depth_grid.empty()) {
+    return {};
+  }
+  const DepthGrid& grid = moving_.grid();
+  std::vector<SurfacePatch> patches = FindPatches(reference->frame.features->depth_grid, grid,
+                                                  model_.depth_noise(), options_.surfaces.matcher);
+  for (SurfacePatch& patch : patches) {
+    patch.a = reference->T_WC * patch.a;
+    patch.n = reference->T_WC.q() * patch.n;
+  }
+  return MatchPatches(patches, depth, tracked.moving, tracked.T_WC, grid, model_.depth_noise(),
+                      options_.surfaces.matcher);
+}
+
+}  // namespace highwall

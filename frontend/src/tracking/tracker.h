@@ -1,0 +1,99 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/degeneracy.h>
+#include <highwall/frontend/tracking/options.h>
+
+#include "map/map_matcher.h"
+#include "pose/pose_solver.h"
+#include "pose/surface_matcher.h"
+#include "tracking/constant_velocity.h"
+#include "tracking/moving_objects.h"
+#include "tracking/relocalizer.h"
+#include "tracking/tracked_frame.h"
+
+namespace highwall {
+
+// Camera pose frame by frame: prediction by an IMU or at constant velocity, matching of the last
+// frame's landmarks by projection, pose by SolvePose, then the same with the landmarks of the local
+// map. Falls back on descriptor matching with the reference keyframe, then on relocalization. (Xiao
+// et al. 2025, figure 2, tracking.)
+class Tracker {
+ public:
+  // levels: of the ORB pyramid. model: must outlive the tracker.
+  Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options);
+
+  // predicted: the pose that an IMU tells, where there is one. Also counts in the map how often
+  // landmarks were in view and found.
+  TrackedFrame Track(const Frame& frame, Map& map,
+                     const std::optional<KnownPose>& predicted = std::nullopt);
+
+  // Tells the tracker that `tracked` became the keyframe: its landmarks, new ones included, are
+  // the ones the next frame is matched to, from its pose after the adjustment.
+  void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
+  // The pose of the last frame as it was found in the end.
+  void Correct(const Pose& T_WC);
+  // The keyframe that the last tracked frame shares most landmarks with; empty when lost.
+  std::optional<KeyFrameId> reference() const;
+  // The cells of a keyframe that move, as the depth of the seconds before and since tells.
+  cv::Mat MovingIn(const KeyFrame& keyframe, const Map& map) const;
+  // Follows the map, which has moved about here: p_new = T_new_old p_old.
+  void Transform(const Pose& T_new_old);
+
+ private:
+  // What may tell a pose, beside points and lines.
+  enum class Aid { kNone, kSurfaces };
+
+  // [s] from the last frame tracked to `frame`.
+  double SinceLast(const Frame& frame) const;
+  std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map,
+                                          const KnownPose* predicted, Aid aid = Aid::kNone) const;
+  std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
+  std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
+  // A frame matched with the local map, and the landmarks that were to be seen from its pose.
+  struct LocalMatch {
+    TrackedFrame frame;
+    std::vector<PointId> points_in_view;
+    std::vector<LineId> lines_in_view;
+
+    int Support() const;
+    void CountSightings(Map& map) const;
+  };
+  // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
+  std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
+                                          const KnownPose* predicted = nullptr,
+                                          Aid aid = Aid::kNone) const;
+  // Whether the landmarks on a surface of the depth grid contradict all others but those on
+  // `moving`.
+  bool HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
+                int surface, const cv::Mat& moving) const;
+  // Takes the features off a frame that are on something that moves.
+  void SetMovingAside(TrackedFrame& rough, const Map& map) const;
+  // Few of the first matches agree with their pose.
+  bool IsDenied(const TrackedFrame& rough) const;
+  bool IsDoubtful(const LocalMatch& match) const;
+  // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
+  bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
+             Aid aid) const;
+
+  // Rows on the flat patches that the reference keyframe of the last frame saw; none where it has
+  // no depth.
+  std::vector<PointToPlaneRow> MatchSurfaces(const TrackedFrame& tracked, const Map& map) const;
+
+  const MeasurementModel& model_;
+  TrackerOptions options_;
+  MapMatcher matcher_;
+  Relocalizer relocalizer_;
+  MovingObjects moving_;
+  std::optional<TrackedFrame> last_;  // the last frame tracked
+  int last_support_ = 0;              // of its pose
+  ConstantVelocity velocity_;         // at it
+};
+
+}  // namespace highwall

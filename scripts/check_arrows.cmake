@@ -1,0 +1,53 @@
+# Includes follow the arrows of docs/architecture.md: core <- factors <- frontend, core <- mapping,
+# and between the rooms of frontend. A file that includes from above its own place is named.
+# Usage: cmake -D ROOT=<project> -P scripts/check_arrows.cmake
+cmake_minimum_required(VERSION 3.23)
+
+# What the files of a place may include beside their own place.
+set(core "")
+set(factors core)
+set(mapping core)
+set(frontend/input core factors)
+set(frontend/features ${frontend/input} frontend/input)
+set(frontend/map ${frontend/features} frontend/features)
+set(frontend/pose ${frontend/map} frontend/map)
+set(frontend/inertial ${frontend/pose} frontend/pose)
+set(frontend/tracking ${frontend/pose} frontend/pose)
+set(frontend/local ${frontend/tracking} frontend/tracking frontend/inertial)
+set(frontend/loops ${frontend/local} frontend/local)
+set(frontend/system ${frontend/loops} frontend/loops)
+set(rooms input features map pose inertial tracking local loops system)
+set(places core factors mapping)
+foreach(room IN LISTS rooms)
+  list(APPEND places frontend/${room})
+endforeach()
+
+set(errors "")
+foreach(place IN LISTS places)
+  string(REGEX REPLACE "/.*" "" module ${place})
+  string(REGEX REPLACE "^${module}/?" "" room ${place})
+  file(GLOB_RECURSE files RELATIVE ${ROOT}
+       ${ROOT}/${module}/include/highwall/${place}/*.h ${ROOT}/${module}/src/${room}/*.h
+       ${ROOT}/${module}/src/${room}/*.cc)
+  if(NOT files)
+    message(FATAL_ERROR "check_arrows: there is no file in ${place}")
+  endif()
+  foreach(file IN LISTS files)
+    file(STRINGS ${ROOT}/${file} includes REGEX "^#include [<\"]")
+    foreach(include IN LISTS includes)
+      if(include MATCHES "<highwall/(frontend/[a-z_]+|core|factors|mapping)/")
+        set(target ${CMAKE_MATCH_1})
+      elseif(include MATCHES "\"(.*)/[^/]*\"")  # a private header of another room
+        set(target ${module}/${CMAKE_MATCH_1})
+      else()
+        continue()
+      endif()
+      if(NOT target STREQUAL place AND NOT target IN_LIST ${place})
+        string(APPEND errors "\n  ${file}: ${include}: ${place} may not use ${target}")
+      endif()
+    endforeach()
+  endforeach()
+endforeach()
+if(errors)
+  message(FATAL_ERROR "includes against the arrows:${errors}")
+endif()
