@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "depth_filter.h"
-#include "simulate/room.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall::apps {
 namespace {
