@@ -15,14 +15,17 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/color_octree.h>
+#include <highwall/mapping/dense_cloud.h>
+#include <highwall/mapping/dense_map.h>
+#include <highwall/mapping/dense_range.h>
+#include <highwall/mapping/depth_filter.h>
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/octree_size.h>
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "commands.h"
 #include "config.h"
-#include "dense_map.h"
-#include "depth_filter.h"
+#include "depth_camera.h"
 #include "map_compare.h"
 #include "map_pictures.h"
 #include "option_checks.h"
@@ -34,10 +37,10 @@ namespace {
 
 struct MapArguments {
   std::string source, dataset, trajectory, config, out;
-  double resolution = 0.05;  // [m]
-  double voxel = 0.01;       // [m] of the cloud
-  double max_range = 6.0;    // [m]
-  std::size_t every = 0;     // 0: 1 for keyframes, else 10
+  double resolution = OctomapBuilderOptions().resolution;  // [m]
+  double voxel = KeyframeCloudOptions().voxel_size;        // [m] of the cloud
+  double max_range = kDenseRange;                          // [m]
+  std::size_t every = 0;                                   // 0: 1 for keyframes, else 10
   int threads = 2;
   double memory_limit = 2048.0;  // [MB] of the octree
   bool raw = false;
@@ -55,9 +58,9 @@ class FrameSource {
   // visit(frame): its depth filtered.
   template <typename Visit>
   void ForEach(const Visit& visit) const {
-    DepthFilter filter(sensor_, voxel_);
+    DepthFilter filter(DepthCameraOf(sensor_), voxel_);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
-      std::optional<PosedImage> frame = Load(i);
+      std::optional<KeyframeImage> frame = Load(i);
       if (frame && !raw_) frame = filter.Push(std::move(*frame));
       if (frame) visit(*frame);
     }
@@ -67,17 +70,18 @@ class FrameSource {
   std::vector<DepthView> Sample(std::size_t count) const {
     std::vector<DepthView> views;
     for (std::size_t i = 0; i < frames_.size(); i += frames_.size() / count + 1) {
-      if (const auto frame = Load(i)) views.push_back({frame->image.depth, frame->T_WC});
+      if (const auto frame = Load(i)) views.push_back({frame->depth, frame->T_WC});
     }
     return views;
   }
 
  private:
   // Empty where it cannot be used.
-  std::optional<PosedImage> Load(std::size_t i) const {
+  std::optional<KeyframeImage> Load(std::size_t i) const {
     auto image = dataset_.Load(frames_[i].index);
     if (!image) return std::nullopt;
-    return PosedImage{static_cast<std::int64_t>(i), std::move(*image), frames_[i].T_WC};
+    return KeyframeImage{static_cast<std::int64_t>(i), image->stamp, image->depth, image->bgr,
+                         frames_[i].T_WC};
   }
 
   const Dataset& dataset_;
@@ -153,12 +157,11 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
   std::vector<Pose> cameras;
   Progress progress("mapping");
   std::size_t done = 0;
-  frames.ForEach([&](const PosedImage& frame) {
-    const RgbdImage& image = frame.image;
+  frames.ForEach([&](const KeyframeImage& frame) {
     cloud.SetKeyframe(frame.id,
-                      MakeKeyframeCloud(image.depth, image.bgr, unprojector, cloud_options));
+                      MakeKeyframeCloud(frame.depth, frame.bgr, unprojector, cloud_options));
     cloud.SetPose(frame.id, frame.T_WC);
-    dense.octree.Insert(image.depth, unprojector, frame.T_WC);
+    dense.octree.Insert(frame.depth, unprojector, frame.T_WC);
     cameras.push_back(frame.T_WC);
     progress.Update(++done, count);
   });

@@ -15,6 +15,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 #include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/mapping/dense_range.h>
 #include <highwall/mapping/map_comparison.h>
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
@@ -32,7 +33,7 @@ struct CompareArguments {
   std::string seen_by, trajectory, config;
   std::size_t every = 10;
   double tolerance = 0.05;         // [m]
-  double max_range = 6.0;          // [m]
+  double max_range = kDenseRange;  // [m]
   std::vector<std::string> align;  // trajectories: of the map, of the reference
   bool json = false;
 };

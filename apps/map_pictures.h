@@ -6,9 +6,8 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/mapping/dense_map.h>
 #include <highwall/mapping/height_map.h>
-
-#include "dense_map.h"
 
 namespace highwall::apps {
 

@@ -14,11 +14,11 @@
 #include "commands.h"
 #include "option_checks.h"
 #include "progress.h"
-#include "simulate/haul_road.h"
-#include "simulate/mine.h"
 #include "simulate/noise_ratio.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/scenes/haul_road.h"
+#include "simulate/scenes/mine.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall::apps {
 namespace {

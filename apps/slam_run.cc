@@ -13,17 +13,16 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/map/map_io.h>
+#include <highwall/mapping/settling_keyframes.h>
 
+#include "depth_camera.h"
 #include "live_replay.h"
-#include "settling_keyframes.h"
 
 namespace highwall::apps {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// [s] Long enough for something that moves to have left its place.
-constexpr double kSettling = 2.0;
 // A scale that is known less well tells nobody whether a depth camera is calibrated.
 constexpr double kMaxScaleSigma = 0.02;
 
@@ -235,12 +234,15 @@ class KeyframeMapping {
  public:
   KeyframeMapping(const SlamSystem& slam, const RgbdSensor& sensor, const SlamRunOptions& options)
       : slam_(slam),
-        mapper_(MapOptions(options), sensor),
-        settling_(slam, mapper_, options.slam.tracker.moving.enabled ? kSettling : 0.0) {}
+        mapper_(MapOptions(options), DepthCameraOf(sensor)),
+        settling_(
+            mapper_, [this](KeyFrameId id) { return Settled(id); },
+            options.slam.tracker.moving.enabled ? kSettlingTime : 0.0) {}
 
   void Follow(const FrameResult& result, const RgbdImage& image) {
     if (result.mapping) {
-      settling_.Add(result.mapping->keyframe, image, result.moving);
+      settling_.Add({result.mapping->keyframe, image.stamp, image.depth, image.bgr, result.T_WC},
+                    result.moving);
       for (const KeyFrameId culled : result.mapping->culled_keyframes) settling_.Remove(culled);
     }
     settling_.HandOver(image.stamp);
@@ -259,6 +261,11 @@ class KeyframeMapping {
     DenseMapOptions map = options.map;
     if (options.imu) map.level = true;
     return map;
+  }
+  std::optional<SettledKeyframe> Settled(KeyFrameId id) const {
+    const KeyFrame* const live = slam_.map().keyframe(id);
+    if (live == nullptr) return std::nullopt;
+    return SettledKeyframe{live->T_WC, slam_.MovingIn(id)};
   }
 
   const SlamSystem& slam_;

@@ -11,8 +11,8 @@
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/local/depth_scale.h>
 #include <highwall/frontend/system/slam_system.h>
+#include <highwall/mapping/dense_mapper.h>
 
-#include "dense_map.h"
 #include "sparse_map_picture.h"
 
 namespace highwall::apps {

@@ -13,6 +13,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/dense_cloud.h>
+#include <highwall/mapping/dense_range.h>
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/keyframe_octree.h>
 #include <highwall/mapping/point_cloud_io.h>
@@ -28,9 +29,9 @@ namespace {
 
 struct Arguments {
   std::string dataset, config;
-  double resolution = 0.05;  // [m]
-  double voxel = 0.01;       // [m]
-  double max_range = 4.0;    // [m]
+  double resolution = 0.05;        // [m]
+  double voxel = 0.01;             // [m]
+  double max_range = kDenseRange;  // [m]
   std::size_t keyframes = 200;
 };
 

@@ -1,5 +1,5 @@
 # Includes follow the arrows of docs/architecture.md: core <- factors <- frontend, core <- mapping,
-# and between the rooms of frontend. A file that includes from above its own place is named.
+# and between the rooms of frontend and the folders of apps/simulate. A file that includes from above its own place is named.
 # Usage: cmake -D ROOT=<project> -P scripts/check_arrows.cmake
 cmake_minimum_required(VERSION 3.23)
 
@@ -17,7 +17,16 @@ set(frontend/local ${frontend/tracking} frontend/tracking frontend/inertial)
 set(frontend/loops ${frontend/local} frontend/local)
 set(frontend/system ${frontend/loops} frontend/loops)
 set(rooms input features map pose inertial tracking local loops system)
-set(places core factors mapping)
+set(simulate core factors)
+set(simulate/materials ${simulate} simulate)
+set(simulate/motion ${simulate/materials} simulate/materials)
+set(simulate/camera ${simulate/motion} simulate/motion)
+set(simulate/scenes ${simulate/camera} simulate/camera)
+set(simulate/output ${simulate/scenes} simulate/scenes)
+set(places core factors mapping simulate)
+foreach(folder IN ITEMS materials motion camera scenes output)
+  list(APPEND places simulate/${folder})
+endforeach()
 foreach(room IN LISTS rooms)
   list(APPEND places frontend/${room})
 endforeach()
@@ -29,6 +38,9 @@ foreach(place IN LISTS places)
   file(GLOB_RECURSE files RELATIVE ${ROOT}
        ${ROOT}/${module}/include/highwall/${place}/*.h ${ROOT}/${module}/src/${room}/*.h
        ${ROOT}/${module}/src/${room}/*.cc)
+  if(module STREQUAL "simulate")
+    file(GLOB files RELATIVE ${ROOT} ${ROOT}/apps/${place}/*.h ${ROOT}/apps/${place}/*.cc)
+  endif()
   if(NOT files)
     message(FATAL_ERROR "check_arrows: there is no file in ${place}")
   endif()
@@ -36,6 +48,8 @@ foreach(place IN LISTS places)
     file(STRINGS ${ROOT}/${file} includes REGEX "^#include [<\"]")
     foreach(include IN LISTS includes)
       if(include MATCHES "<highwall/(frontend/[a-z_]+|core|factors|mapping)/")
+        set(target ${CMAKE_MATCH_1})
+      elseif(include MATCHES "\"(simulate.*)/[^/]*\"")
         set(target ${CMAKE_MATCH_1})
       elseif(include MATCHES "\"(.*)/[^/]*\"")  # a private header of another room
         set(target ${module}/${CMAKE_MATCH_1})

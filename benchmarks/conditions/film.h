@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <highwall/frontend/input/dataset.h>
-#include <simulate/simulation.h>
+#include <simulate/camera/simulation.h>
 
 #include "slam_run.h"
 

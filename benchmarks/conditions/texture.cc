@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <simulate/haul_road.h>
+#include <simulate/scenes/haul_road.h>
 
 #include "bench_conditions.h"
 #include "film.h"

@@ -9,7 +9,7 @@
 #include <highwall/core/error.h>
 
 #include "scenes.h"
-#include "simulate/tum_writer.h"
+#include "simulate/output/tum_writer.h"
 
 namespace highwall::bench {
 namespace {

@@ -11,8 +11,8 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
 
+#include "simulate/camera/simulation.h"
 #include "simulate/noise_ratio.h"
-#include "simulate/simulation.h"
 
 namespace highwall::bench {
 

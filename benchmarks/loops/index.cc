@@ -9,7 +9,7 @@
 #include <opencv2/flann/miniflann.hpp>
 
 #include <highwall/frontend/map/keyframe_index.h>
-#include <simulate/room.h>
+#include <simulate/scenes/room.h>
 
 #include "timing.h"
 

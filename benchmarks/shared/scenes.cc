@@ -5,9 +5,9 @@
 #include <iterator>
 
 #include <highwall/core/error.h>
-#include <simulate/haul_road.h>
-#include <simulate/mine.h>
-#include <simulate/room.h>
+#include <simulate/scenes/haul_road.h>
+#include <simulate/scenes/mine.h>
+#include <simulate/scenes/room.h>
 
 namespace highwall::bench {
 

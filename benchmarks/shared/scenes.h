@@ -4,7 +4,7 @@
 
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/imu_calibration.h>
-#include <simulate/simulation.h>
+#include <simulate/camera/simulation.h>
 
 namespace highwall::bench {
 

@@ -10,12 +10,12 @@
 
 #include <highwall/core/error.h>
 
-#include "simulate/exposure.h"
-#include "simulate/haze.h"
-#include "simulate/motion_blur.h"
-#include "simulate/sensor.h"
-#include "simulate/simulation.h"
-#include "simulate/stretch.h"
+#include "simulate/camera/exposure.h"
+#include "simulate/camera/haze.h"
+#include "simulate/camera/motion_blur.h"
+#include "simulate/camera/sensor.h"
+#include "simulate/camera/simulation.h"
+#include "simulate/camera/stretch.h"
 
 namespace highwall::simulate {
 namespace {

@@ -9,7 +9,7 @@
 #include <highwall/mapping/octomap_builder.h>
 
 #include "grid_planner.h"
-#include "simulate/mine.h"
+#include "simulate/scenes/mine.h"
 
 namespace highwall {
 namespace {

@@ -1,4 +1,4 @@
-#include "simulate/imu_simulator.h"
+#include "simulate/motion/imu_simulator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/imu_factor.h>
 
-#include "simulate/room.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall::simulate {
 namespace {

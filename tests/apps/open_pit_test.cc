@@ -9,9 +9,9 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "simulate/haul_road.h"
-#include "simulate/mine.h"
-#include "simulate/raycaster.h"
+#include "simulate/camera/raycaster.h"
+#include "simulate/scenes/haul_road.h"
+#include "simulate/scenes/mine.h"
 
 namespace highwall::simulate {
 namespace {

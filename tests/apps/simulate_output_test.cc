@@ -18,8 +18,8 @@
 
 #include "config.h"
 #include "run_program.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall::simulate {
 namespace {

@@ -13,10 +13,10 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-#include "simulate/raycaster.h"
-#include "simulate/room.h"
-#include "simulate/sensor.h"
-#include "simulate/simulation.h"
+#include "simulate/camera/raycaster.h"
+#include "simulate/camera/sensor.h"
+#include "simulate/camera/simulation.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall::simulate {
 namespace {

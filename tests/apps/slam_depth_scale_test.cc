@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "run_program.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall {
 namespace {

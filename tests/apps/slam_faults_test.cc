@@ -17,9 +17,9 @@
 
 #include "../frontend/faulty_readings.h"
 #include "run_program.h"
-#include "simulate/imu_files.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "simulate/output/imu_files.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall {
 namespace {

@@ -16,8 +16,8 @@
 #include <highwall/core/trajectory_error.h>
 
 #include "run_program.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall {
 namespace {

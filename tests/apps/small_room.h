@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 
 namespace highwall::testing {
 

@@ -13,16 +13,16 @@
 
 #include <highwall/core/error.h>
 
-#include "simulate/baked_texture.h"
-#include "simulate/course.h"
-#include "simulate/gravel.h"
+#include "simulate/camera/renderer.h"
+#include "simulate/materials/baked_texture.h"
+#include "simulate/materials/gravel.h"
+#include "simulate/materials/strata.h"
+#include "simulate/motion/course.h"
 #include "simulate/parallel_for.h"
 #include "simulate/random.h"
-#include "simulate/relief.h"
-#include "simulate/renderer.h"
-#include "simulate/road_surface.h"
-#include "simulate/strata.h"
-#include "simulate/sunlight.h"
+#include "simulate/scenes/relief.h"
+#include "simulate/scenes/road_surface.h"
+#include "simulate/scenes/sunlight.h"
 
 namespace highwall::simulate {
 namespace {

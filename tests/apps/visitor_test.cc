@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "simulate/room.h"
-#include "simulate/visitor.h"
+#include "simulate/scenes/room.h"
+#include "simulate/scenes/visitor.h"
 
 namespace highwall::simulate {
 namespace {

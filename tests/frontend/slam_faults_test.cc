@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 #include <highwall/frontend/local/depth_scale.h>
-#include <simulate/room.h>
+#include <simulate/scenes/room.h>
 #include <opencv2/core.hpp>
 
 #include "faulty_readings.h"

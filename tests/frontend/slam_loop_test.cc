@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/trajectory_error.h>
 #include <highwall/frontend/system/slam_system.h>
-#include <simulate/room.h>
+#include <simulate/scenes/room.h>
 
 namespace highwall {
 namespace {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
-#include <simulate/room.h>
+#include <simulate/scenes/room.h>
 
 namespace highwall {
 namespace {

@@ -65,7 +65,7 @@ class Pilot {
 
 #include <gtest/gtest.h>
 #include <highwall/core/trajectory_error.h>
-#include <simulate/room.h>
+#include <simulate/scenes/room.h>
 
 namespace highwall {
 namespace {

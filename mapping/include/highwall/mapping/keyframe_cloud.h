@@ -8,22 +8,23 @@
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
 #include <highwall/mapping/colored_point.h>
+#include <highwall/mapping/dense_range.h>
 #include <highwall/mapping/depth_unprojector.h>
 
 namespace highwall {
 
 struct KeyframeCloudOptions {
-  double min_depth = 0.3;        // [m] > 0; nearer measurements are dropped
-  double max_depth = 3.0;        // [m] > min_depth; D435i 3, Kinect (TUM RGB-D) 4
-  int stride = 1;                // [px] >= 1; every stride-th pixel of every stride-th row
-  double edge_rejection = 0.05;  // >= 0; a pixel whose depth differs by more than this fraction
-                                 // from one of its four neighbours is dropped (the sensor mixes
-                                 // both sides of a depth edge); 0 keeps all
-  double max_incidence = 80.0;   // [deg] (0, 90]; a surface seen under a larger angle between its
-                                 // normal and the ray is dropped, and one too small or too steep
-                                 // for a normal; 90 keeps all
-  int normal_radius = 4;         // [px] >= 1; normals are taken from pixels that far to each side
-  double voxel_size = 0.01;      // [m] > 0; one point a voxel
+  double min_depth = 0.3;          // [m] > 0; nearer measurements are dropped
+  double max_depth = kDenseRange;  // [m] > min_depth
+  int stride = 1;                  // [px] >= 1; every stride-th pixel of every stride-th row
+  double edge_rejection = 0.05;    // >= 0; a pixel whose depth differs by more than this fraction
+                                   // from one of its four neighbours is dropped (the sensor mixes
+                                   // both sides of a depth edge); 0 keeps all
+  double max_incidence = 80.0;     // [deg] (0, 90]; a surface seen under a larger angle between its
+                                   // normal and the ray is dropped, and one too small or too steep
+                                   // for a normal; 90 keeps all
+  int normal_radius = 4;           // [px] >= 1; normals are taken from pixels that far to each side
+  double voxel_size = 0.01;        // [m] > 0; one point a voxel
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

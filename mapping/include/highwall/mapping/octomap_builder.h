@@ -14,6 +14,7 @@
 
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
+#include <highwall/mapping/dense_range.h>
 #include <highwall/mapping/depth_unprojector.h>
 
 namespace highwall {
@@ -21,7 +22,7 @@ namespace highwall {
 struct OctomapBuilderOptions {
   double resolution = 0.05;          // [m] > 0, edge of the smallest voxel
   double min_depth = 0.3;            // [m] >= 0; nearer pixels of a depth image are ignored
-  double max_range = 4.0;            // [m] > 0, may be infinite; longer rays clear up to it and
+  double max_range = kDenseRange;    // [m] > 0, may be infinite; longer rays clear up to it and
                                      // mark nothing
   double hit = 0.7;                  // probability in (0.5, 1) of an end voxel given the scan
   double miss = 0.4;                 // probability in (0, 0.5) of a traversed voxel

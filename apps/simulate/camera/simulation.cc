@@ -1,0 +1,182 @@
+#include "simulate/camera/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+
+#include "simulate/camera/haze.h"
+
+namespace highwall::simulate {
+namespace {
+
+constexpr Stamp kFirstStamp = 1'000'000'000;  // [ns] not 0, which some tools take for "no stamp"
+constexpr double kMaxFrames = 1e6;
+
+// Frame i of `fps` a second.
+Stamp StampOfFrame(int i, double fps) {
+  return kFirstStamp + 1000 * static_cast<Stamp>(std::llround(i * 1e6 / fps));
+}
+
+int NumberOfFrames(const SimulationOptions& options) {
+  return std::max(1, static_cast<int>(std::lround(options.duration * options.fps)));
+}
+
+// About the mean colour.
+void ScaleContrast(double share, cv::Mat* bgr) {
+  if (share == 1.0) return;
+  const cv::Scalar mean = cv::mean(*bgr);
+  *bgr = (*bgr - mean) * share + mean;
+}
+
+}  // namespace
+
+std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
+                            const SimulationOptions& options) {
+  // A start from rest falls behind the spline by this much.
+  const double delay = -CameraPath::MovingTime(0.0, options.rest);
+  std::vector<Stretch> all;
+  const auto add = [&](StretchKind kind, double begin, double end) {
+    begin = std::max(begin, 0.0);
+    end = std::min(end, options.duration);
+    if (begin < end) all.push_back({kind, begin, end});
+  };
+  for (double lap = delay; lap < options.duration && !stretches.empty(); lap += period) {
+    for (const Stretch& stretch : stretches) {
+      add(stretch.kind, lap + stretch.begin, lap + stretch.end);
+    }
+  }
+  for (const Blackout& blackout : options.blackouts) {
+    add(StretchKind::kBlackout, blackout.begin, blackout.begin + blackout.duration);
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Stretch& a, const Stretch& b) { return a.begin < b.begin; });
+  return all;
+}
+
+SimulationOptions FieldTestOptions() {
+  SimulationOptions options;
+  options.rest = 1.0;
+  options.camera.fx = options.camera.fy = 615.0;
+  options.exposure.mode = ExposureMode::kAuto;
+  options.sensor.noise = SensorNoise::kD435i;
+  options.sensor.min_depth = 0.3;
+  options.sensor.max_depth = 6.0;
+  return options;
+}
+
+void SimulationOptions::Validate() const {
+  HIGHWALL_REQUIRE(std::isfinite(duration) && duration > 0.0,
+                   "SimulationOptions::duration must be positive");
+  HIGHWALL_REQUIRE(std::isfinite(fps) && fps > 0.0, "SimulationOptions::fps must be positive");
+  HIGHWALL_REQUIRE(duration * fps <= kMaxFrames,
+                   "SimulationOptions: duration times fps must not exceed a million frames");
+  HIGHWALL_REQUIRE(std::isfinite(rest) && rest >= 0.0,
+                   "SimulationOptions::rest must not be negative");
+  HIGHWALL_REQUIRE(std::isfinite(line_delay) && line_delay >= 0.0,
+                   "SimulationOptions::line_delay must not be negative");
+  for (const Blackout& blackout : blackouts) {
+    HIGHWALL_REQUIRE(std::isfinite(blackout.begin), "Blackout::begin must be finite");
+    HIGHWALL_REQUIRE(std::isfinite(blackout.duration) && blackout.duration > 0.0,
+                     "Blackout::duration must be positive");
+  }
+  HIGHWALL_REQUIRE(low_texture_contrast > 0.0 && low_texture_contrast <= 1.0,
+                   "SimulationOptions::low_texture_contrast must be in (0, 1]");
+  camera.Validate();
+  exposure.Validate();
+  sensor.Validate();
+  imu.Validate();
+}
+
+Simulation::Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
+                       VibrationIntensity intensity, const std::vector<Stretch>& stretches,
+                       MovingScene moving)
+    : options_((options.Validate(), options)),
+      renderer_(std::move(scene), options.camera),
+      path_(trajectory, options.rest),
+      intensity_(std::move(intensity)),
+      stretches_(LayOut(stretches, trajectory.period(), options)),
+      moving_(options.traffic ? std::move(moving) : MovingScene()),
+      blur_(options.camera),
+      sensor_(options.sensor, options.camera, options.seed),
+      imu_(options.imu, options.seed, kFirstStamp,
+           StampOfFrame(NumberOfFrames(options) - 1, options.fps)) {}
+
+int Simulation::size() const {
+  return NumberOfFrames(options_);
+}
+
+Stamp Simulation::StampOf(int i) const {
+  return StampOfFrame(i, options_.fps);
+}
+
+Pose Simulation::T_WC(Stamp stamp) const {
+  return path_.T_WC(ToSeconds(stamp - kFirstStamp));
+}
+
+Rendering Simulation::RenderScene(Stamp stamp, int threads) const {
+  const double t = ToSeconds(stamp - kFirstStamp);
+  const double middle = 0.5 * (options_.camera.height - 1);
+  std::vector<Pose> T_WC_of_row;
+  for (int v = 0; v < options_.camera.height; ++v) {
+    T_WC_of_row.push_back(path_.T_WC(t + (v - middle) * options_.line_delay));
+  }
+  const Rendering still = renderer_.Render(T_WC_of_row, threads);
+  if (!moving_) return still;
+  return Renderer(moving_(t), options_.camera).RenderOver(still, T_WC_of_row, threads);
+}
+
+SimulatedFrame Simulation::Render(int i, int threads) const {
+  HIGHWALL_REQUIRE(i >= 0 && i < size(), "Simulation::Render: no frame " + std::to_string(i));
+  constexpr double kHazeDensity = 0.5;  // [1/m] in the midst of a dusty stretch
+  // Shares of the light that are left in deep shadow, and where images are to blur.
+  constexpr double kShadow = 0.05, kShade = 0.4;
+  SimulatedFrame frame;
+  frame.stamp = StampOf(i);
+  frame.T_WC = T_WC(frame.stamp);
+  const double t = ToSeconds(frame.stamp - kFirstStamp);
+  const PinholeCamera& camera = options_.camera;
+  if (Intensity(stretches_, StretchKind::kBlackout, t) > 0.0) {
+    frame.bgr = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar::all(0.0));
+    frame.depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar::all(0.0));
+    return frame;
+  }
+
+  Rendering rendering = RenderScene(frame.stamp, threads);
+  AddHaze({.density = kHazeDensity * Intensity(stretches_, StretchKind::kDust, t),
+           .seed = static_cast<std::uint32_t>(options_.seed)},
+          t, &rendering);
+  const double texture = Intensity(stretches_, StretchKind::kLowTexture, t);
+  ScaleContrast(1.0 - (1.0 - options_.low_texture_contrast) * texture, &rendering.bgr);
+  const double light =
+      std::min(1.0 - (1.0 - kShadow) * Intensity(stretches_, StretchKind::kLowLight, t),
+               1.0 - (1.0 - kShade) * Intensity(stretches_, StretchKind::kBlurred, t));
+  if (light < 1.0) rendering.bgr *= light;
+
+  frame.exposure = ChooseExposure(options_.exposure, rendering.bgr);
+  Expose(options_.exposure, frame.exposure, &rendering.bgr);
+  if (frame.exposure.time > 0.0) {
+    const double half = 0.5 * frame.exposure.time;
+    const Pose T_CW = frame.T_WC.Inverse();
+    rendering.bgr = blur_.Apply(rendering.bgr, rendering.depth, T_CW * path_.T_WC(t - half),
+                                T_CW * path_.T_WC(t + half), threads);
+  }
+  SensorImages images = sensor_.Observe(rendering, i, threads, frame.exposure.gain);
+  frame.bgr = std::move(images.bgr);
+  frame.depth = std::move(images.depth);
+  return frame;
+}
+
+std::vector<ImuSample> Simulation::ImuSamples() const {
+  if (!options_.imu.enabled) return {};
+  return imu_.Samples(path_, intensity_);
+}
+
+TrueState Simulation::StateAt(Stamp stamp) const {
+  return imu_.StateAt(path_, stamp);
+}
+
+}  // namespace highwall::simulate

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/camera.h>
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
+#include <highwall/factors/imu_buffer.h>
+
+#include "simulate/camera/exposure.h"
+#include "simulate/camera/motion_blur.h"
+#include "simulate/camera/renderer.h"
+#include "simulate/camera/sensor.h"
+#include "simulate/camera/stretch.h"
+#include "simulate/materials/scene.h"
+#include "simulate/motion/camera_path.h"
+#include "simulate/motion/imu_simulator.h"
+#include "simulate/motion/spline_trajectory.h"
+
+namespace highwall::simulate {
+
+// The lens is covered, from `begin` [s] after the first frame on.
+struct Blackout {
+  double begin = 0.0;     // [s]
+  double duration = 2.0;  // [s] > 0
+};
+
+struct SimulationOptions {
+  std::uint64_t seed = 1;  // of the scene, the path and the noise
+  double duration = 10.0;  // [s] > 0
+  double fps = 30.0;       // [Hz] > 0
+  double rest = 0.0;       // [s] >= 0; how long the camera stands still at first
+  PinholeCamera camera{};
+  double line_delay = 0.0;  // [s] >= 0; from one row to the next: a rolling shutter
+  ExposureOptions exposure{};
+  SensorOptions sensor{};
+  std::vector<Blackout> blackouts{};
+  bool traffic = false;  // something moves, in scenes that have traffic
+  // (0, 1]: share of the contrast that images keep in stretches of low texture.
+  double low_texture_contrast = 1.0;
+  ImuSimulationOptions imu{};
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// The hard parts of a sequence in order of their beginning: those of one period [s] of the camera's
+// way, period after period, and the blackouts, as far as the sequence reaches.
+std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
+                            const SimulationOptions& options);
+
+// What moves, at t [s] since the first frame; its vertices have looks.
+using MovingScene = std::function<Scene(double t)>;
+
+// A RealSense D435i in the open, as the paper's field test has it: its intrinsics at 640 x 480, its
+// noise, depth from 0.3 to 6 m, automatic exposure, one second at rest.
+SimulationOptions FieldTestOptions();
+
+// Stamp and pose belong to the middle of the exposure (of the middle row, where the shutter rolls);
+// depth is of that instant too, row by row.
+struct SimulatedFrame {
+  Stamp stamp = 0;      // [ns]
+  cv::Mat bgr;          // CV_8UC3
+  cv::Mat depth;        // CV_32FC1 [m], 0 = no measurement
+  Pose T_WC;            // exact
+  Exposure exposure{};  // how the image was taken
+};
+
+// A camera that moves through a scene, and an IMU that rides with it: frames on demand, each of
+// them a pure function of the options and its index. Stamps are those of the camera's clock where
+// nothing else is said; the IMU's is options().imu.time_offset ahead.
+class Simulation {
+ public:
+  // intensity: of the vibration along the trajectory.  stretches: of one period of the trajectory,
+  // in its seconds.  moving: rendered where options.traffic is set. Throws InvalidArgument.
+  Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
+             VibrationIntensity intensity = {}, const std::vector<Stretch>& stretches = {},
+             MovingScene moving = {});
+
+  const SimulationOptions& options() const { return options_; }
+  const Scene& scene() const { return renderer_.scene(); }
+
+  // Number of frames: duration times fps, rounded, at least one.
+  int size() const;
+  // Frame i of [0, size()); whole microseconds from 1 s onwards.
+  Stamp StampOf(int i) const;
+  // The true pose at any time.
+  Pose T_WC(Stamp stamp) const;
+  // The hard parts of this sequence in order of their beginning, those of the scene and blackouts.
+  const std::vector<Stretch>& stretches() const { return stretches_; }
+  // threads: 0 = one per processor; the frame does not depend on it. Thread-safe. Throws
+  // InvalidArgument if there is no frame i.
+  SimulatedFrame Render(int i, int threads = 0) const;
+
+  // All readings of the IMU, with stamps of its own clock, from half a second before the first
+  // frame until half a second after the last; none where it is not enabled.
+  std::vector<ImuSample> ImuSamples() const;
+  // The truth about the body B that the IMU is fixed to.
+  TrueState StateAt(Stamp stamp) const;
+
+ private:
+  Rendering RenderScene(Stamp stamp, int threads) const;
+
+  SimulationOptions options_;
+  Renderer renderer_;
+  CameraPath path_;
+  VibrationIntensity intensity_;
+  std::vector<Stretch> stretches_;
+  MovingScene moving_;
+  MotionBlur blur_;
+  Sensor sensor_;
+  ImuSimulator imu_;
+};
+
+}  // namespace highwall::simulate

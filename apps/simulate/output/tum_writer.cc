@@ -1,0 +1,207 @@
+#include "simulate/output/tum_writer.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <iomanip>
+#include <limits>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <highwall/core/error.h>
+
+#include "simulate/output/imu_files.h"
+#include "simulate/parallel_for.h"
+
+namespace highwall::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder that comes into being whole: see AtomicFile.
+class AtomicFolder {
+ public:
+  explicit AtomicFolder(const fs::path& path) : path_(fs::absolute(path).lexically_normal()) {
+    if (!path_.has_filename()) path_ = path_.parent_path();  // "out/" -> "out"
+    std::error_code error;
+    if (fs::exists(path_, error) &&
+        !(fs::is_directory(path_, error) && fs::is_empty(path_, error))) {
+      throw IoError(path, "exists and is not empty: choose another folder or remove it");
+    }
+    temporary_ =
+        path_.parent_path() / ("." + path_.filename().string() + "." + std::to_string(::getpid()));
+    fs::create_directories(temporary_, error);
+    if (error) throw IoError(temporary_, "cannot be created: " + error.message());
+  }
+  ~AtomicFolder() {
+    std::error_code ignored;
+    fs::remove_all(temporary_, ignored);  // gone already after Commit()
+  }
+  AtomicFolder(const AtomicFolder&) = delete;
+  AtomicFolder& operator=(const AtomicFolder&) = delete;
+
+  const fs::path& temporary() const { return temporary_; }
+
+  void Commit() {
+    std::error_code error;
+    fs::rename(temporary_, path_, error);
+    if (error) throw IoError(path_, "could not be put in place: " + error.message());
+  }
+
+ private:
+  fs::path path_;
+  fs::path temporary_;
+};
+
+void WriteBytes(const fs::path& path, std::string_view bytes) {
+  std::ofstream out(path, std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw IoError(path, "could not be written whole");
+}
+
+void WritePng(const fs::path& path, const cv::Mat& image) {
+  std::vector<uchar> bytes;
+  if (!cv::imencode(".png", image, bytes)) throw IoError(path, "could not be encoded as PNG");
+  WriteBytes(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+double DepthFactor(const SimulationOptions& options) {
+  return options.sensor.noise == SensorNoise::kD435i ? kD435iDepthFactor : kTumDepthFactor;
+}
+
+void WriteFrame(const fs::path& folder, const SimulatedFrame& frame, double depth_factor) {
+  const std::string name = FormatStamp(frame.stamp) + ".png";
+  cv::Mat depth;
+  frame.depth.convertTo(depth, CV_16UC1, depth_factor);
+  WritePng(folder / "rgb" / name, frame.bgr);
+  WritePng(folder / "depth" / name, depth);
+}
+
+std::string ImageList(const Simulation& simulation, const std::string& kind) {
+  std::string list = "# " + kind + " images\n# timestamp filename\n";
+  for (int i = 0; i < simulation.size(); ++i) {
+    const std::string stamp = FormatStamp(simulation.StampOf(i));
+    list += stamp + " " + kind + "/" + stamp + ".png\n";
+  }
+  return list;
+}
+
+// Every frame and, between two frames, as many more instants as make 100 Hz.
+std::vector<Stamp> TruthStamps(const Simulation& simulation) {
+  std::vector<Stamp> stamps;
+  const int steps = std::max(1, static_cast<int>(std::ceil(100.0 / simulation.options().fps)));
+  for (int i = 0; i < simulation.size(); ++i) {
+    const Stamp begin = simulation.StampOf(i);
+    const Stamp end = simulation.StampOf(i + 1);
+    const int count = i + 1 < simulation.size() ? steps : 1;
+    for (int k = 0; k < count; ++k) {
+      stamps.push_back(begin + (end - begin) * k / steps / 1000 * 1000);
+    }
+  }
+  return stamps;
+}
+
+std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& stamps) {
+  std::ostringstream out;
+  out << "# ground truth, pose of the camera in the world\n# timestamp tx ty tz qx qy qz qw\n"
+      << std::fixed << std::setprecision(9);
+  for (const Stamp stamp : stamps) {
+    out << FormatStamp(stamp);
+    const Pose T_WC = simulation.T_WC(stamp);
+    for (int j = 0; j < Pose::kSize; ++j) out << ' ' << T_WC.data()[j];
+    out << '\n';
+  }
+  return out.str();
+}
+
+std::string Calibration(const SimulationOptions& options) {
+  const PinholeCamera& camera = options.camera;
+  const DepthNoise noise = options.sensor.Noise();
+  std::ostringstream out;
+  out << std::setprecision(std::numeric_limits<double>::max_digits10) << "camera:\n"
+      << "  width: " << camera.width << "\n  height: " << camera.height << "\n  fx: " << camera.fx
+      << "\n  fy: " << camera.fy << "\n  cx: " << camera.cx << "\n  cy: " << camera.cy
+      << "\n  k1: " << camera.k1 << "\n  k2: " << camera.k2 << "\n  p1: " << camera.p1
+      << "\n  p2: " << camera.p2 << "\n  k3: " << camera.k3
+      << "\ndepth_factor: " << DepthFactor(options) << "\ndepth_noise:\n  offset: " << noise.offset
+      << "\n  quadratic: " << noise.quadratic << "\n  reference: " << noise.reference << "\n";
+  return out.str();
+}
+
+std::string StretchesCsv(const Simulation& simulation) {
+  std::string csv = "#kind,begin [s],end [s]\n";
+  const Stamp first = simulation.StampOf(0);
+  for (const Stretch& stretch : simulation.stretches()) {
+    csv += std::string(ToString(stretch.kind)) + "," +
+           FormatStamp(first + FromSeconds(stretch.begin)) + "," +
+           FormatStamp(first + FromSeconds(stretch.end)) + "\n";
+  }
+  return csv;
+}
+
+template <typename T>
+void Append(const T& value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+std::string SurfacePly(const Mesh& mesh) {
+  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                    std::to_string(mesh.vertices.size()) +
+                    "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                    std::to_string(mesh.triangles.size()) +
+                    "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) Append(static_cast<float>(vertex[i]), &ply);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    Append(static_cast<std::uint8_t>(triangle.size()), &ply);
+    for (const std::uint32_t index : triangle) Append(static_cast<std::int32_t>(index), &ply);
+  }
+  return ply;
+}
+
+}  // namespace
+
+void WriteTum(const Simulation& simulation, const fs::path& folder,
+              const std::function<void(int, int)>& progress) {
+  AtomicFolder output(folder);
+  const fs::path& root = output.temporary();
+  for (const char* kind : {"rgb", "depth"}) {
+    fs::create_directory(root / kind);
+    WriteBytes(root / (std::string(kind) + ".txt"), ImageList(simulation, kind));
+  }
+  const std::vector<Stamp> stamps = TruthStamps(simulation);
+  WriteBytes(root / "groundtruth.txt", GroundTruth(simulation, stamps));
+  std::string calibration = Calibration(simulation.options());
+  if (simulation.options().imu.enabled) {
+    calibration += ImuCalibrationYaml(simulation.options().imu);
+    WriteBytes(root / "imu.csv", ImuCsv(simulation.ImuSamples()));
+    WriteBytes(root / "groundtruth_state.csv", StateCsv(simulation, stamps));
+  }
+  WriteBytes(root / "calibration.yaml", calibration);
+  WriteBytes(root / "stretches.csv", StretchesCsv(simulation));
+  WriteBytes(root / "surface.ply", SurfacePly(simulation.scene().mesh));
+
+  // A frame per thread: rendering and PNG compression both keep every processor busy.
+  std::mutex progress_mutex;
+  int done = 0;
+  ParallelFor(simulation.size(), 0, [&](int i) {
+    WriteFrame(root, simulation.Render(i, 1), DepthFactor(simulation.options()));
+    const std::scoped_lock lock(progress_mutex);
+    ++done;
+    if (progress) progress(done, simulation.size());
+  });
+  output.Commit();
+}
+
+}  // namespace highwall::simulate

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+
+#include "simulate/camera/simulation.h"
+#include "simulate/materials/scene.h"
+#include "simulate/motion/spline_trajectory.h"
+
+namespace highwall::simulate {
+
+// A furnished room, |x| <= 3 m, |y| <= 2.5 m, 0 <= z <= 3 m: brick, plaster, wallpaper, tiles,
+// shelves, a desk, tables, boxes and pictures, all along the walls; the middle is free. The seed
+// draws colours, prints and the exact places.
+Scene MakeRoom(std::uint64_t seed);
+
+// A walk round the middle of the room at head or chest height, the camera looking outwards, at
+// 0.45 m/s and less than 60 deg/s, with the unsteadiness of a hand. It closes after `duration` [s],
+// in as many laps of at most longest_lap (10 to 20 s) as that takes; below 10 s it is the beginning
+// of a 10 s lap.
+SplineTrajectory MakeRoomTrajectory(double duration, std::uint64_t seed, double longest_lap = 20.0);
+
+// Both; a start at rest comes before the walk. With traffic somebody walks there as well, and laps
+// are of at most kLongestLapWithVisitor. Throws InvalidArgument.
+Simulation SimulateRoom(const SimulationOptions& options);
+
+}  // namespace highwall::simulate

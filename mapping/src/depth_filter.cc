@@ -1,0 +1,57 @@
+#include <highwall/mapping/depth_filter.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <highwall/core/error.h>
+#include <highwall/mapping/keyframe_cloud.h>
+
+namespace highwall {
+
+DepthFilter::DepthFilter(const DepthCamera& camera, double voxel_size)
+    : camera_(camera),
+      smoothing_{.target_sigma = 0.25 * voxel_size, .max_extent = 2.0 * voxel_size},
+      unprojector_(camera.pinhole) {
+  HIGHWALL_REQUIRE(camera.sigma != nullptr, "DepthCamera::sigma must not be empty");
+}
+
+std::optional<KeyframeImage> DepthFilter::Push(KeyframeImage next) {
+  unprojector_.RequireDepth(next.depth);
+  next.depth = SmoothDepth(next.depth, camera_.pinhole.fx, camera_.sigma, smoothing_);
+  held_.push_back({std::move(next)});
+  std::optional<KeyframeImage> out = TakeOut(1);
+  if (held_.size() > 2) held_.pop_front();
+  return out;
+}
+
+std::optional<KeyframeImage> DepthFilter::Flush() {
+  std::optional<KeyframeImage> out = TakeOut(0);
+  held_.clear();
+  return out;
+}
+
+std::optional<KeyframeImage> DepthFilter::TakeOut(std::size_t newer) {
+  if (held_.size() <= newer) return std::nullopt;
+  const std::size_t here = held_.size() - 1 - newer;
+  if (held_[here].done) return std::nullopt;
+  held_[here].done = true;
+  std::vector<DepthView> neighbours;
+  for (std::size_t i = 0; i < held_.size(); ++i) {
+    if (i != here) neighbours.push_back({held_[i].frame.depth, held_[i].frame.T_WC});
+  }
+  KeyframeImage out = held_[here].frame;
+  out.depth = KeepAgreedDepth({out.depth, out.T_WC}, neighbours, camera_.pinhole, unprojector_);
+  return out;
+}
+
+void DepthFilter::Remove(std::int64_t id) {
+  std::erase_if(held_, [&](const Held& held) { return held.frame.id == id; });
+}
+
+void DepthFilter::SetPose(std::int64_t id, const Pose& T_WC) {
+  const auto held = std::ranges::find(held_, id, [](const Held& h) { return h.frame.id; });
+  if (held != held_.end()) held->frame.T_WC = T_WC;
+}
+
+}  // namespace highwall

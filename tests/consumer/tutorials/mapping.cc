@@ -1,0 +1,20 @@
+// Runs the program of docs/tutorial_mapping.md over three images of a wall; exits 0 if it is mapped.
+#include <mapping.h>
+
+#include <cmath>
+
+#include "wall.h"
+
+int main() {
+  const highwall::RgbdSensor sensor;
+  std::int64_t next = 0;
+  const highwall::DenseMap map = Survey(sensor, [&]() -> std::optional<highwall::RgbdImage> {
+    if (next == 3) return std::nullopt;
+    return Wall(next++ * 33'000'000, sensor.camera);
+  });
+  // W has x along the optical axis of the first camera.
+  for (const highwall::ColoredPoint& point : map.cloud) {
+    if (std::abs(point.p.x() - 2.0f) > 0.05f) return 1;
+  }
+  return !map.cloud.empty() && map.octree.LeafCount().occupied > 0 ? 0 : 1;
+}

@@ -1,0 +1,159 @@
+// The dense map of a run, fed with keyframes of a room.
+#include <highwall/mapping/dense_mapper.h>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+#include <highwall/mapping/dense_range.h>
+
+#include "box_room.h"
+
+namespace highwall {
+namespace {
+
+DenseMapOptions Options(bool background) {
+  DenseMapOptions options;
+  options.cloud.voxel_size = 0.05;
+  options.octree.resolution = 0.1;
+  options.background = background;
+  options.backlog = 2;
+  return options;
+}
+
+class DenseMapperOfARoom : public ::testing::Test {
+ protected:
+  std::map<std::int64_t, Pose> Poses() const {
+    std::map<std::int64_t, Pose> poses;
+    for (const KeyframeImage& keyframe : keyframes_) poses[keyframe.id] = keyframe.T_WC;
+    return poses;
+  }
+
+  const DepthCamera camera_ = SmallCamera();
+  const std::vector<KeyframeImage> keyframes_ = WalkThroughBox();
+};
+
+void ExpectEqual(const DenseMap& a, const DenseMap& b) {
+  ASSERT_FALSE(a.cloud.empty());
+  ASSERT_EQ(a.cloud.size(), b.cloud.size());
+  for (std::size_t i = 0; i < a.cloud.size(); ++i) ASSERT_EQ(a.cloud[i].p, b.cloud[i].p) << i;
+  EXPECT_EQ(a.octree.NodeCount(), b.octree.NodeCount());
+  EXPECT_EQ(a.octree.LeafCount().occupied, b.octree.LeafCount().occupied);
+}
+
+TEST_F(DenseMapperOfARoom, IsTheSameOnAThreadOfItsOwn) {
+  std::vector<DenseMap> maps;
+  for (const bool background : {false, true}) {
+    DenseMapper mapper(Options(background), camera_);
+    for (const KeyframeImage& keyframe : keyframes_) mapper.AddKeyframe(keyframe);
+    maps.push_back(mapper.Finish());
+  }
+  EXPECT_EQ(maps[0].keyframe_ms.size(), keyframes_.size());
+  ExpectEqual(maps[0], maps[1]);
+}
+
+TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
+  DenseMapper mapper(Options(true), camera_);
+  for (const KeyframeImage& keyframe : keyframes_) {
+    KeyframeImage drifted = keyframe;
+    drifted.T_WC = Pose(keyframe.T_WC.q(), keyframe.T_WC.p() + Eigen::Vector3d(0.3, 0.0, 0.0));
+    mapper.AddKeyframe(drifted);
+  }
+  mapper.SetPoses(Poses());
+  for (int i = 0; i < 2000 && !mapper.IsCurrent(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(mapper.IsCurrent()) << "the map did not follow within two seconds";
+  const DenseMap map = mapper.Finish();
+  // The walls stand where the poses put them: the cloud of true poses, voxel by voxel nearly.
+  DenseMapper truth(Options(false), camera_);
+  for (const KeyframeImage& keyframe : keyframes_) truth.AddKeyframe(keyframe);
+  const DenseMap expected = truth.Finish();
+  const auto mean = [](const DenseMap& dense) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const ColoredPoint& point : dense.cloud) sum += point.p.cast<double>();
+    return (sum / static_cast<double>(dense.cloud.size())).eval();
+  };
+  // A tenth of the drift at most: which points voxels took in was decided before.
+  EXPECT_LT((mean(map) - mean(expected)).norm(), 0.03);
+}
+
+TEST_F(DenseMapperOfARoom, ForgetsRemovedKeyframes) {
+  DenseMapper with(Options(false), camera_), without(Options(false), camera_);
+  for (const KeyframeImage& keyframe : keyframes_) with.AddKeyframe(keyframe);
+  for (std::size_t i = 1; i < keyframes_.size(); ++i) with.RemoveKeyframe(keyframes_[i].id);
+  without.AddKeyframe(keyframes_[0]);
+  const DenseMap one = with.Finish(), alone = without.Finish();
+  EXPECT_GT(one.octree.LeafCount().occupied, 0u);
+  // What the neighbour spoke against is missing.
+  EXPECT_LE(one.cloud.size(), alone.cloud.size());
+  EXPECT_GT(static_cast<double>(one.cloud.size()), 0.8 * static_cast<double>(alone.cloud.size()));
+}
+
+TEST_F(DenseMapperOfARoom, KnowsTheGround) {
+  DenseMapOptions options = Options(false);
+  options.cloud.voxel_size = 0.02;
+  options.octree.resolution = 0.05;
+  DenseMapper mapper(options, camera_);
+  for (const KeyframeImage& keyframe : keyframes_) mapper.AddKeyframe(keyframe);
+  const DenseMap map = mapper.Finish();
+  // The camera's y axis points down, and the floor is 0.8 m below: two metres of it are seen, by
+  // voxels that are known to half their size.
+  ASSERT_TRUE(map.ground_height);
+  EXPECT_NEAR(*map.ground_height, -0.8, 0.1);
+  EXPECT_LT((map.R_GW * Eigen::Vector3d(0, -1, 0) - Eigen::Vector3d::UnitZ()).norm(), 0.05);
+  EXPECT_GT(map.grid.width, 0);
+}
+
+TEST_F(DenseMapperOfARoom, ThrowsWhatWentWrongOnItsThreadAndGoesOn) {
+  for (const bool background : {false, true}) {
+    DenseMapper mapper(Options(background), camera_);
+    KeyframeImage bad = keyframes_[0];
+    bad.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(1.0));
+    const auto until_it_throws = [&] {
+      mapper.AddKeyframe(bad);
+      mapper.Finish();
+    };
+    EXPECT_THROW(until_it_throws(), InvalidArgument) << background;
+  }
+  DenseMapper mapper(Options(false), camera_);
+  KeyframeImage bad = keyframes_[0];
+  bad.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(1.0));
+  EXPECT_THROW(mapper.AddKeyframe(bad), InvalidArgument);
+  mapper.AddKeyframe(keyframes_[1]);
+  EXPECT_FALSE(mapper.Finish().cloud.empty());
+}
+
+TEST(DenseMapOptions, ReachAsFarInCloudAndOctree) {
+  const DenseMapOptions options;
+  EXPECT_EQ(options.cloud.max_depth, kDenseRange);
+  EXPECT_EQ(options.octree.max_range, kDenseRange);
+}
+
+TEST(DenseMapOptions, RefusesWhatMakesNoSenseNamingTheField) {
+  const auto refuses = [](const std::function<void(DenseMapOptions&)>& change, const char* field) {
+    DenseMapOptions options;
+    change(options);
+    try {
+      DenseMapper(options, SmallCamera());
+      ADD_FAILURE() << field << " was accepted";
+    } catch (const InvalidArgument& error) {
+      EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
+    }
+  };
+  refuses([](auto& o) { o.backlog = 0; }, "DenseMapOptions::backlog");
+  refuses([](auto& o) { o.cloud.voxel_size = 0.0; }, "voxel_size");
+  refuses([](auto& o) { o.octree.resolution = 0.0; }, "resolution");
+  refuses([](auto& o) { o.grid.z_max = 0.0; }, "z_max");
+  EXPECT_THROW(DenseMapper({}, {SmallCamera().pinhole, nullptr}), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall

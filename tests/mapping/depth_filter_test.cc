@@ -1,0 +1,70 @@
+#include <highwall/mapping/depth_filter.h>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
+#include "box_room.h"
+
+namespace highwall {
+namespace {
+
+// A wall at z [m] in front of a camera that stands still.
+KeyframeImage Wall(std::int64_t id, float z) {
+  const PinholeCamera camera = SmallCamera().pinhole;
+  return {id, 0, cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(z)),
+          cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar(10, 20, 30)), Pose()};
+}
+
+TEST(DepthFilter, AFrameComesOutWhenTheNextHasComeIn) {
+  DepthFilter filter(SmallCamera(), 0.01);
+  EXPECT_FALSE(filter.Push(Wall(4, 2.0f)));
+  EXPECT_EQ(filter.Push(Wall(7, 2.0f))->id, 4);
+  EXPECT_EQ(filter.Push(Wall(9, 2.0f))->id, 7);
+  EXPECT_EQ(filter.Flush()->id, 9);
+  EXPECT_FALSE(filter.Flush());
+}
+
+TEST(DepthFilter, DropsWhatBothNeighboursLookThrough) {
+  DepthFilter filter(SmallCamera(), 0.01);
+  KeyframeImage ghost = Wall(2, 2.0f);
+  ghost.depth.at<float>(50, 50) = 1.0f;
+  filter.Push(Wall(1, 2.0f));
+  filter.Push(ghost);
+  const cv::Mat depth = filter.Push(Wall(3, 2.0f))->depth;
+  EXPECT_EQ(depth.at<float>(50, 50), 0.0f);
+  EXPECT_NEAR(depth.at<float>(100, 50), 2.0f, 1e-5);  // rounding of the inverse
+}
+
+TEST(DepthFilter, PutsNeighboursWhereTheyAreNow) {
+  DepthFilter filter(SmallCamera(), 0.01);
+  filter.Push(Wall(1, 2.0f));
+  filter.Push(Wall(2, 1.0f));
+  // From a metre farther back the first sees the wall of the second where that sees it itself.
+  filter.SetPose(1, Pose(Eigen::Quaterniond::Identity(), {0, 0, -1}));
+  const cv::Mat depth = filter.Flush()->depth;
+  EXPECT_NEAR(depth.at<float>(60, 80), 1.0f, 1e-5);
+}
+
+TEST(DepthFilter, ForgetsRemovedFrames) {
+  DepthFilter filter(SmallCamera(), 0.01);
+  filter.Push(Wall(1, 2.0f));
+  filter.Remove(1);
+  EXPECT_FALSE(filter.Push(Wall(2, 2.0f)));
+  filter.Remove(2);
+  EXPECT_FALSE(filter.Flush());
+}
+
+TEST(DepthFilter, RefusesDepthOfAnotherSizeAndHoldsItNot) {
+  DepthFilter filter(SmallCamera(), 0.01);
+  KeyframeImage small = Wall(1, 2.0f);
+  small.depth = small.depth(cv::Rect(0, 0, 80, 60));
+  EXPECT_THROW(filter.Push(small), InvalidArgument);
+  EXPECT_FALSE(filter.Push(Wall(2, 2.0f)));
+}
+
+TEST(DepthFilter, RefusesACameraWhoseNoiseNobodyKnows) {
+  EXPECT_THROW(DepthFilter({SmallCamera().pinhole, nullptr}, 0.01), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall

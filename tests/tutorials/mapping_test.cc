@@ -1,0 +1,102 @@
+// The program of docs/tutorial_mapping.md, between the two marks, and its test.
+// [tutorial]
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+
+#include <highwall/frontend/system/slam_system.h>
+#include <highwall/mapping/settling_keyframes.h>
+
+// Waits for the next pair of images; empty when the camera has been switched off.
+using Camera = std::function<std::optional<highwall::RgbdImage>()>;
+
+// Cloud, octree and grid of what the camera sees.
+inline highwall::DenseMap Survey(const highwall::RgbdSensor& sensor, const Camera& camera) {
+  using namespace highwall;
+  SlamSystem slam(sensor);
+  DenseMapper mapper({}, {sensor.camera, [&](double z) { return sensor.depth_noise.Sigma(z); }});
+  SettlingKeyframes settling(mapper, [&](auto id) -> std::optional<SettledKeyframe> {
+    const KeyFrame* const keyframe = slam.map().keyframe(id);
+    if (keyframe == nullptr) return std::nullopt;
+    return SettledKeyframe{keyframe->T_WC, slam.MovingIn(id)};
+  });
+  const auto poses = [&] {
+    std::map<std::int64_t, Pose> T_WC;
+    for (const auto id : slam.map().keyframe_ids()) T_WC[id] = slam.map().keyframe(id)->T_WC;
+    return T_WC;
+  };
+  const auto on_keyframe = [&](const KeyFrame& keyframe, const RgbdImage& image) {
+    settling.Add({keyframe.id, image.stamp, image.depth, image.bgr, keyframe.T_WC}, {});
+  };
+  const auto on_frame = [&](const FrameResult& frame) {
+    settling.HandOver(frame.stamp);
+    if (!frame.mapping) return;
+    for (const auto id : frame.mapping->culled_keyframes) settling.Remove(id);
+  };
+  slam.SetCallbacks({.on_keyframe = on_keyframe,
+                     .on_map = [&](const Map&) { mapper.SetPoses(poses()); },
+                     .on_frame = on_frame});
+  while (const auto image = camera()) slam.Track(*image);
+  slam.Finish();
+  settling.HandOverAll();
+  mapper.SetPoses(poses());
+  return mapper.Finish();
+}
+// [/tutorial]
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <simulate/scenes/room.h>
+
+namespace highwall {
+namespace {
+
+TEST(MappingTutorial, MakesTheRoomThatTheCameraSees) {
+  simulate::SimulationOptions options;
+  options.seed = 3;
+  options.duration = 1.5;
+  options.camera = {
+      .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+  const simulate::Simulation room = simulate::SimulateRoom(options);
+  const RgbdSensor sensor{.camera = options.camera};
+  std::vector<RgbdImage> images;
+  for (int i = 0; i < room.size(); ++i) {
+    const simulate::SimulatedFrame frame = room.Render(i);
+    images.push_back({frame.stamp, frame.bgr, frame.depth});
+  }
+
+  std::size_t next = 0;
+  const DenseMap map = Survey(sensor, [&]() -> std::optional<RgbdImage> {
+    if (next == images.size()) return std::nullopt;
+    return images[next++];
+  });
+
+  // The world is that of the first camera: what it saw there is where the cloud is. Not all: later
+  // images look behind things.
+  const Eigen::Matrix3d R_CW = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
+  std::size_t in_view = 0, as_seen = 0, occupied = 0;
+  for (const ColoredPoint& point : map.cloud) {
+    const Eigen::Vector3d p_C = R_CW * point.p.cast<double>();
+    occupied += map.octree.IsOccupied(point.p.cast<double>()).value_or(false);
+    if (p_C.z() < 0.3) continue;
+    const cv::Point pixel(
+        static_cast<int>(std::lround(sensor.camera.fx * p_C.x() / p_C.z() + sensor.camera.cx)),
+        static_cast<int>(std::lround(sensor.camera.fy * p_C.y() / p_C.z() + sensor.camera.cy)));
+    if (!cv::Rect(cv::Point(), images[0].depth.size()).contains(pixel)) continue;
+    const float depth = images[0].depth.at<float>(pixel);
+    if (depth == 0.0f) continue;
+    ++in_view;
+    as_seen += std::abs(depth - p_C.z()) < 0.1;
+  }
+  ASSERT_GT(in_view, 1000u);
+  EXPECT_GT(static_cast<double>(as_seen), 0.9 * static_cast<double>(in_view));
+  EXPECT_GT(static_cast<double>(occupied), 0.9 * static_cast<double>(map.cloud.size()));
+  EXPECT_GT(map.grid.width, 0);
+}
+
+}  // namespace
+}  // namespace highwall
