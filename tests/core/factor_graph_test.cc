@@ -201,6 +201,31 @@ TEST(FactorGraph, RefusesWhatDoesNotFitBeforeCeresSeesIt) {
   EXPECT_EQ(graph.NumVariables(), 3u);
 }
 
+TEST(SolveOptions, ErrorsNameTheField) {
+  const auto expect_error = [](const SolveOptions& options, const std::string& field) {
+    try {
+      options.Validate();
+      ADD_FAILURE() << field;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find("::" + field), std::string::npos) << e.what();
+    }
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_NO_THROW(SolveOptions().Validate());
+  expect_error({.max_iterations = -1}, "max_iterations");
+  expect_error({.threads = 0}, "threads");
+  expect_error({.max_seconds = 0.0}, "max_seconds");
+  for (const double bad : {-1e-9, nan}) {
+    expect_error({.function_tolerance = bad}, "function_tolerance");
+    expect_error({.gradient_tolerance = bad}, "gradient_tolerance");
+    expect_error({.parameter_tolerance = bad}, "parameter_tolerance");
+  }
+  for (const double bad : {0.0, -1.0, nan, infinity}) {
+    expect_error({.initial_trust_region_radius = bad}, "initial_trust_region_radius");
+  }
+}
+
 TEST(FactorGraph, StaleHandlesAreRefusedEvenWhenTheirSlotIsUsedAgain) {
   FactorGraph graph;
   const auto old = graph.AddVariable(1.0);

@@ -319,6 +319,21 @@ TEST(SlidingWindowSmoother, LeastInformationRemovesTheRedundantState) {
   EXPECT_EQ(smoother.Stamps(), (std::vector<Stamp>{0, 1, 3, 4}));
 }
 
+TEST(SlidingWindowSmoother, TheOldestLeavesWhereAllOthersAreProtected) {
+  // State 1 has hardly a measurement of its own, but is among the newest five.
+  SlidingWindowSmoother smoother(
+      {.max_states = 2, .leaving = LeavingPolicy::kLeastInformation, .protected_states = 5});
+  const auto a = smoother.AddState(0, Vector2(0, 0)), b = smoother.AddState(1, Vector2(1, 0)),
+             c = smoother.AddState(2, Vector2(2, 0));
+  smoother.AddFactor(MakePrior({0, 0}), a);
+  smoother.AddFactor(MakeStep({1, 0}, 0.01), a, b);
+  smoother.AddFactor(MakeStep({2, 0}), a, c);
+  const UpdateReport report = smoother.Update();
+  ASSERT_TRUE(report.accepted) << report.message;
+  EXPECT_EQ(report.left, std::vector<Stamp>{0});
+  EXPECT_EQ(report.information_loss.size(), 1u);
+}
+
 TEST(SlidingWindowSmoother, CovarianceDoesNotMindOtherUnknownsAndCountsFixedOnesAsKnown) {
   SlidingWindowSmoother smoother;
   const auto a = smoother.AddState(0, Vector2(0, 0)), b = smoother.AddState(1, Vector2(0, 0));
@@ -497,6 +512,8 @@ TEST_F(SavedWindow, DamagedFilesAreRefusedWithTheLine) {
             name + ":2: the number of variables is out of range");
   EXPECT_EQ(replaced("variables 5", "variables 7"), name + ":8: expected 'state' or 'calibration'");
   EXPECT_EQ(replaced("1.3", "nan"), name + ":3: a number is not finite");
+  EXPECT_NE(replaced("1.3", "?1.3").find(":3: expected a number, found '?1.3"), std::string::npos);
+  EXPECT_NE(replaced("variables 5", "variables 5x").find(":2: "), std::string::npos);
   EXPECT_EQ(
       replaced("\nend\n", "\n"),
       name + ":" + std::to_string(std::count(text.begin(), text.end(), '\n')) + ": ends early");

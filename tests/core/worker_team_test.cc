@@ -1,5 +1,6 @@
 #include <highwall/core/worker_team.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <stdexcept>
@@ -27,12 +28,23 @@ TEST(WorkerTeam, TasksRunSideBySide) {
   WorkerTeam team(2);
   // Each waits for the other: one after the other would wait for ever.
   std::array<std::atomic<bool>, 2> here{};
-  team.Run(2, [&](std::size_t, std::size_t task) {
+  std::array<std::size_t, 2> worker_of{};
+  team.Run(2, [&](std::size_t worker, std::size_t task) {
+    worker_of[task] = worker;
     here[task] = true;
     here[task].notify_all();
     here[1 - task].wait(false);
   });
   EXPECT_TRUE(here[0] && here[1]);
+  // What belongs to a worker is found by its number.
+  EXPECT_EQ(std::minmax(worker_of[0], worker_of[1]), std::minmax<std::size_t>(0, 1));
+}
+
+TEST(WorkerTeam, WorkersAreNumberedFromZero) {
+  for (const std::size_t workers : {1, 2, 5}) {
+    WorkerTeam team(workers);
+    team.Run(100, [&](std::size_t worker, std::size_t) { EXPECT_LT(worker, workers); });
+  }
 }
 
 TEST(WorkerTeam, AWorkerDoesOneTaskAtATime) {

@@ -154,17 +154,20 @@ TEST(MakeKeyframeCloud, DropsSurfacesSeenAtAGrazingAngle) {
 TEST(KeepAgreedDepth, DropsWhatNeighboursLookThrough) {
   const PinholeCamera camera = WideCamera();
   const DepthUnprojector unprojector(camera);
-  cv::Mat depth = PlaneDepth(camera, {0, 0, 1}, 2.0);
-  depth(cv::Rect(30, 20, 4, 4)).setTo(1.0f);  // a ghost that nobody else sees
-  std::vector<DepthView> neighbours;
-  for (const double x : {-0.1, 0.1}) {
-    neighbours.push_back(
-        {PlaneDepth(camera, {0, 0, 1}, 2.0), Pose(Eigen::Quaterniond::Identity(), {x, 0, 0})});
+  for (const double z : {2.0, 0.6}) {  // [m] of a wall
+    const cv::Mat wall = PlaneDepth(camera, {0, 0, 1}, z);
+    const auto ghost_z = static_cast<float>(0.5 * z);
+    cv::Mat depth = wall.clone();
+    depth(cv::Rect(30, 20, 4, 4)).setTo(ghost_z);  // that nobody else sees
+    std::vector<DepthView> neighbours;
+    for (const double x : {-0.05 * z, 0.05 * z}) {
+      neighbours.push_back({wall, Pose(Eigen::Quaterniond::Identity(), {x, 0, 0})});
+    }
+    const cv::Mat kept = KeepAgreedDepth({depth, Pose()}, neighbours, camera, unprojector);
+    EXPECT_EQ(cv::countNonZero(kept), 64 * 48 - 16) << z;
+    EXPECT_EQ(kept.at<float>(21, 31), 0.0f);
+    EXPECT_EQ(depth.at<float>(21, 31), ghost_z) << "the image given stays as it is";
   }
-  const cv::Mat kept = KeepAgreedDepth({depth, Pose()}, neighbours, camera, unprojector);
-  EXPECT_EQ(cv::countNonZero(kept), 64 * 48 - 16);
-  EXPECT_EQ(kept.at<float>(21, 31), 0.0f);
-  EXPECT_EQ(depth.at<float>(21, 31), 1.0f) << "the image given stays as it is";
 }
 
 TEST(KeepAgreedDepth, KeepsWhatIsHiddenFromOrConfirmedByNeighbours) {

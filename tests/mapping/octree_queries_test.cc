@@ -94,6 +94,16 @@ TEST(NearestObstacle, IsThatOfAnExhaustiveSearch) {
   EXPECT_EQ(NearestObstacle(map, {1.03, 0, 0}, 0.5)->distance, 0.0);
 }
 
+// From the inside, 0.5 m off a wall at 1 m, and from the outside, 1.95 m off its back at 1.05 m.
+TEST(NearestObstacle, ReachesAsFarAsAsked) {
+  const OctomapBuilder map = Box();
+  const Vector3d inside(0.5, 0.01, 0.01), outside(3.0, 0.01, 0.01);
+  EXPECT_EQ(NearestObstacle(map, inside, 0.49), std::nullopt);
+  EXPECT_NEAR(NearestObstacle(map, inside, 0.51)->distance, 0.5, 1e-9);
+  EXPECT_EQ(NearestObstacle(map, outside, 1.94), std::nullopt);
+  EXPECT_NEAR(NearestObstacle(map, outside, 1.96)->distance, 1.95, 1e-9);
+}
+
 TEST(NearestFrontier, IsAFreeVoxelBesideTheUnknown) {
   // Looks to +x through a window: what lies around the cone is unknown.
   OctomapBuilder map({.resolution = kResolution, .max_range = 10.0});

@@ -175,6 +175,26 @@ TEST(Pcd, ReadsTextWithOtherFields) {
   }
 }
 
+TEST(Pcd, RefusesFieldsOfOtherSizesAndCounts) {
+  const TemporaryDirectory folder;
+  const std::string text =
+      "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 1\nDATA ascii\n1 2 3\n";
+  WriteText(folder / "cloud.pcd", text);
+  ASSERT_EQ(ReadPcd(folder / "cloud.pcd").size(), 1u);
+  for (const auto& [what, by] : {std::pair("SIZE 4 4 4", "SIZE 4 4 8"), {"COUNT 1", "COUNT 2"}}) {
+    std::string bad = text;
+    bad.replace(bad.find(what), std::string(what).size(), by);
+    WriteText(folder / "bad.pcd", bad);
+    try {
+      ReadPcd(folder / "bad.pcd");
+      ADD_FAILURE() << by;
+    } catch (const IoError& e) {
+      EXPECT_NE(std::string(e.what()).find("only fields of 4 bytes and count 1"), std::string::npos)
+          << e.what();
+    }
+  }
+}
+
 // Places found in one list of fields say nothing of records laid out by another.
 TEST(Pcd, FieldsAreNamedOnce) {
   const TemporaryDirectory folder;
