@@ -11,8 +11,8 @@
 #include <highwall/frontend/loops/loop_correction.h>
 #include <highwall/frontend/loops/loop_detector.h>
 
-#include "loop_scene.h"
-#include "ring_map.h"
+#include "support/loop_scene.h"
+#include "support/ring_map.h"
 #include "timing.h"
 
 namespace highwall::bench {

@@ -8,7 +8,7 @@
 
 #include <highwall/frontend/loops/loop_closer.h>
 
-#include "loop_scene.h"
+#include "support/loop_scene.h"
 #include "timing.h"
 
 namespace highwall::bench {

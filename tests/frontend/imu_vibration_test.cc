@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../factors/imu_scene.h"
+#include "support/imu_scene.h"
 
 namespace highwall {
 namespace {

@@ -11,11 +11,11 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_buffer.h>
-#include <highwall/frontend/input/imu_calibration.h>
 #include <highwall/frontend/inertial/inertial_window.h>
 #include <highwall/frontend/inertial/visual_pose.h>
+#include <highwall/frontend/input/imu_calibration.h>
 
-#include "../factors/imu_scene.h"
+#include "support/imu_scene.h"
 
 // What the tests of inertial odometry share: a body with camera and IMU on an analytic motion, the
 // readings of the IMU with noise and biases, the poses of the camera as images would tell them.

@@ -6,7 +6,7 @@
 
 #include <highwall/frontend/loops/loop_correction.h>
 
-#include "ring_map.h"
+#include "support/ring_map.h"
 
 namespace highwall {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 
-#include "loop_scene.h"
+#include "support/loop_scene.h"
 
 namespace highwall {
 namespace {

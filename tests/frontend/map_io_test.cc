@@ -16,8 +16,8 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/tracking/relocalizer.h>
 
-#include "../crc32.h"
-#include "synthetic_scene.h"
+#include "support/crc32.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

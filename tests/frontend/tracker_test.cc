@@ -10,7 +10,7 @@
 #include <highwall/core/stamp.h>
 
 #include "box_world.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -11,7 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/image_io.h>
 
-#include "generated_tum.h"
+#include "support/generated_tum.h"
 
 namespace highwall {
 namespace {
