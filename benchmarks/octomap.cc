@@ -28,7 +28,7 @@
 #include "config.h"
 #include "medians.h"
 #include "same_leaves.h"
-#include "stock_octree.h"
+#include "support/stock_octree.h"
 #include "timing.h"
 
 namespace highwall {

@@ -22,7 +22,7 @@
 #include <highwall/core/pose_graph.h>
 
 #include "bench_main.h"
-#include "false_loops.h"
+#include "support/false_loops.h"
 #include "timing.h"
 
 namespace highwall {

@@ -1,5 +1,6 @@
 # Includes follow the arrows of docs/architecture.md: core <- factors <- frontend, core <- mapping,
-# and between the rooms of frontend and the folders of apps/simulate. A file that includes from above its own place is named.
+# between the rooms of frontend and the folders of apps/simulate. A file that includes from above
+# its own place is named, and so is a test or a benchmark that includes from the folder of another.
 # Usage: cmake -D ROOT=<project> -P scripts/check_arrows.cmake
 cmake_minimum_required(VERSION 3.23)
 
@@ -60,6 +61,17 @@ foreach(place IN LISTS places)
         string(APPEND errors "\n  ${file}: ${include}: ${place} may not use ${target}")
       endif()
     endforeach()
+  endforeach()
+endforeach()
+# What several folders of tests or the benchmarks share lies in tests/support.
+file(GLOB_RECURSE files RELATIVE ${ROOT}
+     ${ROOT}/tests/*.h ${ROOT}/tests/*.cc ${ROOT}/benchmarks/*.h ${ROOT}/benchmarks/*.cc)
+foreach(file IN LISTS files)
+  file(STRINGS ${ROOT}/${file} includes REGEX "^#include \"")
+  foreach(include IN LISTS includes)
+    if(include MATCHES "\"(\\.\\./|(core|factors|frontend|mapping|apps|benchmarks)/)")
+      string(APPEND errors "\n  ${file}: ${include}: share it by tests/support")
+    endif()
   endforeach()
 endforeach()
 if(errors)

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_loops.h"
-#include "loop_scene.h"
 #include "loops/loop_correction.h"
 #include "loops/loop_detector.h"
-#include "ring_map.h"
+#include "support/loop_scene.h"
+#include "support/ring_map.h"
 #include "timing.h"
 
 namespace highwall::bench {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_loops.h"
-#include "loop_scene.h"
 #include "loops/loop_closer.h"
+#include "support/loop_scene.h"
 #include "timing.h"
 
 namespace highwall::bench {

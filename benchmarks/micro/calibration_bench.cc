@@ -5,8 +5,8 @@
 #include <highwall/factors/scaled_motion.h>
 #include <highwall/factors/time_offset_reprojection.h>
 
-#include "calibration_twins.h"
 #include "evaluate_bench.h"
+#include "support/calibration_twins.h"
 
 namespace highwall {
 namespace {

@@ -5,8 +5,8 @@
 #include <highwall/factors/zero_velocity.h>
 
 #include "evaluate_bench.h"
-#include "imu_scene.h"
-#include "imu_twins.h"
+#include "support/imu_scene.h"
+#include "support/imu_twins.h"
 
 namespace highwall {
 namespace {

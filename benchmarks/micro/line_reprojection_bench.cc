@@ -4,7 +4,7 @@
 #include <highwall/factors/line_reprojection.h>
 
 #include "evaluate_bench.h"
-#include "reprojection_twins.h"
+#include "support/reprojection_twins.h"
 
 namespace highwall {
 namespace {

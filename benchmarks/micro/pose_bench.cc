@@ -5,7 +5,7 @@
 #include <highwall/core/relative_pose.h>
 
 #include "evaluate_bench.h"
-#include "pose_twins.h"
+#include "support/pose_twins.h"
 
 namespace highwall {
 namespace {

@@ -14,7 +14,7 @@
 #include <highwall/core/information_loss.h>
 #include <highwall/core/marginalization.h>
 
-#include "simulated_window.h"
+#include "support/simulated_window.h"
 
 namespace highwall {
 namespace {

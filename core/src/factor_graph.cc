@@ -239,11 +239,16 @@ struct FactorGraph::Impl {
   }
 
   // One manifold object per type of variable; null where Euclidean.
-  ceres::Manifold* ManifoldOf(MakeManifold make) {
+  ceres::Manifold* ManifoldOf(MakeManifold make, int size) {
     for (const auto& [key, manifold] : manifolds) {
       if (key == make) return manifold.get();
     }
-    manifolds.emplace_back(make, make());
+    std::unique_ptr<ceres::Manifold> manifold = make();
+    HIGHWALL_REQUIRE(manifold == nullptr || manifold->AmbientSize() == size,
+                     "FactorGraph::AddVariable: the manifold is one of " +
+                         std::to_string(manifold->AmbientSize()) + " doubles, the variable has " +
+                         std::to_string(size));
+    manifolds.emplace_back(make, std::move(manifold));
     return manifolds.back().second.get();
   }
 
@@ -276,6 +281,8 @@ VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold ma
   HIGHWALL_REQUIRE(
       std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }),
       "FactorGraph::AddVariable: non-finite value");
+  ceres::Manifold* const manifold =
+      impl_->ManifoldOf(make_manifold, static_cast<int>(values.size()));
   const std::uint32_t index = TakeSlot(&impl_->variables, &impl_->free_variables);
   VariableSlot& slot = impl_->variables[index];
   slot.block = impl_->TakeBlock(values.size());
@@ -284,7 +291,7 @@ VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold ma
   slot.landmark = landmark;
   slot.type = &type;
   ++slot.generation;
-  impl_->problem.AddParameterBlock(slot.block.get(), slot.size, impl_->ManifoldOf(make_manifold));
+  impl_->problem.AddParameterBlock(slot.block.get(), slot.size, manifold);
   const VariableId id{index, slot.generation, impl_->number};
   impl_->by_block.emplace(slot.block.get(), id);
   return id;

@@ -8,7 +8,7 @@
 
 #include <highwall/core/error.h>
 
-#include "../frontend/generated_tum.h"
+#include "support/generated_tum.h"
 #include "yaml_reader.h"
 
 namespace highwall::apps {

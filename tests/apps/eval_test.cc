@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "run_program.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

@@ -8,8 +8,8 @@
 #include <highwall/mapping/occupancy_grid.h>
 #include <highwall/mapping/octomap_builder.h>
 
-#include "grid_planner.h"
 #include "simulate/scenes/mine.h"
+#include "support/grid_planner.h"
 
 namespace highwall {
 namespace {

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../frontend/generated_tum.h"
-#include "run_program.h"
+#include "support/generated_tum.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

@@ -8,9 +8,9 @@
 #include <highwall/core/g2o_io.h>
 #include <highwall/core/pose_graph.h>
 
-#include "false_loops.h"
-#include "pose_graph_scenes.h"
-#include "run_program.h"
+#include "support/false_loops.h"
+#include "support/pose_graph_scenes.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

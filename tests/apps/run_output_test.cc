@@ -10,8 +10,8 @@
 
 #include <highwall/core/error.h>
 
-#include "../file_size_limit.h"
-#include "../temporary_directory.h"
+#include "support/file_size_limit.h"
+#include "support/temporary_directory.h"
 
 namespace highwall::apps {
 namespace {

@@ -17,9 +17,9 @@
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "config.h"
-#include "run_program.h"
-#include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
+#include "simulate/output/tum_writer.h"
+#include "support/run_program.h"
 
 namespace highwall::simulate {
 namespace {

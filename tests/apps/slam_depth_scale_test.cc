@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "run_program.h"
-#include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
+#include "simulate/output/tum_writer.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

@@ -15,11 +15,11 @@
 
 #include <highwall/core/trajectory.h>
 
-#include "../frontend/faulty_readings.h"
-#include "run_program.h"
 #include "simulate/output/imu_files.h"
-#include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
+#include "simulate/output/tum_writer.h"
+#include "support/faulty_readings.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

@@ -15,9 +15,9 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
 
-#include "run_program.h"
-#include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
+#include "simulate/output/tum_writer.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

@@ -15,9 +15,9 @@
 
 #include <highwall/core/trajectory.h>
 
-#include "../file_size_limit.h"
-#include "run_program.h"
-#include "small_room.h"
+#include "support/file_size_limit.h"
+#include "support/run_program.h"
+#include "support/small_room.h"
 
 namespace highwall {
 namespace {

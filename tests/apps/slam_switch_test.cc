@@ -8,8 +8,8 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/mapping/octomap_builder.h>
 
-#include "run_program.h"
-#include "small_room.h"
+#include "support/run_program.h"
+#include "support/small_room.h"
 
 namespace highwall {
 namespace {

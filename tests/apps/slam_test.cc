@@ -17,9 +17,9 @@
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-#include "../frontend/generated_tum.h"
-#include "run_program.h"
-#include "small_room.h"
+#include "support/generated_tum.h"
+#include "support/run_program.h"
+#include "support/small_room.h"
 
 namespace highwall {
 namespace {

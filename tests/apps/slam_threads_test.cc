@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "run_program.h"
-#include "simulate/room.h"
-#include "simulate/tum_writer.h"
+#include "support/run_program.h"
+#include "simulate/scenes/room.h"
+#include "simulate/output/tum_writer.h"
 
 namespace highwall {
 namespace {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../apps/run_program.h"
-#include "../factors/imu_scene.h"
+#include "support/imu_scene.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../apps/run_program.h"
+#include "support/run_program.h"
 
 namespace highwall {
 namespace {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../apps/run_program.h"
-#include "../apps/small_room.h"
+#include "support/run_program.h"
+#include "support/small_room.h"
 
 namespace highwall {
 namespace {

@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/core/line3.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 
@@ -30,22 +31,6 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 std::unique_ptr<VectorPrior<1>> MakeScalarPrior(double x_0, double w = 1.0) {
   using Scalar = Eigen::Matrix<double, 1, 1>;
   return std::make_unique<VectorPrior<1>>(Scalar(x_0), Scalar(w));
-}
-
-template <class P, class... Ts>
-concept CanAdd = requires(FactorGraph graph, P factor, Variable<Ts>... variables) {
-  graph.AddFactor(std::move(factor), variables...);
-};
-
-TEST(FactorGraph, OnlyTheDeclaredVariablesCompile) {
-  static_assert(CanAdd<std::unique_ptr<RelativePose>, Pose, Pose>);
-  static_assert(CanAdd<std::shared_ptr<RelativePose>, Pose, Pose>);
-  static_assert(!CanAdd<std::unique_ptr<RelativePose>, Pose, Point>);
-  static_assert(!CanAdd<std::unique_ptr<RelativePose>, Pose>);
-  static_assert(!CanAdd<std::unique_ptr<VectorPrior<6>>, Segment3>);
-  static_assert(CanAdd<std::unique_ptr<VectorPrior<1>>, double>);
-  // A factor that declares nothing is checked when it is added.
-  static_assert(CanAdd<std::unique_ptr<ceres::CostFunction>, Pose, Point>);
 }
 
 TEST(FactorGraph, ValuesComeBackAsTheyWereForEveryKindOfVariable) {

@@ -8,8 +8,8 @@
 
 #include <highwall/core/error.h>
 
-#include "../temporary_directory.h"
-#include "pose_graph_scenes.h"
+#include "support/pose_graph_scenes.h"
+#include "support/temporary_directory.h"
 
 namespace highwall {
 namespace {

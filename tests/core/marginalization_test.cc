@@ -13,6 +13,7 @@
 #include <Eigen/Dense>
 
 #include <highwall/core/error.h>
+#include <highwall/core/line3.h>
 #include <highwall/core/manifolds.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>

@@ -18,8 +18,8 @@
 #include <highwall/core/g2o_io.h>
 #include <highwall/core/se3.h>
 
-#include "false_loops.h"
-#include "pose_graph_scenes.h"
+#include "support/false_loops.h"
+#include "support/pose_graph_scenes.h"
 
 namespace highwall {
 namespace {

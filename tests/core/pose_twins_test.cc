@@ -1,4 +1,4 @@
-#include "pose_twins.h"
+#include "support/pose_twins.h"
 
 #include <vector>
 

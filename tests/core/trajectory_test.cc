@@ -12,8 +12,8 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/trajectory_log.h>
 
-#include "../file_size_limit.h"
-#include "../temporary_directory.h"
+#include "support/file_size_limit.h"
+#include "support/temporary_directory.h"
 
 namespace highwall {
 namespace {

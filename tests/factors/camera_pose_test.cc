@@ -12,9 +12,9 @@
 #include <highwall/core/prior.h>
 #include <highwall/core/testing/jacobian_check.h>
 
-#include "calibration_twins.h"
-#include "imu_scene.h"
 #include "reprojection_scene.h"
+#include "support/calibration_twins.h"
+#include "support/imu_scene.h"
 
 namespace highwall {
 namespace {

@@ -11,8 +11,8 @@
 #include <highwall/core/manifolds.h>
 #include <highwall/core/testing/jacobian_check.h>
 
-#include "calibration_twins.h"
 #include "reprojection_scene.h"
+#include "support/calibration_twins.h"
 
 namespace highwall {
 namespace {

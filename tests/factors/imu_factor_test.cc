@@ -13,9 +13,9 @@
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/testing/jacobian_check.h>
 
-#include "imu_scene.h"
-#include "imu_twins.h"
 #include "reprojection_scene.h"
+#include "support/imu_scene.h"
+#include "support/imu_twins.h"
 
 namespace highwall {
 namespace {

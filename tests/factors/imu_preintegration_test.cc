@@ -11,7 +11,7 @@
 
 #include <highwall/core/error.h>
 
-#include "imu_scene.h"
+#include "support/imu_scene.h"
 
 namespace {
 std::size_t allocations = 0;

@@ -13,7 +13,7 @@
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
 
-#include "reprojection_twins.h"
+#include "support/reprojection_twins.h"
 
 // What the tests of the reprojection factors share: a rig, random states in front of it, and the
 // evaluation of a cost function.

@@ -13,8 +13,8 @@
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/testing/jacobian_check.h>
 
-#include "calibration_twins.h"
 #include "reprojection_scene.h"
+#include "support/calibration_twins.h"
 
 namespace highwall {
 namespace {

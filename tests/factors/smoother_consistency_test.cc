@@ -6,7 +6,7 @@
 
 #include <highwall/core/manifolds.h>
 
-#include "simulated_window.h"
+#include "support/simulated_window.h"
 
 // Monte-Carlo consistency: over many runs the error of the newest pose, normalised by the
 // covariance that the smoother states (NEES), is chi-squared with six degrees of freedom. Source:

@@ -9,7 +9,7 @@
 #include <highwall/core/error.h>
 
 #include "local/bundle_adjustment.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -8,7 +8,7 @@
 #include <highwall/frontend/pose/degeneracy.h>
 
 #include "pose/pose_solver.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <highwall/core/error.h>
 
-#include "generated_tum.h"
+#include "support/generated_tum.h"
 
 namespace highwall {
 namespace {

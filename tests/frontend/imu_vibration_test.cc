@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "../factors/imu_scene.h"
 #include "inertial/imu_vibration.h"
+#include "support/imu_scene.h"
 
 namespace highwall {
 namespace {

@@ -14,8 +14,8 @@
 #include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/imu_calibration.h>
 
-#include "../factors/imu_scene.h"
 #include "inertial/inertial_window.h"
+#include "support/imu_scene.h"
 
 // What the tests of inertial odometry share: a body with camera and IMU on an analytic motion, the
 // readings of the IMU with noise and biases, the poses of the camera as images would tell them.

@@ -2,8 +2,8 @@
 
 #include <highwall/core/error.h>
 
-#include "loop_scene.h"
 #include "loops/keyframe_graph.h"
+#include "support/loop_scene.h"
 
 namespace highwall {
 namespace {

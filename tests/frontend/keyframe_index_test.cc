@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <highwall/core/error.h>
 
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 #include "tracking/keyframe_policy.h"
 
 namespace highwall {

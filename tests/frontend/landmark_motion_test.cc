@@ -7,7 +7,7 @@
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "pose/landmark_motion.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -10,7 +10,7 @@
 #include <highwall/core/error.h>
 
 #include "local/local_mapper.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

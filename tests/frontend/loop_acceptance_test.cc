@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "loops/loop_correction.h"
-#include "ring_map.h"
+#include "support/ring_map.h"
 
 namespace highwall {
 namespace {

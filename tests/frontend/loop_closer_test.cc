@@ -6,8 +6,8 @@
 
 #include <highwall/core/error.h>
 
-#include "loop_scene.h"
 #include "loops/loop_closer.h"
+#include "support/loop_scene.h"
 
 namespace highwall {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <highwall/core/error.h>
 
-#include "loop_scene.h"
 #include "loops/loop_detector.h"
+#include "support/loop_scene.h"
 
 namespace highwall {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "loops/map_correction.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -15,8 +15,8 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/map_io.h>
 
-#include "../crc32.h"
-#include "synthetic_scene.h"
+#include "support/crc32.h"
+#include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
 
 namespace highwall {

@@ -6,7 +6,7 @@
 #include <highwall/core/error.h>
 
 #include "map/map_matcher.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -10,7 +10,7 @@
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "pose/pose_solver.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -3,7 +3,7 @@
 #include <highwall/core/error.h>
 
 #include "map/projection_matcher.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {

@@ -14,7 +14,7 @@
 #include <simulate/scenes/room.h>
 #include <opencv2/core.hpp>
 
-#include "faulty_readings.h"
+#include "support/faulty_readings.h"
 
 namespace highwall {
 namespace {

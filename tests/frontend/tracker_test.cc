@@ -9,7 +9,7 @@
 #include <highwall/core/stamp.h>
 
 #include "box_world.h"
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
 #include "tracking/tracker.h"
 
 namespace highwall {

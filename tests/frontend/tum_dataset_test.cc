@@ -9,8 +9,8 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
-#include "generated_tum.h"
 #include "input/image_io.h"
+#include "support/generated_tum.h"
 
 namespace highwall {
 namespace {

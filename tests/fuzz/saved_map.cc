@@ -5,8 +5,8 @@
 #include <cstring>
 #include <memory>
 
-#include "../crc32.h"
 #include "fuzz.h"
+#include "support/crc32.h"
 
 namespace highwall::fuzz {
 namespace {

@@ -12,7 +12,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-#include "stock_octree.h"
+#include "support/stock_octree.h"
 
 namespace highwall {
 namespace {

@@ -12,8 +12,8 @@
 #include <highwall/mapping/color_octree.h>
 #include <highwall/mapping/octomap_builder.h>
 
-#include "../file_size_limit.h"
-#include "../temporary_directory.h"
+#include "support/file_size_limit.h"
+#include "support/temporary_directory.h"
 
 namespace highwall {
 namespace {

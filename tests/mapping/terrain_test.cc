@@ -15,7 +15,7 @@
 #include <highwall/mapping/occupancy_grid.h>
 #include <highwall/mapping/octree_size.h>
 
-#include "grid_planner.h"
+#include "support/grid_planner.h"
 
 namespace highwall {
 namespace {

@@ -119,7 +119,7 @@ class InertialTrajectory {
 
 #include <gtest/gtest.h>
 
-#include "../factors/imu_scene.h"
+#include "support/imu_scene.h"
 
 namespace highwall {
 namespace {

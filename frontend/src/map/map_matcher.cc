@@ -4,7 +4,6 @@
 #include <highwall/core/error.h>
 
 #include "features/line_matcher.h"
-
 #include "map/map_matcher.h"
 
 namespace highwall {

@@ -59,7 +59,7 @@ class FactorGraph {
   FactorGraph(FactorGraph&&) noexcept;
   FactorGraph& operator=(FactorGraph&&) noexcept;
 
-  // Throws InvalidArgument if the value is not finite.
+  // Throws InvalidArgument if the value is not finite, or T's manifold one of another size.
   template <class T>
   Variable<T> AddVariable(const T& value) {
     return AddTyped(value, /*landmark=*/false);

@@ -9,6 +9,8 @@
 
 namespace highwall {
 
+class LineManifold;
+
 // A straight line in Pluecker coordinates: moment n = p x d for every point p on the line, and
 // direction d (not zero; its length scales n). Source: Hartley, Zisserman, "Multiple View
 // Geometry", 2nd ed., section 3.2.2.
@@ -37,6 +39,7 @@ PluckerLine operator*(const Pose& T_AB, const PluckerLine& line_B);
 class OrthonormalLine {
  public:
   static constexpr int kSize = 6;
+  using Manifold = LineManifold;
 
   // The z axis shifted by 1 m along x.
   OrthonormalLine()

@@ -9,6 +9,8 @@
 
 namespace highwall {
 
+class PoseManifold;
+
 // A rigid transform T_AB, p_A = R_AB p_B + p_AB: the pose of frame B in frame A.
 //
 // Seven contiguous doubles [p_x p_y p_z q_x q_y q_z q_w] (metres, unit Hamilton quaternion): the
@@ -16,6 +18,7 @@ namespace highwall {
 class Pose {
  public:
   static constexpr int kSize = 7;
+  using Manifold = PoseManifold;
 
   Pose() : data_{0, 0, 0, 0, 0, 0, 1} {}
   // q_AB is normalised. Throws InvalidArgument if an argument or |q_AB| is not finite or q_AB zero.

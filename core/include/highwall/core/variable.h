@@ -9,23 +9,22 @@
 #include <ceres/manifold.h>
 #include <Eigen/Core>
 
-#include <highwall/core/line3.h>
 #include <highwall/core/manifolds.h>
-#include <highwall/core/pose.h>
-#include <highwall/core/unit_direction.h>
 
 namespace highwall {
 
 using Point = Eigen::Vector3d;
 
-// How a value becomes a parameter block. Specialize it to use a type of your own in a FactorGraph:
+// How a value becomes a parameter block of a FactorGraph:
 //   kSize                            doubles in the block
 //   Write(value, double*), Read(const double*)
 //   MakeManifold()                   null where the block is Euclidean
+// A type of your own has the members of the next lines, or a specialization of this.
 template <class T>
 struct VariableTraits;
 
-// Types that are their own block: kSize contiguous doubles behind data().
+// Types that are their own block: kSize contiguous doubles behind data(), and T::Manifold, derived
+// from ceres::Manifold, unless the block is Euclidean.
 template <class T>
 requires requires(T value) {
   { T::kSize } -> std::convertible_to<int>;
@@ -40,11 +39,11 @@ struct VariableTraits<T> {
     return value;
   }
   static std::unique_ptr<ceres::Manifold> MakeManifold() {
-    if constexpr (std::is_same_v<T, Pose>) return std::make_unique<PoseManifold>();
-    if constexpr (std::is_same_v<T, OrthonormalLine>) return std::make_unique<LineManifold>();
-    if constexpr (std::is_same_v<T, UnitDirection>)
-      return std::make_unique<UnitDirectionManifold>();
-    return nullptr;
+    if constexpr (requires { typename T::Manifold; }) {
+      return std::make_unique<typename T::Manifold>();
+    } else {
+      return nullptr;
+    }
   }
 };
 

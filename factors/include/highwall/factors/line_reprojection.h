@@ -5,6 +5,9 @@
 #include <ceres/sized_cost_function.h>
 #include <Eigen/Core>
 
+#include <highwall/core/line3.h>
+#include <highwall/core/pose.h>
+#include <highwall/core/variable.h>
 #include <highwall/factors/depth_noise.h>
 #include <highwall/factors/rgbd_projection.h>
 
@@ -54,6 +57,7 @@ std::array<ProjectionRows<2>, 2> SegmentRows(const RgbdSegment& observed, const 
 // Source: Xiao et al. 2025, section 3.2.
 class LineReprojection final : public ceres::SizedCostFunction<2, 7, 6> {
  public:
+  using Variables = VariableList<Pose, Segment3>;
   enum Block { kPose = 0, kSegment = 1 };
 
   // rows: SegmentRows(s, e, sigma_px).
@@ -72,6 +76,7 @@ class LineReprojection final : public ceres::SizedCostFunction<2, 7, 6> {
 // LineReprojection. Source: Xiao et al. 2025, section 3.3; the covariance is derived on the page.
 class LineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6> {
  public:
+  using Variables = VariableList<Pose, Segment3>;
   enum Block { kPose = 0, kSegment = 1 };
 
   // rows: SegmentRows(observed, noise, weighting).
@@ -97,6 +102,7 @@ class LineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6> {
 // Source: Bartoli, Sturm, "Structure-from-motion using lines", CVIU 2005, section 4.
 class OrthonormalLineReprojection final : public ceres::SizedCostFunction<2, 7, 6> {
  public:
+  using Variables = VariableList<Pose, OrthonormalLine>;
   enum Block { kPose = 0, kLine = 1 };
 
   // s, e [px]; sigma_px [px] > 0. Throws InvalidArgument as SegmentRows.
@@ -118,6 +124,7 @@ class OrthonormalLineReprojection final : public ceres::SizedCostFunction<2, 7, 
 // Blocks as OrthonormalLineReprojection.
 class OrthonormalLineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6> {
  public:
+  using Variables = VariableList<Pose, OrthonormalLine>;
   enum Block { kPose = 0, kLine = 1 };
 
   // Throws InvalidArgument as SegmentRows.

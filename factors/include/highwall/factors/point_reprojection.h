@@ -3,6 +3,8 @@
 #include <ceres/sized_cost_function.h>
 #include <Eigen/Core>
 
+#include <highwall/core/pose.h>
+#include <highwall/core/variable.h>
 #include <highwall/factors/rgbd_projection.h>
 
 namespace highwall {
@@ -24,6 +26,7 @@ ProjectionRows<3> PointRows(const Eigen::Vector3d& uvd, const Eigen::Matrix3d& s
 // Domain: p_C.z >= RgbdProjection::min_depth; outside of it r = 0, J = 0 and Evaluate is true.
 class PointReprojection final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
+  using Variables = VariableList<Pose, Point>;
   enum Block { kPose = 0, kPoint = 1 };
 
   // Arguments and exceptions as PointRows.
@@ -43,6 +46,7 @@ class PointReprojection final : public ceres::SizedCostFunction<2, 7, 3> {
 // With the W of Weighting::kPaper the rows are (u, v, u_R) of the virtual right camera.
 class PointReprojectionRgbd final : public ceres::SizedCostFunction<3, 7, 3> {
  public:
+  using Variables = VariableList<Pose, Point>;
   enum Block { kPose = 0, kPoint = 1 };
 
   // Arguments and exceptions as PointRows.

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "../temporary_directory.h"
+#include "support/temporary_directory.h"
 
 // Small TUM RGB-D datasets for tests.
 namespace highwall::testing {

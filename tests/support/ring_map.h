@@ -8,8 +8,8 @@
 #include <highwall/frontend/map/map.h>
 
 #include "loops/keyframe_graph.h"
-#include "odometry_drift.h"
-#include "synthetic_scene.h"
+#include "support/odometry_drift.h"
+#include "support/synthetic_scene.h"
 
 // The map of a walk round a ring, a quarter of a metre a keyframe, that ends a step before where it
 // began: landmarks join every keyframe with the five before it, the map has not seen the return,

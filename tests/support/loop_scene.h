@@ -7,8 +7,8 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
-#include "odometry_drift.h"
-#include "synthetic_scene.h"
+#include "support/odometry_drift.h"
+#include "support/synthetic_scene.h"
 
 // A walk round a ring of points and lines, camera looking outwards, that ends where it began; the
 // map drifts on the way and does not know that it is back.

@@ -5,8 +5,8 @@
 #include <ceres/autodiff_cost_function.h>
 #include <Eigen/Core>
 
-#include "imu_twins.h"
-#include "reprojection_twins.h"
+#include "support/imu_twins.h"
+#include "support/reprojection_twins.h"
 
 // Autodiff twins of the factors with a calibration block.
 namespace highwall::twins {

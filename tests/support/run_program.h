@@ -15,7 +15,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../temporary_directory.h"
+#include "support/temporary_directory.h"
 
 // Programs as their users run them.
 namespace highwall::testing {
