@@ -9,10 +9,10 @@
 #include <vector>
 
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/map/projection_matcher.h>
-#include <highwall/frontend/input/sensor.h>
 #include <Eigen/Core>
 #include <Eigen/QR>
 #include <opencv2/core/types.hpp>
