@@ -3,11 +3,9 @@
 #   cmake --install build --component core
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/highwall)
-foreach(module core factors frontend mapping)
-  if(TARGET highwall_${module})
-    install(EXPORT highwall_${module} FILE highwall_${module}.cmake NAMESPACE highwall::
-            DESTINATION ${package_dir} COMPONENT ${module})
-  endif()
+foreach(module IN LISTS modules)
+  install(EXPORT highwall_${module} FILE highwall_${module}.cmake NAMESPACE highwall::
+          DESTINATION ${package_dir} COMPONENT ${module})
 endforeach()
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/highwallConfig.cmake.in ${PROJECT_BINARY_DIR}/highwallConfig.cmake

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <random>
 
@@ -89,6 +91,11 @@ inline PoseGraph MakeField(unsigned seed, double noise = 1.0, int rows = 8) {
     if (across != k - 1) scene.AddEdge(across, k);
   }
   return scene.truth;
+}
+
+inline std::size_t CountLoops(const PoseGraph& graph) {
+  return static_cast<std::size_t>(std::count_if(graph.edges.begin(), graph.edges.end(),
+                                                [](const auto& e) { return e.IsLoop(); }));
 }
 
 }  // namespace highwall

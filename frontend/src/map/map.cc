@@ -5,6 +5,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <unordered_map>
 
 #include <highwall/core/error.h>
 
@@ -307,20 +308,17 @@ void Map::RefreshPoint(PointId id, double scale_factor, int levels) {
 
 std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> points,
                                                        std::span<const LineId> lines) const {
-  std::vector<int> count(static_cast<std::size_t>(keyframes_.end_id()), 0);
+  std::unordered_map<KeyFrameId, int> count;
   const auto add = [&](const auto* landmark) {
     if (landmark == nullptr) return;
-    for (const Observation& o : landmark->observations)
-      ++count[static_cast<std::size_t>(o.keyframe)];
+    for (const Observation& o : landmark->observations) ++count[o.keyframe];
   };
   for (const PointId id : points) add(point(id));
   for (const LineId id : lines) add(line(id));
-  std::vector<std::pair<KeyFrameId, int>> observers;
-  for (std::size_t i = 0; i < count.size(); ++i) {
-    if (count[i] > 0) observers.emplace_back(static_cast<KeyFrameId>(i), count[i]);
-  }
-  std::stable_sort(observers.begin(), observers.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<std::pair<KeyFrameId, int>> observers(count.begin(), count.end());
+  std::sort(observers.begin(), observers.end(), [](const auto& a, const auto& b) {
+    return a.second != b.second ? a.second > b.second : a.first < b.first;
+  });
   return observers;
 }
 

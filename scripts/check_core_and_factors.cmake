@@ -1,0 +1,34 @@
+# HIGHWALL_MODULES=core,factors is configured, built and tested with Eigen, Ceres and GoogleTest
+# alone: no other package that the project uses may be found.
+# Usage: cmake -D ROOT=<project> -D BUILD=<folder, made anew> [-D TESTS=<regular expression>]
+#              -P scripts/check_core_and_factors.cmake
+# TESTS: the test programs that are built and run; "." are all of them.
+cmake_minimum_required(VERSION 3.23)
+if(NOT TESTS)
+  set(TESTS "^(core_pose|core_variable_types|factors_variable_types|factors_zero_velocity)_test$")
+endif()
+
+# run(what command ...): ends the script with the last lines of the output if the command fails.
+function(run what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
+  if(NOT result EQUAL 0)
+    string(LENGTH "${out}" length)
+    if(length GREATER 4000)
+      math(EXPR begin "${length} - 4000")
+      string(SUBSTRING "${out}" ${begin} -1 out)
+    endif()
+    message(FATAL_ERROR "core and factors alone: ${what} fails\n${out}")
+  endif()
+endfunction()
+
+set(absent "")
+foreach(package IN ITEMS OpenCV octomap embree yaml-cpp CLI11 fmt nlohmann_json benchmark)
+  list(APPEND absent -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+endforeach()
+file(REMOVE_RECURSE ${BUILD})
+run("the configuration" ${CMAKE_COMMAND} -S ${ROOT} -B ${BUILD} -G Ninja
+    -DCMAKE_BUILD_TYPE=Release -DHIGHWALL_MODULES=core,factors -DHIGHWALL_TESTS=${TESTS} ${absent})
+run("the build" ${CMAKE_COMMAND} --build ${BUILD} --target highwall_tests)
+run("a test" ${CMAKE_CTEST_COMMAND} --test-dir ${BUILD} --output-on-failure --no-tests=error
+    -R "^(core|factors)/")
+file(REMOVE_RECURSE ${BUILD})
