@@ -21,7 +21,7 @@ BackgroundWorker::~BackgroundWorker() {
 void BackgroundWorker::Post(Work work) {
   HIGHWALL_REQUIRE(thread_.joinable(), "BackgroundWorker: Post() after Finish()");
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return error_ || waiting_.size() < backlog_; });
+  changed_.wait(lock, [this] { return waiting_.size() < backlog_; });
   ThrowError();
   waiting_.push_back({std::move(work), stop_.get_token()});
   changed_.notify_all();

@@ -16,7 +16,7 @@ inline highwall::DenseMap Survey(const highwall::RgbdSensor& sensor, const Camer
   using namespace highwall;
   SlamSystem slam(sensor);
   DenseMapper mapper({}, {sensor.camera, [&](double z) { return sensor.depth_noise.Sigma(z); }});
-  SettlingKeyframes settling(mapper, [&](auto id) -> std::optional<SettledKeyframe> {
+  SettlingKeyframes settling(mapper, [&](KeyFrameId id) -> std::optional<SettledKeyframe> {
     const KeyFrame* const keyframe = slam.map().keyframe(id);
     if (keyframe == nullptr) return std::nullopt;
     return SettledKeyframe{keyframe->T_WC, slam.MovingIn(id)};
