@@ -1,11 +1,13 @@
-#include <highwall/frontend/features/frame.h>
-
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
-#include <highwall/core/error.h>
 #include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/features/frame.h>
+
+#include "features/frame_builder.h"
 
 namespace highwall {
 namespace {

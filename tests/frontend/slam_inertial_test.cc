@@ -9,6 +9,8 @@
 #include <highwall/core/trajectory_error.h>
 #include <simulate/scenes/room.h>
 
+#include <highwall/frontend/inertial/inertial_odometry.h>
+
 namespace highwall {
 namespace {
 
