@@ -11,6 +11,7 @@
 #include <highwall/frontend/map/keyframe_index.h>
 #include <simulate/scenes/room.h>
 
+#include "features/frame_builder.h"
 #include "timing.h"
 
 namespace highwall::bench {

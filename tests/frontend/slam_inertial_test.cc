@@ -7,9 +7,8 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
-#include <simulate/scenes/room.h>
-
 #include <highwall/frontend/inertial/inertial_odometry.h>
+#include <simulate/scenes/room.h>
 
 namespace highwall {
 namespace {
