@@ -28,7 +28,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
   return {{"points", frame.use_points},
           {"lines", frame.use_lines},
           {"orb_features", frame.orb.features},
-          {"orb_levels", frame.orb.levels},
+          {"orb_levels", frame.orb.pyramid.levels},
           {"line_detector", ToString(frame.lines.detector)},
           {"line_outliers", ToString(options.slam.measurement.line_matches.mad_rule)},
           {"weighting", ToString(options.slam.measurement.weighting)},

@@ -165,7 +165,8 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
                                   const SlamRunOptions& options) {
   if (!map.gravity_W()) return std::nullopt;
   const Pose& T_BC = options.imu->calibration.T_BC;
-  const MeasurementModel model(sensor, options.slam.measurement, T_BC);
+  const MeasurementModel model(sensor, options.slam.measurement, T_BC,
+                               options.slam.frame.orb.pyramid);
   const std::optional<DepthScale> scale =
       EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), T_BC);
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;

@@ -103,7 +103,7 @@ class Walk {
     Map map = ring_.map.Clone();
     LoopCorrectionResult result;
     tally_.correction_seconds += WallSeconds([&] {
-      result = CorrectLoop({}, {loop, {}, {}, 0.0}, model_, testing::kLevels, {}, &map);
+      result = CorrectLoop({}, {loop, {}, {}, 0.0}, model_, {}, {}, &map);
     });
     ++tally_.corrections;
     return result.accepted;
@@ -149,15 +149,13 @@ nlohmann::json Report(int keyframes, bool levelled, double bias, const Tally& ta
 // Loops that geometry verifies, whatever the drift says, in walks to a place that has a share of
 // its landmarks in common with where they began, or has the same looks elsewhere.
 nlohmann::json Verified(int seeds, double strange, bool shuffled) {
-  LoopDetectorOptions options;
-  options.graph.max_loop_chi2 = 1e12;
   int verified = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     testing::LoopScene scene({.odometry = OdometryDrift{.seed = static_cast<unsigned>(seed)},
                               .shuffled_return = shuffled,
                               .strange_return = strange,
                               .seed = static_cast<unsigned>(seed)});
-    LoopDetector detector(scene.model, testing::kLevels, options);
+    LoopDetector detector(scene.model, {}, {.max_loop_chi2 = 1e12});
     bool found = false;
     for (int i = 0; i < scene.size() && !found; ++i) {
       found = detector.Detect(scene.map, scene.Add(i), {}).has_value();

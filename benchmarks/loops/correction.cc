@@ -27,7 +27,7 @@ Closed CloseLoop(int keyframes, unsigned seed) {
                             .lines = 3 * keyframes,
                             .odometry = testing::OdometryDrift{.seed = seed},
                             .seed = seed});
-  LoopCloser closer(scene.model, testing::kLevels);
+  LoopCloser closer(scene.model);
   Closed closed;
   for (int i = 0; i < scene.size(); ++i) {
     const KeyFrameId id = scene.Add(i);

@@ -1,16 +1,15 @@
-#include "bench_loops.h"
-
 #include <algorithm>
 #include <map>
 #include <random>
 
 #include <fmt/core.h>
+#include <simulate/scenes/room.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/flann/miniflann.hpp>
 
 #include <highwall/frontend/map/keyframe_index.h>
-#include <simulate/scenes/room.h>
 
+#include "bench_loops.h"
 #include "features/frame_builder.h"
 #include "timing.h"
 

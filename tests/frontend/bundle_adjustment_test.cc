@@ -223,9 +223,9 @@ TEST_F(BundleAdjustmentBounds, EachIsJudgedByTheBoundOfItsRows) {
     std::swap(copy.map, map);
     Break(20.0);
     BundleAdjustmentOptions options = thorough;
-    options.chi2_2 = chi2_2;
-    options.chi2_3 = chi2_3;
-    options.chi2_4 = chi2_4;
+    options.inliers.chi2_2 = chi2_2;
+    options.inliers.chi2_3 = chi2_3;
+    options.inliers.chi2_4 = chi2_4;
     return Kept(options);
   };
   using Flags = std::vector<bool>;
@@ -247,7 +247,7 @@ TEST_F(BundleAdjustmentBounds, TwoSigmasAreKeptAndEightAreNot) {
 TEST_F(BundleAdjustmentBounds, TheErrorThatIsJudgedIsThatOfTheAdjustedMap) {
   Break(4.0);
   BundleAdjustmentOptions options = thorough;
-  options.chi2_2 = options.chi2_3 = options.chi2_4 = 1e6;
+  options.inliers = {.chi2_2 = 1e6, .chi2_3 = 1e6, .chi2_4 = 1e6};
   Kept(options);
   const KeyFrame& keyframe = *map.keyframe(2);
   const PointFeature& feature = keyframe.frame.features->points[kPointWithoutDepth];
@@ -257,9 +257,9 @@ TEST_F(BundleAdjustmentBounds, TheErrorThatIsJudgedIsThatOfTheAdjustedMap) {
   const double squared = error.squaredNorm() / std::pow(model.PointSigma(feature.octave), 2);
   ASSERT_GT(squared, 1.0);
   // The map rests where the adjustment left it, to a millionth of the cost: so does the error.
-  options.chi2_2 = 1.001 * squared;
+  options.inliers.chi2_2 = 1.001 * squared;
   EXPECT_TRUE(Kept(options)[kTwoOfPoint]);
-  options.chi2_2 = 0.999 * squared;
+  options.inliers.chi2_2 = 0.999 * squared;
   EXPECT_FALSE(Kept(options)[kTwoOfPoint]);
 }
 
@@ -437,7 +437,7 @@ TEST(BundleAdjustmentOptions, ErrorsNameTheField) {
   EXPECT_NO_THROW(BundleAdjustmentOptions().Validate());
   expect_error({.point_huber = 0.0}, "point_huber");
   expect_error({.line_huber = -1.0}, "line_huber");
-  expect_error({.chi2_4 = 0.0}, "chi2_4");
+  expect_error({.inliers = {.chi2_4 = 0.0}}, "chi2_4");
   expect_error({.first_iterations = 0}, "iterations");
   expect_error({.tolerance = -1e-6}, "tolerance");
   expect_error({.trust_region = 0.0}, "trust_region");

@@ -222,7 +222,7 @@ TEST(FrameBuilderOptions, ErrorsNameTheField) {
   spread.depth_spread_share = -1.0;
   expect_error(spread, "depth_spread_share");
   FrameBuilderOptions nested;
-  nested.orb.levels = 0;
+  nested.orb.pyramid.levels = 0;
   expect_error(nested, "levels");
 }
 

@@ -82,7 +82,7 @@ class LocalMapperTest : public ::testing::Test {
 };
 
 TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   const Pose T_WC = Pose::FromTangent({0.1, 0.2, 0}, {0, 0.1, 0.2});
   SyntheticView view = Look(scene, IdealSensor(), T_WC);
   auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -122,7 +122,7 @@ TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
 }
 
 TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
-  LocalMapper mapper(model, kLevels, {.max_depth_sigma = 0.03});
+  LocalMapper mapper(model, {.max_depth_sigma = 0.03});
   SyntheticView view = Look(scene, IdealSensor(), At(0));
   auto features = std::make_shared<FrameFeatures>(*view.features);
   features->points[4].depth_sigma = 0.029 * features->points[4].depth;
@@ -134,7 +134,7 @@ TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
 }
 
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
-  LocalMapper mapper(model, kLevels, {.min_line_length = 0.5});
+  LocalMapper mapper(model, {.min_line_length = 0.5});
   const SyntheticView view = Look(scene, IdealSensor(), At(0));
   Insert(mapper, view, At(0));
   for (std::size_t i = 0; i < view.lines.size(); ++i) {
@@ -144,7 +144,7 @@ TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
 }
 
 TEST_F(LocalMapperTest, TrackedLandmarksAreSeenAgainAndNotMadeTwice) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
   const std::size_t before = map.num_points();
   const SyntheticView view = Look(scene, IdealSensor(), At(0.3));
@@ -164,7 +164,7 @@ TEST_F(LocalMapperTest, TrackedLandmarksAreSeenAgainAndNotMadeTwice) {
 }
 
 TEST_F(LocalMapperTest, LandmarksOfNeighboursThatWereNotTrackedAreFound) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
   const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
   const TrackedFrame full = Tracked(view, At(0.1));
@@ -187,7 +187,7 @@ TEST_F(LocalMapperTest, LinesOfNeighboursPassTheOutlierRuleOfTheModel) {
   for (const bool strict : {false, true}) {
     const MeasurementModel rule(IdealSensor(),
                                 strict ? testing::kStrictLines : MeasurementOptions());
-    LocalMapper mapper(rule, kLevels, {});
+    LocalMapper mapper(rule, {});
     map = Map();
     std::ranges::fill(point_ids, kNoId);
     std::ranges::fill(line_ids, kNoId);
@@ -210,11 +210,11 @@ TEST_F(LocalMapperTest, LinesOfNeighboursPassTheOutlierRuleOfTheModel) {
 }
 
 TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   const SyntheticView first = Look(scene, IdealSensor(), At(0.0));
   Insert(mapper, first, At(0.0));
   // The second keyframe was not tracked to some of them and looked for none.
-  LocalMapper blind(model, kLevels, {.fused_keyframes = 0});
+  LocalMapper blind(model, {.fused_keyframes = 0});
   const SyntheticView second = Look(scene, IdealSensor(), At(0.1));
   TrackedFrame tracked = Tracked(second, At(0.1));
   std::vector<std::pair<PointId, PointId>> twins;
@@ -243,7 +243,7 @@ TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
 }
 
 TEST_F(LocalMapperTest, AdjustmentCorrectsThePoseOfTheKeyFrame) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
   InsertAt(mapper, 0.15);
   const SyntheticView view = Look(scene, IdealSensor(), At(0.3));
@@ -258,7 +258,7 @@ TEST_F(LocalMapperTest, AdjustmentCorrectsThePoseOfTheKeyFrame) {
 }
 
 TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
-  LocalMapper mapper(model, kLevels, {.min_found_ratio = 0.25});
+  LocalMapper mapper(model, {.min_found_ratio = 0.25});
   InsertAt(mapper, 0.0);
   const PointId good = map.keyframe(0)->points[0], bad = map.keyframe(0)->points[1];
   const LineId bad_line = map.keyframe(0)->lines[0];
@@ -277,7 +277,7 @@ TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
 }
 
 TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
-  LocalMapper mapper(model, kLevels, {.probation_keyframes = 2, .min_observations = 2});
+  LocalMapper mapper(model, {.probation_keyframes = 2, .min_observations = 2});
   // Two places side by side with little in common: what the first alone sees is not seen again.
   InsertAt(mapper, -0.6);
   EXPECT_EQ(InsertAt(mapper, 0.3).culled_points, 0) << "one keyframe later";
@@ -298,7 +298,7 @@ TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
 }
 
 TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
-  LocalMapper mapper(model, kLevels, {.redundant_share = 0.9});
+  LocalMapper mapper(model, {.redundant_share = 0.9});
   std::vector<KeyFrameId> culled;
   for (int i = 0; i < 8; ++i) {
     const auto report = InsertAt(mapper, 0.002 * i);
@@ -325,7 +325,7 @@ TEST_F(LocalMapperTest, AKeyFrameGoesOnceSoManyOthersSeeItsPoints) {
     map = Map();
     std::fill(point_ids.begin(), point_ids.end(), kNoId);
     std::fill(line_ids.begin(), line_ids.end(), kNoId);
-    LocalMapper mapper(model, kLevels, {.redundant_observers = observers});
+    LocalMapper mapper(model, {.redundant_observers = observers});
     // Neither the first nor the last goes: one between them has all but itself for others.
     for (int i = 0; i <= observers + 1; ++i) {
       const auto report = InsertAt(mapper, 0.002 * i);
@@ -335,7 +335,7 @@ TEST_F(LocalMapperTest, AKeyFrameGoesOnceSoManyOthersSeeItsPoints) {
 }
 
 TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   // The most there ever is, in the first laps and after.
   std::size_t keyframes[2] = {}, points[2] = {}, lines[2] = {};
   for (int lap = 0; lap < 15; ++lap) {
@@ -355,7 +355,7 @@ TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
 }
 
 TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   std::size_t culled = 0;
   for (int i = 0; i < 8; ++i) {
     SyntheticView view = Look(scene, IdealSensor(), At(0.002 * i));
@@ -372,7 +372,7 @@ TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
 
 TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForAWhile) {
   // Of a camera that stands still, a keyframe every 0.6 s: without one of them there are 1.2 s.
-  LocalMapper mapper(model, kLevels, {.max_motion_gap = 1.0, .motion_span = 3.0});
+  LocalMapper mapper(model, {.max_motion_gap = 1.0, .motion_span = 3.0});
   const auto stamp = [](KeyFrameId k) { return Stamp{k} * 600'000'000; };
   for (KeyFrameId k = 0; k < 20; ++k) {
     const SyntheticView view = Look(scene, IdealSensor(), At(0.001 * k));
@@ -407,7 +407,7 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
 }
 
 TEST_F(LocalMapperTest, ALandmarkThatTheNewKeyFrameSeesSurvivesTheOneThatGoes) {
-  LocalMapper mapper(model, kLevels, {.min_observations = 3});
+  LocalMapper mapper(model, {.min_observations = 3});
   for (int i = 0; i < 12; ++i) {
     const SyntheticView view = Look(scene, IdealSensor(), At(0.002 * i));
     const TrackedFrame tracked = Tracked(view, At(0.002 * i));
@@ -421,7 +421,7 @@ TEST_F(LocalMapperTest, ALandmarkThatTheNewKeyFrameSeesSurvivesTheOneThatGoes) {
 
 TEST_F(LocalMapperTest, LandmarksThatTooFewSeeGoWithARedundantKeyFrame) {
   // Probation is over before anything is redundant.
-  LocalMapper mapper(model, kLevels, {.probation_keyframes = 1, .min_observations = 2});
+  LocalMapper mapper(model, {.probation_keyframes = 1, .min_observations = 2});
   int culled = 0;
   for (int i = 0; i < 8; ++i) {
     const auto report = InsertAt(mapper, 0.03 * i);
@@ -443,7 +443,7 @@ TEST_F(LocalMapperTest, LandmarksThatTooFewSeeGoWithARedundantKeyFrame) {
 }
 
 TEST_F(LocalMapperTest, KeyFramesThatSeeNewThingsStay) {
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   for (int i = 0; i < 5; ++i) {
     EXPECT_TRUE(InsertAt(mapper, 0.5 * (i - 2)).culled_keyframes.empty());
   }
@@ -459,7 +459,7 @@ TEST_F(LocalMapperTest, InTheBackgroundTheMapIsThatOfLockstepToTheBit) {
     map = Map();
     std::fill(point_ids.begin(), point_ids.end(), kNoId);
     std::fill(line_ids.begin(), line_ids.end(), kNoId);
-    LocalMapper mapper(model, kLevels, {.bundle = {.threads = 1}, .background = background});
+    LocalMapper mapper(model, {.bundle = {.threads = 1}, .background = background});
     for (int i = 0; i < 5; ++i) {
       const SyntheticView view = Look(scene, IdealSensor(), At(0.1 * i), {.px = 0.5});
       Insert(mapper, view, Tracked(view, At(0.1 * i).Plus(error)));
@@ -476,7 +476,7 @@ TEST_F(LocalMapperTest, InTheBackgroundTheMapIsThatOfLockstepToTheBit) {
 
 TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeItIsAskedTo) {
   finish_ = false;
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
   EXPECT_FALSE(mapper.Finish(&map)) << "one keyframe: nothing to adjust";
   Eigen::Matrix<double, 6, 1> error;
@@ -485,27 +485,27 @@ TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeItIsAskedTo) {
   const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
   const auto report = Insert(mapper, view, Tracked(view, wrong));
   EXPECT_FALSE(report.bundle.usable);
-  while (!mapper.HasNews()) std::this_thread::yield();
+  while (!mapper.HasResult()) std::this_thread::yield();
   EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), wrong.Matrix());
   const auto adjusted = mapper.Update(&map);
   ASSERT_TRUE(adjusted);
   EXPECT_TRUE(adjusted->usable);
   EXPECT_LT(PositionError(map.keyframe(1)->T_WC, At(0.1)), 1e-4);
-  EXPECT_FALSE(mapper.HasNews());
+  EXPECT_FALSE(mapper.HasResult());
   EXPECT_FALSE(mapper.Update(&map));
 }
 
 TEST_F(LocalMapperTest, WhatIsGivenUpIsNotApplied) {
   finish_ = false;
-  LocalMapper mapper(model, kLevels, {});
+  LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
   Eigen::Matrix<double, 6, 1> error;
   error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
   const Pose wrong = At(0.1).Plus(error);
   const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
   Insert(mapper, view, Tracked(view, wrong));
-  mapper.GiveUp();
-  EXPECT_FALSE(mapper.HasNews());
+  mapper.Cancel();
+  EXPECT_FALSE(mapper.HasResult());
   EXPECT_FALSE(mapper.Finish(&map));
   EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), wrong.Matrix());
 }
@@ -513,7 +513,7 @@ TEST_F(LocalMapperTest, WhatIsGivenUpIsNotApplied) {
 TEST_F(LocalMapperTest, WithoutWaitingAnAdjustmentEndsEarlyAndIsApplied) {
   finish_ = false;
   const BundleAdjustmentOptions endless{.first_iterations = 100000, .second_iterations = 100000};
-  LocalMapper mapper(model, kLevels, {.bundle = endless, .wait = false});
+  LocalMapper mapper(model, {.bundle = endless, .wait = false});
   for (int i = 0; i < 4; ++i) {
     const SyntheticView view = Look(scene, IdealSensor(), At(0.1 * i), {.px = 0.5});
     Insert(mapper, view, Tracked(view, At(0.1 * i)));
@@ -528,7 +528,7 @@ TEST(LocalMapperOptions, ErrorsNameTheField) {
   const MeasurementModel model(IdealSensor(), {});
   const auto expect_error = [&](const LocalMapperOptions& options, const std::string& field) {
     try {
-      const LocalMapper mapper(model, kLevels, options);
+      const LocalMapper mapper(model, options);
       FAIL() << field;
     } catch (const InvalidArgument& e) {
       EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();

@@ -26,7 +26,7 @@ LoopCloserOptions Lockstep() {
 }
 
 std::vector<LoopReport> Walk(LoopScene& scene, const LoopCloserOptions& options) {
-  LoopCloser closer(scene.model, testing::kLevels, options);
+  LoopCloser closer(scene.model, options);
   std::vector<LoopReport> reports;
   const auto keep = [&](std::vector<LoopReport> more) {
     for (LoopReport& report : more) reports.push_back(std::move(report));
@@ -72,7 +72,7 @@ TEST(LoopCloser, LinesPassTheOutlierRuleOfTheModel) {
 
 TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
   LoopScene scene({.per_lap = 320, .points = 4000, .lines = 100, .drift = {0.001, 0.0003, 0.0}});
-  LoopCloser closer(scene.model, testing::kLevels, Lockstep());
+  LoopCloser closer(scene.model, Lockstep());
   std::vector<LoopReport> reports;
   for (int i = 0; i < scene.size() && reports.empty(); ++i) {
     closer.InsertKeyFrame(scene.map, scene.Add(i));
@@ -82,9 +82,7 @@ TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
   ASSERT_TRUE(reports[1].bundle);
   const MapGeometry few = GeometryOf(scene.map);
   constexpr double kAll = 1e9;  // no outliers: the same problem
-  const BundleAdjustmentOptions on{.chi2_2 = kAll,
-                                   .chi2_3 = kAll,
-                                   .chi2_4 = kAll,
+  const BundleAdjustmentOptions on{.inliers = {.chi2_2 = kAll, .chi2_3 = kAll, .chi2_4 = kAll},
                                    .first_iterations = 30,
                                    .second_iterations = 30,
                                    .tolerance = 0.0};
@@ -99,7 +97,7 @@ TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
 
 TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {
   LoopScene scene(kDrifting);
-  LoopCloser closer(scene.model, testing::kLevels, Lockstep());
+  LoopCloser closer(scene.model, Lockstep());
   constexpr KeyFrameId kWrong = 20;
   PointId point = kNoId;
   std::size_t feature = 0;
@@ -143,7 +141,7 @@ TEST(LoopCloser, InTheBackgroundTheMapGoesOnAndNewerKeyFramesFollow) {
   LoopScene scene(kDrifting);
   LoopCloserOptions options = Lockstep();
   options.background = true;
-  LoopCloser closer(scene.model, testing::kLevels, options);
+  LoopCloser closer(scene.model, options);
   int i = 0;
   while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
   // Nothing is applied before Update, whatever the other thread has come to.
@@ -163,7 +161,7 @@ TEST(LoopCloser, ANewerLoopDoesNotWaitForTheAdjustmentAfterAnOlderOne) {
   LoopCloserOptions options = Lockstep();
   options.background = true;
   options.bundle.first_iterations = options.bundle.second_iterations = 1000;
-  LoopCloser closer(scene.model, testing::kLevels, options);
+  LoopCloser closer(scene.model, options);
   std::size_t corrections = 0, adjustments = 0;
   const auto count = [&](const std::vector<LoopReport>& reports) {
     for (const LoopReport& report : reports) ++(report.bundle ? adjustments : corrections);
@@ -187,7 +185,7 @@ TEST(LoopCloser, WorkThatIsNotWaitedForIsGivenUp) {
   options.background = true;
   double before = 0.0;
   {
-    LoopCloser closer(scene.model, testing::kLevels, options);
+    LoopCloser closer(scene.model, options);
     int i = 0;
     while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
     before = scene.Rmse();
@@ -199,13 +197,13 @@ TEST(LoopCloser, OfALoopThatIsGivenUpNothingIsApplied) {
   LoopScene scene(kDrifting);
   LoopCloserOptions options = Lockstep();
   options.background = true;
-  LoopCloser closer(scene.model, testing::kLevels, options);
+  LoopCloser closer(scene.model, options);
   int i = 0;
   while (i < scene.size() && !closer.InsertKeyFrame(scene.map, scene.Add(i))) ++i;
   ASSERT_LT(i, scene.size());
   const double before = scene.Rmse();
-  closer.GiveUp();
-  EXPECT_FALSE(closer.HasNews());
+  closer.Cancel();
+  EXPECT_FALSE(closer.HasResult());
   EXPECT_TRUE(closer.Finish(&scene.map).empty());
   EXPECT_EQ(scene.Rmse(), before);
   EXPECT_TRUE(closer.loops().empty());
@@ -244,7 +242,7 @@ TEST(LoopCloser, WithoutAdjustmentThePoseGraphAloneIsApplied) {
 
 // The loop that the detector finds, in a map with nothing corrected yet.
 Loop FindLoop(LoopScene& scene) {
-  LoopDetector detector(scene.model, testing::kLevels);
+  LoopDetector detector(scene.model);
   for (int i = 0; i < scene.size(); ++i) {
     if (auto loop = detector.Detect(scene.map, scene.Add(i), {})) return *loop;
   }
@@ -256,7 +254,7 @@ TEST(LoopCorrection, RefusesALoopThatTheGraphDenies) {
   Loop loop = FindLoop(scene);
   loop.edge.Z = loop.edge.Z * Pose::FromTangent({4.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
   const double before = scene.Rmse();
-  const auto result = CorrectLoop({}, loop, scene.model, testing::kLevels, {}, &scene.map);
+  const auto result = CorrectLoop({}, loop, scene.model, {}, {}, &scene.map);
   EXPECT_FALSE(result.accepted);
   EXPECT_EQ(scene.Rmse(), before);
 }
@@ -270,7 +268,7 @@ TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
   }
   scene.map.SetGravity(Eigen::Vector3d(0, 0, -9.81));
   const double before = scene.Rmse();
-  ASSERT_TRUE(CorrectLoop({}, loop, scene.model, testing::kLevels, {}, &scene.map).accepted);
+  ASSERT_TRUE(CorrectLoop({}, loop, scene.model, {}, {}, &scene.map).accepted);
   EXPECT_LT(scene.Rmse(), 0.75 * before);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
     // The edge that holds gravity has a sigma of 1e-3 rad.
@@ -288,7 +286,7 @@ TEST(LoopCorrection, WithoutGravityRollAndPitchAreFree) {
     return Eigen::Vector3d(scene.map.keyframe(id)->T_WC.R().row(2));
   };
   const Eigen::Vector3d before = up_of(loop.edge.keyframe);
-  ASSERT_TRUE(CorrectLoop({}, loop, scene.model, testing::kLevels, {}, &scene.map).accepted);
+  ASSERT_TRUE(CorrectLoop({}, loop, scene.model, {}, {}, &scene.map).accepted);
   EXPECT_GT((up_of(loop.edge.keyframe) - before).norm(), 1e-3);
 }
 
@@ -306,9 +304,11 @@ TEST(LoopCloserOptions, ErrorsNameTheField) {
   expect_error({.correction = {.fused_keyframes = -1}}, "fused_keyframes");
   expect_error({.correction = {.threads = 0}}, "threads");
   expect_error({.bundle = {.threads = 0}}, "threads");
-  expect_error({.correction = {.graph = {.loop_rotation = 0.0}}}, "loop_rotation");
-  expect_error({.correction = {.graph = {.neighbours = -1}}}, "neighbours");
-  expect_error({.correction = {.graph = {.drift_bias = -1.0}}}, "drift_bias");
+  expect_error({.graph = {.loop_rotation = 0.0}}, "loop_rotation");
+  expect_error({.graph = {.neighbours = -1}}, "neighbours");
+  expect_error({.graph = {.drift_bias = -1.0}}, "drift_bias");
+  expect_error({.graph = {.max_loop_chi2 = 0.0}}, "max_loop_chi2");
+  expect_error({.graph = {.min_shared = 0}}, "min_shared");
 }
 
 }  // namespace

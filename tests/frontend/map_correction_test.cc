@@ -134,7 +134,7 @@ TEST_F(MapCorrectionTest, TwofoldLandmarksBecomeOne) {
 TEST_F(MapCorrectionTest, FindsLandmarksOfAnotherPartInAKeyFrame) {
   // A second map of the same scene in the same world: what a loop looks like once it is closed.
   const MeasurementModel model(IdealSensor(), {});
-  const MapMatcher matcher(model, testing::kLevels, {});
+  const MapMatcher matcher(model);
   SceneMap other(scene);
   other.map = map().Clone();
   const KeyFrameId id = other.Add(Look(scene, IdealSensor(), kPoses[1]), kPoses[1]);

@@ -44,7 +44,7 @@ class MapMatcherTest : public ::testing::Test {
 
   const Scene scene = MakeScene(3, 400, 40);
   const MeasurementModel model{IdealSensor(), {}};
-  const MapMatcher matcher{model, kLevels, {}};
+  const MapMatcher matcher{model};
   const SyntheticView view = Look(scene, IdealSensor(), kPose);
   SceneMap scene_map{scene};
 };
@@ -132,15 +132,14 @@ TEST_F(MapMatcherTest, MatchesTheLandmarksOfTheLastFrame) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
   const std::vector<PointId>& last_points = scene_map.map.keyframe(0)->points;
   // Predicted where it was: the window must cover the motion in the image, up to 20 px.
-  MapMatcherOptions options;
-  options.motion_radius = 30.0;
-  const MapMatcher wide(model, kLevels, options);
+  const MeasurementModel wide_model(IdealSensor(), {.search = {.motion_radius = 30.0}});
+  const MapMatcher wide(wide_model);
   const PointMatches matches =
       wide.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points);
   ExpectTrue(matches, next);
   EXPECT_GT(matches.size(), next.points.size() * 8 / 10);
-  options.motion_radius = 15.0;
-  const MapMatcher narrow(model, kLevels, options);
+  const MeasurementModel narrow_model(IdealSensor(), {.search = {.motion_radius = 15.0}});
+  const MapMatcher narrow(narrow_model);
   EXPECT_EQ(
       narrow.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points, 2.0),
       matches)
@@ -188,7 +187,7 @@ TEST_F(MapMatcherTest, LinesPassTheOutlierRuleOfTheModel) {
   const Pose guess = kNext * Pose::FromTangent({0.01, 0.0, 0.01}, {0.0, 0.0, 0.01});
   const auto matches = [&](const MeasurementOptions& options) {
     const MeasurementModel rule(IdealSensor(), options);
-    return MapMatcher(rule, kLevels, {})
+    return MapMatcher(rule)
         .MatchLines(*next.features, guess, scene_map.map, scene_map.map.line_ids(),
                     NoneOf(next.lines.size()))
         .size();

@@ -244,13 +244,13 @@ TEST(Map, RefreshTakesTheMostCentralDescriptor) {
   for (const int b : bits) map.AddKeyFrame(MakeFrame({FirstBits(b)}), Pose());
   const PointId p = map.AddPoint({0, 0, 2}, 0).id;
   map.ObservePoint(1, 0, p);
-  map.RefreshPoint(p, 1.2, 8);
+  map.RefreshPoint(p, {});
   EXPECT_EQ(map.point(p)->descriptor, FirstBits(10)) << "the only one";
   map.ObservePoint(0, 0, p);
   map.ObservePoint(2, 0, p);
   map.AddKeyFrame(MakeFrame({FirstBits(12)}), Pose());
   map.ObservePoint(3, 0, p);
-  map.RefreshPoint(p, 1.2, 8);
+  map.RefreshPoint(p, {});
   // {0, 10, 100, 12}: lower medians 10 (0), 2 (10), 88 (100), 2 (12); the first of equals.
   EXPECT_EQ(map.point(p)->descriptor, FirstBits(10));
 }
@@ -263,7 +263,7 @@ TEST(Map, RefreshTakesNormalAndScaleRange) {
   // The newest keyframe first: it stays the one that counts.
   map.ObservePoint(1, 0, p);
   map.ObservePoint(0, 0, p);
-  map.RefreshPoint(p, 1.2, 8);
+  map.RefreshPoint(p, {});
   const MapPoint& point = *map.point(p);
   EXPECT_TRUE(point.normal_W.isApprox(Eigen::Vector3d::UnitZ(), 1e-15));
   const double distance = 2.0 * std::numbers::sqrt2;

@@ -26,7 +26,7 @@ Eigen::Vector3d Residual(const MeasurementModel& model, const PointFeature& feat
 }
 
 TEST(MeasurementModel, PointSigmaGrowsWithTheLevel) {
-  const MeasurementModel model(IdealSensor(), {.point_sigma = 0.7, .scale_factor = 1.5});
+  const MeasurementModel model(IdealSensor(), {.point_sigma = 0.7}, Pose(), {.scale_factor = 1.5});
   EXPECT_DOUBLE_EQ(model.PointSigma(0), 0.7);
   EXPECT_DOUBLE_EQ(model.PointSigma(2), 0.7 * 2.25);
 }
@@ -168,7 +168,8 @@ TEST(MeasurementOptions, ErrorsNameTheField) {
   expect_error({.baseline = 0.0}, "baseline");
   expect_error({.point_sigma = 0.0}, "point_sigma");
   expect_error({.line_sigma = -1.0}, "line_sigma");
-  expect_error({.scale_factor = 1.0}, "scale_factor");
+  expect_error({.search = {.map_radius = 0.0}}, "map_radius");
+  EXPECT_THROW(MeasurementModel(IdealSensor(), {}, Pose(), {.scale_factor = 1.0}), InvalidArgument);
 }
 
 }  // namespace

@@ -56,8 +56,8 @@ TEST(OrbExtractor, NamesTheOptionThatIsOutOfRange) {
   };
   EXPECT_EQ(message({}), "");
   EXPECT_NE(message({.features = 0}).find("features"), std::string::npos);
-  EXPECT_NE(message({.levels = 17}).find("levels"), std::string::npos);
-  EXPECT_NE(message({.scale_factor = 1.0}).find("scale_factor"), std::string::npos);
+  EXPECT_NE(message({.pyramid = {.levels = 17}}).find("levels"), std::string::npos);
+  EXPECT_NE(message({.pyramid = {.scale_factor = 1.0}}).find("scale_factor"), std::string::npos);
   EXPECT_NE(message({.fast_threshold = 0}).find("fast_threshold"), std::string::npos);
   EXPECT_NE(message({.min_fast_threshold = 21}).find("min_fast_threshold"), std::string::npos);
   EXPECT_NE(message({.cell_size = 4}).find("cell_size"), std::string::npos);
@@ -130,7 +130,7 @@ TEST(OrbExtractor, LowersTheThresholdOnlyInCellsWithoutCorners) {
 TEST(OrbExtractor, DescribesCornersAsOpenCvDoes) {
   const cv::Mat image = TexturedImage(320, 240, 127.0, 7);
   const OrbFeatures features =
-      OrbExtractor({.features = 200, .levels = 1, .subpixel = false}).Extract(image);
+      OrbExtractor({.features = 200, .pyramid = {.levels = 1}, .subpixel = false}).Extract(image);
   std::vector<cv::KeyPoint> keypoints = features.keypoints;
   cv::Mat descriptors;
   cv::ORB::create(500, 1.2F, 1, 0)->compute(image, keypoints, descriptors);

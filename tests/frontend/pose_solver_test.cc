@@ -261,9 +261,7 @@ TEST_F(PoseSolver, MinimisesTheHuberCostExactly) {
   const Problem problem = MakeProblem(scene, view, model, kTruth);
   const PoseSolverOptions once{.point_huber = 1.5,
                                .line_huber = 2.5,
-                               .chi2_2 = 1e9,
-                               .chi2_3 = 1e9,
-                               .chi2_4 = 1e9,
+                               .inliers = {.chi2_2 = 1e9, .chi2_3 = 1e9, .chi2_4 = 1e9},
                                .rounds = 1,
                                .max_iterations = 50};
   const auto solution = Solve(problem, kStart, once);
@@ -324,9 +322,7 @@ TEST_F(PoseSolver, ErrorIsConsistentWithTheNoise) {
   constexpr int kTrials = 200;
   const PoseSolverOptions plain{.point_huber = 1e6,
                                 .line_huber = 1e6,
-                                .chi2_2 = 1e9,
-                                .chi2_3 = 1e9,
-                                .chi2_4 = 1e9,
+                                .inliers = {.chi2_2 = 1e9, .chi2_3 = 1e9, .chi2_4 = 1e9},
                                 .rounds = 1,
                                 .max_iterations = 20};
   const Scene scene = MakeScene(41, 60, 0);
@@ -404,8 +400,10 @@ TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
   const KnownPose known{
       kTruth.Plus((Eigen::Matrix<double, 6, 1>() << 1e-3, 0, 0, 0, 5e-4, 0).finished()),
       1e4 * Eigen::Matrix<double, 6, 6>::Identity()};
-  const PoseSolverOptions plain{
-      .point_huber = 1e6, .chi2_2 = 1e9, .chi2_3 = 1e9, .rounds = 1, .max_iterations = 20};
+  const PoseSolverOptions plain{.point_huber = 1e6,
+                                .inliers = {.chi2_2 = 1e9, .chi2_3 = 1e9},
+                                .rounds = 1,
+                                .max_iterations = 20};
   const auto alone = Solve(problem, kTruth, plain);
   const auto held =
       SolvePose(kTruth, model.projection(), problem.points, problem.lines, plain, &known);
@@ -435,7 +433,8 @@ TEST_F(PoseSolver, WithoutWeightWhatIsKnownChangesNothing) {
 
 TEST_F(PoseSolver, FitIsOneForTheNoiseThatTheRowsState) {
   constexpr int kTrials = 30;
-  const PoseSolverOptions plain{.point_huber = 1e6, .chi2_2 = 1e9, .chi2_3 = 1e9, .rounds = 1};
+  const PoseSolverOptions plain{
+      .point_huber = 1e6, .inliers = {.chi2_2 = 1e9, .chi2_3 = 1e9}, .rounds = 1};
   const Scene scene = MakeScene(53, 60, 0);
   double sum = 0.0, dof = 0.0;
   for (unsigned trial = 1; trial <= kTrials; ++trial) {
@@ -490,7 +489,7 @@ TEST(PoseSolverOptions, ErrorsNameTheField) {
   EXPECT_NO_THROW(PoseSolverOptions().Validate());
   expect_error({.point_huber = 0.0}, "point_huber");
   expect_error({.line_huber = 0.0}, "line_huber");
-  expect_error({.chi2_3 = 0.0}, "chi2_3");
+  expect_error({.inliers = {.chi2_3 = 0.0}}, "chi2_3");
   expect_error({.rounds = 0}, "rounds");
   expect_error({.max_iterations = 0}, "max_iterations");
   expect_error({.min_support = 2}, "min_support");

@@ -267,9 +267,7 @@ TEST(SlamOptions, ErrorsNameTheField) {
     }
   };
   EXPECT_NO_THROW(SlamOptions().Validate());
-  SlamOptions pyramid;
-  pyramid.measurement.scale_factor = 1.3;
-  expect_error(pyramid, "scale_factor");
+  expect_error({.frame = {.orb = {.pyramid = {.scale_factor = 1.0}}}}, "scale_factor");
   expect_error({.frame = {.use_points = false, .use_lines = false}}, "use_points");
   expect_error({.measurement = {.baseline = 0.0}}, "baseline");
   expect_error({.tracker = {.min_support = 1}}, "min_support");

@@ -70,7 +70,7 @@ class TrackerTest : public ::testing::Test {
 };
 
 TEST_F(TrackerTest, WithoutAMapItIsInitializing) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Map empty;
   const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(0));
   const TrackedFrame tracked = tracker.Track(MakeFrame(view, 0), empty);
@@ -81,7 +81,7 @@ TEST_F(TrackerTest, WithoutAMapItIsInitializing) {
 }
 
 TEST_F(TrackerTest, FollowsAPathOfExactFeatures) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 60; ++i) {
     const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i));
@@ -110,7 +110,7 @@ TEST_F(TrackerTest, FollowsAPathOfExactFeatures) {
 }
 
 TEST_F(TrackerTest, FollowsAPathWithNoise) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   double sum = 0.0;
   for (int i = 1; i < 60; ++i) {
@@ -126,7 +126,7 @@ TEST_F(TrackerTest, FollowsAPathWithNoise) {
 }
 
 TEST_F(TrackerTest, CountsWhatWasInViewAndFound) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(1));
   const TrackedFrame tracked = Track(tracker, view);
@@ -142,7 +142,7 @@ TEST_F(TrackerTest, CountsWhatWasInViewAndFound) {
 }
 
 TEST_F(TrackerTest, ReferenceSharesMostLandmarks) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const TrackedFrame tracked = Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1)));
   const auto observers = scene_map.map.Observers(tracked.points, tracked.lines);
@@ -151,7 +151,7 @@ TEST_F(TrackerTest, ReferenceSharesMostLandmarks) {
 }
 
 TEST_F(TrackerTest, ForeignFrameIsLostAndAKnownPlaceIsFoundAgain) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   ExpectAt(Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1))), PoseOfFrame(1), 1e-6);
   for (int i = 2; i < 5; ++i) {
@@ -171,7 +171,7 @@ TEST_F(TrackerTest, ForeignFrameIsLostAndAKnownPlaceIsFoundAgain) {
 }
 
 TEST_F(TrackerTest, JumpIsBridgedByTheReferenceKeyFrame) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   // A roll of 40 degrees: orientations and places are off, descriptors are not.
   const Pose jumped = PoseOfFrame(0) * Pose::FromTangent({0.1, 0, 0}, {0, 0, 0.7});
@@ -179,7 +179,7 @@ TEST_F(TrackerTest, JumpIsBridgedByTheReferenceKeyFrame) {
 }
 
 TEST_F(TrackerTest, EmptyFeaturesAreLostWithoutHarm) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const SyntheticView nothing{std::make_shared<const FrameFeatures>(), {}, {}};
   EXPECT_EQ(Track(tracker, nothing, 1).state, TrackingState::kLost);
@@ -188,7 +188,7 @@ TEST_F(TrackerTest, EmptyFeaturesAreLostWithoutHarm) {
 }
 
 TEST_F(TrackerTest, FollowsFeaturesWithoutDepth) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) {
     SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i));
@@ -201,7 +201,7 @@ TEST_F(TrackerTest, FollowsFeaturesWithoutDepth) {
 }
 
 TEST_F(TrackerTest, LandmarksRemovedMeanwhileAreNoHarm) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (const PointId id : scene_map.map.point_ids()) {
     if (id % 3 == 0) scene_map.map.RemovePoint(id);
@@ -211,7 +211,7 @@ TEST_F(TrackerTest, LandmarksRemovedMeanwhileAreNoHarm) {
 }
 
 TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   // The whole map moves by a metre, as an adjustment may do; the anchor tells the tracker.
   const Pose T_shift = Pose::FromTangent({1, 0, 0}, {0, 0, 0.3});
   for (const PointId id : scene_map.map.point_ids()) {
@@ -223,7 +223,7 @@ TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
   for (const KeyFrameId id : scene_map.map.keyframe_ids()) {
     scene_map.map.keyframe(id)->T_WC = T_shift * scene_map.map.keyframe(id)->T_WC;
     for (const PointId p : scene_map.map.keyframe(id)->points) {
-      scene_map.map.RefreshPoint(p, testing::kScaleFactor, kLevels);
+      scene_map.map.RefreshPoint(p, testing::kPyramid);
     }
   }
   TrackedFrame tracked;
@@ -240,10 +240,10 @@ TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
 // the landmarks again, within 10 px.
 class TrackerWithoutFallback : public TrackerTest {
  protected:
+  const MeasurementModel narrow_model{IdealSensor(),
+                                      {.search = {.motion_radius = 5.0, .map_radius = 2.0}}};
   static TrackerOptions Options() {
     TrackerOptions options;
-    options.matcher.motion_radius = 5.0;
-    options.matcher.map_radius = 2.0;
     // What is not predicted is lost.
     options.relocalizer.min_matches = 100'000;
     options.relocalizer.min_line_inliers = 100'000;
@@ -258,7 +258,7 @@ class TrackerWithoutFallback : public TrackerTest {
   // Images at these times, in steps of 0.1 s; the first two steps are short, for the camera is not
   // known to move before.
   void ExpectFollowed(const std::vector<double>& times) {
-    Tracker tracker(model, kLevels, Options());
+    Tracker tracker(narrow_model, Options());
     Start(tracker, PoseAt(0.0));
     int index = 0;
     for (const double t : times) {
@@ -300,7 +300,7 @@ class TrackerInBlur : public TrackerTest {
 TEST_F(TrackerInBlur, IsHeldByTheFewThatAgree) {
   TrackerOptions options;
   options.relocalizer.min_matches = 100'000;  // no other way to the pose
-  Tracker tracker(model, kLevels, options);
+  Tracker tracker(model, options);
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 10; ++i) {
     SCOPED_TRACE(i);
@@ -346,12 +346,12 @@ class TrackerBeforeTwins : public TrackerInBlur {
     return all;
   }
   TrackedFrame TrackTwins(double doubtful_agreement) {
+    const MeasurementModel narrow_model(IdealSensor(), {.search = {.motion_radius = 10.0}});
     TrackerOptions options;
-    options.matcher.motion_radius = 10.0;
     options.relocalizer.ransac_iterations = 2000;
     options.doubtful_agreement = doubtful_agreement;
     options.doubtful_share = options.doubtful_drop = 0.0;  // this alone is to tell
-    Tracker tracker(model, kLevels, options);
+    Tracker tracker(narrow_model, options);
     Start(tracker, PoseOfFrame(0));
     return Track(tracker, LookAtTwins());
   }
@@ -373,7 +373,7 @@ TEST_F(TrackerTest, RepeatsBitForBit) {
     SceneMap fresh(scene);
     const SyntheticView first = Look(scene, IdealSensor(), PoseOfFrame(0));
     fresh.Add(first, PoseOfFrame(0));
-    Tracker tracker(model, kLevels, {});
+    Tracker tracker(model, {});
     TrackedFrame start;
     start.frame = MakeFrame(first, 0);
     tracker.Anchor(start, *fresh.map.keyframe(0));
@@ -391,7 +391,7 @@ class TrackerOnLines : public TrackerTest {
 };
 
 TEST_F(TrackerOnLines, NeedsNoPoints) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 60; ++i) {
     ExpectAt(Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(i)), i), PoseOfFrame(i), 1e-6);
@@ -399,7 +399,7 @@ TEST_F(TrackerOnLines, NeedsNoPoints) {
 }
 
 TEST_F(TrackerOnLines, AreFoundAgainNearAKeyFrame) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const SyntheticView nothing{std::make_shared<const FrameFeatures>(), {}, {}};
   EXPECT_EQ(Track(tracker, nothing, 1).state, TrackingState::kLost);
@@ -454,7 +454,7 @@ class TrackerWithABox : public TrackerTest {
 };
 
 TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
-  Tracker tracker(model, kLevels, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
+  Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) {
     const SyntheticView view = LookAt(i, PoseOfFrame(i));
@@ -478,7 +478,7 @@ class TrackerWithABoxInTheMap : public TrackerWithABox {
   }
   // Frames 1 to 8.
   std::vector<TrackedFrame> Run(const MovingObjectOptions& moving) {
-    Tracker tracker(model, kLevels, {.moving = moving});
+    Tracker tracker(model, {.moving = moving});
     SceneMap with_marks(all);
     TrackedFrame first;
     first.T_WC = PoseOfFrame(0);
@@ -513,7 +513,7 @@ TEST_F(TrackerWithABoxInTheMap, FollowsItWhereTooFewLandmarksMayTell) {
 }
 
 TEST_F(TrackerWithABox, KeepsThemWhenTurnedOff) {
-  Tracker tracker(model, kLevels, {.moving = {.enabled = false}});
+  Tracker tracker(model, {.moving = {.enabled = false}});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 15; ++i) {
     const TrackedFrame tracked = Track(tracker, LookAt(i, PoseOfFrame(i)), i);
@@ -533,7 +533,7 @@ TEST(TrackerOptions, ErrorsNameTheField) {
   const MeasurementModel model(IdealSensor(), {});
   const auto expect_error = [&](const TrackerOptions& options, const std::string& field) {
     try {
-      const Tracker tracker(model, kLevels, options);
+      const Tracker tracker(model, options);
       FAIL() << field;
     } catch (const InvalidArgument& e) {
       EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
@@ -545,7 +545,6 @@ TEST(TrackerOptions, ErrorsNameTheField) {
   expect_error({.doubtful_agreement = 1.1}, "doubtful_agreement");
   expect_error({.local_keyframes = 0}, "local_keyframes");
   expect_error({.pose = {.rounds = 0}}, "rounds");
-  expect_error({.matcher = {.map_radius = 0.0}}, "map_radius");
   expect_error({.relocalizer = {.candidates = 0}}, "candidates");
   expect_error({.moving = {.link = 0.0}}, "link");
 }
@@ -577,7 +576,7 @@ class BareRoom : public TrackerTest {
 };
 
 TEST_F(BareRoom, SurfacesHoldAPoseThatAFewPointsAloneDoNot) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   StartWithDepth(tracker);
   for (int i = 1; i < 10; ++i) {
     SCOPED_TRACE(i);
@@ -592,13 +591,13 @@ TEST_F(BareRoom, SurfacesHoldAPoseThatAFewPointsAloneDoNot) {
 TEST_F(BareRoom, WithoutSurfacesItIsLost) {
   TrackerOptions options;
   options.surfaces.enabled = false;
-  Tracker tracker(model, kLevels, options);
+  Tracker tracker(model, options);
   StartWithDepth(tracker);
   EXPECT_EQ(Track(tracker, LookAround(PoseOfFrame(1))).state, TrackingState::kLost);
 }
 
 TEST_F(BareRoom, SurfacesAloneAreNoPose) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   StartWithDepth(tracker);
   SyntheticView view = LookAround(PoseOfFrame(1));
   const SyntheticView other = Look(MakeScene(98, 26, 0), IdealSensor(), PoseOfFrame(1));
@@ -610,7 +609,7 @@ TEST_F(BareRoom, SurfacesAloneAreNoPose) {
 }
 
 TEST_F(TrackerTest, WhereThereIsEnoughToSeeSurfacesAreNotAsked) {
-  Tracker tracker(model, kLevels, {});
+  Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const TrackedFrame tracked = Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1)));
   EXPECT_EQ(tracked.num_planes, 0);

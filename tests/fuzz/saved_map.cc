@@ -40,7 +40,7 @@ Map SmallMap() {
     const PointId id = map.AddPoint({0.5 * i, 0.0, 2.0}, 0).id;
     map.ObservePoint(a, i, id);
     map.ObservePoint(b, i, id);
-    map.RefreshPoint(id, 1.2, 8);
+    map.RefreshPoint(id, {});
   }
   const LineId line = map.AddLine({{0, 0, 2}, {1, 0, 2}}, 0).id;
   map.ObserveLine(a, 0, line);
@@ -70,7 +70,7 @@ void Use(SavedMap saved) {
     }
     saved.map.Covisible(id, 1);
   }
-  for (const PointId id : saved.map.point_ids()) saved.map.RefreshPoint(id, 1.2, 8);
+  for (const PointId id : saved.map.point_ids()) saved.map.RefreshPoint(id, {});
   for (const LineId id : saved.map.line_ids()) {
     const Segment3& segment_W = saved.map.line(id)->segment_W;
     OrthonormalLine(PluckerLine::FromPoints(segment_W.p(), segment_W.q()));

@@ -85,7 +85,7 @@ class LoopScene {
         all_points_[s].push_back(point_ids_[s]);
       }
       map.ObservePoint(id, static_cast<int>(f), point_ids_[s]);
-      map.RefreshPoint(point_ids_[s], kScaleFactor, kLevels);
+      map.RefreshPoint(point_ids_[s], kPyramid);
     }
     for (std::size_t f = 0; f < view.lines.size(); ++f) {
       const auto s = static_cast<std::size_t>(view.lines[f]);

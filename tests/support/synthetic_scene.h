@@ -23,8 +23,9 @@
 // would find in an image of it: tests of tracking and mapping need no images.
 namespace highwall::testing {
 
-constexpr double kScaleFactor = 1.2;
-constexpr int kLevels = 8;
+constexpr PyramidOptions kPyramid{};  // of every model that is not told otherwise
+constexpr double kScaleFactor = kPyramid.scale_factor;
+constexpr int kLevels = kPyramid.levels;
 // An outlier rule that lets no match of lines pass, or the one or two at the mean: for tests of who
 // obeys it.
 inline const MeasurementOptions kStrictLines{
@@ -230,7 +231,7 @@ class SceneMap {
       map.ObserveLine(id, static_cast<int>(i), line_ids[s]);
     }
     for (const PointId point : map.keyframe(id)->points) {
-      map.RefreshPoint(point, kScaleFactor, kLevels);
+      map.RefreshPoint(point, kPyramid);
     }
     return id;
   }

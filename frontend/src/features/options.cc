@@ -18,11 +18,15 @@ void ValidateGates(const LineGates& gates) {
 
 }  // namespace
 
+void PyramidOptions::Validate() const {
+  HIGHWALL_REQUIRE(levels >= 1 && levels <= 16, "PyramidOptions::levels must be in [1, 16]");
+  HIGHWALL_REQUIRE(scale_factor > 1.0 && scale_factor <= 2.0,
+                   "PyramidOptions::scale_factor must be in (1, 2]");
+}
+
 void OrbExtractorOptions::Validate() const {
   HIGHWALL_REQUIRE(features > 0, "OrbExtractorOptions::features must be positive");
-  HIGHWALL_REQUIRE(levels >= 1 && levels <= 16, "OrbExtractorOptions::levels must be in [1, 16]");
-  HIGHWALL_REQUIRE(scale_factor > 1.0 && scale_factor <= 2.0,
-                   "OrbExtractorOptions::scale_factor must be in (1, 2]");
+  pyramid.Validate();
   HIGHWALL_REQUIRE(fast_threshold >= 1 && fast_threshold <= 255,
                    "OrbExtractorOptions::fast_threshold must be in [1, 255]");
   HIGHWALL_REQUIRE(min_fast_threshold >= 1 && min_fast_threshold <= fast_threshold,
@@ -80,6 +84,8 @@ const char* ToString(LineDetector detector) {
   return detector == LineDetector::kLsd ? "lsd" : "edlines";
 }
 
-const char* ToString(MadRule rule) { return rule == MadRule::kMedian ? "median" : "paper"; }
+const char* ToString(MadRule rule) {
+  return rule == MadRule::kMedian ? "median" : "paper";
+}
 
 }  // namespace highwall

@@ -111,12 +111,13 @@ struct OrbExtractor::Impl {
 
   explicit Impl(const OrbExtractorOptions& o) : options(o) {
     options.Validate();
-    for (int i = 0; i < options.levels; ++i) scales.push_back(std::pow(options.scale_factor, i));
+    for (int i = 0; i < options.pyramid.levels; ++i)
+      scales.push_back(std::pow(options.pyramid.scale_factor, i));
   }
 
   std::vector<cv::Mat> BuildPyramid(const cv::Mat& gray) const {
     std::vector<cv::Mat> pyramid = {gray};
-    for (int i = 1; i < options.levels; ++i) {
+    for (int i = 1; i < options.pyramid.levels; ++i) {
       const double scale = scales[static_cast<std::size_t>(i)];
       const cv::Size size(cvRound(gray.cols / scale), cvRound(gray.rows / scale));
       if (std::min(size.width, size.height) < kMinSide) break;
@@ -186,7 +187,7 @@ const OrbExtractorOptions& OrbExtractor::options() const {
 }
 
 double OrbExtractor::Scale(int level) const {
-  HIGHWALL_REQUIRE(level >= 0 && level < impl_->options.levels,
+  HIGHWALL_REQUIRE(level >= 0 && level < impl_->options.pyramid.levels,
                    "OrbExtractor::Scale: no such level");
   return impl_->scales[static_cast<std::size_t>(level)];
 }

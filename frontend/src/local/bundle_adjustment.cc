@@ -186,10 +186,8 @@ class BundleAdjuster::Problem {
   // Takes the factors out that do not fit; they are forgotten by the map in Write.
   void RemoveOutliers() {
     std::erase_if(factors_, [&](const Seen& seen) {
-      const double bound = seen.dimension == 2   ? options_.chi2_2
-                           : seen.dimension == 3 ? options_.chi2_3
-                                                 : options_.chi2_4;
-      if (graph_.SquaredError(seen.factor) <= bound && InDomain(seen)) return false;
+      if (graph_.SquaredError(seen.factor) <= options_.inliers.Of(seen.dimension) && InDomain(seen))
+        return false;
       graph_.RemoveFactor(seen.factor);
       outliers_.push_back(seen);
       return true;

@@ -1,12 +1,10 @@
 #include "local/local_mapper.h"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <stop_token>
-#include <thread>
 #include <utility>
 
+#include <highwall/core/background_worker.h>
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 
@@ -29,42 +27,32 @@ class LocalMapper::Adjustment {
   Adjustment(KeyFrameId keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
       : keyframe_(keyframe), bundle_(std::move(bundle)) {
     if (background) {
-      thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+      worker_.emplace(1);
+      worker_->Post([this](const std::stop_token& stop) { bundle_->Solve(stop); });
     } else {
-      Run({});
+      bundle_->Solve();
     }
   }
 
   KeyFrameId keyframe() const { return keyframe_; }
-  bool IsDone() const { return done_; }
-  void Stop() { thread_.request_stop(); }
-  // Waits for the end. Throws what ended the thread.
+  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
+  void Cancel() {
+    if (worker_) worker_->RequestStop();
+  }
+  // Waits for the end. Throws what ended the work.
   BundleAdjustmentReport Write(Map* map) {
-    if (thread_.joinable()) thread_.join();
-    if (error_) std::rethrow_exception(error_);
+    if (worker_) worker_->Wait();
     return bundle_->Write(map);
   }
 
  private:
-  void Run(const std::stop_token& stop) {
-    try {
-      bundle_->Solve(stop);
-    } catch (...) {
-      error_ = std::current_exception();
-    }
-    done_ = true;
-  }
-
   const KeyFrameId keyframe_;
   const std::unique_ptr<BundleAdjuster> bundle_;
-  std::exception_ptr error_;
-  std::atomic<bool> done_ = false;
-  std::jthread thread_;  // last: it uses all of the above and is joined first
+  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
 };
 
-LocalMapper::LocalMapper(const MeasurementModel& model, int levels,
-                         const LocalMapperOptions& options)
-    : model_(model), levels_(levels), options_(options), matcher_(model, levels, options.matcher) {
+LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options)
+    : model_(model), options_(options), matcher_(model) {
   options_.Validate();
 }
 
@@ -97,17 +85,17 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   return report;
 }
 
-bool LocalMapper::HasNews() const {
+bool LocalMapper::HasResult() const {
   return adjustment_ && adjustment_->IsDone();
 }
 
 std::optional<BundleAdjustmentReport> LocalMapper::Update(Map* map) {
-  return HasNews() ? Finish(map) : std::nullopt;
+  return HasResult() ? Finish(map) : std::nullopt;
 }
 
 std::optional<BundleAdjustmentReport> LocalMapper::Finish(Map* map) {
   if (!adjustment_) return std::nullopt;
-  if (!options_.wait) adjustment_->Stop();
+  if (!options_.wait) adjustment_->Cancel();
   const std::unique_ptr<Adjustment> adjustment = std::move(adjustment_);
   const BundleAdjustmentReport report = adjustment->Write(map);
   if (map->keyframe(adjustment->keyframe()) != nullptr) {
@@ -116,7 +104,7 @@ std::optional<BundleAdjustmentReport> LocalMapper::Finish(Map* map) {
   return report;
 }
 
-void LocalMapper::GiveUp() {
+void LocalMapper::Cancel() {
   adjustment_.reset();
 }
 
@@ -206,7 +194,7 @@ bool LocalMapper::FitsDepth(const PointFeature& feature, const Pose& T_WC,
   Eigen::Vector3d r;
   return model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), rows, p_W, &r, nullptr,
                                          nullptr) &&
-         r.squaredNorm() <= (feature.depth > 0.0 ? options_.bundle.chi2_3 : options_.bundle.chi2_2);
+         r.squaredNorm() <= options_.bundle.inliers.Of(MeasurementModel::Dimension(feature));
 }
 
 template <class Landmark>
@@ -276,7 +264,7 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
 
 void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
   for (const PointId p : map.keyframe(id)->points) {
-    if (p != kNoId) map.RefreshPoint(p, model_.options().scale_factor, levels_);
+    if (p != kNoId) map.RefreshPoint(p, model_.pyramid());
   }
 }
 

@@ -24,9 +24,9 @@ namespace highwall {
 // mapping.)
 class LocalMapper {
  public:
-  // levels: of the ORB pyramid. model: must outlive the mapper.
-  LocalMapper(const MeasurementModel& model, int levels, const LocalMapperOptions& options);
-  // An adjustment that still runs is given up.
+  // model: must outlive the mapper.
+  LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options);
+  // An adjustment that still runs is cancelled.
   ~LocalMapper();
   LocalMapper(const LocalMapper&) = delete;
   LocalMapper& operator=(const LocalMapper&) = delete;
@@ -37,13 +37,13 @@ class LocalMapper {
                                     std::optional<KeyFrameMotion> motion = std::nullopt);
 
   // An adjustment is done and waits to be applied.
-  bool HasNews() const;
+  bool HasResult() const;
   // Applies to the map the adjustment that is done, or, in Finish(), that is waited for; between
   // frames. Empty where there is none.
   std::optional<BundleAdjustmentReport> Update(Map* map);
   std::optional<BundleAdjustmentReport> Finish(Map* map);
   // Ends the adjustment that runs; nothing of it is applied: of a map that moves meanwhile.
-  void GiveUp();
+  void Cancel();
 
  private:
   class Adjustment;
@@ -76,7 +76,6 @@ class LocalMapper {
   bool Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const;
 
   const MeasurementModel& model_;
-  int levels_;
   LocalMapperOptions options_;
   MapMatcher matcher_;
   // On probation: landmark and the keyframe that created it, oldest first.

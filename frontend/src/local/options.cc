@@ -9,8 +9,7 @@ namespace highwall {
 void BundleAdjustmentOptions::Validate() const {
   HIGHWALL_REQUIRE(point_huber > 0.0, "BundleAdjustmentOptions::point_huber must be positive");
   HIGHWALL_REQUIRE(line_huber > 0.0, "BundleAdjustmentOptions::line_huber must be positive");
-  HIGHWALL_REQUIRE(chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
-                   "BundleAdjustmentOptions::chi2_2, chi2_3 and chi2_4 must be positive");
+  inliers.Validate();
   HIGHWALL_REQUIRE(first_iterations >= 1 && second_iterations >= 1,
                    "BundleAdjustmentOptions: iterations must be at least 1");
   HIGHWALL_REQUIRE(tolerance >= 0.0 && std::isfinite(tolerance),
@@ -22,7 +21,6 @@ void BundleAdjustmentOptions::Validate() const {
 
 void LocalMapperOptions::Validate() const {
   bundle.Validate();
-  matcher.Validate();
   HIGHWALL_REQUIRE(adjusted_keyframes >= 2,
                    "LocalMapperOptions::adjusted_keyframes must be at least 2");
   HIGHWALL_REQUIRE(fixed_keyframes >= 1, "LocalMapperOptions::fixed_keyframes must be at least 1");

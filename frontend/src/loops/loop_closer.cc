@@ -1,13 +1,11 @@
 #include "loops/loop_closer.h"
 
-#include <atomic>
 #include <chrono>
-#include <exception>
 #include <mutex>
 #include <stop_token>
-#include <thread>
 #include <utility>
 
+#include <highwall/core/background_worker.h>
 #include <highwall/core/error.h>
 
 #include "loops/map_correction.h"
@@ -23,27 +21,30 @@ struct LoopCloser::Result {
 class LoopCloser::Job {
  public:
   Job(Map map, Loop loop, std::vector<LoopEdge> old_loops, const MeasurementModel& model,
-      int levels, const LoopCloserOptions& options)
+      const LoopCloserOptions& options)
       : map_(std::move(map)),
         loop_(std::move(loop)),
         old_loops_(std::move(old_loops)),
         model_(model),
-        levels_(levels),
         options_(options) {
     if (options_.background) {
-      thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+      worker_.emplace(1);
+      worker_->Post([this](const std::stop_token& stop) { Run(stop); });
     } else {
       Run({});
     }
   }
 
-  // Gives up as soon as the iteration that runs is over; so does the destructor.
-  void Stop() { thread_.request_stop(); }
+  // Ends as soon as the iteration that runs is over; so does the destructor.
+  void Cancel() {
+    if (worker_) worker_->RequestStop();
+  }
+  // Throws what ended the work.
   void Wait() {
-    if (thread_.joinable()) thread_.join();
+    if (worker_) worker_->Wait();
   }
   // Nothing is worked on any more, and all that came out can be taken.
-  bool IsDone() const { return done_; }
+  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
 
   // The loop itself, not the adjustment after it, is still being closed, or waits to be taken.
   bool IsClosing() const { return !corrected_taken_; }
@@ -61,20 +62,13 @@ class LoopCloser::Job {
 
  private:
   void Run(const std::stop_token& stop) {
-    try {
-      Close(stop);
-    } catch (const std::exception& error) {  // would end the process on a thread of its own
-      Result failed;
-      failed.report.message = error.what();
-      Put(std::move(failed));
-    }
+    Close(stop);
     map_ = Map();  // as large as the map itself
-    done_ = true;
   }
 
   void Close(const std::stop_token& stop) {
     LoopCorrectionResult closed =
-        CorrectLoop(old_loops_, loop_, model_, levels_, options_.correction, &map_);
+        CorrectLoop(old_loops_, loop_, model_, options_.graph, options_.correction, &map_);
     Result result;
     result.report.accepted = closed.accepted;
     result.report.message = closed.message;
@@ -112,20 +106,17 @@ class LoopCloser::Job {
   const Loop loop_;
   const std::vector<LoopEdge> old_loops_;
   const MeasurementModel& model_;
-  const int levels_;
   const LoopCloserOptions options_;
   bool corrected_taken_ = false;
-  std::atomic<bool> done_ = false;
   mutable std::mutex mutex_;
   std::vector<Result> results_;
-  std::jthread thread_;  // last: it uses all of the above and is joined first
+  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
 };
 
-LoopCloser::LoopCloser(const MeasurementModel& model, int levels, const LoopCloserOptions& options)
+LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options)
     : model_(model),
-      levels_(levels),
       options_((options.Validate(), options)),
-      detector_(model, levels, options.detector) {}
+      detector_(model, options.detector, options.graph) {}
 
 LoopCloser::~LoopCloser() = default;
 
@@ -135,13 +126,13 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
   if (!options_.enabled || (job_ && job_->IsClosing())) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
-  GiveUp();  // the adjustment after an older loop
-  job_ = std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, levels_, options_);
+  Cancel();  // the adjustment after an older loop
+  job_ = std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_);
   return true;
 }
 
-bool LoopCloser::HasNews() const {
-  return job_ && job_->HasResults();
+bool LoopCloser::HasResult() const {
+  return job_ && (job_->HasResults() || job_->IsDone());
 }
 
 std::vector<LoopReport> LoopCloser::Update(Map* map) {
@@ -156,13 +147,13 @@ std::vector<LoopReport> LoopCloser::Update(Map* map) {
     }
     reports.push_back(std::move(result.report));
   }
-  if (done) job_.reset();
+  if (done) std::exchange(job_, nullptr)->Wait();
   return reports;
 }
 
-void LoopCloser::GiveUp() {
+void LoopCloser::Cancel() {
   if (!job_) return;
-  job_->Stop();
+  job_->Cancel();
   ending_.push_back(std::move(job_));
 }
 

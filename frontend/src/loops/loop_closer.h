@@ -21,9 +21,9 @@ namespace highwall {
 // (Xiao et al. 2025, section 2.3.)
 class LoopCloser {
  public:
-  // levels: of the ORB pyramid. model: must outlive the closer.
-  LoopCloser(const MeasurementModel& model, int levels, const LoopCloserOptions& options = {});
-  // Work that has not ended is given up.
+  // model: must outlive the closer.
+  explicit LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options = {});
+  // Work that has not ended is cancelled.
   ~LoopCloser();
   LoopCloser(const LoopCloser&) = delete;
   LoopCloser& operator=(const LoopCloser&) = delete;
@@ -31,13 +31,14 @@ class LoopCloser {
   // Looks for a loop of a new keyframe of the map and begins to close it. True where one was found.
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe);
   // Is anything ready to be applied?
-  bool HasNews() const;
-  // Applies what is ready to the map; between frames. What moves: MapCorrection.
+  bool HasResult() const;
+  // Applies what is ready to the map; between frames. What moves: MapCorrection. Throws what ended
+  // the work, once.
   std::vector<LoopReport> Update(Map* map);
   // Waits for the work to end and applies it.
   std::vector<LoopReport> Finish(Map* map);
   // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
-  void GiveUp();
+  void Cancel();
   // As far as they were accepted and applied.
   const std::vector<LoopEdge>& loops() const { return loops_; }
 
@@ -46,12 +47,11 @@ class LoopCloser {
   class Job;
 
   const MeasurementModel& model_;
-  int levels_;
   LoopCloserOptions options_;
   LoopDetector detector_;
   std::vector<LoopEdge> loops_;
   std::unique_ptr<Job> job_;
-  std::vector<std::unique_ptr<Job>> ending_;  // given up, their threads still to end
+  std::vector<std::unique_ptr<Job>> ending_;  // cancelled, their threads still to end
 };
 
 }  // namespace highwall

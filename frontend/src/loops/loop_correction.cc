@@ -76,23 +76,25 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, const Measureme
 }  // namespace
 
 LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
-                                 const MeasurementModel& model, int levels,
+                                 const MeasurementModel& model,
+                                 const KeyFrameGraphOptions& graph_options,
                                  const LoopCorrectionOptions& options, Map* map) {
   options.Validate();
+  graph_options.Validate();
   LoopCorrectionResult result;
   const auto start = Clock::now();
-  KeyFrameGraph graph = MakeKeyFrameGraph(*map, old_loops, options.graph);
-  const double chi2 = LoopChi2(graph, loop.edge, options.graph);
-  if (!(chi2 <= options.graph.max_loop_chi2)) {
+  KeyFrameGraph graph = MakeKeyFrameGraph(*map, old_loops, graph_options);
+  const double chi2 = LoopChi2(graph, loop.edge, graph_options);
+  if (!(chi2 <= graph_options.max_loop_chi2)) {
     result.message = "chi2 " + std::to_string(chi2) + " against the drift exceeds " +
-                     std::to_string(options.graph.max_loop_chi2);
+                     std::to_string(graph_options.max_loop_chi2);
     return result;
   }
-  graph.AllowBias(loop.edge, options.graph);
-  graph.Add(loop.edge, options.graph);
+  graph.AllowBias(loop.edge, graph_options);
+  graph.Add(loop.edge, graph_options);
   PoseGraphOptions solve;
   solve.robust = options.robust;
-  solve.max_loop_chi2 = options.graph.max_loop_chi2;
+  solve.max_loop_chi2 = graph_options.max_loop_chi2;
   solve.estimate_variance_factor = false;  // the map closes by itself
   solve.solver.threads = options.threads;
   const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
@@ -113,7 +115,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   MoveKeyFrames(graph.keyframes, poses, map);
 
   const auto fusion_start = Clock::now();
-  const MapMatcher matcher(model, levels, options.matcher);
+  const MapMatcher matcher(model);
   result.fusion = FuseSides(loop, matcher, model, options.fused_keyframes, map);
   result.fusion_ms = MillisecondsSince(fusion_start);
   result.accepted = true;

@@ -25,10 +25,10 @@ struct LoopCorrectionResult {
 
 // Closes a loop between keyframes of the map: where the drift allows it (LoopChi2), solves the pose
 // graph of the keyframes, robust to loops that are false, moves keyframes and landmarks, and makes
-// landmarks one that both sides of the loop have. old_loops: closed before. levels: of the ORB
-// pyramid.
+// landmarks one that both sides of the loop have. old_loops: closed before.
 LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
-                                 const MeasurementModel& model, int levels,
+                                 const MeasurementModel& model,
+                                 const KeyFrameGraphOptions& graph_options,
                                  const LoopCorrectionOptions& options, Map* map);
 
 }  // namespace highwall

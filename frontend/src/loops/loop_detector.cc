@@ -6,6 +6,7 @@
 #include <highwall/core/error.h>
 
 #include "pose/pose_observations.h"
+#include "pose/support.h"
 
 namespace highwall {
 namespace {
@@ -62,12 +63,13 @@ bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& f
 
 }  // namespace
 
-LoopDetector::LoopDetector(const MeasurementModel& model, int levels,
-                           const LoopDetectorOptions& options)
+LoopDetector::LoopDetector(const MeasurementModel& model, const LoopDetectorOptions& options,
+                           const KeyFrameGraphOptions& graph)
     : model_(model),
       options_((options.Validate(), options)),
+      graph_((graph.Validate(), graph)),
       relocalizer_(model, options.verification),
-      matcher_(model, levels, options.matcher) {}
+      matcher_(model) {}
 
 std::optional<Loop> LoopDetector::Detect(const Map& map, KeyFrameId keyframe,
                                          std::span<const LoopEdge> loops) {
@@ -155,20 +157,20 @@ std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrame
   const auto lines =
       matcher_.MatchLines(features, found->T_WC, map, LinesSeenBy(map, place, own_lines),
                           Taken(features.lines.size(), found->lines), &lines_in_view);
-  const auto in_view = static_cast<double>(points_in_view.size() + own_points.size() +
-                                           2 * (lines_in_view.size() + own_lines.size()));
+  const auto in_view = static_cast<double>(
+      Support(points_in_view.size() + own_points.size(), lines_in_view.size() + own_lines.size()));
   found->points.insert(found->points.end(), points.begin(), points.end());
   found->lines.insert(found->lines.end(), lines.begin(), lines.end());
   if (!Solve(model_, map, features, options_.min_support, &*found)) return std::nullopt;
-  const auto support = static_cast<double>(found->points.size() + 2 * found->lines.size());
+  const auto support = static_cast<double>(Support(found->points.size(), found->lines.size()));
   if (support < options_.min_found * in_view) return std::nullopt;
 
   Loop loop{{candidate, id, map.keyframe(candidate)->T_WC.Inverse() * found->T_WC},
             std::move(found->points),
             std::move(found->lines),
             0.0};
-  loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, options_.graph), loop.edge, options_.graph);
-  if (!(loop.chi2 <= options_.graph.max_loop_chi2)) return std::nullopt;
+  loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, graph_), loop.edge, graph_);
+  if (!(loop.chi2 <= graph_.max_loop_chi2)) return std::nullopt;
   return loop;
 }
 

@@ -24,8 +24,9 @@ namespace highwall {
 // Montiel, Tardos, IEEE T-RO 2015, section VII; the gate is ours.)
 class LoopDetector {
  public:
-  // levels: of the ORB pyramid. model: must outlive the detector.
-  LoopDetector(const MeasurementModel& model, int levels, const LoopDetectorOptions& options = {});
+  // model: must outlive the detector. graph: the drift that is thought possible.
+  explicit LoopDetector(const MeasurementModel& model, const LoopDetectorOptions& options = {},
+                        const KeyFrameGraphOptions& graph = {});
 
   // To be called with every new keyframe. loops: found before.
   std::optional<Loop> Detect(const Map& map, KeyFrameId keyframe, std::span<const LoopEdge> loops);
@@ -45,6 +46,7 @@ class LoopDetector {
 
   const MeasurementModel& model_;
   LoopDetectorOptions options_;
+  KeyFrameGraphOptions graph_;
   Relocalizer relocalizer_;
   MapMatcher matcher_;
   std::vector<Place> places_;  // that the last keyframe named

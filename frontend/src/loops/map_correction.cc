@@ -47,11 +47,10 @@ class Moves {
 // May the feature be a sight of p_W?
 bool Fits(const MeasurementModel& model, const PointFeature& feature, const Pose& T_WC,
           const Eigen::Vector3d& p_W) {
-  constexpr double kChi2[] = {5.991, 7.815};  // 95 % of chi-square with 2 and 3 rows
   Eigen::Vector3d r;
   return model.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), model.Rows(feature), p_W,
                                         &r, nullptr, nullptr) &&
-         r.squaredNorm() <= kChi2[feature.depth > 0.0 ? 1 : 0];
+         r.squaredNorm() <= InlierBounds().Of(MeasurementModel::Dimension(feature));
 }
 
 }  // namespace

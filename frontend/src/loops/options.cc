@@ -26,24 +26,21 @@ void LoopDetectorOptions::Validate() const {
                    "LoopDetectorOptions::score_share must be in [0, 1]");
   HIGHWALL_REQUIRE(consistency >= 1, "LoopDetectorOptions::consistency must be at least 1");
   verification.Validate();
-  matcher.Validate();
   HIGHWALL_REQUIRE(place_keyframes >= 0,
                    "LoopDetectorOptions::place_keyframes must not be negative");
   HIGHWALL_REQUIRE(min_support >= 6, "LoopDetectorOptions::min_support must be at least 6");
   HIGHWALL_REQUIRE(min_found >= 0.0 && min_found <= 1.0,
                    "LoopDetectorOptions::min_found must be in [0, 1]");
-  graph.Validate();
 }
 
 void LoopCorrectionOptions::Validate() const {
-  graph.Validate();
-  matcher.Validate();
   HIGHWALL_REQUIRE(fused_keyframes >= 0,
                    "LoopCorrectionOptions::fused_keyframes must not be negative");
   HIGHWALL_REQUIRE(threads >= 1, "LoopCorrectionOptions::threads must be at least 1");
 }
 
 void LoopCloserOptions::Validate() const {
+  graph.Validate();
   detector.Validate();
   correction.Validate();
   bundle.Validate();

@@ -284,7 +284,7 @@ void Map::Transform(const Pose& T_new_old) {
   if (gravity_W_) gravity_W_ = q * *gravity_W_;
 }
 
-void Map::RefreshPoint(PointId id, double scale_factor, int levels) {
+void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {
   MapPoint* p = point(id);
   if (p == nullptr || p->observations.empty()) return;
   std::vector<BinaryDescriptor256> descriptors;
@@ -302,8 +302,8 @@ void Map::RefreshPoint(PointId id, double scale_factor, int levels) {
   const KeyFrame& kf = *keyframe(last.keyframe);
   const double distance = (p->p_W - kf.T_WC.p()).norm();
   const int octave = kf.frame.features->points[static_cast<std::size_t>(last.index)].octave;
-  p->max_distance = distance * std::pow(scale_factor, octave);
-  p->min_distance = p->max_distance / std::pow(scale_factor, levels - 1);
+  p->max_distance = distance * std::pow(pyramid.scale_factor, octave);
+  p->min_distance = p->max_distance / std::pow(pyramid.scale_factor, pyramid.levels - 1);
 }
 
 std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> points,

@@ -1,23 +1,16 @@
+#include "map/map_matcher.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include <highwall/core/error.h>
-
 #include "features/line_matcher.h"
-#include "map/map_matcher.h"
 
 namespace highwall {
 
-MapMatcher::MapMatcher(const MeasurementModel& model, int levels, const MapMatcherOptions& options)
-    : model_(model), levels_(levels), options_(options) {
-  HIGHWALL_REQUIRE(levels >= 1, "MapMatcher: levels must be at least 1");
-  options_.Validate();
-}
-
 int MapMatcher::PredictOctave(const MapPoint& point, double distance) const {
   const double octave =
-      std::log(point.max_distance / distance) / std::log(model_.options().scale_factor);
-  return std::clamp(static_cast<int>(std::lround(octave)), 0, levels_ - 1);
+      std::log(point.max_distance / distance) / std::log(model_.pyramid().scale_factor);
+  return std::clamp(static_cast<int>(std::lround(octave)), 0, model_.pyramid().levels - 1);
 }
 
 PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_WC, const Map& map,
@@ -37,16 +30,17 @@ PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_
         {.id = point->id,
          .uv = uv,
          .depth = p_C.z(),
-         .radius = options_.motion_radius * radius_scale *
-                   std::pow(model_.options().scale_factor, seen.octave),
+         .radius = options().motion_radius * radius_scale *
+                   std::pow(model_.pyramid().scale_factor, seen.octave),
          .min_octave = std::max(0, seen.octave - 1),
-         .max_octave = std::min(levels_ - 1, seen.octave + 1),
+         .max_octave = std::min(model_.pyramid().levels - 1, seen.octave + 1),
          .angle = seen.angle,
          .descriptor = DescriptorRow(last.point_descriptors, static_cast<int>(i))});
   }
   PointMatches matches;
   const std::vector<bool> none_taken(features.points.size(), false);
-  for (const auto& m : MatchProjections(features, projections, none_taken, options_.motion_match)) {
+  for (const auto& m :
+       MatchProjections(features, projections, none_taken, options().motion_match)) {
     matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
   }
   return matches;
@@ -68,25 +62,25 @@ PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& 
     if (!model_.camera().Contains(uv)) continue;
     const double distance = p_C.norm();
     // The pyramid covers the range; a level more on either side still matches.
-    const double slack = model_.options().scale_factor;
+    const double slack = model_.pyramid().scale_factor;
     if (distance < point->min_distance / slack || distance > point->max_distance * slack) continue;
     const double cosine = (point->p_W - T_WC.p()).dot(point->normal_W) / distance;
-    if (cosine < options_.min_view_cosine) continue;
+    if (cosine < options().min_view_cosine) continue;
     const int octave = PredictOctave(*point, distance);
     // Seen head-on a point falls nearer to its prediction than seen from the side.
-    const double radius = options_.map_radius * (cosine > 0.998 ? 0.625 : 1.0);
+    const double radius = options().map_radius * (cosine > 0.998 ? 0.625 : 1.0);
     projections.push_back({.id = id,
                            .uv = uv,
                            .depth = p_C.z(),
-                           .radius = radius * std::pow(model_.options().scale_factor, octave),
+                           .radius = radius * std::pow(model_.pyramid().scale_factor, octave),
                            .min_octave = std::max(0, octave - 1),
-                           .max_octave = std::min(levels_ - 1, octave + 1),
+                           .max_octave = std::min(model_.pyramid().levels - 1, octave + 1),
                            .angle = std::nullopt,
                            .descriptor = point->descriptor});
     if (visible != nullptr) visible->push_back(id);
   }
   PointMatches matches;
-  for (const auto& m : MatchProjections(features, projections, taken, options_.map_match)) {
+  for (const auto& m : MatchProjections(features, projections, taken, options().map_match)) {
     matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
   }
   return matches;
@@ -102,7 +96,7 @@ LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_
     const MapLine* line = map.line(id);
     if (line == nullptr) continue;
     const auto segment = ProjectSegment(T_CW * line->segment_W, model_.camera());
-    if (!segment || segment->Length() < options_.min_line_pixels) continue;
+    if (!segment || segment->Length() < options().min_line_pixels) continue;
     predicted.segments.push_back(*segment);
     predicted_ids.push_back(id);
     if (visible != nullptr) visible->push_back(id);

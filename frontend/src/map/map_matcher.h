@@ -21,7 +21,8 @@ using LineMatches = std::vector<std::pair<int, LineId>>;
 // Finds landmarks of the map among the features of an image whose pose is roughly known.
 class MapMatcher {
  public:
-  MapMatcher(const MeasurementModel& model, int levels, const MapMatcherOptions& options);
+  // model: must outlive the matcher; its options say how to search.
+  explicit MapMatcher(const MeasurementModel& model) : model_(model) {}
 
   // Landmarks seen by `last` (feature -> point): the level and the orientation they had there are
   // the ones expected. radius_scale: factor on motion_radius.
@@ -45,9 +46,9 @@ class MapMatcher {
   int PredictOctave(const MapPoint& point, double distance) const;
 
  private:
+  const MapMatcherOptions& options() const { return model_.options().search; }
+
   const MeasurementModel& model_;
-  int levels_;
-  MapMatcherOptions options_;
 };
 
 }  // namespace highwall

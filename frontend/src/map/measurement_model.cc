@@ -21,8 +21,9 @@ bool HasDirectionFromTheRight(const RgbdSegment& segment) {
 }  // namespace
 
 MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
-                                   const Pose& T_BC)
+                                   const Pose& T_BC, const PyramidOptions& pyramid)
     : options_(options),
+      pyramid_(pyramid),
       camera_(sensor.camera.WithoutDistortion()),
       right_{.fx = sensor.camera.fx, .baseline = options.baseline},
       noise_(sensor.depth_noise),
@@ -31,10 +32,11 @@ MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOp
       body_projection_(camera_, T_BC, right_) {
   sensor.Validate();
   options_.Validate();
+  pyramid_.Validate();
 }
 
 double MeasurementModel::PointSigma(int octave) const {
-  return options_.point_sigma * std::pow(options_.scale_factor, octave);
+  return options_.point_sigma * std::pow(pyramid_.scale_factor, octave);
 }
 
 Eigen::Vector3d MeasurementModel::Measurement(const PointFeature& feature) const {

@@ -8,7 +8,7 @@ void MeasurementOptions::Validate() const {
   HIGHWALL_REQUIRE(baseline > 0.0, "MeasurementOptions::baseline must be positive");
   HIGHWALL_REQUIRE(point_sigma > 0.0, "MeasurementOptions::point_sigma must be positive");
   HIGHWALL_REQUIRE(line_sigma > 0.0, "MeasurementOptions::line_sigma must be positive");
-  HIGHWALL_REQUIRE(scale_factor > 1.0, "MeasurementOptions::scale_factor must exceed 1");
+  search.Validate();
   line_matches.Validate();
 }
 
@@ -31,8 +31,7 @@ void MapMatcherOptions::Validate() const {
 }
 
 void KeyFrameIndexOptions::Validate() const {
-  HIGHWALL_REQUIRE(tables >= 1 && tables <= 12,
-                   "KeyFrameIndexOptions::tables must be in [1, 12]");
+  HIGHWALL_REQUIRE(tables >= 1 && tables <= 12, "KeyFrameIndexOptions::tables must be in [1, 12]");
   HIGHWALL_REQUIRE(max_signature_bits >= 0 && max_signature_bits <= 32,
                    "KeyFrameIndexOptions::max_signature_bits must be in [0, 32]");
   HIGHWALL_REQUIRE(line_weight >= 0.0, "KeyFrameIndexOptions::line_weight must not be negative");

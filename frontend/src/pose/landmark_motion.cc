@@ -7,6 +7,8 @@
 
 #include <highwall/core/error.h>
 
+#include "pose/support.h"
+
 namespace highwall {
 
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
@@ -20,8 +22,8 @@ bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
   PoseSolverOptions of_others = pose;
   of_others.min_support = options.min_support;
   const auto solution = SolvePose(T_WC, projection, other_points, other_lines, of_others);
-  const int support = solution ? solution->num_points + 2 * solution->num_lines : 0;
-  const int of_judged = static_cast<int>(judged.size()) + 2 * judged_lines;
+  const int support = solution ? Support(solution->num_points, solution->num_lines) : 0;
+  const int of_judged = Support(static_cast<int>(judged.size()), judged_lines);
   if (!solution || support < options.outnumber * of_judged) return false;
 
   Eigen::Matrix<double, 6, 6> information = solution->information;

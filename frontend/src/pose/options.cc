@@ -10,8 +10,7 @@ void PoseSolverOptions::Validate() const {
   HIGHWALL_REQUIRE(point_huber > 0.0, "PoseSolverOptions::point_huber must be positive");
   HIGHWALL_REQUIRE(line_huber > 0.0, "PoseSolverOptions::line_huber must be positive");
   HIGHWALL_REQUIRE(plane_huber > 0.0, "PoseSolverOptions::plane_huber must be positive");
-  HIGHWALL_REQUIRE(chi2_1 > 0.0 && chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
-                   "PoseSolverOptions::chi2_1, chi2_2, chi2_3 and chi2_4 must be positive");
+  inliers.Validate();
   HIGHWALL_REQUIRE(rounds >= 1, "PoseSolverOptions::rounds must be at least 1");
   HIGHWALL_REQUIRE(max_iterations >= 1, "PoseSolverOptions::max_iterations must be at least 1");
   HIGHWALL_REQUIRE(min_support >= 3, "PoseSolverOptions::min_support must be at least 3");

@@ -10,6 +10,8 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
+#include "pose/support.h"
+
 namespace highwall {
 namespace {
 
@@ -174,10 +176,10 @@ class PoseProblem {
     for (std::size_t i = 0; i < points_.size(); ++i) {
       Eigen::Vector3d r;
       point_rows_[i] = points_[i].dimension;
-      const double bound = points_[i].dimension == 3 ? options_.chi2_3 : options_.chi2_2;
+      const double bound = options_.inliers.Of(points_[i].dimension);
       const bool inside = PointRows(view, i, r, nullptr);
       if (!inside || r.squaredNorm() > bound) {
-        const bool pixel_fits = inside && r.head<2>().squaredNorm() <= options_.chi2_2;
+        const bool pixel_fits = inside && r.head<2>().squaredNorm() <= options_.inliers.Of(2);
         point_rows_[i] = pixels_first_ && pixel_fits ? 2 : 0;
       }
       active_points_ += point_rows_[i] > 0 ? 1 : 0;
@@ -185,14 +187,14 @@ class PoseProblem {
     active_lines_ = 0;
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       Eigen::Vector4d r;
-      const double bound = lines_[i].dimension == 4 ? options_.chi2_4 : options_.chi2_2;
+      const double bound = options_.inliers.Of(lines_[i].dimension);
       line_active_[i] = LineRows(view, lines_[i], r, nullptr) && r.squaredNorm() <= bound;
       active_lines_ += line_active_[i] ? 1 : 0;
     }
     active_planes_ = 0;
     for (std::size_t i = 0; i < planes_.size(); ++i) {
       const double r = PlaneRow(view, planes_[i], nullptr);
-      plane_active_[i] = r * r <= options_.chi2_1;
+      plane_active_[i] = r * r <= options_.inliers.Of(1);
       active_planes_ += plane_active_[i] ? 1 : 0;
     }
   }
@@ -210,7 +212,7 @@ class PoseProblem {
     active_planes_ = static_cast<int>(planes_.size());
   }
 
-  int Support() const { return active_points_ + 2 * active_lines_; }
+  int CurrentSupport() const { return Support(active_points_, active_lines_); }
   int active_points() const { return active_points_; }
   int active_lines() const { return active_lines_; }
   int active_planes() const { return active_planes_; }
@@ -310,7 +312,7 @@ std::optional<Pose> Solve(PoseProblem& problem, const Pose& T_WC,
 
   Pose T = T_WC;
   for (int round = 0; round < options.rounds; ++round) {
-    if (problem.Support() < options.min_support) return std::nullopt;
+    if (problem.CurrentSupport() < options.min_support) return std::nullopt;
     problem.Restart(T);
     Vector6 x = Vector6::Zero();
     solver.Solve(problem, &x);
@@ -318,7 +320,7 @@ std::optional<Pose> Solve(PoseProblem& problem, const Pose& T_WC,
     T = T.Plus(x);
     problem.Classify(T);
   }
-  if (problem.Support() < options.min_support) return std::nullopt;
+  if (problem.CurrentSupport() < options.min_support) return std::nullopt;
   return T;
 }
 

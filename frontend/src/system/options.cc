@@ -1,7 +1,5 @@
 #include <highwall/frontend/system/options.h>
 
-#include <highwall/core/error.h>
-
 namespace highwall {
 
 void SlamOptions::Validate() const {
@@ -12,8 +10,6 @@ void SlamOptions::Validate() const {
   mapper.Validate();
   inertial.Validate();
   loops.Validate();
-  HIGHWALL_REQUIRE(frame.orb.scale_factor == measurement.scale_factor,
-                   "SlamOptions: frame.orb.scale_factor and measurement.scale_factor differ");
 }
 
 SlamOptions Deterministic(SlamOptions options) {

@@ -30,12 +30,12 @@ constexpr int kBlindFrames = 15;
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
                        const std::optional<ImuCalibration>& imu, Map map)
     : options_((options.Validate(), options)),
-      model_(sensor, options.measurement, imu ? imu->T_BC : Pose()),
+      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), options.frame.orb.pyramid),
       builder_(sensor, options.frame),
-      tracker_(model_, options.frame.orb.levels, options.tracker),
+      tracker_(model_, options.tracker),
       policy_(options.keyframes),
-      mapper_(model_, options.frame.orb.levels, options.mapper),
-      loop_closer_(model_, options.frame.orb.levels, options.loops),
+      mapper_(model_, options.mapper),
+      loop_closer_(model_, options.loops),
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
   const auto ids = map_.keyframe_ids();
@@ -68,9 +68,9 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   result.points = static_cast<int>(frame.features->points.size());
   result.lines = static_cast<int>(frame.features->lines.size());
 
-  const Stopwatch news_watch;
-  ApplyNews(result);
-  result.times.loops = news_watch.Milliseconds();
+  const Stopwatch results_watch;
+  ApplyResults(result);
+  result.times.loops = results_watch.Milliseconds();
 
   const Stopwatch tracking_watch;
   std::optional<KnownPose> predicted;
@@ -85,8 +85,8 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     Fuse(tracked, result);
     // What is being adjusted is a map that stood otherwise.
     if (result.inertial->T_level) {
-      mapper_.GiveUp();
-      loop_closer_.GiveUp();
+      mapper_.Cancel();
+      loop_closer_.Cancel();
     }
   }
   result.times.tracking = tracking_watch.Milliseconds();
@@ -103,23 +103,22 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   result.open_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
   if (HasPose(tracked.state)) {
-    tracked_.push_back({image.stamp, tracked.reference,
-                        map_.keyframe(tracked.reference)->T_WC.Inverse() * tracked.T_WC});
+    tracked_.push_back({image.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
   }
-  Tell(result, image);
+  Notify(result, image);
   return result;
 }
 
-void SlamSystem::Impl::Tell(const FrameResult& result, const RgbdImage& image) const {
+void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image) const {
   if (callbacks_.on_keyframe && result.mapping) {
     callbacks_.on_keyframe(*map_.keyframe(result.mapping->keyframe), image);
   }
-  Tell(result.loops);
+  Notify(result.loops);
   if (callbacks_.on_map && result.inertial && result.inertial->T_level) callbacks_.on_map(map_);
   if (callbacks_.on_frame) callbacks_.on_frame(result);
 }
 
-void SlamSystem::Impl::Tell(const std::vector<LoopReport>& loops) const {
+void SlamSystem::Impl::Notify(const std::vector<LoopReport>& loops) const {
   bool moved = false;
   for (const LoopReport& report : loops) {
     if (callbacks_.on_loop) callbacks_.on_loop(report);
@@ -237,7 +236,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_)) {
     // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
-    ApplyNews(result);
+    ApplyResults(result);
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
   result.times.loops += watch.Milliseconds();
@@ -258,9 +257,9 @@ Pose SlamSystem::Impl::WithTracker(const Change& change) {
   return T_new_old;
 }
 
-void SlamSystem::Impl::ApplyNews(FrameResult& result) {
-  const bool loops = loop_closer_.HasNews();
-  if (!loops && !mapper_.HasNews()) return;
+void SlamSystem::Impl::ApplyResults(FrameResult& result) {
+  const bool loops = loop_closer_.HasResult();
+  if (!loops && !mapper_.HasResult()) return;
   WithTracker([&] {
     // A loop moves what is being adjusted: that comes first.
     if (auto report = loops ? mapper_.Finish(&map_) : mapper_.Update(&map_)) {
@@ -279,7 +278,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
     mapper_.Finish(&map_);
     reports = loop_closer_.Finish(&map_);
   });
-  Tell(reports);
+  Notify(reports);
   return reports;
 }
 
@@ -297,7 +296,7 @@ Trajectory SlamSystem::Impl::trajectory() const {
   Trajectory trajectory;
   trajectory.reserve(tracked_.size());
   for (const Tracked& t : tracked_) {
-    trajectory.push_back({t.stamp, map_.ResolvePose(t.reference) * t.T_reference_C});
+    trajectory.push_back({t.stamp, t.pose.T_WC(map_)});
   }
   return trajectory;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <highwall/frontend/inertial/inertial_odometry.h>
+#include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/system/slam_system.h>
@@ -38,8 +39,7 @@ class SlamSystem::Impl {
  private:
   struct Tracked {
     Stamp stamp = 0;
-    KeyFrameId reference = kNoId;
-    Pose T_reference_C;
+    AnchoredPose pose;
   };
 
   // Cells that move as pixels, their border included; empty where there are none.
@@ -55,9 +55,9 @@ class SlamSystem::Impl {
   template <class Change>
   Pose WithTracker(const Change& change);
   // Applies what the other threads have come to.
-  void ApplyNews(FrameResult& result);
-  void Tell(const FrameResult& result, const RgbdImage& image) const;
-  void Tell(const std::vector<LoopReport>& loops) const;
+  void ApplyResults(FrameResult& result);
+  void Notify(const FrameResult& result, const RgbdImage& image) const;
+  void Notify(const std::vector<LoopReport>& loops) const;
 
   SlamOptions options_;
   MeasurementModel model_;

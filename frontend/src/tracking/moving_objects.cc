@@ -356,7 +356,7 @@ cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
   for (const Remembered& remembered : recent_) {
     if (remembered.view.stamp == stamp) continue;
     references.push_back(remembered.view);
-    references.back().T_WC = map.ResolvePose(remembered.reference) * remembered.view.T_WC;
+    references.back().T_WC = remembered.pose.T_WC(map);
   }
   SurfaceClues clues{.moved = moved};
   if (stamp > before_ && stamp - before_ <= FromSeconds(options_.interval)) {
@@ -374,8 +374,7 @@ void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC
   moving_before_ = moving;
   const Stamp interval = FromSeconds(options_.interval);
   if (!recent_.empty() && stamp - recent_.back().view.stamp < interval) return;
-  const Pose T_reference_C = map.ResolvePose(reference).Inverse() * T_WC;
-  recent_.push_back({PosedDepth(stamp, depth, T_reference_C), reference});
+  recent_.push_back({PosedDepth(stamp, depth, T_WC), AnchoredPose::At(map, reference, T_WC)});
   recent_.back().view.moving = moving;
   while (stamp - recent_.front().view.stamp > FromSeconds(options_.history)) recent_.pop_front();
 }

@@ -9,6 +9,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/depth_noise.h>
+#include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/tracking/options.h>
 
@@ -74,8 +75,8 @@ class MovingObjects {
 
  private:
   struct Remembered {
-    PosedDepth view;  // T_WC: of the reference keyframe instead, T_reference_C
-    KeyFrameId reference = kNoId;
+    PosedDepth view;    // as it was seen
+    AnchoredPose pose;  // as it is now
   };
 
   DepthGrid grid_;

@@ -43,7 +43,6 @@ void SurfaceTrackingOptions::Validate() const {
 
 void TrackerOptions::Validate() const {
   pose.Validate();
-  matcher.Validate();
   relocalizer.Validate();
   moving.Validate();
   degeneracy.Validate();

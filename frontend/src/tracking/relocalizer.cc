@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 
 #include "pose/pose_observations.h"
+#include "pose/support.h"
 
 namespace highwall {
 namespace {
@@ -76,7 +77,7 @@ bool FitsPoint(const RgbdProjection::View& view, const PosePoint& point,
                const RgbdProjection& projection) {
   Eigen::Vector3d r;
   return projection.Evaluate<3>(view, point.rows, point.p_W, &r, nullptr, nullptr) &&
-         r.squaredNorm() <= kRough * PoseSolverOptions().chi2_3;
+         r.squaredNorm() <= kRough * InlierBounds().Of(3);
 }
 
 bool FitsLine(const RgbdProjection::View& view, const PoseLine& line,
@@ -84,7 +85,7 @@ bool FitsLine(const RgbdProjection::View& view, const PoseLine& line,
   Eigen::Vector2d p, q;
   return projection.Evaluate<2>(view, line.rows[0], line.segment_W.p(), &p, nullptr, nullptr) &&
          projection.Evaluate<2>(view, line.rows[1], line.segment_W.q(), &q, nullptr, nullptr) &&
-         p.squaredNorm() + q.squaredNorm() <= kRough * PoseSolverOptions().chi2_4;
+         p.squaredNorm() + q.squaredNorm() <= kRough * InlierBounds().Of(4);
 }
 
 int CountInliers(const Pose& T_WC, const std::vector<PosePoint>& points,
@@ -124,7 +125,7 @@ std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector
     const auto T_WC = PoseFromTriangle(sample);
     if (!T_WC) continue;
     const int inliers =
-        CountInliers(*T_WC, points, model.projection()) + 2 * CountInliers(*T_WC, lines, model);
+        Support(CountInliers(*T_WC, points, model.projection()), CountInliers(*T_WC, lines, model));
     if (inliers > best_inliers) {
       best_inliers = inliers;
       best = T_WC;
@@ -226,7 +227,7 @@ std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& featu
                                                       const Pose& guess) const {
   const auto pairs = PairLines(features, map, keyframe, model_.options().line_matches);
   PoseSolverOptions solver;
-  solver.min_support = 2 * options_.min_line_inliers;
+  solver.min_support = Support(0, options_.min_line_inliers);
   solver.max_iterations = 15;
   Selection selection;
   SelectLines(pairs, guess, model_, false, &selection);
@@ -253,8 +254,8 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
   const auto lines = PairLines(features, map, keyframe, model_.options().line_matches);
   const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
-  // Three sigma, 99.73 % of chi-square: a frame that is to be found again is often blurred.
-  PoseSolverOptions solver{.chi2_2 = 11.829, .chi2_3 = 14.156, .chi2_4 = 16.251};
+  // A frame that is to be found again is often blurred.
+  PoseSolverOptions solver{.inliers = InlierBounds::ThreeSigma()};
   solver.min_support = options_.min_inliers;
   return Refine(model_, *rough, pairs, points, lines, keyframe.id, solver);
 }

@@ -10,6 +10,7 @@
 #include <highwall/core/stamp.h>
 
 #include "pose/pose_observations.h"
+#include "pose/support.h"
 
 namespace highwall {
 namespace {
@@ -33,9 +34,8 @@ int Count(const std::vector<std::int32_t>& landmarks) {
                                         [](std::int32_t id) { return id != kNoId; }));
 }
 
-// As PoseSolverOptions counts it: a line as two.
 int Support(const std::vector<PointId>& points, const std::vector<LineId>& lines) {
-  return Count(points) + 2 * Count(lines);
+  return highwall::Support(Count(points), Count(lines));
 }
 
 int Support(const TrackedFrame& tracked) {
@@ -92,10 +92,10 @@ Sightings LandmarksSeen(const MeasurementModel& model, const Map& map, TrackedFr
 
 }  // namespace
 
-Tracker::Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options)
+Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options)
     : model_(model),
       options_(options),
-      matcher_(model, levels, options.matcher),
+      matcher_(model),
       relocalizer_(model, options.relocalizer),
       moving_(model.camera(), model.depth_noise(), options.moving) {
   options_.Validate();
@@ -323,7 +323,7 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
 }
 
 int Tracker::LocalMatch::Support() const {
-  return frame.num_points + 2 * frame.num_lines;
+  return highwall::Support(frame.num_points, frame.num_lines);
 }
 
 bool Tracker::IsDenied(const TrackedFrame& rough) const {
@@ -332,8 +332,8 @@ bool Tracker::IsDenied(const TrackedFrame& rough) const {
 }
 
 bool Tracker::IsDoubtful(const LocalMatch& match) const {
-  const auto in_view =
-      static_cast<double>(match.points_in_view.size() + 2 * match.lines_in_view.size());
+  const auto in_view = static_cast<double>(
+      highwall::Support(match.points_in_view.size(), match.lines_in_view.size()));
   return match.Support() < options_.doubtful_share * in_view ||
          match.Support() < options_.doubtful_drop * last_support_;
 }

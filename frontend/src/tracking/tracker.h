@@ -26,8 +26,8 @@ namespace highwall {
 // et al. 2025, figure 2, tracking.)
 class Tracker {
  public:
-  // levels: of the ORB pyramid. model: must outlive the tracker.
-  Tracker(const MeasurementModel& model, int levels, const TrackerOptions& options);
+  // model: must outlive the tracker.
+  Tracker(const MeasurementModel& model, const TrackerOptions& options);
 
   // predicted: the pose that an IMU tells, where there is one. Also counts in the map how often
   // landmarks were in view and found.

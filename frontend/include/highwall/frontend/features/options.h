@@ -6,10 +6,18 @@
 
 namespace highwall {
 
+// Of the images that corners are found in, the whole one first.
+struct PyramidOptions {
+  int levels = 8;             // [1, 16]
+  double scale_factor = 1.2;  // between neighbouring levels, (1, 2]
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
 struct OrbExtractorOptions {
-  int features = 1000;         // most keypoints of an image, > 0
-  int levels = 8;              // pyramid levels, [1, 16]
-  double scale_factor = 1.2;   // between neighbouring levels, (1, 2]
+  int features = 1000;  // most keypoints of an image, > 0
+  PyramidOptions pyramid{};
   int fast_threshold = 20;     // [grey levels] of FAST, [1, 255]
   int min_fast_threshold = 7;  // for cells where fast_threshold finds nothing, [1, fast_threshold]
   int cell_size = 32;          // [px of the level] side of such a cell, >= 8

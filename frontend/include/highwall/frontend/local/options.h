@@ -1,15 +1,13 @@
 #pragma once
 
-#include <highwall/frontend/map/options.h>
+#include <highwall/frontend/map/inlier_bounds.h>
 
 namespace highwall {
 
 struct BundleAdjustmentOptions {
-  double point_huber = 2.8;   // [sigma] > 0: Huber threshold on the norm of a point's rows
-  double line_huber = 2.8;    // [sigma] > 0: the same for a line's rows
-  double chi2_2 = 5.991;      // > 0: inlier bounds, 95 % of chi-square with 2, 3 and 4 rows
-  double chi2_3 = 7.815;      // > 0
-  double chi2_4 = 9.488;      // > 0
+  double point_huber = 2.8;  // [sigma] > 0: Huber threshold on the norm of a point's rows
+  double line_huber = 2.8;   // [sigma] > 0: the same for a line's rows
+  InlierBounds inliers{};
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
   double tolerance = 1e-6;    // >= 0: ends before, where a step lowers the cost by a smaller share
@@ -24,7 +22,6 @@ struct BundleAdjustmentOptions {
 
 struct LocalMapperOptions {
   BundleAdjustmentOptions bundle{.threads = 1};  // tracking takes the others
-  MapMatcherOptions matcher{};                   // for the fusion of landmarks
   int adjusted_keyframes = 12;                   // >= 2: most keyframes moved by a local adjustment
   int fixed_keyframes = 20;                      // >= 1: most keyframes that hold it in place
   int fused_keyframes = 8;  // >= 0: neighbours whose landmarks are looked for in a new keyframe

@@ -38,22 +38,18 @@ struct LoopDetectorOptions {
   double score_share = 0.25;  // [0, 1]: of the score of the best neighbour in the map
   int consistency = 3;        // >= 1: keyframes in a row that name one place before it is verified
   RelocalizerOptions verification{.min_inliers = 20, .ransac_iterations = 300};
-  MapMatcherOptions matcher{};   // for the search by projection
-  int place_keyframes = 10;      // >= 0: neighbours of the candidate whose landmarks are searched
-  int min_support = 50;          // >= 6: inlier points plus twice the lines, after that search
-  double min_found = 0.25;       // [0, 1]: their share of the landmarks in view
-  KeyFrameGraphOptions graph{};  // the drift that is thought possible
+  int place_keyframes = 10;  // >= 0: neighbours of the candidate whose landmarks are searched
+  int min_support = 50;      // >= 6: inlier points plus twice the lines, after that search
+  double min_found = 0.25;   // [0, 1]: their share of the landmarks in view
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
 struct LoopCorrectionOptions {
-  KeyFrameGraphOptions graph{};
   RobustLoops robust = RobustLoops::kGnc;
-  MapMatcherOptions matcher{};  // of the search for landmarks that are there twice
-  int fused_keyframes = 12;     // >= 0: neighbours on either side of the loop that take part
-  int threads = 2;              // >= 1: of the solver; 1 gives bit-equal results on every run
+  int fused_keyframes = 12;  // >= 0: neighbours on either side of the loop that take part
+  int threads = 2;           // >= 1: of the solver; 1 gives bit-equal results on every run
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -61,6 +57,7 @@ struct LoopCorrectionOptions {
 
 struct LoopCloserOptions {
   bool enabled = true;
+  KeyFrameGraphOptions graph{};  // the drift that is thought possible
   LoopDetectorOptions detector{};
   LoopCorrectionOptions correction{};
   bool adjust = true;  // the whole map after a loop: global bundle adjustment

@@ -134,8 +134,7 @@ class Map {
   void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W) { gravity_W_ = gravity_W; }
 
   // Descriptor, viewing direction and scale range of a point from its observations.
-  // scale_factor: of the ORB pyramid, levels: its number of levels.
-  void RefreshPoint(PointId id, double scale_factor, int levels);
+  void RefreshPoint(PointId id, const PyramidOptions& pyramid);
 
   // Keyframes that see the given landmarks, with how many each sees; most first, then by id.
   std::vector<std::pair<KeyFrameId, int>> Observers(std::span<const PointId> points,

@@ -14,7 +14,6 @@
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/options.h>
 
-
 namespace highwall {
 
 // Which features of one RGB-D camera may be one, and how they weigh in an estimate: the one place
@@ -22,8 +21,9 @@ namespace highwall {
 // Rows are of T_WC; the factors are of T_WB, whose frame B is the camera's where there is no IMU.
 class MeasurementModel {
  public:
+  // pyramid: of the corners. Throws InvalidArgument on bad options.
   MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
-                   const Pose& T_BC = Pose());
+                   const Pose& T_BC = Pose(), const PyramidOptions& pyramid = {});
 
   // Without distortion.
   const PinholeCamera& camera() const { return camera_; }
@@ -31,6 +31,7 @@ class MeasurementModel {
   const RgbdProjection& projection() const { return projection_; }
   const Pose& T_BC() const { return T_BC_; }
   const MeasurementOptions& options() const { return options_; }
+  const PyramidOptions& pyramid() const { return pyramid_; }
 
   // [px] of u and v at the pyramid level.
   double PointSigma(int octave) const;
@@ -58,6 +59,7 @@ class MeasurementModel {
   SegmentNoise Noise(const LineFeature& feature) const;
 
   MeasurementOptions options_;
+  PyramidOptions pyramid_;
   PinholeCamera camera_;
   VirtualRightCamera right_;
   DepthNoise noise_;

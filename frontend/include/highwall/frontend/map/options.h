@@ -5,17 +5,6 @@
 
 namespace highwall {
 
-struct MeasurementOptions {
-  Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
-  double baseline = 0.08;                        // [m] > 0: of the virtual right camera
-  double point_sigma = 0.7;   // [px] > 0: of a corner at pyramid level 0; grows with the level
-  double line_sigma = 1.0;    // [px] > 0: of a segment's end, across it
-  double scale_factor = 1.2;  // > 1: of the pyramid
-  LineMatcherOptions line_matches{};  // which segments of two images may be one line
-
-  void Validate() const;
-};
-
 struct ProjectionMatchOptions {
   int max_hamming = 100;         // [bit] 0 to 256
   double ratio = 0.9;            // (0, 1]: best against second best of the same pyramid level
@@ -31,6 +20,17 @@ struct MapMatcherOptions {
   ProjectionMatchOptions motion_match{.max_hamming = 100, .ratio = 0.9};
   ProjectionMatchOptions map_match{.max_hamming = 100, .ratio = 0.8};
   float min_line_pixels = 15.0F;  // [px] >= 1: shorter projections are not looked for
+
+  void Validate() const;
+};
+
+struct MeasurementOptions {
+  Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
+  double baseline = 0.08;                        // [m] > 0: of the virtual right camera
+  double point_sigma = 0.7;    // [px] > 0: of a corner at pyramid level 0; grows with the level
+  double line_sigma = 1.0;     // [px] > 0: of a segment's end, across it
+  MapMatcherOptions search{};  // for landmarks, by projection
+  LineMatcherOptions line_matches{};  // which segments of two images may be one line
 
   void Validate() const;
 };

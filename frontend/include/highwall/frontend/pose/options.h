@@ -1,6 +1,6 @@
 #pragma once
 
-
+#include <highwall/frontend/map/inlier_bounds.h>
 
 namespace highwall {
 
@@ -8,12 +8,9 @@ struct PoseSolverOptions {
   double point_huber = 2.4;  // [sigma] > 0: Huber threshold on the norm of a point's rows
   double line_huber = 2.4;   // [sigma] > 0: the same for a line's rows
   double plane_huber = 1.5;  // [sigma] > 0: of a point on a plane
-  double chi2_1 = 3.841;     // > 0: inlier bounds, 95 % of chi-square with 1, 2, 3 and 4 rows
-  double chi2_2 = 5.991;     // > 0
-  double chi2_3 = 7.815;     // > 0
-  double chi2_4 = 9.488;     // > 0
-  int rounds = 3;            // >= 1: solve, classify inliers, solve again
-  int max_iterations = 6;    // >= 1, per round
+  InlierBounds inliers{};
+  int rounds = 3;          // >= 1: solve, classify inliers, solve again
+  int max_iterations = 6;  // >= 1, per round
   // Inlier points plus twice the inlier lines, >= 3: with less there is no solution. A line counts
   // for two points, since both of its ends are measured.
   int min_support = 6;

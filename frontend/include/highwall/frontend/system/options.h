@@ -21,7 +21,7 @@ struct SlamOptions {
   // found: frames find their pose in it, none becomes a keyframe. Images alone, without an IMU.
   bool localize_only = false;
 
-  // Also where two fields contradict each other (the pyramid of frame.orb and of measurement).
+  // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 

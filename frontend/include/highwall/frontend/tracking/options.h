@@ -52,7 +52,6 @@ struct SurfaceTrackingOptions {
 
 struct TrackerOptions {
   PoseSolverOptions pose{};
-  MapMatcherOptions matcher{};
   RelocalizerOptions relocalizer{};
   MovingObjectOptions moving{};
   DegeneracyOptions degeneracy{};

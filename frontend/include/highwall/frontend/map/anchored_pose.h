@@ -1,0 +1,20 @@
+#pragma once
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/map/map.h>
+
+namespace highwall {
+
+// The pose of a camera relative to a keyframe, which it follows when the map is adjusted.
+struct AnchoredPose {
+  KeyFrameId reference = kNoId;
+  Pose T_reference_C;
+
+  // The pose T_WC of now. reference: a keyframe of the map, also one that was removed.
+  static AnchoredPose At(const Map& map, KeyFrameId reference, const Pose& T_WC) {
+    return {reference, map.ResolvePose(reference).Inverse() * T_WC};
+  }
+  Pose T_WC(const Map& map) const { return map.ResolvePose(reference) * T_reference_C; }
+};
+
+}  // namespace highwall
