@@ -14,7 +14,7 @@
 
 namespace highwall::bench {
 
-// The system over a film as `highwall slam --deterministic --no-map` runs it.
+// The system over a sequence as `highwall slam --deterministic --no-map` runs it.
 apps::SlamRun RunOver(const Film& film, const SlamOptions& slam, bool imu);
 
 // ape_rmse_m, rpe_1s_rmse_m and lost_frames of the frames with stamps in [begin, end].

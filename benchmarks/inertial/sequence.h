@@ -42,8 +42,8 @@ struct Sequence {
   std::vector<MarkedSpan> spans;
 };
 
-// Films the sequence into a folder of `cache`, unless an earlier run has done so. The folder's name
-// tells the options, not the version of the simulator. progress(done, total). Throws IoError.
+// Renders the sequence into a folder of `cache`, unless an earlier run has done so. The folder's
+// name tells the options, not the version of the simulator. progress(done, total). Throws IoError.
 Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::path& cache,
                       const std::function<void(int, int)>& progress);
 

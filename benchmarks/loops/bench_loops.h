@@ -19,7 +19,7 @@ nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds)
 // The camera is blinded and put down elsewhere in the room: how many frames until it knows where?
 nlohmann::json BenchKidnapped(int seeds);
 
-// A room filmed for so long, lap after lap: what the process holds after each of them. imu: with
+// A room seen for so long, lap after lap: what the process holds after each of them. imu: with
 // its readings.
 nlohmann::json BenchEndurance(double minutes, bool imu);
 

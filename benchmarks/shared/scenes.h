@@ -11,12 +11,12 @@ namespace highwall::bench {
 // The pixels of a Kinect halved: rendering is what a benchmark would else spend its time on.
 PinholeCamera SmallCamera();
 
-// A room filmed by it at 10 Hz with the noise of a Kinect.
+// A room seen by it at 10 Hz with the noise of a Kinect.
 simulate::SimulationOptions SmallRoomOptions(int seed, double seconds);
 // The field test's sensor with half the pixels a side, at 10 Hz.
 simulate::SimulationOptions SmallFieldTestOptions(int seed, double seconds);
 
-// A room filmed by SmallCamera() at 10 Hz, in laps of at most 20 s.
+// A room seen by SmallCamera() at 10 Hz, in laps of at most 20 s.
 simulate::Simulation MakeRoom(int seed, double seconds);
 // scene: mine, road or room.
 simulate::Simulation Simulate(const std::string& scene, const simulate::SimulationOptions& options);

@@ -54,7 +54,7 @@ TEST(DepthNoise, DisparitySigmaIsTheSpreadOfDisparitiesOfNoisyDepths) {
 }
 
 TEST(DepthNoise, EqualSigmasUnderweightDepthThirteenfoldAtTwoMetres) {
-  // METHOD: one sigma for (u, v, u_R) weights depth 13 to 16 times too weakly at 2 m.
+  // One sigma for (u, v, u_R) weights depth too weakly: docs/equations.md, section 3.
   const VirtualRightCamera right{.fx = 525.0, .baseline = 0.08};
   const double sigma_delta = DepthNoise::Kinect().DisparitySigma(2.0, right);
   EXPECT_NEAR(1.0 / sigma_delta, 15.7, 0.1);

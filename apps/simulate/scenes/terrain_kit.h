@@ -35,7 +35,7 @@ struct Terrain {
   Scene scene;
 };
 
-// What the vehicle films on its laps once the scene is complete and lit by the sun.
+// What the vehicle sees on its laps once the scene is complete and lit by the sun.
 Simulation Film(Terrain terrain, const SimulationOptions& options);
 
 // Indices of the textures of a scene in the open.

@@ -16,11 +16,11 @@
 
 namespace highwall {
 
-// Robust 3-D line behind an image segment (METHOD.md, section 3). Inverse depth is affine over the
-// image of a plane, so along the segment 1/z(t) = (1 - t)/z_s + t/z_e: two numbers, found on each
-// side of the segment by RANSAC (Fischler, Bolles 1981; scored as MSAC), then by least squares with
-// weights 1/sigma_d^2, with the slope across the segment as a third unknown, over both sides where
-// they make one plane, else over the nearer side, whose boundary the edge is.
+// Robust 3-D line behind an image segment (docs/equations.md, section 3). Inverse depth is affine
+// over the image of a plane, so along the segment 1/z(t) = (1 - t)/z_s + t/z_e: two numbers, found
+// on each side of the segment by RANSAC (Fischler, Bolles 1981; scored as MSAC), then by least
+// squares with weights 1/sigma_d^2, with the slope across the segment as a third unknown, over both
+// sides where they make one plane, else over the nearer side, whose boundary the edge is.
 //
 // segment: undistorted pixels (of camera.WithoutDistortion()). depth: CV_32FC1 [m], raw pixels of
 // `camera`, its size; 0 or NaN mean no measurement. Nothing where too few pixels are measured or

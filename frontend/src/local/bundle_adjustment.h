@@ -13,19 +13,20 @@
 
 namespace highwall {
 
-// Sights of landmarks that an adjustment found wrong.
+// Observations of landmarks that an adjustment found wrong.
 struct OutlierSights {
   std::vector<std::pair<KeyFrameId, PointId>> points;
   std::vector<std::pair<KeyFrameId, LineId>> lines;
 };
 
-// The keyframes see them no more; what is no more is passed over.
+// The keyframes observe them no more; what is no more is passed over.
 void Forget(const OutlierSights& outliers, Map* map);
 
-// Moves the keyframes of `free` and every point and line that they see, so that the reprojection
-// errors of `free` and `fixed` are least; observations that remain outliers are forgotten. Lines
-// move in the orthonormal form and keep their ends where they were seen. Where the map knows
-// gravity, the IMU between keyframes takes part, with their velocities and biases as unknowns.
+// Moves the keyframes of `free` and every point and line that they observe, so that the
+// reprojection errors of `free` and `fixed` are least; observations that remain outliers are
+// forgotten. Lines move in the orthonormal form and keep their ends where they were observed. Where
+// the map knows gravity, the IMU between keyframes takes part, with their velocities and biases as
+// unknowns.
 //
 // In three steps, so that the map may go on while another thread solves: the constructor copies
 // what takes part, Solve() knows no map, Write() brings the result back.

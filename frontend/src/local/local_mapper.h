@@ -54,22 +54,22 @@ class LocalMapper {
 
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  // Finds the landmarks of neighbouring keyframes that this one sees without having been tracked
-  // to them.
+  // Finds the landmarks of neighbouring keyframes that this one observes without having been
+  // tracked to them.
   void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
   void FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
                   LocalMappingReport& report) const;
   void FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const;
   void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
-  // Of those around the newest, after its adjustment. Returns the landmarks that they saw.
+  // Of those around the newest, after its adjustment. Returns the landmarks that they observed.
   Landmarks CullKeyFrames(Map& map, LocalMappingReport& report) const;
   bool IsRedundant(const KeyFrame& keyframe, const Map& map) const;
-  // Drops those that too few keyframes see.
+  // Drops those that too few keyframes observe.
   void CullUnseen(const Landmarks& landmarks, Map& map) const;
   // Begins the adjustment of the keyframe and its neighbours.
   void AdjustAround(KeyFrameId id, const Map& map);
   void RefreshPoints(KeyFrameId id, Map& map) const;
-  // The feature, its depth included, may be a sight of p_W.
+  // The feature, its depth included, may be an observation of p_W.
   bool FitsDepth(const PointFeature& feature, const Pose& T_WC, const Eigen::Vector3d& p_W) const;
 
   template <class Landmark>

@@ -25,7 +25,7 @@ struct MapGeometry {
 };
 MapGeometry GeometryOf(const Map& map);
 
-// Which landmarks turned out to be one, and what keyframes see besides.
+// Which landmarks turned out to be one, and what keyframes observe besides.
 struct MapFusion {
   struct Sight {
     KeyFrameId keyframe = kNoId;
@@ -45,16 +45,16 @@ struct MapCorrection {
 };
 
 // Puts what the map still has where the copy has it; newer keyframes move with the newest that is
-// older than them, other landmarks with the first keyframe that sees them. Then fuses, and forgets
-// outliers. What a local adjustment moved since the copy was made does not add to that: it and the
-// copy may have moved by the same error.
+// older than them, other landmarks with the first keyframe that observes them. Then fuses, and
+// forgets outliers. What a local adjustment moved since the copy was made does not add to that: it
+// and the copy may have moved by the same error.
 void Apply(const MapCorrection& correction, Map* map);
 
-// Merges and adds sights; what is no more is passed over.
+// Merges and adds observations; what is no more is passed over.
 void Apply(const MapFusion& fusion, Map* map);
 
 // Moves keyframe keyframes[i], all of them live and ascending, to T_WC[i]. Landmarks follow the
-// first of these keyframes that sees them.
+// first of these keyframes that observes them.
 void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
                    Map* map);
 

@@ -37,7 +37,7 @@ class MapMatcher {
                            std::vector<PointId>* visible = nullptr) const;
 
   // Lines of the map by the gates on angle, length and midpoint, by LBD where both have it, and by
-  // the MAD of their rotations (METHOD section 1).
+  // the MAD of their rotations (docs/equations.md, section 1).
   LineMatches MatchLines(const FrameFeatures& features, const Pose& T_WC, const Map& map,
                          std::span<const LineId> lines, const std::vector<bool>& taken,
                          std::vector<LineId>* visible = nullptr) const;

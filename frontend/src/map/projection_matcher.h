@@ -15,7 +15,7 @@
 
 namespace highwall {
 
-// Where a map point is expected in an image.
+// Where a landmark is expected in an image.
 struct ProjectedPoint {
   PointId id = kNoId;
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted

@@ -10,7 +10,7 @@
 
 namespace highwall {
 
-// A landmark and the feature that sees it, as SolvePose takes them.
+// A landmark and the feature that observes it, as SolvePose takes them.
 PosePoint MakePosePoint(const MeasurementModel& model, const MapPoint& point,
                         const PointFeature& feature);
 

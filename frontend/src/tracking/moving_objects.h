@@ -46,7 +46,7 @@ struct SurfaceClues {
 // nothing is known. A reference contradicts a point where it looked through it at something farther
 // away (255), and where it saw something before it that the view in turn looks through (127: it may
 // be what that has hidden); it confirms a point at whose depth it has a surface, unless that moved
-// (254, 255) a moment ago. A point out of its sight, or behind what still stands there, it says
+// (254, 255) a moment ago. A point out of its view, or behind what still stands there, it says
 // nothing of. Surfaces that have not been in place for long move as well (254) if their landmarks
 // do, or if most of them showed a surface that moved (254) in the frame before.
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,

@@ -44,8 +44,8 @@ struct PinholeCamera {
   bool Contains(const Eigen::Vector2d& uv, double margin = 0.0) const;
 };
 
-// The virtual right camera V (METHOD.md, section 3; paper section 3.3): `baseline` metres to the
-// right of C, so that depth z becomes the disparity u - u_R = fx baseline / z.
+// The virtual right camera V (docs/equations.md, section 3): `baseline` metres to the right of C,
+// so that depth z becomes the disparity u - u_R = fx baseline / z.
 struct VirtualRightCamera {
   double fx = 525.0;       // [px] > 0
   double baseline = 0.08;  // [m] > 0; it scales disparity and its sigma alike

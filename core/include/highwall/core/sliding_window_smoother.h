@@ -31,11 +31,11 @@ const char* ToString(LeavingPolicy policy);
 // What becomes of a landmark that a leaving state observes and that other states observe too.
 // Landmarks are never in the prior: they stay independent of each other.
 enum class LandmarkPolicy {
-  // It stays, without the observations of the leaving state, if the newest state sees it; else it
-  // leaves, and all its observations go into the prior.
+  // It stays, without the observations of the leaving state, if the newest state observes it; else
+  // it leaves, and all its observations go into the prior.
   kKeepTracked,
   // It leaves, and all its observations go into the prior. No observation is lost; a landmark that
-  // is seen again is a new one.
+  // is observed again is a new one.
   kMarginalize,
 };
 const char* ToString(LandmarkPolicy policy);

@@ -5,9 +5,9 @@
 
 #include <highwall/factors/imu_preintegration.h>
 
-// The weight of the inertial residuals beside the visual ones, E = E_visual + w E_IMU (METHOD.md,
-// section 4; Xiao et al. 2025, section 3.4). Two policies, each called once an interval between
-// images; its result is the weight argument of ImuFactor.
+// The weight of the inertial residuals beside the visual ones, E = E_visual + w E_IMU
+// (docs/equations.md, section 4; Xiao et al. 2025, section 3.4). Two policies, each called once an
+// interval between images; its result is the weight argument of ImuFactor.
 namespace highwall {
 
 // What the paper's policy knows of an interval between two images.

@@ -11,8 +11,8 @@
 namespace highwall {
 
 // The ray table of a camera: one undistorted direction (x/z, y/z) per pixel, computed once, so that
-// the point behind a pixel costs two multiplications (METHOD.md, section 6: z = d, x = z m_x,
-// y = z m_y) whatever the distortion.
+// the point behind a pixel costs two multiplications (docs/equations.md, section 6: x = m_x z,
+// y = m_y z) whatever the distortion.
 class DepthUnprojector {
  public:
   // Throws InvalidArgument if the camera is not valid.

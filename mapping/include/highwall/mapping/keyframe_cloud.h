@@ -30,9 +30,9 @@ struct KeyframeCloudOptions {
   void Validate() const;
 };
 
-// The points of one depth image in its camera frame C (METHOD.md, section 6), with colours and
-// normals, voxel-filtered. depth: CV_32FC1 [m], of the size of the camera, 0 or NaN where nothing
-// was measured; may be empty (no points). bgr: CV_8UC3 of the same size, or empty. Throws
+// The points of one depth image in its camera frame C (docs/equations.md, section 6), with colours
+// and normals, voxel-filtered. depth: CV_32FC1 [m], of the size of the camera, 0 or NaN where
+// nothing was measured; may be empty (no points). bgr: CV_8UC3 of the same size, or empty. Throws
 // InvalidArgument otherwise.
 std::vector<ColoredPoint> MakeKeyframeCloud(const cv::Mat& depth, const cv::Mat& bgr,
                                             const DepthUnprojector& unprojector,

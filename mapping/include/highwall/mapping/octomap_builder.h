@@ -51,7 +51,7 @@ struct OctreeLeafCount {
 };
 
 // A probabilistic occupancy octree (Hornung, Wurm, Bennewitz, Stachniss and Burgard, "OctoMap",
-// Autonomous Robots 2013; METHOD.md, section 7) from depth images or points with poses.
+// Autonomous Robots 2013; docs/equations.md, section 7) from depth images or points with poses.
 //
 // One scan changes a voxel once: by logit(hit) if a measurement ends in it, else by logit(miss) if
 // a ray to the centre of an end voxel passes through it; the sum is clamped (their Eq. 4). That is

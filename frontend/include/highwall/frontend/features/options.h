@@ -82,7 +82,7 @@ struct FrameBuilderOptions {
   void Validate() const;
 };
 
-// What a pair of segments must fulfil to be a candidate (METHOD.md, section 1; paper 3.1).
+// What a pair of segments must fulfil to be a candidate (docs/equations.md, section 1).
 struct LineGates {
   double max_angle = 0.1745;            // alpha [rad] between the segments, (0, pi/2]
   double min_length_ratio = 0.5;        // beta, shorter over longer, [0, 1)

@@ -7,7 +7,7 @@
 
 namespace highwall {
 
-// How the inertial residuals are weighed against the visual ones (METHOD.md, section 4).
+// How the inertial residuals are weighed against the visual ones (docs/equations.md, section 4).
 enum class ImuWeighting {
   kPaper,       // by the motion: PaperImuWeight
   kConsistent,  // 1, less where the innovations are too large: ConsistentImuWeight

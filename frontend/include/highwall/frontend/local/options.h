@@ -26,13 +26,13 @@ struct LocalMapperOptions {
   int fixed_keyframes = 20;                      // >= 1: most keyframes that hold it in place
   int fused_keyframes = 8;  // >= 0: neighbours whose landmarks are looked for in a new keyframe
   // A landmark is dropped when found in fewer of the frames that had it in view, or when, this
-  // many keyframes after its creation, fewer keyframes see it; also where the removal of a keyframe
-  // leaves fewer.
+  // many keyframes after its creation, fewer keyframes observe it; also where the removal of a
+  // keyframe leaves fewer.
   double min_found_ratio = 0.25;  // [0, 1]
   int probation_keyframes = 3;    // >= 1
   int min_observations = 2;       // >= 1
   // A keyframe is dropped when this share of its points, or of its lines where it has no points, is
-  // seen by so many others, points at levels up to one coarser, lines by twice as many,
+  // observed by so many others, points at levels up to one coarser, lines by twice as many,
   // for they are found less often. This bounds the map by the area that it covers, however long the
   // camera stays.
   double redundant_share = 0.9;  // (0, 1]; 1 keeps all but exact repeats

@@ -24,7 +24,7 @@ namespace highwall {
 // 256-bit binary descriptor (ORB of a point, LBD of a line).
 using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
 
-// Feature `index` of keyframe `keyframe` sees the landmark.
+// Feature `index` of keyframe `keyframe` observes the landmark.
 struct Observation {
   KeyFrameId keyframe = kNoId;
   int index = 0;
@@ -104,8 +104,8 @@ class Map {
   // Of the live keyframes.
   const KeyFrameIndex& index() const { return index_; }
 
-  // Feature `index` of the keyframe sees the landmark. A keyframe sees a landmark once: where it
-  // does already, or where the feature is taken, nothing happens and false is returned.
+  // Feature `index` of the keyframe observes the landmark. A keyframe observes a landmark once:
+  // where it does already, or where the feature is taken, nothing happens and false is returned.
   bool ObservePoint(KeyFrameId keyframe, int index, PointId point);
   bool ObserveLine(KeyFrameId keyframe, int index, LineId line);
   // A landmark left with no observation is removed.
@@ -114,7 +114,7 @@ class Map {
 
   void RemovePoint(PointId id);
   void RemoveLine(LineId id);
-  // Every observation of `from` goes to `into`, where its keyframe does not see `into` already.
+  // Every observation of `from` goes to `into`, where its keyframe does not observe `into` yet.
   void MergePoints(PointId from, PointId into);
   void MergeLines(LineId from, LineId into);
 
@@ -136,7 +136,7 @@ class Map {
   // Descriptor, viewing direction and scale range of a point from its observations.
   void RefreshPoint(PointId id, const PyramidOptions& pyramid);
 
-  // Keyframes that see the given landmarks, with how many each sees; most first, then by id.
+  // Keyframes that observe the given landmarks, with how many each does; most first, then by id.
   std::vector<std::pair<KeyFrameId, int>> Observers(std::span<const PointId> points,
                                                     std::span<const LineId> lines = {}) const;
   // Keyframes that share at least min_shared landmarks with `id`, most first.
@@ -155,8 +155,8 @@ class Map {
   KeyFrameIndex index_;
 };
 
-// The landmarks that live keyframes see, each once, ascending, without those in `except` (in any
-// order; kNoId is passed over).
+// The landmarks that live keyframes observe, each once, ascending, without those in `except` (in
+// any order; kNoId is passed over).
 std::vector<PointId> PointsSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
                                   std::span<const PointId> except);
 std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
