@@ -124,7 +124,7 @@ TEST_F(MapCorrectionTest, TwofoldLandmarksBecomeOne) {
   MapFusion fusion;
   fusion.points = {{from, into}, {from, into}, {12345, into}};
   fusion.lines = {{54321, line}};
-  fusion.point_sights = {{99, 0, into}};
+  fusion.point_observations = {{99, 0, into}};
   Apply(fusion, &map());
   EXPECT_EQ(map().point(from), nullptr);
   ASSERT_NE(map().point(into), nullptr);
@@ -145,7 +145,7 @@ TEST_F(MapCorrectionTest, FindsLandmarksOfAnotherPartInAKeyFrame) {
   const MapFusion fusion = FindInKeyFrame(other.map, id, points, lines, matcher, model);
   EXPECT_GT(fusion.points.size(), keyframe.points.size() / 2);
   EXPECT_GT(fusion.lines.size(), 3u);
-  EXPECT_TRUE(fusion.point_sights.empty()) << "every feature had a landmark";
+  EXPECT_TRUE(fusion.point_observations.empty()) << "every feature had a landmark";
   for (const auto& [from, into] : fusion.points) {
     EXPECT_LT((other.map.point(from)->p_W - other.map.point(into)->p_W).norm(), 0.02);
   }

@@ -39,7 +39,7 @@ struct BundleAdjuster::Result {
   std::vector<Motion> motions;
   std::vector<std::pair<PointId, Eigen::Vector3d>> points;
   std::vector<std::pair<LineId, PluckerLine>> lines;
-  OutlierSights outliers;
+  OutlierObservations outliers;
 
   void Write(Map& map) const {
     for (const auto& [id, T_WC] : poses) {
@@ -65,7 +65,7 @@ struct BundleAdjuster::Result {
   }
 };
 
-void Forget(const OutlierSights& outliers, Map* map) {
+void Forget(const OutlierObservations& outliers, Map* map) {
   for (const auto& [keyframe, point] : outliers.points) {
     map->ForgetPointObservation(keyframe, point);
   }
@@ -314,7 +314,7 @@ BundleAdjustmentReport BundleAdjuster::Write(Map* map) const {
   return result_->report;
 }
 
-const OutlierSights& BundleAdjuster::outliers() const {
+const OutlierObservations& BundleAdjuster::outliers() const {
   return result_->outliers;
 }
 

@@ -14,13 +14,13 @@
 namespace highwall {
 
 // Observations of landmarks that an adjustment found wrong.
-struct OutlierSights {
+struct OutlierObservations {
   std::vector<std::pair<KeyFrameId, PointId>> points;
   std::vector<std::pair<KeyFrameId, LineId>> lines;
 };
 
 // The keyframes observe them no more; what is no more is passed over.
-void Forget(const OutlierSights& outliers, Map* map);
+void Forget(const OutlierObservations& outliers, Map* map);
 
 // Moves the keyframes of `free` and every point and line that they observe, so that the
 // reprojection errors of `free` and `fixed` are least; observations that remain outliers are
@@ -47,7 +47,7 @@ class BundleAdjuster {
   // passed over. A solve that failed leaves it untouched.
   BundleAdjustmentReport Write(Map* map) const;
   // After Solve(): what Write() forgets.
-  const OutlierSights& outliers() const;
+  const OutlierObservations& outliers() const;
 
  private:
   struct Result;

@@ -30,8 +30,8 @@ void Append(const MapFusion& more, MapFusion* fusion) {
   };
   append(more.points, fusion->points);
   append(more.lines, fusion->lines);
-  append(more.point_sights, fusion->point_sights);
-  append(more.line_sights, fusion->line_sights);
+  append(more.point_observations, fusion->point_observations);
+  append(more.line_observations, fusion->line_observations);
 }
 
 // The matches that the loop was found by.
@@ -48,8 +48,8 @@ MapFusion FusionOf(const Loop& loop, const Map& map) {
       }
     }
   };
-  add(loop.points, keyframe.points, fusion.points, fusion.point_sights);
-  add(loop.lines, keyframe.lines, fusion.lines, fusion.line_sights);
+  add(loop.points, keyframe.points, fusion.points, fusion.point_observations);
+  add(loop.lines, keyframe.lines, fusion.lines, fusion.line_observations);
   return fusion;
 }
 

@@ -89,10 +89,10 @@ void Apply(const MapCorrection& correction, Map* map) {
 void Apply(const MapFusion& fusion, Map* map) {
   for (const auto& [from, into] : fusion.points) map->MergePoints(from, into);
   for (const auto& [from, into] : fusion.lines) map->MergeLines(from, into);
-  for (const auto& sight : fusion.point_sights) {
+  for (const auto& sight : fusion.point_observations) {
     map->ObservePoint(sight.keyframe, sight.feature, sight.landmark);
   }
-  for (const auto& sight : fusion.line_sights) {
+  for (const auto& sight : fusion.line_observations) {
     map->ObserveLine(sight.keyframe, sight.feature, sight.landmark);
   }
 }
@@ -121,7 +121,7 @@ MapFusion FindInKeyFrame(const Map& map, KeyFrameId id, std::span<const PointId>
     if (!Fits(model, features.points[f], keyframe.T_WC, map.point(point)->p_W)) continue;
     const PointId own = keyframe.points[f];
     if (own == kNoId) {
-      fusion.point_sights.push_back({id, feature, point});
+      fusion.point_observations.push_back({id, feature, point});
     } else if (own != point) {
       fusion.points.emplace_back(own, point);
     }
@@ -131,7 +131,7 @@ MapFusion FindInKeyFrame(const Map& map, KeyFrameId id, std::span<const PointId>
        matcher.MatchLines(features, keyframe.T_WC, map, lines, lines_free)) {
     const LineId own = keyframe.lines[static_cast<std::size_t>(feature)];
     if (own == kNoId) {
-      fusion.line_sights.push_back({id, feature, line});
+      fusion.line_observations.push_back({id, feature, line});
     } else if (own != line) {
       fusion.lines.emplace_back(own, line);
     }

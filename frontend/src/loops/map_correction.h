@@ -27,21 +27,21 @@ MapGeometry GeometryOf(const Map& map);
 
 // Which landmarks turned out to be one, and what keyframes observe besides.
 struct MapFusion {
-  struct Sight {
+  struct Found {
     KeyFrameId keyframe = kNoId;
     int feature = 0;
     std::int32_t landmark = kNoId;
   };
   std::vector<std::pair<PointId, PointId>> points;  // (from, into)
   std::vector<std::pair<LineId, LineId>> lines;
-  std::vector<Sight> point_sights, line_sights;
+  std::vector<Found> point_observations, line_observations;
 };
 
 // What was found out on a copy of a map, for the map itself, which has gone on since.
 struct MapCorrection {
   MapGeometry after;
   MapFusion fusion;
-  OutlierSights outliers;
+  OutlierObservations outliers;
 };
 
 // Puts what the map still has where the copy has it; newer keyframes move with the newest that is

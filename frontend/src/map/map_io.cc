@@ -106,11 +106,11 @@ class Reader {
 // Bounds of what is believed, so that what was loaded can be used: beyond any image and any place
 // on Earth [px, m], and squares and products are still numbers.
 constexpr double kLargest = 1e9, kSmallest = 1e-9;
-constexpr double kRounding = 1e-6;                           // of what has unit length
-constexpr int kLargestImage = 1 << 14;                       // [px]
-constexpr int kMostOctaves = 16;                             // OrbExtractorOptions::levels
-constexpr std::int64_t kLatest = std::int64_t{1} << 62;      // differences are still numbers
-constexpr std::int32_t kMostSights = std::int32_t{1} << 30;  // counting goes on from here
+constexpr double kRounding = 1e-6;                                 // of what has unit length
+constexpr int kLargestImage = 1 << 14;                             // [px]
+constexpr int kMostOctaves = 16;                                   // OrbExtractorOptions::levels
+constexpr std::int64_t kLatest = std::int64_t{1} << 62;            // differences are still numbers
+constexpr std::int32_t kMostObservations = std::int32_t{1} << 30;  // counting goes on from here
 
 template <class T>
 bool IsBetween(T low, T value, T high) {
@@ -158,9 +158,9 @@ void Check(const Reader& reader, const LineFeature& line) {
 
 template <class Landmark>
 void CheckCounts(const Reader& reader, const Landmark& landmark) {
-  reader.Require(
-      IsBetween(1, landmark.visible, kMostSights) && IsBetween(0, landmark.found, kMostSights),
-      "a landmark's sights are not counted");
+  reader.Require(IsBetween(1, landmark.visible, kMostObservations) &&
+                     IsBetween(0, landmark.found, kMostObservations),
+                 "a landmark's sights are not counted");
   reader.Require(IsBetween(-kLatest, landmark.first_frame, kLatest),
                  "a landmark's first frame is beyond all");
 }

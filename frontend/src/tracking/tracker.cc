@@ -132,7 +132,7 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
     if (!predicted) last_.reset();
     return Unmatched(frame, predicted ? predicted->T_WC : Pose());
   }
-  match->CountSightings(map);
+  match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
   if (was_tracking && !tracked.relocalized) {
     velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
@@ -338,7 +338,7 @@ bool Tracker::IsDoubtful(const LocalMatch& match) const {
          match.Support() < options_.doubtful_drop * last_support_;
 }
 
-void Tracker::LocalMatch::CountSightings(Map& map) const {
+void Tracker::LocalMatch::CountObservations(Map& map) const {
   for (const PointId id : points_in_view) {
     if (MapPoint* point = map.point(id)) ++point->visible;
   }

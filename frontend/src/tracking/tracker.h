@@ -63,7 +63,7 @@ class Tracker {
     std::vector<LineId> lines_in_view;
 
     int Support() const;
-    void CountSightings(Map& map) const;
+    void CountObservations(Map& map) const;
   };
   // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
