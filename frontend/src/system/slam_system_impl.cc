@@ -1,26 +1,15 @@
 #include "system/slam_system_impl.h"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/core/stopwatch.h>
 
 namespace highwall {
 namespace {
-
-class Stopwatch {
- public:
-  double Milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // Frames whose image tells no pose before they start a piece of map of their own.
 constexpr int kBlindFrames = 15;
