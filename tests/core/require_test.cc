@@ -1,10 +1,11 @@
 #include <highwall/core/require.h>
 
-#include <functional>
 #include <limits>
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "support/message_of.h"
 
 namespace highwall {
 namespace {
@@ -12,14 +13,9 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// What is thrown, empty if nothing is.
-std::string Refusal(const std::function<void()>& check) {
-  try {
-    check();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "";
+template <typename Check>
+std::string Refusal(const Check& check) {
+  return testing::MessageOf<InvalidArgument>(check);
 }
 
 TEST(Require, SaysTheNameTheDemandTheValueAndThePlace) {
