@@ -8,6 +8,7 @@
 #include <highwall/core/error.h>
 
 #include "random_states.h"
+#include "support/message_of.h"
 
 namespace highwall {
 namespace {
@@ -102,15 +103,10 @@ TEST(PinholeCamera, ContainsPixelCentresUpToTheLast) {
 
 TEST(PinholeCamera, ValidateNamesTheField) {
   EXPECT_NO_THROW(Freiburg1().Validate());
-  const auto message = [](auto change) -> std::string {
+  const auto message = [](auto change) {
     PinholeCamera c;
     change(c);
-    try {
-      c.Validate();
-    } catch (const InvalidArgument& e) {
-      return e.what();
-    }
-    return "no exception";
+    return testing::MessageOf<InvalidArgument>([&] { c.Validate(); });
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto npos = std::string::npos;
