@@ -1,7 +1,6 @@
 // highwall posegraph: optimizes a pose graph.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
-#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -16,6 +15,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/g2o_io.h>
 #include <highwall/core/pose_graph.h>
+#include <highwall/core/stopwatch.h>
 
 #include "commands.h"
 #include "posegraph_plot.h"
@@ -111,7 +111,6 @@ void WritePlot(const PoseGraphArguments& arguments, const PoseGraph& before, con
 }
 
 int RunPoseGraph(const PoseGraphArguments& arguments) {
-  using Clock = std::chrono::steady_clock;
   PoseGraph graph = ReadG2o(arguments.input);
   if (graph.edges.empty())
     throw IoError(arguments.input, "holds no edges: there is nothing to solve");
@@ -119,7 +118,7 @@ int RunPoseGraph(const PoseGraphArguments& arguments) {
     throw IoError(arguments.input,
                   "holds no vertices: use --init odometry, tree or chordal instead of given");
   }
-  const Clock::time_point start = Clock::now();
+  const Stopwatch stopwatch;
   InitializePoseGraph(&graph, FindInitialization(arguments.initialization));
   const PoseGraph before = graph;
   PoseGraphOptions options{.robust = FindRobust(arguments.robust),
@@ -133,7 +132,7 @@ int RunPoseGraph(const PoseGraphArguments& arguments) {
     };
     summary = SolvePoseGraph(&graph, options);
   }
-  const double total_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const double total_seconds = stopwatch.Seconds();
   for (const std::string& warning : summary.warnings) {
     fmt::print(stderr, "highwall posegraph: warning: {}: {}\n", arguments.input.string(), warning);
   }

@@ -34,21 +34,17 @@ std::string FormatProgress(const std::string& label, std::size_t done, std::size
 }
 
 Progress::Progress(std::string label)
-    : label_(std::move(label)),
-      enabled_(::isatty(STDERR_FILENO) == 1),
-      start_(Clock::now()),
-      drawn_(start_) {}
+    : label_(std::move(label)), enabled_(::isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   if (enabled_) std::fputs(kEraseLine, stderr);
 }
 
 void Progress::Update(std::size_t done, std::size_t total) {
-  constexpr std::chrono::milliseconds kInterval(100);
-  const Clock::time_point now = Clock::now();
-  if (!enabled_ || now - drawn_ < kInterval) return;
-  drawn_ = now;
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
+  constexpr double kInterval = 100.0;  // [ms]
+  if (!enabled_ || since_drawn_.Milliseconds() < kInterval) return;
+  since_drawn_ = Stopwatch();
+  const double elapsed = since_start_.Seconds();
   std::fputs((kEraseLine + FormatProgress(label_, done, total, elapsed)).c_str(), stderr);
   std::fflush(stderr);
 }

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <string>
+
+#include <highwall/core/stopwatch.h>
 
 namespace highwall::apps {
 
@@ -23,11 +24,9 @@ class Progress {
   void Update(std::size_t done, std::size_t total = 0);
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   std::string label_;
   bool enabled_;
-  Clock::time_point start_, drawn_;
+  Stopwatch since_start_, since_drawn_;
 };
 
 }  // namespace highwall::apps

@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <map>
 #include <numeric>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stopwatch.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/map/map_io.h>
 #include <highwall/mapping/settling_keyframes.h>
@@ -21,14 +21,8 @@
 namespace highwall::apps {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 // A scale that is known less well tells nobody whether a depth camera is calibrated.
 constexpr double kMaxScaleSigma = 0.02;
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 // The samples of StageTimes, frame by frame.
 struct StageSamples {
@@ -349,7 +343,7 @@ void RequireWhole(const SlamRun& run) {
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const FrameCallback& on_frame, const TrackedCallback& on_tracked) {
-  const auto start = Clock::now();
+  const Stopwatch stopwatch;
   SlamSystem slam = MakeSystem(sensor, options);
   ImuReplay imu(options.imu);
   DenseStage mapping(slam, sensor, options);
@@ -373,7 +367,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   if (on_tracked && !run.trajectory.empty()) on_tracked(run);
   FinishMap(sensor, options, slam, &run);
   mapping.Finish(&run);
-  run.seconds = MillisecondsSince(start) * 1e-3;
+  run.seconds = stopwatch.Seconds();
   return run;
 }
 

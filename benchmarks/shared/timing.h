@@ -1,16 +1,17 @@
 #pragma once
 
-#include <chrono>
 #include <ctime>
+
+#include <highwall/core/stopwatch.h>
 
 namespace highwall::bench {
 
 // How long `work` takes [s].
 template <typename Work>
 double WallSeconds(const Work& work) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return stopwatch.Seconds();
 }
 
 // The processor time of the calling thread that `work` takes [s].

@@ -1,22 +1,19 @@
 #include <highwall/core/camera.h>
 
 #include <cmath>
-#include <string>
 
 #include <Eigen/LU>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 
 void PinholeCamera::Validate() const {
-  HIGHWALL_REQUIRE(width > 0, "PinholeCamera::width must be positive, is " + std::to_string(width));
-  HIGHWALL_REQUIRE(height > 0,
-                   "PinholeCamera::height must be positive, is " + std::to_string(height));
-  HIGHWALL_REQUIRE(std::isfinite(fx) && fx > 0.0,
-                   "PinholeCamera::fx must be positive, is " + std::to_string(fx));
-  HIGHWALL_REQUIRE(std::isfinite(fy) && fy > 0.0,
-                   "PinholeCamera::fy must be positive, is " + std::to_string(fy));
+  RequirePositive(width, "PinholeCamera::width");
+  RequirePositive(height, "PinholeCamera::height");
+  RequirePositiveFinite(fx, "PinholeCamera::fx");
+  RequirePositiveFinite(fy, "PinholeCamera::fy");
   HIGHWALL_REQUIRE(std::isfinite(cx) && std::isfinite(cy),
                    "PinholeCamera::cx and cy must be finite");
   HIGHWALL_REQUIRE(std::isfinite(k1) && std::isfinite(k2) && std::isfinite(p1) &&

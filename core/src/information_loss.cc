@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <string>
 
 #include <ceres/problem.h>
 #include <Eigen/QR>
 
-#include <highwall/core/error.h>
+#include <highwall/core/require.h>
 #include "linearization.h"
 #include "row_system.h"
 
@@ -49,9 +48,7 @@ std::vector<int> Range(int first, int last) {
 }  // namespace
 
 void InformationLossOptions::Validate() const {
-  HIGHWALL_REQUIRE(reference_sigma > 0.0 && std::isfinite(reference_sigma),
-                   "InformationLossOptions::reference_sigma must be positive, is " +
-                       std::to_string(reference_sigma));
+  RequirePositiveFinite(reference_sigma, "InformationLossOptions::reference_sigma");
   marginalization.Validate();
 }
 

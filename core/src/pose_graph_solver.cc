@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
@@ -9,6 +8,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/pose_graph.h>
+#include <highwall/core/require.h>
+#include <highwall/core/stopwatch.h>
 #include "loop_consistency.h"
 #include "pose_graph_problem.h"
 #include "pose_graph_topology.h"
@@ -19,7 +20,6 @@ namespace {
 
 using internal::PoseGraphProblem;
 using internal::PoseGraphTopology;
-using Clock = std::chrono::steady_clock;
 
 // 99.9 % quantiles of the chi-squared distribution with 3 and 6 degrees of freedom.
 constexpr double kMaxChi2Se2 = 16.266;
@@ -48,7 +48,7 @@ class PoseGraphSolver {
         weights_(graph->edges.size(), 1.0) {}
 
   PoseGraphSummary Run() {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch stopwatch;
     const std::vector<PoseGraphNode> before = graph_.nodes;
     for (const double chi2 : internal::EdgeChi2(graph_, topology_)) summary_.initial_chi2 += chi2;
     Describe();
@@ -57,7 +57,7 @@ class PoseGraphSolver {
     while (SolvedOn() && TakeBackLoops()) SolveKept();
     if (summary_.status == SolveStatus::kFailed) graph_.nodes = before;
     Conclude();
-    summary_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    summary_.seconds = stopwatch.Seconds();
     return std::move(summary_);
   }
 
@@ -216,9 +216,7 @@ class PoseGraphSolver {
 }  // namespace
 
 void PoseGraphOptions::Validate() const {
-  HIGHWALL_REQUIRE(
-      std::isfinite(max_loop_chi2) && max_loop_chi2 >= 0.0,
-      "PoseGraphOptions::max_loop_chi2 must not be negative, is " + std::to_string(max_loop_chi2));
+  RequireNotNegativeFinite(max_loop_chi2, "PoseGraphOptions::max_loop_chi2");
   solver.Validate();
 }
 

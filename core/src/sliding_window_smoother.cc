@@ -1,7 +1,6 @@
 #include <highwall/core/sliding_window_smoother.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <string_view>
@@ -11,14 +10,11 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/information_loss.h>
+#include <highwall/core/stopwatch.h>
 #include "sliding_window_file.h"
 
 namespace highwall {
 namespace {
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 bool IsFinite(const double* values, int count) {
   return std::all_of(values, values + count, [](double x) { return std::isfinite(x); });
@@ -65,7 +61,7 @@ struct SlidingWindowSmoother::Impl {
   void RollBack(const Values& values);
 
   std::string FaultOfNewFactors() const;
-  std::string Solve(std::chrono::steady_clock::time_point start, UpdateReport* report);
+  std::string Solve(const Stopwatch& update, UpdateReport* report);
   std::string FaultOfSolution() const;
 
   MarginalizationOptions PriorOptions() const;
@@ -161,11 +157,10 @@ std::string SlidingWindowSmoother::Impl::FaultOfNewFactors() const {
   return "";
 }
 
-std::string SlidingWindowSmoother::Impl::Solve(std::chrono::steady_clock::time_point start,
-                                               UpdateReport* report) {
+std::string SlidingWindowSmoother::Impl::Solve(const Stopwatch& update, UpdateReport* report) {
   SolveOptions solve = options.solve;
   const double left =
-      1e-3 * options.budget_ms - SecondsSince(start) - shrink_seconds - iteration_seconds;
+      1e-3 * options.budget_ms - update.Seconds() - shrink_seconds - iteration_seconds;
   solve.max_seconds = std::min(solve.max_seconds, std::max(left, 1e-4));
   report->solve = graph.Solve(solve);
   report->message = report->solve.message;
@@ -361,18 +356,18 @@ void SlidingWindowSmoother::Fix(const VariableId& variable) {
 }
 
 UpdateReport SlidingWindowSmoother::Update() {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch update;
   UpdateReport report;
   const Impl::Values before = impl_->Snapshot();
   std::string fault;
   try {
     fault = impl_->FaultOfNewFactors();
-    if (fault.empty()) fault = impl_->Solve(start, &report);
+    if (fault.empty()) fault = impl_->Solve(update, &report);
     if (fault.empty()) fault = impl_->FaultOfSolution();
     if (fault.empty()) {
-      const auto solved = std::chrono::steady_clock::now();
+      const Stopwatch shrinking;
       impl_->Shrink(&report);
-      impl_->shrink_seconds = SecondsSince(solved);
+      impl_->shrink_seconds = shrinking.Seconds();
     }
   } catch (const std::exception& error) {
     fault = error.what();
@@ -384,7 +379,7 @@ UpdateReport SlidingWindowSmoother::Update() {
   }
   impl_->new_variables.clear();
   impl_->new_factors.clear();
-  report.seconds = SecondsSince(start);
+  report.seconds = update.Seconds();
   return report;
 }
 

@@ -3,16 +3,14 @@
 #include <cmath>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 
 void SolveOptions::Validate() const {
-  HIGHWALL_REQUIRE(max_iterations >= 0, "SolveOptions::max_iterations must not be negative, is " +
-                                            std::to_string(max_iterations));
-  HIGHWALL_REQUIRE(threads >= 1,
-                   "SolveOptions::threads must be at least 1, is " + std::to_string(threads));
-  HIGHWALL_REQUIRE(max_seconds > 0.0,
-                   "SolveOptions::max_seconds must be positive, is " + std::to_string(max_seconds));
+  RequireNotNegative(max_iterations, "SolveOptions::max_iterations");
+  RequireAtLeast(threads, 1, "SolveOptions::threads");
+  RequirePositive(max_seconds, "SolveOptions::max_seconds");
   HIGHWALL_REQUIRE(function_tolerance >= 0.0,
                    "SolveOptions::function_tolerance must not be negative");
   HIGHWALL_REQUIRE(gradient_tolerance >= 0.0,

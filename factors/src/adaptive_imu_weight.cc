@@ -5,15 +5,10 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 namespace {
-
-void RequireIn(double value, double low, double high, const char* name) {
-  HIGHWALL_REQUIRE(std::isfinite(value) && value >= low && value <= high,
-                   std::string(name) + " must lie in [" + std::to_string(low) + ", " +
-                       std::to_string(high) + "], is " + std::to_string(value));
-}
 
 void RequireRamp(const MotionRamp& ramp, const char* name) {
   HIGHWALL_REQUIRE(std::isfinite(ramp.slow) && std::isfinite(ramp.rapid) && ramp.slow != ramp.rapid,
@@ -56,16 +51,16 @@ double MotionRamp::operator()(double x) const {
 }
 
 void PaperImuWeightOptions::Validate() const {
-  RequireIn(weight_at_rest, 1e-9, 1.0, "PaperImuWeightOptions::weight_at_rest");
-  RequireIn(weight_slow, weight_at_rest, 1.0, "PaperImuWeightOptions::weight_slow");
-  RequireIn(weight_rapid, weight_slow, 1.0, "PaperImuWeightOptions::weight_rapid");
-  RequireIn(weight_max, weight_rapid, 1.0, "PaperImuWeightOptions::weight_max");
+  RequireWithin(weight_at_rest, 1e-9, 1.0, "PaperImuWeightOptions::weight_at_rest");
+  RequireWithin(weight_slow, weight_at_rest, 1.0, "PaperImuWeightOptions::weight_slow");
+  RequireWithin(weight_rapid, weight_slow, 1.0, "PaperImuWeightOptions::weight_rapid");
+  RequireWithin(weight_max, weight_rapid, 1.0, "PaperImuWeightOptions::weight_max");
   RequireRamp(angular_rate, "PaperImuWeightOptions::angular_rate");
   RequireRamp(accelerometer_std, "PaperImuWeightOptions::accelerometer_std");
   RequireRamp(sharpness, "PaperImuWeightOptions::sharpness");
   RequireRamp(tracked_share, "PaperImuWeightOptions::tracked_share");
-  RequireIn(hysteresis, 0.0, 0.2, "PaperImuWeightOptions::hysteresis");
-  RequireIn(max_change, 1e-9, 1.0, "PaperImuWeightOptions::max_change");
+  RequireWithin(hysteresis, 0.0, 0.2, "PaperImuWeightOptions::hysteresis");
+  RequireWithin(max_change, 1e-9, 1.0, "PaperImuWeightOptions::max_change");
 }
 
 PaperImuWeight::PaperImuWeight(const PaperImuWeightOptions& options)
@@ -108,12 +103,11 @@ double PaperImuWeight::Update(const MotionMeasures& measures) {
 }
 
 void ConsistentImuWeightOptions::Validate() const {
-  HIGHWALL_REQUIRE(window >= 1, "ConsistentImuWeightOptions::window must be at least 1, is " +
-                                    std::to_string(window));
-  RequireIn(inflate_above, 0.5, 1.0 - 1e-9, "ConsistentImuWeightOptions::inflate_above");
-  RequireIn(release_below, 1e-9, inflate_above, "ConsistentImuWeightOptions::release_below");
-  RequireIn(max_inflation, 1.0 + 1e-9, 1e9, "ConsistentImuWeightOptions::max_inflation");
-  RequireIn(max_ratio, 1.0 + 1e-9, 1e9, "ConsistentImuWeightOptions::max_ratio");
+  RequireAtLeast(window, 1, "ConsistentImuWeightOptions::window");
+  RequireWithin(inflate_above, 0.5, 1.0 - 1e-9, "ConsistentImuWeightOptions::inflate_above");
+  RequireWithin(release_below, 1e-9, inflate_above, "ConsistentImuWeightOptions::release_below");
+  RequireWithin(max_inflation, 1.0 + 1e-9, 1e9, "ConsistentImuWeightOptions::max_inflation");
+  RequireWithin(max_ratio, 1.0 + 1e-9, 1e9, "ConsistentImuWeightOptions::max_ratio");
 }
 
 ConsistentImuWeight::ConsistentImuWeight(const ConsistentImuWeightOptions& options)

@@ -1,10 +1,10 @@
 #include <highwall/factors/imu_factor.h>
 
 #include <cmath>
-#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
+#include <highwall/core/require.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 
@@ -123,8 +123,7 @@ class Linearization {
 
 ImuMeasurement::ImuMeasurement(const ImuPreintegration& imu, double weight)
     : delta(imu.delta()), W(SqrtInformation(imu.covariance())) {
-  HIGHWALL_REQUIRE(std::isfinite(weight) && weight > 0.0,
-                   "ImuFactor: the weight must be positive, is " + std::to_string(weight));
+  RequirePositiveFinite(weight, "ImuFactor: the weight");
   W *= std::sqrt(weight);
 }
 
@@ -144,8 +143,7 @@ bool ImuFactor::Evaluate(double const* const* parameters, double* residuals,
 
 ImuGravityFactor::ImuGravityFactor(const ImuPreintegration& imu, double gravity, double weight)
     : measurement_(imu, weight), gravity_(gravity) {
-  HIGHWALL_REQUIRE(std::isfinite(gravity) && gravity > 0.0,
-                   "ImuGravityFactor: gravity must be positive, is " + std::to_string(gravity));
+  RequirePositiveFinite(gravity, "ImuGravityFactor: gravity");
 }
 
 bool ImuGravityFactor::Evaluate(double const* const* parameters, double* residuals,

@@ -4,17 +4,13 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 #include <highwall/core/so3.h>
 
 #include "imu_integrator.h"
 
 namespace highwall {
 namespace {
-
-void RequirePositive(double value, const char* name) {
-  HIGHWALL_REQUIRE(std::isfinite(value) && value > 0.0,
-                   std::string(name) + " must be positive, is " + std::to_string(value));
-}
 
 // Slope at the middle of three readings, of the parabola through them. Where one step is more than
 // twice the other (a gap, or a reading interpolated at an image) it is the slope of the longer one:
@@ -29,16 +25,17 @@ Eigen::Vector3d Slope(double h_before, const Eigen::Vector3d& slope_before, doub
 }  // namespace
 
 void ImuNoise::Validate() const {
-  RequirePositive(gyroscope, "ImuNoise::gyroscope");
-  RequirePositive(accelerometer, "ImuNoise::accelerometer");
-  RequirePositive(gyroscope_walk, "ImuNoise::gyroscope_walk");
-  RequirePositive(accelerometer_walk, "ImuNoise::accelerometer_walk");
+  RequirePositiveFinite(gyroscope, "ImuNoise::gyroscope");
+  RequirePositiveFinite(accelerometer, "ImuNoise::accelerometer");
+  RequirePositiveFinite(gyroscope_walk, "ImuNoise::gyroscope_walk");
+  RequirePositiveFinite(accelerometer_walk, "ImuNoise::accelerometer_walk");
 }
 
 void ImuPreintegrationOptions::Validate() const {
   noise.Validate();
-  RequirePositive(max_gyroscope_change, "ImuPreintegrationOptions::max_gyroscope_change");
-  RequirePositive(max_accelerometer_change, "ImuPreintegrationOptions::max_accelerometer_change");
+  RequirePositiveFinite(max_gyroscope_change, "ImuPreintegrationOptions::max_gyroscope_change");
+  RequirePositiveFinite(max_accelerometer_change,
+                        "ImuPreintegrationOptions::max_accelerometer_change");
 }
 
 ImuDelta::Motion ImuDelta::At(const ImuBias& other) const {

@@ -1,20 +1,15 @@
 #include <highwall/factors/line_reprojection.h>
 
 #include <cmath>
-#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 namespace {
 
 constexpr double kMinLength = 1.0;  // [px] shorter than this a segment has no direction
-
-void RequirePositive(double x, const std::string& name) {
-  HIGHWALL_REQUIRE(std::isfinite(x) && x > 0.0,
-                   name + " must be positive, is " + std::to_string(x));
-}
 
 // An observed image line: unit direction along it, unit normal across it, one of its points.
 struct ImageLine {
@@ -66,23 +61,23 @@ void EvaluateSegment(const RgbdProjection& projection,
 }  // namespace
 
 void SegmentNoise::Validate() const {
-  RequirePositive(px, "SegmentNoise::px");
-  RequirePositive(disparity_s, "SegmentNoise::disparity_s");
-  RequirePositive(disparity_e, "SegmentNoise::disparity_e");
+  RequirePositiveFinite(px, "SegmentNoise::px");
+  RequirePositiveFinite(disparity_s, "SegmentNoise::disparity_s");
+  RequirePositiveFinite(disparity_e, "SegmentNoise::disparity_e");
 }
 
 void RgbdSegment::Validate() const {
   HIGHWALL_REQUIRE(s.allFinite() && e.allFinite(), "RgbdSegment: non-finite end");
   HIGHWALL_REQUIRE((e - s).head<2>().norm() >= kMinLength, "RgbdSegment: ends closer than 1 px");
-  RequirePositive(s.z(), "RgbdSegment: disparity of s");
-  RequirePositive(e.z(), "RgbdSegment: disparity of e");
+  RequirePositiveFinite(s.z(), "RgbdSegment: disparity of s");
+  RequirePositiveFinite(e.z(), "RgbdSegment: disparity of e");
 }
 
 std::array<ProjectionRows<1>, 2> SegmentRows(const Eigen::Vector2d& s, const Eigen::Vector2d& e,
                                              double sigma_px) {
   HIGHWALL_REQUIRE(s.allFinite() && e.allFinite(), "SegmentRows: non-finite end");
   HIGHWALL_REQUIRE((e - s).norm() >= kMinLength, "SegmentRows: ends closer than 1 px");
-  RequirePositive(sigma_px, "SegmentRows: sigma_px");
+  RequirePositiveFinite(sigma_px, "SegmentRows: sigma_px");
   const ImageLine line(s, e);
   ProjectionRows<1> row;
   row.A << line.across.transpose() / sigma_px, 0.0;  // Eq. 3

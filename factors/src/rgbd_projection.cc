@@ -1,9 +1,9 @@
 #include <highwall/factors/rgbd_projection.h>
 
-#include <cmath>
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 
@@ -23,11 +23,8 @@ RgbdProjection::RgbdProjection(const PinholeCamera& camera, const Pose& T_BC,
   HIGHWALL_REQUIRE(T_BC.IsFinite(), "RgbdProjection: non-finite T_BC");
   HIGHWALL_REQUIRE(right.fx == camera.fx, "VirtualRightCamera::fx must equal the camera's, is " +
                                               std::to_string(right.fx));
-  HIGHWALL_REQUIRE(
-      std::isfinite(right.baseline) && right.baseline > 0.0,
-      "VirtualRightCamera::baseline must be positive, is " + std::to_string(right.baseline));
-  HIGHWALL_REQUIRE(std::isfinite(min_depth) && min_depth > 0.0,
-                   "RgbdProjection: min_depth must be positive, is " + std::to_string(min_depth));
+  RequirePositiveFinite(right.baseline, "VirtualRightCamera::baseline");
+  RequirePositiveFinite(min_depth, "RgbdProjection: min_depth");
 }
 
 }  // namespace highwall

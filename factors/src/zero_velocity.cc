@@ -1,17 +1,10 @@
 #include <highwall/factors/zero_velocity.h>
 
-#include <cmath>
-#include <string>
-
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 namespace {
-
-void RequirePositive(double value, const char* name) {
-  HIGHWALL_REQUIRE(std::isfinite(value) && value > 0.0,
-                   std::string(name) + " must be positive, is " + std::to_string(value));
-}
 
 struct Means {
   Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();
@@ -32,7 +25,7 @@ Means MeansOf(std::span<const ImuSample> samples) {
 }  // namespace
 
 ZeroVelocity::ZeroVelocity(double sigma) : inverse_sigma_(1.0 / sigma) {
-  RequirePositive(sigma, "ZeroVelocity: sigma");
+  RequirePositiveFinite(sigma, "ZeroVelocity: sigma");
 }
 
 bool ZeroVelocity::Evaluate(double const* const* parameters, double* residuals,
@@ -45,11 +38,11 @@ bool ZeroVelocity::Evaluate(double const* const* parameters, double* residuals,
 }
 
 void StationaryOptions::Validate() const {
-  RequirePositive(gyroscope_sigma, "StationaryOptions::gyroscope_sigma");
-  RequirePositive(accelerometer_sigma, "StationaryOptions::accelerometer_sigma");
-  RequirePositive(max_statistic, "StationaryOptions::max_statistic");
-  RequirePositive(max_rate, "StationaryOptions::max_rate");
-  RequirePositive(min_duration, "StationaryOptions::min_duration");
+  RequirePositiveFinite(gyroscope_sigma, "StationaryOptions::gyroscope_sigma");
+  RequirePositiveFinite(accelerometer_sigma, "StationaryOptions::accelerometer_sigma");
+  RequirePositiveFinite(max_statistic, "StationaryOptions::max_statistic");
+  RequirePositiveFinite(max_rate, "StationaryOptions::max_rate");
+  RequirePositiveFinite(min_duration, "StationaryOptions::min_duration");
 }
 
 double StationaryStatistic(std::span<const ImuSample> samples, const StationaryOptions& options) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 #include "cloud_block.h"
 #include "keyframe_rounds.h"
@@ -168,18 +169,10 @@ class Blocks {
 }  // namespace
 
 void DenseCloudOptions::Validate() const {
-  HIGHWALL_REQUIRE(
-      voxel_size > 0.0 && std::isfinite(voxel_size),
-      "DenseCloudOptions::voxel_size must be positive, is " + std::to_string(voxel_size));
-  HIGHWALL_REQUIRE(max_observations >= 1 && max_observations <= 256,
-                   "DenseCloudOptions::max_observations must lie in [1, 256], is " +
-                       std::to_string(max_observations));
-  HIGHWALL_REQUIRE(min_translation >= 0.0,
-                   "DenseCloudOptions::min_translation must not be negative, is " +
-                       std::to_string(min_translation));
-  HIGHWALL_REQUIRE(
-      min_rotation >= 0.0,
-      "DenseCloudOptions::min_rotation must not be negative, is " + std::to_string(min_rotation));
+  RequirePositiveFinite(voxel_size, "DenseCloudOptions::voxel_size");
+  RequireWithin(max_observations, 1, 256, "DenseCloudOptions::max_observations");
+  RequireNotNegative(min_translation, "DenseCloudOptions::min_translation");
+  RequireNotNegative(min_rotation, "DenseCloudOptions::min_rotation");
 }
 
 struct DenseCloud::Impl final : internal::RefillableMap {

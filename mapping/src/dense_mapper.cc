@@ -9,6 +9,7 @@
 
 #include <highwall/core/background_worker.h>
 #include <highwall/core/error.h>
+#include <highwall/core/stopwatch.h>
 #include <highwall/mapping/dense_cloud.h>
 #include <highwall/mapping/depth_filter.h>
 #include <highwall/mapping/depth_unprojector.h>
@@ -17,15 +18,10 @@
 namespace highwall {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 // What a correction may take at once while keyframes arrive: less than one of them takes.
 constexpr Seconds kSlice(0.02);
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 }  // namespace
 
@@ -111,9 +107,9 @@ DenseMapper::~DenseMapper() = default;
 
 void DenseMapper::AddKeyframe(const KeyframeImage& keyframe) {
   impl_->Post([&impl = *impl_, keyframe] {
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     if (const auto ready = impl.filter.Push(keyframe)) impl.Map(*ready);
-    impl.keyframe_ms.push_back(MillisecondsSince(start));
+    impl.keyframe_ms.push_back(stopwatch.Milliseconds());
   });
 }
 
@@ -142,13 +138,13 @@ DenseMap DenseMapper::Finish() {
   if (impl_->worker) impl_->worker->Finish();
   DenseMap dense;
   dense.keyframe_ms = impl_->keyframe_ms;
-  const auto octree_start = Clock::now();
+  const Stopwatch octree;
   impl_->octree.Rebuild();
   dense.octree = impl_->octree.TakeMap();
-  dense.octree_ms = MillisecondsSince(octree_start);
-  const auto merge_start = Clock::now();
+  dense.octree_ms = octree.Milliseconds();
+  const Stopwatch merge;
   dense.cloud = impl_->cloud.TakeMerged();
-  dense.merge_ms = MillisecondsSince(merge_start);
+  dense.merge_ms = merge.Milliseconds();
   std::vector<Pose> cameras;
   for (const auto& [id, T_WC] : impl_->poses) cameras.push_back(T_WC);
   AddGrid(cameras, impl_->options.level, impl_->options.grid, dense);

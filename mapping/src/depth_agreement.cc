@@ -1,7 +1,6 @@
 #include <cmath>
-#include <string>
 
-#include <highwall/core/error.h>
+#include <highwall/core/require.h>
 #include <highwall/mapping/keyframe_cloud.h>
 
 namespace highwall {
@@ -25,10 +24,8 @@ Vote VoteOf(const cv::Mat& depth, const PinholeCamera& camera, const Eigen::Vect
 }  // namespace
 
 void DepthAgreementOptions::Validate() const {
-  HIGHWALL_REQUIRE(absolute >= 0.0, "DepthAgreementOptions::absolute must not be negative, is " +
-                                        std::to_string(absolute));
-  HIGHWALL_REQUIRE(relative >= 0.0, "DepthAgreementOptions::relative must not be negative, is " +
-                                        std::to_string(relative));
+  RequireNotNegative(absolute, "DepthAgreementOptions::absolute");
+  RequireNotNegative(relative, "DepthAgreementOptions::relative");
 }
 
 cv::Mat KeepAgreedDepth(const DepthView& view, std::span<const DepthView> neighbours,

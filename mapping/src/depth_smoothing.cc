@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 namespace {
@@ -82,7 +83,7 @@ void DepthSmoothingOptions::Validate() const {
 cv::Mat SmoothDepth(const cv::Mat& depth, double focal, const DepthSigma& sigma,
                     const DepthSmoothingOptions& options) {
   options.Validate();
-  HIGHWALL_REQUIRE(focal > 0.0, "focal must be positive, is " + std::to_string(focal));
+  RequirePositive(focal, "focal");
   if (depth.empty()) return depth;
   HIGHWALL_REQUIRE(depth.type() == CV_32FC1, "a depth image is CV_32FC1, in metres");
   cv::Mat inverse(depth.size(), CV_32FC1);

@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 namespace {
@@ -50,13 +51,11 @@ void GroundPlaneOptions::Validate() const {
   HIGHWALL_REQUIRE(
       max_tilt > 0.0 && max_tilt < 90.0,
       "GroundPlaneOptions::max_tilt must lie in (0, 90), is " + std::to_string(max_tilt));
-  HIGHWALL_REQUIRE(thickness > 0.0, "GroundPlaneOptions::thickness must be positive, is " +
-                                        std::to_string(thickness));
+  RequirePositive(thickness, "GroundPlaneOptions::thickness");
   HIGHWALL_REQUIRE(
       min_share > 0.0 && min_share <= 1.0,
       "GroundPlaneOptions::min_share must lie in (0, 1], is " + std::to_string(min_share));
-  HIGHWALL_REQUIRE(trials >= 1,
-                   "GroundPlaneOptions::trials must be at least 1, is " + std::to_string(trials));
+  RequireAtLeast(trials, 1, "GroundPlaneOptions::trials");
 }
 
 std::optional<GroundPlane> FitGroundPlane(std::span<const Eigen::Vector3f> points_W,

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 #include "voxel_filter.h"
 
@@ -49,24 +50,18 @@ Eigen::Vector3f NormalAt(const cv::Mat& depth, const DepthUnprojector& unproject
 }  // namespace
 
 void KeyframeCloudOptions::Validate() const {
-  HIGHWALL_REQUIRE(min_depth > 0.0, "KeyframeCloudOptions::min_depth must be positive, is " +
-                                        std::to_string(min_depth));
+  RequirePositive(min_depth, "KeyframeCloudOptions::min_depth");
   HIGHWALL_REQUIRE(
       max_depth > min_depth,
       "KeyframeCloudOptions::max_depth must exceed min_depth, is " + std::to_string(max_depth));
-  HIGHWALL_REQUIRE(stride >= 1,
-                   "KeyframeCloudOptions::stride must be at least 1, is " + std::to_string(stride));
+  RequireAtLeast(stride, 1, "KeyframeCloudOptions::stride");
   HIGHWALL_REQUIRE(edge_rejection >= 0.0,
                    "KeyframeCloudOptions::edge_rejection must not be negative");
   HIGHWALL_REQUIRE(max_incidence > 0.0 && max_incidence <= 90.0,
                    "KeyframeCloudOptions::max_incidence must lie in (0, 90], is " +
                        std::to_string(max_incidence));
-  HIGHWALL_REQUIRE(normal_radius >= 1,
-                   "KeyframeCloudOptions::normal_radius must be at least 1, is " +
-                       std::to_string(normal_radius));
-  HIGHWALL_REQUIRE(
-      voxel_size > 0.0 && std::isfinite(voxel_size),
-      "KeyframeCloudOptions::voxel_size must be positive, is " + std::to_string(voxel_size));
+  RequireAtLeast(normal_radius, 1, "KeyframeCloudOptions::normal_radius");
+  RequirePositiveFinite(voxel_size, "KeyframeCloudOptions::voxel_size");
 }
 
 std::vector<ColoredPoint> MakeKeyframeCloud(const cv::Mat& depth, const cv::Mat& bgr,

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 #include "keyframe_rounds.h"
 #include "octomap_builder_impl.h"
@@ -49,12 +50,8 @@ StoredScan Store(std::span<const Eigen::Vector3f> points_C, double voxel_size) {
 
 void KeyframeOctreeOptions::Validate() const {
   octree.Validate();
-  HIGHWALL_REQUIRE(min_translation >= 0.0,
-                   "KeyframeOctreeOptions::min_translation must not be negative, is " +
-                       std::to_string(min_translation));
-  HIGHWALL_REQUIRE(min_rotation >= 0.0,
-                   "KeyframeOctreeOptions::min_rotation must not be negative, is " +
-                       std::to_string(min_rotation));
+  RequireNotNegative(min_translation, "KeyframeOctreeOptions::min_translation");
+  RequireNotNegative(min_rotation, "KeyframeOctreeOptions::min_rotation");
 }
 
 struct KeyframeOctree::Impl final : internal::RefillableMap {

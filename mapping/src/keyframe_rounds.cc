@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include <highwall/core/stopwatch.h>
+
 namespace highwall::internal {
 
 std::optional<Pose> KeyframeRounds::PoseOf(std::int64_t id) const {
@@ -108,11 +110,11 @@ void KeyframeRounds::Finish(RefillableMap& map) {
 }
 
 bool KeyframeRounds::Run(RefillableMap& map, std::chrono::duration<double> budget) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   while (round_ || !IsCurrent()) {
     if (!round_) Start(map);
     if (!Step(map)) Finish(map);
-    if (std::chrono::steady_clock::now() - start >= budget) break;
+    if (stopwatch.Seconds() >= budget.count()) break;
   }
   return !round_ && IsCurrent();
 }

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 #include "kd_tree.h"
 
@@ -107,7 +108,7 @@ ReferenceSurface::ReferenceSurface(std::vector<Eigen::Vector3f> points)
 }
 
 ReferenceSurface::ReferenceSurface(const TriangleMesh& mesh, double spacing) {
-  HIGHWALL_REQUIRE(spacing > 0.0, "spacing must be positive, is " + std::to_string(spacing));
+  RequirePositive(spacing, "spacing");
   double expected = 0.0;
   for (const auto& indices : mesh.triangles) {
     std::array<Eigen::Vector3f, 3> triangle;

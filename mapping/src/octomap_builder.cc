@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 #include "octomap_builder_impl.h"
 #include "octree_io.h"
@@ -25,24 +26,17 @@ void RequireBetween(double value, double low, double high, const char* field) {
 }  // namespace
 
 void OctomapBuilderOptions::Validate() const {
-  HIGHWALL_REQUIRE(
-      resolution > 0.0 && std::isfinite(resolution),
-      "OctomapBuilderOptions::resolution must be positive, is " + std::to_string(resolution));
-  HIGHWALL_REQUIRE(min_depth >= 0.0, "OctomapBuilderOptions::min_depth must not be negative, is " +
-                                         std::to_string(min_depth));
-  HIGHWALL_REQUIRE(max_range > 0.0, "OctomapBuilderOptions::max_range must be positive, is " +
-                                        std::to_string(max_range));
+  RequirePositiveFinite(resolution, "OctomapBuilderOptions::resolution");
+  RequireNotNegative(min_depth, "OctomapBuilderOptions::min_depth");
+  RequirePositive(max_range, "OctomapBuilderOptions::max_range");
   RequireBetween(hit, 0.5, 1.0, "hit");
   RequireBetween(miss, 0.0, 0.5, "miss");
-  HIGHWALL_REQUIRE(far_range > 0.0, "OctomapBuilderOptions::far_range must be positive, is " +
-                                        std::to_string(far_range));
+  RequirePositive(far_range, "OctomapBuilderOptions::far_range");
   RequireBetween(far_hit, 0.5, 1.0, "far_hit");
   RequireBetween(clamp_min, 0.0, 0.5, "clamp_min");
   RequireBetween(clamp_max, 0.5, 1.0, "clamp_max");
   RequireBetween(occupancy_threshold, 0.0, 1.0, "occupancy_threshold");
-  HIGHWALL_REQUIRE(
-      threads >= 1 && threads <= 256,
-      "OctomapBuilderOptions::threads must lie in [1, 256], is " + std::to_string(threads));
+  RequireWithin(threads, 1, 256, "OctomapBuilderOptions::threads");
 }
 
 OctomapBuilder::Impl::Impl(const OctomapBuilderOptions& o)

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 #include "octomap_builder_impl.h"
 
@@ -30,8 +31,7 @@ class OctreeSearch {
   OctreeSearch(const OctomapBuilder& map, const Eigen::Vector3d& p_W, double max_distance)
       : tree_(map.impl_->tree), p_W_(p_W), limit_(max_distance * max_distance) {
     HIGHWALL_REQUIRE(p_W.allFinite(), "the point is not finite");
-    HIGHWALL_REQUIRE(max_distance > 0.0,
-                     "max_distance must be positive, is " + std::to_string(max_distance));
+    RequirePositive(max_distance, "max_distance");
     if (tree_.getRoot() != nullptr) {
       Push(tree_.getRoot(), Eigen::Vector3d::Zero(), tree_.getNodeSize(0));
     }

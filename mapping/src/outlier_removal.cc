@@ -1,10 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include <highwall/core/error.h>
+#include <highwall/core/require.h>
 #include <highwall/mapping/keyframe_cloud.h>
 
 #include "kd_tree.h"
@@ -13,9 +12,8 @@ namespace highwall {
 
 std::vector<ColoredPoint> RemoveOutliers(std::span<const ColoredPoint> points, int neighbours,
                                          double sigmas) {
-  HIGHWALL_REQUIRE(neighbours >= 1,
-                   "neighbours must be at least 1, is " + std::to_string(neighbours));
-  HIGHWALL_REQUIRE(sigmas >= 0.0, "sigmas must not be negative, is " + std::to_string(sigmas));
+  RequireAtLeast(neighbours, 1, "neighbours");
+  RequireNotNegative(sigmas, "sigmas");
   std::vector<ColoredPoint> kept;
   std::vector<Eigen::Vector3f> positions;
   for (const ColoredPoint& point : points) {

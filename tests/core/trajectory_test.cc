@@ -13,6 +13,7 @@
 #include <highwall/core/trajectory_log.h>
 
 #include "support/file_size_limit.h"
+#include "support/message_of.h"
 #include "support/temporary_directory.h"
 
 namespace highwall {
@@ -28,12 +29,7 @@ class TrajectoryFile : public ::testing::Test {
     return path;
   }
   std::string MessageOf(const fs::path& path) const {
-    try {
-      ReadTumTrajectory(path);
-    } catch (const IoError& error) {
-      return error.what();
-    }
-    return "no error";
+    return testing::MessageOf<IoError>([&] { ReadTumTrajectory(path); });
   }
 
   const testing::TemporaryDirectory folder_;

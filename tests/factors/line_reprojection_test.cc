@@ -27,16 +27,6 @@ const std::vector<const ceres::Manifold*> kSegmentManifolds = {&kPoseManifold, n
 const std::vector<const ceres::Manifold*> kLineManifolds = {&kPoseManifold, &kLineManifold};
 const Weighting kWeightings[] = {Weighting::kCovariance, Weighting::kPaper};
 
-// fx = 500, fy = 400, centre (320, 240), fx b = 50, on the body's origin.
-RgbdProjection SimpleProjection() {
-  PinholeCamera camera;
-  camera.fx = 500.0;
-  camera.fy = 400.0;
-  camera.cx = 320.0;
-  camera.cy = 240.0;
-  return RgbdProjection(camera, Pose(), {.fx = 500.0, .baseline = 0.1});
-}
-
 OrthonormalLine LineOf(const Segment3& segment) {
   return OrthonormalLine(PluckerLine::FromPoints(segment.p(), segment.q()));
 }
@@ -153,19 +143,15 @@ void CheckAllFactors(std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB,
 TEST(LineReprojection, JacobiansMatchCentralDifferencesAndTheAutodiffTwin) {
   std::mt19937 rng(11);
   const twins::Rig rig = TestRig();
-  for (int i = 0; i < 50; ++i) {
-    SCOPED_TRACE(i);
-    const Pose T_WB = RandomPose(rng);
+  AtRandomPoses(rng, [&](const Pose& T_WB) {
     CheckAllFactors(rng, rig, T_WB, RandomSegment(rng, rig, T_WB));
-  }
+  });
 }
 
 TEST(LineReprojection, JacobiansHoldAtTheEdges) {
   std::mt19937 rng(12);
   const twins::Rig rig = TestRig();
-  for (const double angle : {0.0, 1e-8, M_PI - 1e-8, M_PI}) {
-    SCOPED_TRACE(angle);
-    const Pose T_WB = Pose::FromTangent({1.0, -2.0, 0.5}, Eigen::Vector3d(0.6, 0.0, 0.8) * angle);
+  AtEdgesOfRotation([&](const Pose& T_WB) {
     const Pose T_WC = T_WB * rig.T_BC;
     CheckAllFactors(rng, rig, T_WB, RandomSegment(rng, rig, T_WB));
     // p just inside the depth limit; the factor is smooth within a step of 1e-6.
@@ -179,7 +165,7 @@ TEST(LineReprojection, JacobiansHoldAtTheEdges) {
     // Through the origin of the world: w_1 = 0.
     const Eigen::Vector3d p = RandomPointInView(rng, rig, T_WB);
     CheckAllFactors(rng, rig, T_WB, Segment3(p, 1.3 * p));
-  }
+  });
 }
 
 TEST(LineReprojection, DoesNotChangeWhenTheWorldFrameMoves) {

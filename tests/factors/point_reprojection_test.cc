@@ -30,16 +30,6 @@ Eigen::Matrix3d TestWeight3() {
   return (Eigen::Matrix3d() << 0.8, 0.1, 0.3, -0.2, 1.3, 0.0, 0.5, -0.4, 4.0).finished();
 }
 
-// 3 m in front of a camera at the origin; fx = 500, fy = 400, centre (320, 240), b = 0.1.
-RgbdProjection SimpleProjection() {
-  PinholeCamera camera;
-  camera.fx = 500.0;
-  camera.fy = 400.0;
-  camera.cx = 320.0;
-  camera.cy = 240.0;
-  return RgbdProjection(camera, Pose(), {.fx = 500.0, .baseline = 0.1});
-}
-
 TEST(PointReprojection, MatchesHandComputedValues) {
   const PointReprojection f({420.0, 160.0}, Eigen::Matrix2d::Identity(), SimpleProjection());
   // (0.6, -0.6, 3): u = 320 + 500 0.2 = 420, v = 240 - 400 0.2 = 160.
@@ -89,24 +79,20 @@ void CheckBothFactors(std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB
 TEST(PointReprojection, JacobiansMatchCentralDifferencesAndTheAutodiffTwin) {
   std::mt19937 rng(42);
   const twins::Rig rig = TestRig();
-  for (int i = 0; i < 50; ++i) {
-    SCOPED_TRACE(i);
-    const Pose T_WB = RandomPose(rng);
+  AtRandomPoses(rng, [&](const Pose& T_WB) {
     CheckBothFactors(rng, rig, T_WB, RandomPointInView(rng, rig, T_WB));
-  }
+  });
 }
 
 TEST(PointReprojection, JacobiansHoldAtTheEdges) {
   std::mt19937 rng(43);
   const twins::Rig rig = TestRig();
-  for (const double angle : {0.0, 1e-8, M_PI - 1e-8, M_PI}) {
-    SCOPED_TRACE(angle);
-    const Pose T_WB = Pose::FromTangent({1.0, -2.0, 0.5}, Eigen::Vector3d(0.6, 0.0, 0.8) * angle);
+  AtEdgesOfRotation([&](const Pose& T_WB) {
     CheckBothFactors(rng, rig, T_WB, RandomPointInView(rng, rig, T_WB));
     // Just inside the depth limit; the factor is smooth within a step of 1e-6.
     const double depth = RgbdProjection::kDefaultMinDepth + 1e-5;
     CheckBothFactors(rng, rig, T_WB, T_WB * (rig.T_BC * Eigen::Vector3d(0.01, -0.008, depth)));
-  }
+  });
 }
 
 TEST(PointReprojection, DoesNotChangeWhenTheWorldFrameMoves) {

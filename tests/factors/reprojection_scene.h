@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -24,17 +25,19 @@ using Block = std::vector<double>;
 // Unequal focal lengths and a camera that is turned and shifted on the body: no symmetry hides a
 // mistake.
 inline twins::Rig TestRig() {
-  PinholeCamera camera;
-  camera.fx = 520.0;
-  camera.fy = 480.0;
-  camera.cx = 322.5;
-  camera.cy = 245.25;
+  const PinholeCamera camera{.fx = 520.0, .fy = 480.0, .cx = 322.5, .cy = 245.25};
   return {camera, Pose::FromTangent({0.05, -0.02, 0.1}, {0.3, -0.5, 0.2}),
           VirtualRightCamera{.fx = camera.fx, .baseline = 0.12}};
 }
 
 inline RgbdProjection Projection(const twins::Rig& rig) {
   return RgbdProjection(rig.camera, rig.T_BC, rig.right);
+}
+
+// Round numbers for values computed by hand: a camera on the body's origin, fx b = 50.
+inline RgbdProjection SimpleProjection() {
+  const PinholeCamera camera{.fx = 500.0, .fy = 400.0, .cx = 320.0, .cy = 240.0};
+  return RgbdProjection(camera, Pose(), {.fx = 500.0, .baseline = 0.1});
 }
 
 inline double Uniform(std::mt19937& rng, double low, double high) {
@@ -52,6 +55,24 @@ inline Eigen::Vector3d RandomVector(std::mt19937& rng, double half_range) {
 inline Pose RandomPose(std::mt19937& rng) {
   const Eigen::Vector3d axis = RandomVector(rng, 1.0).normalized();
   return Pose::FromTangent(RandomVector(rng, 2.0), axis * Uniform(rng, 0.0, 3.1));
+}
+
+// check(T_WB) at 50 of them.
+template <typename Check>
+void AtRandomPoses(std::mt19937& rng, const Check& check) {
+  for (int i = 0; i < 50; ++i) {
+    SCOPED_TRACE(i);
+    check(RandomPose(rng));
+  }
+}
+
+// check(T_WB) where a rotation vector vanishes, and where it is half a turn.
+template <typename Check>
+void AtEdgesOfRotation(const Check& check) {
+  for (const double angle : {0.0, 1e-8, M_PI - 1e-8, M_PI}) {
+    SCOPED_TRACE(angle);
+    check(Pose::FromTangent({1.0, -2.0, 0.5}, Eigen::Vector3d(0.6, 0.0, 0.8) * angle));
+  }
 }
 
 // A point of W inside the image of the camera on T_WB, 0.8 to 5 m deep.

@@ -74,13 +74,11 @@ void CheckAt(std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB,
 TEST(TimeOffsetReprojection, JacobiansMatchCentralDifferencesAndTheAutodiffTwin) {
   std::mt19937 rng(81);
   const twins::Rig rig = TestRig();
-  for (int i = 0; i < 50; ++i) {
-    SCOPED_TRACE(i);
-    const Pose T_WB = RandomPose(rng);
+  AtRandomPoses(rng, [&](const Pose& T_WB) {
     const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WB);
     CheckAt<2>(rng, rig, T_WB, p_W);
     CheckAt<3>(rng, rig, T_WB, p_W);
-  }
+  });
   // Just inside the depth limit, and half a turn.
   const Pose T_WB = Pose::FromTangent({1, 2, 3}, {M_PI, 0, 0});
   const double depth = RgbdProjection::kDefaultMinDepth + 1e-5;

@@ -14,10 +14,8 @@
 namespace highwall {
 namespace {
 
-using testing::FileSizeLimit;
 using testing::ReadText;
 using testing::TemporaryDirectory;
-using testing::WriteText;
 
 using Points = std::vector<Eigen::Vector3f>;
 
@@ -170,18 +168,12 @@ TEST(WriteOccupancyGrid, FailedWriteLeavesTheOldFiles) {
   EXPECT_THROW(WriteOccupancyGrid(folder / "nowhere/map.yaml", grid), IoError);
   EXPECT_THROW(WriteOccupancyGrid(folder / "map.pgm", grid), InvalidArgument);
   EXPECT_THROW(WriteOccupancyGrid(folder / "map.yaml", OccupancyGrid{}), InvalidArgument);
-  WriteText(folder / "map.yaml", "old");
-  WriteText(folder / "map.pgm", "old");
   grid.width = 3000;
   grid.height = 10;
   grid.cells.assign(30000, GridCell::kFree);
-  {
-    const FileSizeLimit full(4096);
+  testing::ExpectAFullDiskKeeps(folder, {"map.yaml", "map.pgm"}, 4096, [&] {
     EXPECT_THROW(WriteOccupancyGrid(folder / "map.yaml", grid), IoError);
-  }
-  EXPECT_EQ(ReadText(folder / "map.yaml"), "old");
-  EXPECT_EQ(ReadText(folder / "map.pgm"), "old");
-  EXPECT_EQ(folder.FileCount(), 2u) << "a temporary stayed behind";
+  });
 }
 
 }  // namespace

@@ -18,7 +18,6 @@
 namespace highwall {
 namespace {
 
-using testing::FileSizeLimit;
 using testing::ReadText;
 using testing::TemporaryDirectory;
 using testing::WriteText;
@@ -168,16 +167,10 @@ TEST(OctomapFile, FailedWriteLeavesTheOldFile) {
   const OctomapBuilder map = RandomMap(0.02);
   EXPECT_THROW(map.Write(folder / "nowhere/map.ot"), IoError);
   EXPECT_THROW(map.WriteBinary(folder / "nowhere/map.bt"), IoError);
-  WriteText(folder / "map.ot", "old");
-  WriteText(folder / "map.bt", "old");
-  {
-    const FileSizeLimit full(1000);
+  testing::ExpectAFullDiskKeeps(folder, {"map.ot", "map.bt"}, 1000, [&] {
     EXPECT_THROW(map.Write(folder / "map.ot"), IoError);
     EXPECT_THROW(map.WriteBinary(folder / "map.bt"), IoError);
-  }
-  EXPECT_EQ(ReadText(folder / "map.ot"), "old");
-  EXPECT_EQ(ReadText(folder / "map.bt"), "old");
-  EXPECT_EQ(folder.FileCount(), 2u) << "a temporary stayed behind";
+  });
 }
 
 TEST(WriteColorOctree, IsAColorOcTreeOfTheSameSpaceWithTheColoursOfThePoints) {

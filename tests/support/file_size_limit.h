@@ -3,6 +3,12 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/temporary_directory.h"
 
 namespace highwall::testing {
 
@@ -26,5 +32,19 @@ class FileSizeLimit {
   void (*old_handler_)(int);
   rlimit old_limit_{};
 };
+
+// Old files of these names outlive `write`, which has to fail on a disk that is full after `bytes`,
+// and it leaves no others in the folder, which is empty so far.
+template <typename Write>
+void ExpectAFullDiskKeeps(const TemporaryDirectory& folder, const std::vector<std::string>& names,
+                          rlim_t bytes, const Write& write) {
+  for (const std::string& name : names) WriteText(folder / name, "old");
+  {
+    const FileSizeLimit full(bytes);
+    write();
+  }
+  for (const std::string& name : names) EXPECT_EQ(ReadText(folder / name), "old") << name;
+  EXPECT_EQ(folder.FileCount(), names.size()) << "a temporary stayed behind";
+}
 
 }  // namespace highwall::testing

@@ -76,13 +76,16 @@ struct Point {
   }
 };
 
-struct Segment {
+// What the line factors are given.
+struct ObservedLine {
   Rig rig;
   RgbdSegment observed;
   SegmentNoise noise;
   Weighting weighting = Weighting::kCovariance;
   bool has_depth = true;
+};
 
+struct Segment : ObservedLine {
   template <typename T>
   bool operator()(const T* T_WB, const T* segment, T* residuals) const {
     const Eigen::Vector2d s = observed.s.head<2>(), e = observed.e.head<2>();
@@ -115,13 +118,7 @@ struct Segment {
   }
 };
 
-struct OrthonormalLine {
-  Rig rig;
-  RgbdSegment observed;
-  SegmentNoise noise;
-  Weighting weighting = Weighting::kCovariance;
-  bool has_depth = true;
-
+struct OrthonormalLine : ObservedLine {
   template <typename T>
   bool operator()(const T* T_WB, const T* line, T* residuals) const {
     // Two points of the line, seen from the camera: its foot from the world's origin, and one on.

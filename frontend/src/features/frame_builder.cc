@@ -1,7 +1,6 @@
 #include "features/frame_builder.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -10,17 +9,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stopwatch.h>
 #include <highwall/core/worker_team.h>
 
 #include "features/segment_depth.h"
 
 namespace highwall {
 namespace {
-
-double MillisecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
 
 LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
   return {camera.UndistortPixel(raw.s.cast<double>()).cast<float>(),
@@ -103,14 +98,14 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
   features->depth_grid = depth_grid_.Sample(image.depth, options_.min_depth, options_.max_depth);
   FrameBuilderTimes elapsed;
   const auto build_lines = [&] {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (options_.use_lines) BuildLines(gray, image.depth, *features);
-    elapsed.lines = MillisecondsSince(start);
+    elapsed.lines = watch.Milliseconds();
   };
   const auto build_points = [&] {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (options_.use_points) BuildPoints(gray, image.depth, *features);
-    elapsed.points = MillisecondsSince(start);
+    elapsed.points = watch.Milliseconds();
   };
   // Lines take longer: they come first, for the caller begins at once.
   team_->Run(2, [&](std::size_t, std::size_t task) { task == 0 ? build_lines() : build_points(); });

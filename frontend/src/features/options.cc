@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 namespace {
@@ -25,36 +26,35 @@ void PyramidOptions::Validate() const {
 }
 
 void OrbExtractorOptions::Validate() const {
-  HIGHWALL_REQUIRE(features > 0, "OrbExtractorOptions::features must be positive");
+  RequirePositive(features, "OrbExtractorOptions::features");
   pyramid.Validate();
   HIGHWALL_REQUIRE(fast_threshold >= 1 && fast_threshold <= 255,
                    "OrbExtractorOptions::fast_threshold must be in [1, 255]");
   HIGHWALL_REQUIRE(min_fast_threshold >= 1 && min_fast_threshold <= fast_threshold,
                    "OrbExtractorOptions::min_fast_threshold must be in [1, fast_threshold]");
-  HIGHWALL_REQUIRE(cell_size >= 8, "OrbExtractorOptions::cell_size must be at least 8");
+  RequireAtLeast(cell_size, 8, "OrbExtractorOptions::cell_size");
 }
 
 void LineExtractorOptions::Validate() const {
   HIGHWALL_REQUIRE(min_length > 0.0 && min_length <= 1.0,
                    "LineExtractorOptions::min_length must be in (0, 1]");
-  HIGHWALL_REQUIRE(max_lines > 0, "LineExtractorOptions::max_lines must be positive");
-  HIGHWALL_REQUIRE(merge_gap >= 0.0, "LineExtractorOptions::merge_gap must not be negative");
+  RequirePositive(max_lines, "LineExtractorOptions::max_lines");
+  RequireNotNegative(merge_gap, "LineExtractorOptions::merge_gap");
 }
 
 void SegmentDepthOptions::Validate() const {
   HIGHWALL_REQUIRE(samples >= 4 && samples <= 64,
                    "SegmentDepthOptions::samples must be in [4, 64]");
-  HIGHWALL_REQUIRE(half_width > 0.0, "SegmentDepthOptions::half_width must be positive");
-  HIGHWALL_REQUIRE(min_depth > 0.0, "SegmentDepthOptions::min_depth must be positive");
+  RequirePositive(half_width, "SegmentDepthOptions::half_width");
+  RequirePositive(min_depth, "SegmentDepthOptions::min_depth");
   HIGHWALL_REQUIRE(max_depth > min_depth, "SegmentDepthOptions::max_depth must exceed min_depth");
   HIGHWALL_REQUIRE(min_valid > 0.0 && min_valid <= 1.0,
                    "SegmentDepthOptions::min_valid must be in (0, 1]");
   HIGHWALL_REQUIRE(min_inliers > 0.0 && min_inliers <= 1.0,
                    "SegmentDepthOptions::min_inliers must be in (0, 1]");
-  HIGHWALL_REQUIRE(inlier_sigmas > 0.0, "SegmentDepthOptions::inlier_sigmas must be positive");
-  HIGHWALL_REQUIRE(max_rms > 0.0, "SegmentDepthOptions::max_rms must be positive");
-  HIGHWALL_REQUIRE(ransac_iterations > 0,
-                   "SegmentDepthOptions::ransac_iterations must be positive");
+  RequirePositive(inlier_sigmas, "SegmentDepthOptions::inlier_sigmas");
+  RequirePositive(max_rms, "SegmentDepthOptions::max_rms");
+  RequirePositive(ransac_iterations, "SegmentDepthOptions::ransac_iterations");
   noise.Validate();
 }
 
@@ -64,10 +64,9 @@ void FrameBuilderOptions::Validate() const {
   segment_depth.Validate();
   HIGHWALL_REQUIRE(use_points || use_lines,
                    "FrameBuilderOptions: use_points and use_lines are both off");
-  HIGHWALL_REQUIRE(min_depth > 0.0, "FrameBuilderOptions::min_depth must be positive");
+  RequirePositive(min_depth, "FrameBuilderOptions::min_depth");
   HIGHWALL_REQUIRE(max_depth > min_depth, "FrameBuilderOptions::max_depth must exceed min_depth");
-  HIGHWALL_REQUIRE(depth_spread_share >= 0.0,
-                   "FrameBuilderOptions::depth_spread_share must not be negative");
+  RequireNotNegative(depth_spread_share, "FrameBuilderOptions::depth_spread_share");
 }
 
 void LineMatcherOptions::Validate() const {
@@ -76,8 +75,8 @@ void LineMatcherOptions::Validate() const {
   HIGHWALL_REQUIRE(max_distance >= 0 && max_distance <= 256,
                    "LineMatcherOptions::max_distance must be in [0, 256]");
   HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "LineMatcherOptions::ratio must be in (0, 1]");
-  HIGHWALL_REQUIRE(mad_k > 0.0, "LineMatcherOptions::mad_k must be positive");
-  HIGHWALL_REQUIRE(min_deviation >= 0.0, "LineMatcherOptions::min_deviation must not be negative");
+  RequirePositive(mad_k, "LineMatcherOptions::mad_k");
+  RequireNotNegative(min_deviation, "LineMatcherOptions::min_deviation");
 }
 
 const char* ToString(LineDetector detector) {

@@ -3,12 +3,12 @@
 #include <cmath>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 
 void ImuWeightingOptions::Validate() const {
-  HIGHWALL_REQUIRE(std::isfinite(fixed_weight) && fixed_weight > 0.0,
-                   "ImuWeightingOptions::fixed_weight must be positive");
+  RequirePositiveFinite(fixed_weight, "ImuWeightingOptions::fixed_weight");
   paper.Validate();
   consistent.Validate();
 }
@@ -32,13 +32,10 @@ void InertialInitializerOptions::Validate() const {
 }
 
 void VisualNoise::Validate() const {
-  HIGHWALL_REQUIRE(std::isfinite(position) && position > 0.0,
-                   "VisualNoise::position must be positive");
-  HIGHWALL_REQUIRE(std::isfinite(rotation) && rotation > 0.0,
-                   "VisualNoise::rotation must be positive");
-  HIGHWALL_REQUIRE(std::isfinite(scale) && scale > 0.0, "VisualNoise::scale must be positive");
-  HIGHWALL_REQUIRE(std::isfinite(min_error) && min_error > 0.0,
-                   "VisualNoise::min_error must be positive");
+  RequirePositiveFinite(position, "VisualNoise::position");
+  RequirePositiveFinite(rotation, "VisualNoise::rotation");
+  RequirePositiveFinite(scale, "VisualNoise::scale");
+  RequirePositiveFinite(min_error, "VisualNoise::min_error");
 }
 
 void InertialOptions::Validate() const {
@@ -60,7 +57,7 @@ void InertialOptions::Validate() const {
                    "InertialOptions::walk_inflation must be at least 1");
   HIGHWALL_REQUIRE(prediction_inflation >= 1.0 && std::isfinite(prediction_inflation),
                    "InertialOptions::prediction_inflation must be at least 1");
-  HIGHWALL_REQUIRE(max_attempts >= 1, "InertialOptions::max_attempts must be at least 1");
+  RequireAtLeast(max_attempts, 1, "InertialOptions::max_attempts");
 }
 
 const char* ToString(ImuWeighting policy) {

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 #include <highwall/core/so3.h>
 
 namespace highwall {
@@ -333,11 +334,11 @@ const char* ToString(ImuFindingKind kind) {
 void ImuCheckOptions::Validate() const {
   HIGHWALL_REQUIRE(max_step > 0.0,
                    "ImuCheckOptions::max_step must be positive, got " + std::to_string(max_step));
-  HIGHWALL_REQUIRE(frozen_readings >= 2, "ImuCheckOptions::frozen_readings must be at least 2");
+  RequireAtLeast(frozen_readings, 2, "ImuCheckOptions::frozen_readings");
   HIGHWALL_REQUIRE(
       max_bad_share >= 0.0 && max_bad_share <= 1.0,
       "ImuCheckOptions::max_bad_share must be in [0, 1], got " + std::to_string(max_bad_share));
-  HIGHWALL_REQUIRE(max_angular_rate > 0.0, "ImuCheckOptions::max_angular_rate must be positive");
+  RequirePositive(max_angular_rate, "ImuCheckOptions::max_angular_rate");
 }
 
 std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const VideoSpan& video,

@@ -3,12 +3,13 @@
 #include <cmath>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
 
 namespace highwall {
 
 void BundleAdjustmentOptions::Validate() const {
-  HIGHWALL_REQUIRE(point_huber > 0.0, "BundleAdjustmentOptions::point_huber must be positive");
-  HIGHWALL_REQUIRE(line_huber > 0.0, "BundleAdjustmentOptions::line_huber must be positive");
+  RequirePositive(point_huber, "BundleAdjustmentOptions::point_huber");
+  RequirePositive(line_huber, "BundleAdjustmentOptions::line_huber");
   inliers.Validate();
   HIGHWALL_REQUIRE(first_iterations >= 1 && second_iterations >= 1,
                    "BundleAdjustmentOptions: iterations must be at least 1");
@@ -16,30 +17,25 @@ void BundleAdjustmentOptions::Validate() const {
                    "BundleAdjustmentOptions::tolerance must be finite, not negative");
   HIGHWALL_REQUIRE(trust_region > 0.0 && std::isfinite(trust_region),
                    "BundleAdjustmentOptions::trust_region must be positive and finite");
-  HIGHWALL_REQUIRE(threads >= 1, "BundleAdjustmentOptions::threads must be at least 1");
+  RequireAtLeast(threads, 1, "BundleAdjustmentOptions::threads");
 }
 
 void LocalMapperOptions::Validate() const {
   bundle.Validate();
-  HIGHWALL_REQUIRE(adjusted_keyframes >= 2,
-                   "LocalMapperOptions::adjusted_keyframes must be at least 2");
-  HIGHWALL_REQUIRE(fixed_keyframes >= 1, "LocalMapperOptions::fixed_keyframes must be at least 1");
-  HIGHWALL_REQUIRE(fused_keyframes >= 0,
-                   "LocalMapperOptions::fused_keyframes must not be negative");
+  RequireAtLeast(adjusted_keyframes, 2, "LocalMapperOptions::adjusted_keyframes");
+  RequireAtLeast(fixed_keyframes, 1, "LocalMapperOptions::fixed_keyframes");
+  RequireNotNegative(fused_keyframes, "LocalMapperOptions::fused_keyframes");
   HIGHWALL_REQUIRE(min_found_ratio >= 0.0 && min_found_ratio <= 1.0,
                    "LocalMapperOptions::min_found_ratio must be in [0, 1]");
-  HIGHWALL_REQUIRE(probation_keyframes >= 1,
-                   "LocalMapperOptions::probation_keyframes must be at least 1");
-  HIGHWALL_REQUIRE(min_observations >= 1,
-                   "LocalMapperOptions::min_observations must be at least 1");
+  RequireAtLeast(probation_keyframes, 1, "LocalMapperOptions::probation_keyframes");
+  RequireAtLeast(min_observations, 1, "LocalMapperOptions::min_observations");
   HIGHWALL_REQUIRE(redundant_share > 0.0 && redundant_share <= 1.0,
                    "LocalMapperOptions::redundant_share must be in (0, 1]");
-  HIGHWALL_REQUIRE(redundant_observers >= 1,
-                   "LocalMapperOptions::redundant_observers must be at least 1");
-  HIGHWALL_REQUIRE(max_motion_gap > 0.0, "LocalMapperOptions::max_motion_gap must be positive");
-  HIGHWALL_REQUIRE(motion_span >= 0.0, "LocalMapperOptions::motion_span must not be negative");
-  HIGHWALL_REQUIRE(max_depth_sigma > 0.0, "LocalMapperOptions::max_depth_sigma must be positive");
-  HIGHWALL_REQUIRE(min_line_length > 0.0, "LocalMapperOptions::min_line_length must be positive");
+  RequireAtLeast(redundant_observers, 1, "LocalMapperOptions::redundant_observers");
+  RequirePositive(max_motion_gap, "LocalMapperOptions::max_motion_gap");
+  RequireNotNegative(motion_span, "LocalMapperOptions::motion_span");
+  RequirePositive(max_depth_sigma, "LocalMapperOptions::max_depth_sigma");
+  RequirePositive(min_line_length, "LocalMapperOptions::min_line_length");
 }
 
 }  // namespace highwall

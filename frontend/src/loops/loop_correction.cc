@@ -1,18 +1,12 @@
 #include "loops/loop_correction.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stopwatch.h>
 
 namespace highwall {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 std::vector<KeyFrameId> Neighbourhood(const Map& map, KeyFrameId centre, int neighbours) {
   constexpr int kMinShared = 15;
@@ -82,7 +76,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   options.Validate();
   graph_options.Validate();
   LoopCorrectionResult result;
-  const auto start = Clock::now();
+  const Stopwatch watch;
   KeyFrameGraph graph = MakeKeyFrameGraph(*map, old_loops, graph_options);
   const double chi2 = LoopChi2(graph, loop.edge, graph_options);
   if (!(chi2 <= graph_options.max_loop_chi2)) {
@@ -98,7 +92,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   solve.estimate_variance_factor = false;  // the map closes by itself
   solve.solver.threads = options.threads;
   const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
-  result.pose_graph_ms = MillisecondsSince(start);
+  result.pose_graph_ms = watch.Milliseconds();
   result.message = summary.message;
   if (summary.status == SolveStatus::kFailed) return result;
   const auto rejected = std::find_if(
@@ -114,10 +108,10 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   }
   MoveKeyFrames(graph.keyframes, poses, map);
 
-  const auto fusion_start = Clock::now();
+  const Stopwatch fusion_watch;
   const MapMatcher matcher(model);
   result.fusion = FuseSides(loop, matcher, model, options.fused_keyframes, map);
-  result.fusion_ms = MillisecondsSince(fusion_start);
+  result.fusion_ms = fusion_watch.Milliseconds();
   result.accepted = true;
   return result;
 }

@@ -1,26 +1,15 @@
 #include "system/slam_system_impl.h"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/core/stopwatch.h>
 
 namespace highwall {
 namespace {
-
-class Stopwatch {
- public:
-  double Milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // Frames whose image tells no pose before they start a piece of map of their own.
 constexpr int kBlindFrames = 15;
@@ -55,33 +44,46 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
                        FormatStamp(last_stamp_.value_or(0)));
   FrameResult result;
   result.stamp = image.stamp;
+  // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
+  const Frame frame = Extract(image, result);
+  const Stopwatch watch;
+  ApplyResults(result);
+  result.times.loops = watch.Milliseconds();
+  TrackedFrame tracked = Estimate(frame, result);
+  if (!options_.localize_only && WantsKeyFrame(tracked)) {
+    InsertKeyFrame(tracked, result);
+    LookForLoop(tracked, result);
+  }
+  Report(tracked, result);
+  Notify(result, image);
+  return result;
+}
 
-  const Stopwatch features_watch;
+Frame SlamSystem::Impl::Extract(const RgbdImage& image, FrameResult& result) {
+  const Stopwatch watch;
   FrameBuilderTimes builder_times;
   const auto features = builder_.Build(image, &builder_times);
   // From here on the image counts; one that was refused leaves no trace.
-  const Frame frame{next_index_++, image.stamp, features};
   last_stamp_ = image.stamp;
-  result.times.features = features_watch.Milliseconds();
+  result.times.features = watch.Milliseconds();
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;
-  result.points = static_cast<int>(frame.features->points.size());
-  result.lines = static_cast<int>(frame.features->lines.size());
+  result.points = static_cast<int>(features->points.size());
+  result.lines = static_cast<int>(features->lines.size());
+  return {next_index_++, image.stamp, features};
+}
 
-  const Stopwatch results_watch;
-  ApplyResults(result);
-  result.times.loops = results_watch.Milliseconds();
-
-  const Stopwatch tracking_watch;
+TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result) {
+  const Stopwatch watch;
   std::optional<KnownPose> predicted;
-  if (inertial_) predicted = inertial_->Predict(image.stamp);
+  if (inertial_) predicted = inertial_->Predict(frame.stamp);
   TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
-  const bool starts =
-      tracked.state == TrackingState::kInitializing && policy_.CanStart(*frame.features);
-  if (starts) {
-    tracked.state = TrackingState::kTracking;
-    tracked.T_WC = FirstPose(image.stamp);
-  } else if (inertial_ && tracked.state != TrackingState::kInitializing) {
+  if (tracked.state == TrackingState::kInitializing) {
+    if (policy_.CanStart(*frame.features)) {
+      tracked.state = TrackingState::kTracking;
+      tracked.T_WC = FirstPose(frame.stamp);
+    }
+  } else if (inertial_) {
     Fuse(tracked, result);
     // What is being adjusted is a map that stood otherwise.
     if (result.inertial->T_level) {
@@ -89,12 +91,11 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
       loop_closer_.Cancel();
     }
   }
-  result.times.tracking = tracking_watch.Milliseconds();
-  if (!options_.localize_only && (starts || WantsKeyFrame(tracked))) {
-    InsertKeyFrame(tracked, result);
-    LookForLoop(tracked, result);
-  }
+  result.times.tracking = watch.Milliseconds();
+  return tracked;
+}
 
+void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) {
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
   result.T_WC = tracked.T_WC;
@@ -102,11 +103,8 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   result.matched_lines = tracked.num_lines;
   result.open_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
-  if (HasPose(tracked.state)) {
-    tracked_.push_back({image.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
-  }
-  Notify(result, image);
-  return result;
+  if (!HasPose(tracked.state)) return;
+  tracked_.push_back({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
 }
 
 void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image) const {
@@ -184,6 +182,7 @@ void SlamSystem::Impl::Fuse(TrackedFrame& tracked, FrameResult& result) {
 
 bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
   if (tracked.state == TrackingState::kTracking) {
+    if (map_.num_keyframes() == 0) return true;  // the first
     return policy_.Wants(tracked, map_, last_keyframe_index_);
   }
   // Carried into a new place by the IMU alone: map from here.

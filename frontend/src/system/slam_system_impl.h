@@ -42,6 +42,12 @@ class SlamSystem::Impl {
     AnchoredPose pose;
   };
 
+  // The stages of Track(), in their order.
+  Frame Extract(const RgbdImage& image, FrameResult& result);
+  // The pose: by the images, and with the IMU where there is one. Starts a map where there is none.
+  TrackedFrame Estimate(const Frame& frame, FrameResult& result);
+  void Report(const TrackedFrame& tracked, FrameResult& result);
+
   // Cells that move as pixels, their border included; empty where there are none.
   cv::Mat ToImage(const cv::Mat& moving) const;
   Pose FirstPose(Stamp stamp) const;
