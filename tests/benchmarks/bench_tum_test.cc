@@ -1,6 +1,11 @@
 // Runs highwall_bench_tum as a user does, on a few generated frames.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -68,13 +73,91 @@ TEST_F(BenchTum, AFrameThatCannotBeReadIsNotCovered) {
   EXPECT_EQ(figures["lost_frames"], 0.0);
 }
 
-TEST_F(BenchTum, TableHasARowForEachSequence) {
-  Film("first", 2);
-  Film("second", 2);
-  const Outcome outcome = Bench("--sequences first,second --runs 1 --features both");
+// One wrong figure of a run, all others being right, breaks one of these.
+TEST_F(BenchTum, FiguresOfARunAgreeWithEachOther) {
+  constexpr int kFrames = 6;
+  Film("room", kFrames);
+  const Outcome outcome = Bench("--sequences room --runs 3 --features both --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("\nfirst "), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.out.find("\nsecond "), std::string::npos) << outcome.out;
+  const json entry = json::parse(outcome.out)["sequences"]["room"]["both"];
+  ASSERT_EQ(entry["runs"].size(), 3U);
+  for (const json& run : entry["runs"]) {
+    const auto figure = [&](const char* name) { return run.at(name).get<double>(); };
+    // Depth has noise: no run is without error; six frames of a slow walk drift by no 2 cm.
+    for (const char* error : {"ape_rmse_m", "rpe_1_frame_rmse_m"}) {
+      EXPECT_GT(figure(error), 1e-6) << error;
+      EXPECT_LT(figure(error), 0.02) << error;
+    }
+    EXPECT_EQ(figure("rpe_30_frames_rmse_m"), -1.0) << "there are six frames";
+    EXPECT_GE(figure("keyframes"), 1.0);
+    EXPECT_LE(figure("keyframes"), kFrames);
+    EXPECT_GT(figure("points"), 100.0);
+    EXPECT_GT(figure("lines"), 5.0);
+    EXPECT_LT(figure("lines"), figure("points"));
+    EXPECT_GE(figure("tracking_p99_ms"), figure("tracking_ms"));
+    EXPECT_GE(figure("frame_p99_ms"), figure("tracking_p99_ms")) << "tracking is part of it";
+    EXPECT_GT(figure("mapping_ms"), 0.0);
+    EXPECT_EQ(figure("tracking_over_orb"), figure("tracking_ms") / figure("orb_ms"));
+    // Half of the frames take the median and more.
+    const double half = 0.5 * kFrames * 1e-3;  // [s / ms]
+    EXPECT_GT(figure("seconds"), half * (figure("tracking_ms") + figure("orb_ms")));
+  }
+  for (const auto& [name, median] : entry["median"].items()) {
+    std::vector<double> values;
+    for (const json& run : entry["runs"]) values.push_back(run.at(name).get<double>());
+    std::sort(values.begin(), values.end());
+    EXPECT_EQ(median, values[1]) << name;
+  }
+}
+
+// What stands in a row under the column of this name; both end at the same place.
+std::string Cell(const std::string& header, const std::string& row, const std::string& column) {
+  const std::size_t at = (header + " ").find(" " + column + " ");
+  if (at == std::string::npos) return "no column " + column;
+  const std::size_t end = at + 1 + column.size();
+  const std::size_t begin = row.find_last_of(' ', end - 1);
+  return row.substr(begin + 1, end - begin - 1);
+}
+
+TEST_F(BenchTum, TableHoldsTheFiguresOfEachSequence) {
+  Film("first", 2);
+  Film("second", 6);
+  const std::string options = "--sequences first,second --runs 1 --features both --deterministic";
+  const Outcome outcome = Bench(options), in_json = Bench(options + " --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  ASSERT_EQ(in_json.exit_code, 0) << in_json.err;
+  const json report = json::parse(in_json.out);
+  std::istringstream lines(outcome.out);
+  std::string header, row;
+  std::getline(lines, header);
+  for (const char* sequence : {"first", "second"}) {
+    SCOPED_TRACE(outcome.out);
+    std::getline(lines, row);
+    EXPECT_EQ(row.rfind(std::string(sequence) + " ", 0), 0U);
+    EXPECT_NE(row.find(" both "), std::string::npos);
+    const json& median = report["sequences"][sequence]["both"]["median"];
+    const auto expect = [&](const char* column, const char* figure, const char* format) {
+      char text[32];
+      std::snprintf(text, sizeof(text), format, median.at(figure).get<double>());
+      EXPECT_EQ(Cell(header, row, column), text) << column;
+    };
+    expect("APE m", "ape_rmse_m", "%.5f");
+    expect("RPE1 m", "rpe_1_frame_rmse_m", "%.5f");
+    expect("RPE30 m", "rpe_30_frames_rmse_m", "%.5f");
+    expect("cover", "coverage", "%.3f");
+    expect("lost", "lost_frames", "%.0f");
+    expect("kf", "keyframes", "%.0f");
+    const auto cell = [&](const char* column) {
+      return std::atof(Cell(header, row, column).c_str());
+    };
+    // Times are another run's: what holds of them in any. In hundredths of a millisecond.
+    EXPECT_GT(cell("track ms"), 0.0);
+    EXPECT_GE(cell("track 99"), cell("track ms"));
+    EXPECT_GE(cell("frame 99"), cell("track 99"));
+    EXPECT_GT(cell("ORB ms"), 0.0);
+    EXPECT_NEAR(cell("ratio"), cell("track ms") / cell("ORB ms"),
+                0.005 + 0.005 * (1.0 + cell("ratio")) / (cell("ORB ms") - 0.005));
+  }
 }
 
 TEST_F(BenchTum, AMissingSequenceIsOneLineAndExitCodeTwo) {

@@ -142,12 +142,19 @@ TEST(FrameBuilder, DepthNoiseGrowsWithTheSpreadAroundACorner) {
   for (const double share : {0.0, 0.5}) {
     FrameBuilderOptions options;
     options.depth_spread_share = share;
-    const auto features = FrameBuilder(sensor, options).Build(Boxes());
-    for (const PointFeature& point : features->points) {
-      ASSERT_GT(point.depth, 0.0);
-      // The ramp falls by 5 mm a pixel, in float depths.
-      EXPECT_NEAR(point.depth_sigma,
-                  std::hypot(sensor.depth_noise.Sigma(point.depth), share * 0.005), 1e-6);
+    RgbdImage image = Boxes();
+    for (const char* falls : {"to the right", "down"}) {
+      const auto features = FrameBuilder(sensor, options).Build(image);
+      for (const PointFeature& point : features->points) {
+        ASSERT_GT(point.depth, 0.0);
+        // The ramp falls by 5 mm a pixel, in float depths.
+        EXPECT_NEAR(point.depth_sigma,
+                    std::hypot(sensor.depth_noise.Sigma(point.depth), share * 0.005), 1e-6)
+            << falls;
+      }
+      for (int v = 0; v < image.depth.rows; ++v) {
+        image.depth.row(v).setTo(3.0F - 0.005F * static_cast<float>(v));
+      }
     }
   }
 }

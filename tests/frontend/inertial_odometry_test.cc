@@ -378,6 +378,30 @@ TEST(InertialOdometry, GivesUpAnImuThatContradictsTheImages) {
   }
 }
 
+TEST(InertialOdometry, ACameraMountedUpsideDownDoesNotContradictTheImu) {
+  InertialScene scene({.bias = kBias});
+  const Pose T_turn = Pose::FromTangent({0, 0, 0}, {0, 0, M_PI});  // about the optical axis
+  ImuCalibration calibration = scene.calibration();
+  calibration.T_BC = calibration.T_BC * T_turn;
+  InertialOdometry odometry(calibration);
+  Pose T_map;
+  double read = 0.0;
+  for (int i = 0; i <= 40; ++i) {
+    const double t = kFirst + kStep * i;
+    for (const ImuSample& reading : scene.Readings(read, t + 0.1)) odometry.AddSample(reading);
+    read = t + 0.1 + 1.0 / 200.0;
+    InertialOdometry::Observation observation;
+    observation.image = FromSeconds(t);
+    observation.visual = scene.See(t);
+    observation.visual->T_WC = T_map * observation.visual->T_WC * T_turn;
+    const InertialReport report = odometry.Update(observation);
+    if (report.T_level) T_map = *report.T_level * T_map;
+    ASSERT_NE(report.status, InertialStatus::kGivenUp) << report.reason;
+  }
+  ASSERT_EQ(odometry.status(), InertialStatus::kRunning);
+  EXPECT_LT(AngleBetween(*odometry.gravity_W(), T_map.q() * scene.gravity_W()), 0.3 * kDegree);
+}
+
 TEST(InertialOdometry, MovingTheMapMovesTheEstimateAlong) {
   Drive drive({.bias = kBias});
   drive.Until(4.0);

@@ -271,6 +271,26 @@ TEST(InertialWindow, AStationaryBodyHasNoVelocity) {
   }
 }
 
+// At rest and level, what of an accelerometer's bias is unknown is unknown of gravity: sigma_b / g
+// along that axis, less by the prior's tenth of a radian; across it the rest tells it to 0.02.
+TEST(InertialWindow, SigmaOfGravityIsThatOfItsLessCertainAxis) {
+  std::vector<ImuSample> readings;
+  for (int i = 0; i <= 20; ++i) readings.push_back({i * 5'000'000, {0, 0, 0}, -kGravity});
+  for (const int uncertain : {12, 13}) {  // x and y of b_a
+    InertialPrior prior;
+    Vector15 sigma = Vector15::Constant(1e-3);
+    sigma(uncertain) = 2.0;
+    prior.estimate.covariance = sigma.cwiseProduct(sigma).asDiagonal();
+    prior.gravity_W = UnitDirection(kGravity);
+    prior.gravity_sigma = 0.1;
+    InertialWindow window({.rate = 200.0}, {}, prior, false);
+    const ImuPreintegration imu(readings, ImuBias::Zero());
+    ASSERT_TRUE(window.Add({.imu = &imu, .stationary = true}));
+    // 1 / sqrt(1 / 0.1^2 + (g / 2)^2), and a little for what else is unknown.
+    EXPECT_NEAR(window.gravity_sigma(), 0.09, 0.005) << uncertain;
+  }
+}
+
 TEST(InertialWindow, AnOffsetThatIsNotFreeStaysAsItWas) {
   const Driven driven = Drive({.time_offset = 0.0}, 5, {.t_d = 1e-9}, false);
   EXPECT_NEAR(driven.window->time_offset(), 0.0, 1e-8);

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -12,6 +13,7 @@
 #include <highwall/core/error.h>
 
 #include "features/line_extractor.h"
+#include "features/line_refinement.h"
 #include "features/orb_matcher.h"
 
 namespace highwall {
@@ -116,6 +118,17 @@ TEST(LineExtractorOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_NE(message({.min_length = 0.0}).find("min_length"), std::string::npos);
   EXPECT_NE(message({.max_lines = 0}).find("max_lines"), std::string::npos);
   EXPECT_NE(message({.merge_gap = -1.0}).find("merge_gap"), std::string::npos);
+}
+
+// The longest, at first too far from the second, reaches it by way of the third.
+TEST(MergeCollinear, WhatHasGrownReachesWhatWasTooFarBefore) {
+  const auto on_x = [](float from, float to) { return LineSegment{{from, 5.0F}, {to, 5.0F}}; };
+  const std::vector<LineSegment> merged =
+      internal::MergeCollinear({on_x(0, 100), on_x(108, 128), on_x(136, 196)}, 10.0F);
+  ASSERT_EQ(merged.size(), 1U);
+  EXPECT_EQ(merged[0].s, Eigen::Vector2f(0, 5));
+  EXPECT_EQ(merged[0].e, Eigen::Vector2f(196, 5));
+  EXPECT_EQ(internal::MergeCollinear({on_x(0, 100), on_x(111, 128)}, 10.0F).size(), 2U);
 }
 
 class LineExtractorTest : public ::testing::TestWithParam<LineDetector> {

@@ -119,6 +119,11 @@ TEST(Map, RemovesALandmarkWithItsLastObservation) {
   EXPECT_EQ(map.keyframe(k1)->points[0], p);
   map.ForgetPointObservation(k0, p);  // not seen there: nothing to forget
   EXPECT_NE(map.point(p), nullptr);
+  map.ForgetPointObservation(9, p);  // no such keyframe, no such landmark
+  map.ForgetLineObservation(9, l);
+  map.ForgetPointObservation(k1, 9);
+  map.ForgetLineObservation(k1, 9);
+  EXPECT_EQ(map.line(l)->observations.size(), 1u);
   map.ForgetPointObservation(k1, p);
   map.ForgetLineObservation(k1, l);
   EXPECT_EQ(map.point(p), nullptr);

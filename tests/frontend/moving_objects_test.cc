@@ -69,6 +69,23 @@ class FindMovingTest : public ::testing::Test {
   Pose last;
 };
 
+TEST(PosedDepth, HoldsWhatIsNearestAndFarthestAroundACellButAtTheBorder) {
+  cv::Mat depth(4, 5, CV_32FC1, cv::Scalar(2.0));
+  depth.at<float>(1, 1) = 1.5F;
+  depth.at<float>(2, 3) = 2.5F;
+  const PosedDepth posed(0, depth, Pose());
+  const cv::Mat nearest = (cv::Mat_<float>(4, 5) << 0, 0, 0, 0, 0,  //
+                           0, 1.5, 1.5, 2, 0,                       //
+                           0, 1.5, 1.5, 2, 0,                       //
+                           0, 0, 0, 0, 0);
+  const cv::Mat farthest = (cv::Mat_<float>(4, 5) << 0, 0, 0, 0, 0,  //
+                            0, 2, 2.5, 2.5, 0,                       //
+                            0, 2, 2.5, 2.5, 0,                       //
+                            0, 0, 0, 0, 0);
+  EXPECT_EQ(cv::norm(posed.nearest, nearest, cv::NORM_INF), 0.0) << posed.nearest;
+  EXPECT_EQ(cv::norm(posed.farthest, farthest, cv::NORM_INF), 0.0) << posed.farthest;
+}
+
 TEST_F(FindMovingTest, NothingMovesInAStillRoomWithNoise) {
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(Find(Eigen::Vector3d::Zero()).empty()) << i;
 }

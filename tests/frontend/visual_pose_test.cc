@@ -8,6 +8,9 @@
 #include <Eigen/Eigenvalues>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/tracker.h>
+
+#include "synthetic_scene.h"
 
 namespace highwall {
 namespace {
@@ -50,6 +53,34 @@ TEST(VisualPose, MovesToWhereTheGradientVanishes) {
     const VisualPose visual = MakeVisualPose(kPose, information, gradient, error, kExact);
     EXPECT_TRUE(visual.T_WC.Matrix().isApprox(kPose.Plus(step).Matrix(), 1e-10)) << error;
   }
+}
+
+// A prediction as certain as the image draws the pose of a frame away from what the image sees.
+TEST(VisualPose, OfATrackedFrameForgetsThePrediction) {
+  using testing::IdealSensor;
+  const testing::Scene scene = testing::MakeScene(15, 500, 40);
+  testing::SceneMap scene_map(scene);
+  const MeasurementModel model(IdealSensor(), {});
+  const auto look = [&](const Pose& T_WC) { return testing::Look(scene, IdealSensor(), T_WC); };
+  const Pose T_first = Pose::FromTangent({-0.1, 0, -0.4}, {0, 0, 0});
+  const Pose truth = Pose::FromTangent({-0.09, 0.01, -0.4}, {0, 0.01, 0});
+  TrackedFrame first;
+  first.frame = testing::MakeFrame(look(T_first), 0);
+  first.T_WC = T_first;
+  const KeyFrameId id = scene_map.Add(look(T_first), T_first);
+  Tracker tracker(model, testing::kLevels, {});
+  tracker.Anchor(first, *scene_map.map.keyframe(id));
+  const KnownPose predicted{truth.Plus((Vector6() << 4e-3, -4e-3, 4e-3, 0, 0, 0).finished()),
+                            3e3 * Matrix6::Identity()};
+  const TrackedFrame tracked =
+      tracker.Track(testing::MakeFrame(look(truth), 1), scene_map.map, predicted);
+  ASSERT_EQ(tracked.state, TrackingState::kTracking);
+  const double drawn = testing::PositionError(tracked.T_WC, truth);
+  EXPECT_GT(drawn, 5e-4);
+  const VisualPose visual =
+      MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient, 1.0, kExact);
+  // The features are exact; one step leaves what is not linear over a few millimetres.
+  EXPECT_LT(testing::PositionError(visual.T_WC, truth), 0.02 * drawn);
 }
 
 TEST(VisualPose, MovesWithTheWorld) {
