@@ -283,7 +283,7 @@ TEST(InertialWindow, SigmaOfGravityIsThatOfItsLessCertainAxis) {
     prior.estimate.covariance = sigma.cwiseProduct(sigma).asDiagonal();
     prior.gravity_W = UnitDirection(kGravity);
     prior.gravity_sigma = 0.1;
-    InertialWindow window({.rate = 200.0}, {}, prior, false);
+    InertialWindow window(ImuCalibration(), {}, prior, false);
     const ImuPreintegration imu(readings, ImuBias::Zero());
     ASSERT_TRUE(window.Add({.imu = &imu, .stationary = true}));
     // 1 / sqrt(1 / 0.1^2 + (g / 2)^2), and a little for what else is unknown.

@@ -8,9 +8,9 @@
 #include <Eigen/Eigenvalues>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/tracker.h>
 
-#include "synthetic_scene.h"
+#include "support/synthetic_scene.h"
+#include "tracking/tracker.h"
 
 namespace highwall {
 namespace {
@@ -68,7 +68,7 @@ TEST(VisualPose, OfATrackedFrameForgetsThePrediction) {
   first.frame = testing::MakeFrame(look(T_first), 0);
   first.T_WC = T_first;
   const KeyFrameId id = scene_map.Add(look(T_first), T_first);
-  Tracker tracker(model, testing::kLevels, {});
+  Tracker tracker(model, {});
   tracker.Anchor(first, *scene_map.map.keyframe(id));
   const KnownPose predicted{truth.Plus((Vector6() << 4e-3, -4e-3, 4e-3, 0, 0, 0).finished()),
                             3e3 * Matrix6::Identity()};
