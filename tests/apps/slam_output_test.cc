@@ -143,6 +143,8 @@ TEST_F(SlamOutput, AKilledRunLeavesItsPosesAndKeyframesAndNothingElse) {
     const Trajectory keyframes = ReadTumTrajectory(run() / "keyframes.txt");
     ASSERT_GE(keyframes.size(), 1U);
     EXPECT_EQ(keyframes.front().stamp, reference.front().stamp);
+    // Where the last pose was there before the kill, the end of the run may have begun.
+    if (left.size() == reference.size()) continue;
     EXPECT_EQ(Results().size(), 2U) << "of the earlier run, or a temporary";
   }
 }
