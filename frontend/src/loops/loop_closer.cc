@@ -136,10 +136,13 @@ bool LoopCloser::HasResult() const {
 }
 
 std::vector<LoopReport> LoopCloser::Update(Map* map) {
+  if (!job_) return {};
+  return job_->IsDone() ? Finish(map) : Take(*job_, map);
+}
+
+std::vector<LoopReport> LoopCloser::Take(Job& job, Map* map) {
   std::vector<LoopReport> reports;
-  if (!job_) return reports;
-  const bool done = job_->IsDone();
-  for (Result& result : job_->Take()) {
+  for (Result& result : job.Take()) {
     if (result.report.accepted) {
       // Of an adjustment that failed nothing is to be applied.
       if (!result.report.bundle || result.report.bundle->usable) Apply(result.correction, map);
@@ -147,7 +150,6 @@ std::vector<LoopReport> LoopCloser::Update(Map* map) {
     }
     reports.push_back(std::move(result.report));
   }
-  if (done) std::exchange(job_, nullptr)->Wait();
   return reports;
 }
 
@@ -158,8 +160,10 @@ void LoopCloser::Cancel() {
 }
 
 std::vector<LoopReport> LoopCloser::Finish(Map* map) {
-  if (job_) job_->Wait();
-  return Update(map);
+  if (!job_) return {};
+  const std::unique_ptr<Job> job = std::move(job_);
+  job->Wait();  // first: of work that threw nothing more is applied
+  return Take(*job, map);
 }
 
 }  // namespace highwall

@@ -33,9 +33,9 @@ class LoopCloser {
   // Is anything ready to be applied?
   bool HasResult() const;
   // Applies what is ready to the map; between frames. What moves: MapCorrection. Throws what ended
-  // the work, once.
+  // the work, once; nothing is applied then.
   std::vector<LoopReport> Update(Map* map);
-  // Waits for the work to end and applies it.
+  // Waits for the work to end and applies it. Throws as Update().
   std::vector<LoopReport> Finish(Map* map);
   // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
   void Cancel();
@@ -45,6 +45,9 @@ class LoopCloser {
  private:
   struct Result;
   class Job;
+
+  // Applies what has come out of a job.
+  std::vector<LoopReport> Take(Job& job, Map* map);
 
   const MeasurementModel& model_;
   LoopCloserOptions options_;

@@ -29,6 +29,16 @@ void Apply(const std::vector<std::pair<int, std::int32_t>>& matches,
   for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
 }
 
+// A frame as the relocalizer found it.
+TrackedFrame Matched(const Frame& frame, const Relocalization& found) {
+  TrackedFrame tracked = Unmatched(frame, found.T_WC);
+  Apply(found.points, tracked.points);
+  Apply(found.lines, tracked.lines);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
+  return tracked;
+}
+
 int Count(const std::vector<std::int32_t>& landmarks) {
   return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(),
                                         [](std::int32_t id) { return id != kNoId; }));
@@ -57,16 +67,17 @@ bool Touches(const LineFeature& line, const IsOn& is_on) {
 }
 
 // The landmarks that a frame was found to see, and the features that see them.
-struct Sightings {
+struct LandmarkObservations {
   std::vector<PosePoint> points;
   std::vector<PoseLine> lines;
   std::vector<std::size_t> point_features, line_features;
 };
 
 // What is no longer in the map, or not in front of the camera, is unmatched.
-Sightings LandmarksSeen(const MeasurementModel& model, const Map& map, TrackedFrame& tracked) {
+LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map,
+                                   TrackedFrame& tracked) {
   const FrameFeatures& features = *tracked.frame.features;
-  Sightings seen;
+  LandmarkObservations seen;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
     const MapPoint* point = map.point(tracked.points[i]);
     if (point == nullptr) {
@@ -199,22 +210,13 @@ std::optional<TrackedFrame> Tracker::TrackReference(const Frame& frame, const Ma
   const auto found =
       relocalizer_.MatchKeyFrame(*frame.features, map, last_->reference, last_->T_WC);
   if (!found) return std::nullopt;
-  TrackedFrame tracked = Unmatched(frame, found->T_WC);
-  Apply(found->points, tracked.points);
-  Apply(found->lines, tracked.lines);
-  tracked.tried_points = tracked.points;
-  tracked.tried_lines = tracked.lines;
-  return tracked;
+  return Matched(frame, *found);
 }
 
 std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& map) const {
   const auto found = relocalizer_.Relocalize(*frame.features, map);
   if (!found) return std::nullopt;
-  TrackedFrame tracked = Unmatched(frame, found->T_WC);
-  Apply(found->points, tracked.points);
-  Apply(found->lines, tracked.lines);
-  tracked.tried_points = tracked.points;
-  tracked.tried_lines = tracked.lines;
+  TrackedFrame tracked = Matched(frame, *found);
   tracked.relocalized = true;
   return tracked;
 }
@@ -249,7 +251,7 @@ bool Tracker::HasMoved(const TrackedFrame& rough, const Map& map, const DepthSur
       others.lines[i] = rough.tried_lines[i];
     }
   }
-  const Sightings seen = LandmarksSeen(model_, map, others);
+  const LandmarkObservations seen = LandmarksSeen(model_, map, others);
   return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen.points, seen.lines,
                    options_.pose, options_.moving.landmarks);
 }
@@ -355,7 +357,7 @@ void Tracker::LocalMatch::CountObservations(Map& map) const {
 
 bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
                     const KnownPose* predicted, Aid aid) const {
-  const Sightings seen = LandmarksSeen(model_, map, tracked);
+  const LandmarkObservations seen = LandmarksSeen(model_, map, tracked);
   tracked.tried_points = tracked.points;
   tracked.tried_lines = tracked.lines;
   PoseSolverOptions options = options_.pose;
