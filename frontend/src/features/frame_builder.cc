@@ -79,8 +79,7 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
 
 FrameBuilder::~FrameBuilder() = default;
 
-std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
-                                                         FrameBuilderTimes* times) {
+void FrameBuilder::Check(const RgbdImage& image) const {
   const PinholeCamera& camera = sensor_.camera;
   HIGHWALL_REQUIRE(image.bgr.type() == CV_8UC3 && image.depth.type() == CV_32FC1,
                    "FrameBuilder: colour must be CV_8UC3 and depth CV_32FC1");
@@ -90,11 +89,17 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
                    "FrameBuilder: the image is " + std::to_string(image.bgr.cols) + " x " +
                        std::to_string(image.bgr.rows) + ", the camera " +
                        std::to_string(camera.width) + " x " + std::to_string(camera.height));
+}
+
+std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
+                                                         FrameBuilderTimes* times) {
+  Check(image);
   cv::Mat gray;
   cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
 
   auto features = std::make_shared<FrameFeatures>();
   features->sharpness = Sharpness(gray);
+  features->brightness = cv::mean(gray)[0];
   features->depth_grid = depth_grid_.Sample(image.depth, options_.min_depth, options_.max_depth);
   FrameBuilderTimes elapsed;
   const auto build_lines = [&] {
