@@ -265,7 +265,7 @@ class KeyframeMapping {
  public:
   KeyframeMapping(const SlamSystem& slam, const RgbdSensor& sensor, const SlamRunOptions& options)
       : slam_(slam),
-        mapper_(MapOptions(options), DepthCameraOf(sensor)),
+        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)),
         settling_(
             mapper_, [this](KeyFrameId id) { return Settled(id); },
             options.slam.tracker.moving.enabled ? kSettlingTime : 0.0) {}
@@ -288,8 +288,9 @@ class KeyframeMapping {
   }
 
  private:
-  static DenseMapOptions MapOptions(const SlamRunOptions& options) {
+  static DenseMapOptions MapOptions(const SlamRunOptions& options, const RgbdSensor& sensor) {
     DenseMapOptions map = options.map;
+    LimitToRange(sensor, &map);
     if (options.imu) map.level = true;
     return map;
   }
