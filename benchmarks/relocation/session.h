@@ -1,0 +1,58 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/system/slam_system.h>
+
+namespace highwall::bench {
+
+// What became of a frame.
+struct Outcome {
+  bool pose = false;
+  Pose T_WC;           // where there is one
+  int submap = -1;     // that the pose is in; -1 without
+  std::string reason;  // why it has none
+};
+
+// Two places that were taken for one, within a map or in two.
+struct Meeting {
+  Stamp stamp = 0;  // of the frame before which it was applied
+  bool merge = false;
+  double metres = 0.0, degrees = 0.0;  // of the measured transform from the truth
+
+  bool IsFalse() const { return metres > 0.1 || degrees > 3.0; }
+};
+
+// A system that is judged while it works, in lockstep.
+class Session {
+ public:
+  // truth: T_WC of every frame.
+  Session(const RgbdSensor& sensor, const Trajectory& truth);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  Outcome Track(const RgbdImage& image);
+  // After the last frame.
+  void Finish();
+
+  // Accepted ones, in the order of time.
+  const std::vector<Meeting>& meetings() const { return meetings_; }
+  int refused() const { return refused_; }
+  // Of all parts, the one with most frames first.
+  std::vector<Trajectory> Trajectories() const;
+
+ private:
+  void Judge(const LoopReport& report, bool merge);
+
+  std::map<Stamp, Pose> truth_;
+  SlamSystem slam_;
+  Stamp now_ = 0;
+  std::vector<Meeting> meetings_;
+  int refused_ = 0;
+};
+
+}  // namespace highwall::bench
