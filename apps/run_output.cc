@@ -40,6 +40,17 @@ void RemoveStale(const std::filesystem::path& path) {
   if (error) throw IoError(path, "is of an earlier run and cannot be removed: " + error.message());
 }
 
+// What an earlier run wrote of submaps beside its largest; as many as it had.
+void RemoveOfSubmaps(const std::filesystem::path& path) {
+  for (std::size_t place = 1;; ++place) {
+    const std::filesystem::path file =
+        path.parent_path() / NameOfSubmap(path.filename().string(), place);
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) return;
+    RemoveStale(file);
+  }
+}
+
 // A file that could not be written has none.
 void AddFileSize(const std::filesystem::path& path, nlohmann::json& json) {
   std::error_code error;
@@ -76,6 +87,12 @@ void Append(const StampedPose& pose, std::optional<TrajectoryLog>& log) {
 
 }  // namespace
 
+std::string NameOfSubmap(const std::string& name, std::size_t place) {
+  if (place == 0) return name;
+  const std::filesystem::path path(name);
+  return path.stem().string() + "_" + std::to_string(place + 1) + path.extension().string();
+}
+
 RunOutput::RunOutput(std::filesystem::path directory, std::filesystem::path saved_map)
     : directory_(std::move(directory)), saved_map_(std::move(saved_map)) {}
 
@@ -87,6 +104,7 @@ void RunOutput::Begin() {
     RemoveStale(directory_ / name);
   }
   for (const MapPicture& picture : kMapPictures) RemoveStale(directory_ / picture.file);
+  for (const char* name : {kTrajectory, kCausal, kAdjusted}) RemoveOfSubmaps(directory_ / name);
   OpenLog(kCausal, causal_);
   OpenLog(kKeyframes, keyframes_);
   begun_ = true;
@@ -102,7 +120,11 @@ void RunOutput::OpenLog(const char* name, std::optional<TrajectoryLog>& log) con
 
 void RunOutput::Follow(const FrameResult& result) {
   if (!HasPose(result.state)) return;
-  if (!begun_) Begin();
+  if (!begun_) {
+    Begin();
+    logged_ = result.submap;
+  }
+  if (result.submap != logged_) return;  // of another world
   const StampedPose pose{result.stamp, result.T_WC};
   Append(pose, causal_);
   if (result.mapping) Append(pose, keyframes_);
@@ -117,12 +139,20 @@ void RunOutput::Attempt(const std::function<void()>& write) {
 }
 
 void RunOutput::WriteTrajectories(const SlamRun& run) {
-  Attempt([&] { WriteTumTrajectory(directory_ / kTrajectory, run.trajectory); });
   keyframes_.reset();
-  Attempt([&] { WriteTumTrajectory(directory_ / kKeyframes, run.keyframes); });
-  // The log is what would be written, and on a full disk there may be no room for it twice.
-  if (!causal_) Attempt([&] { WriteTumTrajectory(directory_ / kCausal, run.causal); });
+  const bool logged = causal_ && run.largest.submap == logged_;
   causal_.reset();
+  const auto write = [&](const char* name, std::size_t place, const Trajectory& trajectory) {
+    Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(name, place), trajectory); });
+  };
+  write(kTrajectory, 0, run.largest.trajectory);
+  write(kKeyframes, 0, run.keyframes);
+  // The log is what would be written, and on a full disk there may be no room for it twice.
+  if (!logged) write(kCausal, 0, run.largest.causal);
+  for (std::size_t i = 0; i < run.others.size(); ++i) {
+    write(kTrajectory, i + 1, run.others[i].trajectory);
+    write(kCausal, i + 1, run.others[i].causal);
+  }
 }
 
 void RunOutput::WriteDense(const DenseMap& dense, const Trajectory& trajectory) {
@@ -138,11 +168,16 @@ void RunOutput::WriteDense(const DenseMap& dense, const Trajectory& trajectory) 
 
 nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& run_json) {
   failures_.insert(failures_.begin(), run.failures.begin(), run.failures.end());
-  if (!run.adjusted.empty()) {
-    Attempt([&] { WriteTumTrajectory(directory_ / kAdjusted, run.adjusted); });
+  if (!run.largest.adjusted.empty()) {
+    Attempt([&] { WriteTumTrajectory(directory_ / kAdjusted, run.largest.adjusted); });
     Attempt([&] { WriteTumTrajectory(directory_ / kKeyframes, run.keyframes); });
   }
-  if (run.dense) WriteDense(*run.dense, run.trajectory);
+  for (std::size_t i = 0; i < run.others.size(); ++i) {
+    const Trajectory& adjusted = run.others[i].adjusted;
+    if (adjusted.empty()) continue;
+    Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(kAdjusted, i + 1), adjusted); });
+  }
+  if (run.dense) WriteDense(*run.dense, run.largest.trajectory);
   Attempt([&] {
     const Eigen::Quaterniond R_GW = run.dense ? run.dense->R_GW : Eigen::Quaterniond::Identity();
     const cv::Mat sparse = DrawSparseMap(run.sparse, R_GW, 1200);

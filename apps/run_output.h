@@ -14,6 +14,10 @@
 
 namespace highwall::apps {
 
+// trajectory.txt, trajectory_2.txt ...: the file of the largest submap (place 0) and of the others
+// in their order.
+std::string NameOfSubmap(const std::string& name, std::size_t place);
+
 // The folder of a run. Nothing is touched before the first pose; from then on all that is in it is
 // of this run: what an earlier one wrote goes, run.json first, and run.json comes last. Poses and
 // keyframes are written as they come, so that a run that is killed leaves them; all else is written
@@ -24,10 +28,12 @@ class RunOutput {
   // missing.
   explicit RunOutput(std::filesystem::path directory, std::filesystem::path saved_map = {});
 
-  // Adds to trajectory_causal.txt and keyframes.txt. Throws IoError where a folder cannot be made,
-  // or what an earlier run left cannot be removed.
+  // Adds to trajectory_causal.txt and keyframes.txt, where the frame is in the world of the first
+  // one. Throws IoError where a folder cannot be made, or what an earlier run left cannot be
+  // removed.
   void Follow(const FrameResult& result);
-  // After the last frame: trajectory.txt, keyframes.txt as they are now, trajectory_causal.txt.
+  // After the last frame: trajectory.txt, keyframes.txt as they are now, trajectory_causal.txt, of
+  // the largest submap; those of the others are numbered from trajectory_2.txt on.
   void WriteTrajectories(const SlamRun& run);
   // After WriteTrajectories(), once: trajectory_adjusted.txt, cloud.ply, map.bt, grid.pgm and
   // grid.yaml, pictures, as far as the run has them, and run.json. Returns what that says:
@@ -47,6 +53,7 @@ class RunOutput {
   std::filesystem::path directory_, saved_map_;
   bool begun_ = false;
   std::optional<TrajectoryLog> causal_, keyframes_;  // empty: not open, or could not be written
+  SubmapId logged_ = kNoId;                          // whose frames they hold
   std::vector<std::string> failures_;
 };
 

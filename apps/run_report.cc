@@ -7,6 +7,8 @@
 
 #include <highwall/core/stamp.h>
 
+#include "run_output.h"
+
 namespace highwall::apps {
 nlohmann::json ToJson(const Milliseconds& milliseconds) {
   return {{"mean", milliseconds.mean},
@@ -84,6 +86,36 @@ nlohmann::json VersionsJson() {
            fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)}};
 }
 
+nlohmann::json SubmapsJson(const SlamRun& run) {
+  nlohmann::json all = nlohmann::json::array();
+  const auto add = [&all](const SubmapRun& submap) {
+    if (submap.trajectory.empty()) return;
+    all.push_back({{"id", submap.submap},
+                   {"frames", submap.trajectory.size()},
+                   {"keyframes", submap.keyframes},
+                   {"first", FormatStamp(submap.trajectory.front().stamp)},
+                   {"last", FormatStamp(submap.trajectory.back().stamp)},
+                   {"trajectory", NameOfSubmap("trajectory.txt", all.size())}});
+  };
+  add(run.largest);
+  for (const SubmapRun& submap : run.others) add(submap);
+  return all;
+}
+
+nlohmann::json ToJson(const std::vector<LoopEvent>& events) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const LoopEvent& event : events) {
+    nlohmann::json json = {{"keyframe", event.edge.keyframe},
+                           {"match", event.edge.match},
+                           {"result", !event.accepted ? "refused"
+                                      : event.merged  ? "merged"
+                                                      : "closed"}};
+    if (!event.accepted) json["because"] = event.message;
+    all.push_back(std::move(json));
+  }
+  return all;
+}
+
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration) {
   nlohmann::json lost = nlohmann::json::array();
@@ -96,7 +128,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"frames", run.frames},
       {"skipped_frames", run.skipped},
       {"dropped_frames", run.dropped},
-      {"tracked_frames", run.trajectory.size()},
+      {"tracked_frames", (run.frames - run.lost.size())},
       {"coverage", Coverage(run)},
       {"lost_frames", run.lost.size()},
       {"lost_stamps", lost},
@@ -105,9 +137,12 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"loops",
        {{"closed", run.loops.closed},
         {"refused", run.loops.refused},
+        {"merges", run.loops.merges},
+        {"events", ToJson(run.loop_events)},
         {"fused_points", run.loops.fused_points},
         {"fused_lines", run.loops.fused_lines},
         {"worst_seconds", run.loops.worst_seconds}}},
+      {"submaps", SubmapsJson(run)},
       {"keyframes", run.keyframes.size()},
       {"keyframes_made", run.keyframes_made},
       {"landmarks", {{"points", run.points}, {"lines", run.lines}}},

@@ -89,11 +89,23 @@ void PrintMapping(const SlamRun& run) {
   fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
 }
 
+void PrintSubmaps(const SlamRun& run) {
+  if (run.loops.merges > 0) fmt::print("merges      {} of submaps\n", run.loops.merges);
+  if (run.others.empty()) return;
+  std::string parts = fmt::format("{} frames in trajectory.txt", run.largest.trajectory.size());
+  for (std::size_t i = 0; i < run.others.size(); ++i) {
+    parts += fmt::format(", {} in {}", run.others[i].trajectory.size(),
+                         NameOfSubmap("trajectory.txt", i + 1));
+  }
+  fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
+}
+
 void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArguments& arguments) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
              100.0 * Coverage(run));
+  PrintSubmaps(run);
   if (run.open_frames > 0) {
     fmt::print("open        {} frames leave a direction of the pose open\n", run.open_frames);
   }
@@ -200,10 +212,10 @@ int RunSlamCommand(const SlamArguments& arguments) {
   }
   WarnOfImu(run);
   WarnOfDepth(run, sensor.depth_factor);
-  if (run.trajectory.empty() && !arguments.load_map.empty()) {
+  if (run.largest.trajectory.empty() && !arguments.load_map.empty()) {
     throw IoError(arguments.load_map, "no frame was recognized in this map");
   }
-  if (run.trajectory.empty()) {
+  if (run.largest.trajectory.empty()) {
     throw IoError(arguments.dataset,
                   "no frame could be tracked: too little texture or depth to start a map (see "
                   "highwall info)");

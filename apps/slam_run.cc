@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
 #include <map>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -140,10 +142,19 @@ SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
                     LoadMapFor(options.load_map, sensor.camera));
 }
 
+void Record(const std::vector<LoopReport>& reports, std::vector<LoopEvent>* events) {
+  for (const LoopReport& report : reports) {
+    if (report.bundle) continue;  // of a loop that was told of
+    events->push_back(
+        {report.loop.edge, report.accepted, report.merge.has_value(), report.message});
+  }
+}
+
 void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
   for (const LoopReport& report : reports) {
     counts->worst_seconds = std::max(counts->worst_seconds, report.seconds);
     if (report.bundle) continue;  // of a loop that was counted
+    if (report.accepted && report.merge) ++counts->merges;
     ++(report.accepted ? counts->closed : counts->refused);
     counts->fused_points += static_cast<std::size_t>(report.fused_points);
     counts->fused_lines += static_cast<std::size_t>(report.fused_lines);
@@ -193,25 +204,40 @@ class RunTally {
     samples_.Add(result.times, result.mapping.has_value());
     inertial_.Add(result);
     Count(result.loops, &run_.loops);
+    Record(result.loops, &run_.loop_events);
     run_.matched_points += result.matched_points;
     run_.matched_lines += result.matched_lines;
+    stamps_.push_back(result.stamp);
     if (HasPose(result.state)) {
-      run_.causal.push_back({result.stamp, result.T_WC});
-    } else {
-      run_.lost.push_back(result.stamp);
+      ++tracked_;
+      causal_[result.submap].push_back({result.stamp, result.T_WC});
     }
     if (result.relocalized) ++run_.relocalizations;
     if (!result.open_directions.empty()) ++run_.open_frames;
     if (result.mapping) ++run_.keyframes_made;
   }
 
-  // Call once, last.
-  SlamRun Take() {
+  // Call once, last. submaps: in the end.
+  SlamRun Take(std::vector<SubmapTrajectory> submaps) {
     SlamRun run = std::move(run_);
-    const std::size_t tracked = run.frames - run.lost.size();
-    if (tracked > 0) {
-      run.matched_points /= static_cast<double>(tracked);
-      run.matched_lines /= static_cast<double>(tracked);
+    if (tracked_ > 0) {
+      run.matched_points /= static_cast<double>(tracked_);
+      run.matched_lines /= static_cast<double>(tracked_);
+    }
+    std::set<Stamp> posed;
+    for (SubmapTrajectory& submap : submaps) {
+      for (const StampedPose& pose : submap.frames) posed.insert(pose.stamp);
+      run.others.push_back({submap.submap,
+                            submap.keyframes,
+                            std::move(causal_[submap.submap]),
+                            std::move(submap.frames),
+                            {}});
+    }
+    std::ranges::copy_if(stamps_, std::back_inserter(run.lost),
+                         [&](Stamp stamp) { return !posed.contains(stamp); });
+    if (!run.others.empty()) {
+      run.largest = std::move(run.others.front());
+      run.others.erase(run.others.begin());
     }
     run.inertial = inertial_.Summary();
     run.times = samples_.Summary();
@@ -220,6 +246,9 @@ class RunTally {
 
  private:
   SlamRun run_;
+  std::size_t tracked_ = 0;
+  std::vector<Stamp> stamps_;
+  std::map<SubmapId, Trajectory> causal_;
   StageSamples samples_;
   InertialTally inertial_;
 };
@@ -306,15 +335,20 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   if (options.adjust_all && slam.map().num_keyframes() > 1) {
     attempt("adjustment of everything", [&] {
       slam.AdjustAll();
-      run->adjusted = slam.trajectory();
+      std::vector<SubmapTrajectory> submaps = slam.submaps();
+      run->largest.adjusted = std::move(submaps.front().frames);
+      for (std::size_t i = 1; i < submaps.size(); ++i) {
+        run->others[i - 1].adjusted = std::move(submaps[i].frames);
+      }
     });
   }
-  if (!options.save_map.empty() && !run->trajectory.empty()) {
+  if (!options.save_map.empty() && !run->largest.trajectory.empty()) {
     attempt("saved map", [&] { SaveMap(options.save_map, sensor.camera, slam.map()); });
   }
   run->keyframes = slam.keyframe_trajectory();
-  run->sparse = SurveyMap(slam.map(), run->adjusted.empty() ? run->trajectory : run->adjusted,
-                          run->keyframes);
+  run->sparse = SurveyMap(
+      slam.map(), run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,
+      run->keyframes);
   run->points = slam.map().num_points();
   run->lines = slam.map().num_lines();
 }
@@ -334,7 +368,8 @@ Milliseconds Summarize(std::vector<double> samples) {
 
 double Coverage(const SlamRun& run) {
   const std::size_t frames = run.frames + run.skipped + run.dropped;
-  return frames > 0 ? static_cast<double>(run.causal.size()) / static_cast<double>(frames) : 0.0;
+  const std::size_t posed = run.frames - run.lost.size();
+  return frames > 0 ? static_cast<double>(posed) / static_cast<double>(frames) : 0.0;
 }
 
 void RequireWhole(const SlamRun& run) {
@@ -357,14 +392,18 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
     mapping.Follow(result, *image);
   }
-  SlamRun run = tally.Take();
+  std::vector<LoopReport> last;
+  std::vector<std::string> failures;
+  Attempt("last adjustment", &failures, [&] { last = slam.Finish(); });
+  SlamRun run = tally.Take(slam.submaps());
+  run.failures = std::move(failures);
+  Count(last, &run.loops);
+  Record(last, &run.loop_events);
   if (!options.imu) run.inertial.reset();
   run.dropped = reader.dropped();
   run.skipped = reader.count() - run.frames - run.dropped;
-  Attempt("last adjustment", &run.failures, [&] { Count(slam.Finish(), &run.loops); });
-  run.trajectory = slam.trajectory();
   run.keyframes = slam.keyframe_trajectory();
-  if (on_tracked && !run.trajectory.empty()) on_tracked(run);
+  if (on_tracked && !run.largest.trajectory.empty()) on_tracked(run);
   FinishMap(sensor, options, slam, &run);
   mapping.Finish(&run);
   run.seconds = stopwatch.Seconds();

@@ -66,24 +66,41 @@ struct InertialSummary {
   std::optional<DepthScale> depth_scale;
 };
 
-// What loops came to in a run.
+// What loops came to in a run. Those that joined submaps are among the closed.
 struct LoopCounts {
-  std::size_t closed = 0, refused = 0;
+  std::size_t closed = 0, refused = 0, merges = 0;
   std::size_t fused_points = 0, fused_lines = 0;
   double worst_seconds = 0.0;  // from the detection of a loop to the adjusted map
 };
 
-struct SlamRun {
-  Trajectory causal;      // each pose as it was when its frame had been tracked
+// Frames with poses in one world.
+struct SubmapRun {
+  SubmapId submap = kNoId;
+  std::size_t keyframes = 0;
+  Trajectory causal;      // each pose as it was when its frame had been tracked, if in this world
   Trajectory trajectory;  // after the loops and local adjustments of the whole run
   Trajectory adjusted;    // after the final adjustment as well, where asked for
-  Trajectory keyframes;
-  SparseMap sparse;  // in the end
+};
+
+// A loop that was closed or refused.
+struct LoopEvent {
+  LoopEdge edge;
+  bool accepted = false, merged = false;
+  std::string message;
+};
+
+struct SlamRun {
+  SubmapRun largest;              // the world in which most frames have a pose
+  std::vector<SubmapRun> others;  // that were not joined with it, larger ones first
+  Trajectory keyframes;           // of the largest, live
+  SparseMap sparse;               // in the end
   LoopCounts loops;
+  std::vector<LoopEvent> loop_events;
   std::size_t frames = 0;   // fed
   std::size_t skipped = 0;  // unusable images
   std::size_t dropped = 0;  // that came too fast, where live
-  std::vector<Stamp> lost;  // frames without a pose, those before the map began included
+  // Frames without a pose in any submap, those before the map began included.
+  std::vector<Stamp> lost;
   std::optional<InertialSummary> inertial;  // with an IMU
   std::size_t relocalizations = 0;
   std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open
@@ -97,8 +114,8 @@ struct SlamRun {
   std::vector<std::string> failures;
 };
 
-// Share of the frames of the recording that have a pose: those that could not be read, and those
-// that came too fast, have none.
+// Share of the frames of the recording that have a pose in any submap: those that could not be
+// read, and those that came too fast, have none.
 double Coverage(const SlamRun& run);
 
 // For those who can do without nothing: throws std::runtime_error where there are failures.

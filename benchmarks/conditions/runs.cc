@@ -36,7 +36,7 @@ apps::SlamRun RunOver(const Film& film, const SlamOptions& slam, bool imu) {
 
 Scores ScorePart(const Film& film, const apps::SlamRun& run, Stamp begin, Stamp end) {
   const Trajectory truth = Between(*film.groundtruth(), begin, end);
-  const Trajectory estimate = Between(run.trajectory, begin, end);
+  const Trajectory estimate = Between(run.largest.trajectory, begin, end);
   Scores scores;
   scores["lost_frames"] = static_cast<double>(truth.size()) - static_cast<double>(estimate.size());
   const double interval = ToSeconds(film.stamp(1) - film.stamp(0));

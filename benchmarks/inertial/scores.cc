@@ -79,15 +79,15 @@ Scores Judge::Score(const apps::SlamRun& run) const {
 void Judge::ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const {
   Scores& s = *scores;
   s["lost_frames"] = static_cast<double>(run.lost.size() + run.skipped);
-  s["coverage"] = static_cast<double>(run.trajectory.size()) / static_cast<double>(truth_.size());
+  s["coverage"] = static_cast<double>(run.largest.trajectory.size()) / static_cast<double>(truth_.size());
   s["tracking_ms"] = run.times.tracking.median;
   s["seconds"] = run.seconds;
   try {
-    s["ape_rmse_m"] = AbsolutePoseError(truth_, run.trajectory).statistics.rmse;
+    s["ape_rmse_m"] = AbsolutePoseError(truth_, run.largest.trajectory).statistics.rmse;
     s["ape_percent"] = 100.0 * s["ape_rmse_m"] / PathLength(truth_);
   } catch (const InvalidArgument&) {  // too few poses
   }
-  const auto errors = SecondErrors(truth_, run.trajectory, sequence_.simulation->options().fps);
+  const auto errors = SecondErrors(truth_, run.largest.trajectory, sequence_.simulation->options().fps);
   if (!errors.empty()) s["rpe_1s_rmse_m"] = Rms(errors);
 }
 
@@ -96,7 +96,7 @@ void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
   for (const MarkedSpan& span : sequence_.spans) {
     const Stamp begin = truth_.front().stamp + FromSeconds(span.begin);
     const Stamp end = truth_.front().stamp + FromSeconds(span.end);
-    const auto part = SecondErrors(Between(truth_, begin, end), Between(run.trajectory, begin, end),
+    const auto part = SecondErrors(Between(truth_, begin, end), Between(run.largest.trajectory, begin, end),
                                    sequence_.simulation->options().fps);
     errors[span.name].insert(errors[span.name].end(), part.begin(), part.end());
 

@@ -89,11 +89,12 @@ Scores RunOnce(const TumDataset& dataset, const RgbdSensor& sensor,
   // RMSE [m]: 0 without a ground truth, negative where it could not be computed.
   Scores figures{{"ape_rmse_m", 0.0}, {"rpe_1_frame_rmse_m", 0.0}, {"rpe_30_frames_rmse_m", 0.0}};
   if (const Trajectory* truth = dataset.groundtruth()) {
-    figures["ape_rmse_m"] = RmseOr(-1.0, [&] { return AbsolutePoseError(*truth, run.trajectory); });
+    figures["ape_rmse_m"] =
+        RmseOr(-1.0, [&] { return AbsolutePoseError(*truth, run.largest.trajectory); });
     figures["rpe_1_frame_rmse_m"] =
-        RmseOr(-1.0, [&] { return RelativePoseError(*truth, run.trajectory); });
-    figures["rpe_30_frames_rmse_m"] =
-        RmseOr(-1.0, [&] { return RelativePoseError(*truth, run.trajectory, {.delta = 30.0}); });
+        RmseOr(-1.0, [&] { return RelativePoseError(*truth, run.largest.trajectory); });
+    figures["rpe_30_frames_rmse_m"] = RmseOr(
+        -1.0, [&] { return RelativePoseError(*truth, run.largest.trajectory, {.delta = 30.0}); });
   }
   figures["coverage"] = apps::Coverage(run);
   figures["lost_frames"] = static_cast<double>(run.lost.size());

@@ -107,8 +107,8 @@ TEST_F(RunOutputTest, TheTrajectoriesAreThereBeforeTheRestAndTheReportIsLast) {
   RunOutput output(run());
   for (const int frame : {0, 1, 2}) output.Follow(Tracked(frame, true));
   SlamRun result;
-  result.causal = Poses({0, 1, 2});
-  result.trajectory = Poses({0, 1, 2});
+  result.largest.causal = Poses({0, 1, 2});
+  result.largest.trajectory = Poses({0, 1, 2});
   result.keyframes = Poses({0, 2});
   output.WriteTrajectories(result);
   EXPECT_EQ(StampsIn("trajectory.txt"), StampsOf({0, 1, 2}));
@@ -132,9 +132,9 @@ TEST_F(RunOutputTest, AnInterruptedLogIsWrittenAgainInTheEnd) {
   }
   for (int frame = 0; frame < 30; ++frame) {
     if (frame >= 20) output.Follow(Tracked(frame));
-    result.causal.push_back(Poses({frame}).front());
+    result.largest.causal.push_back(Poses({frame}).front());
   }
-  result.trajectory = result.causal;
+  result.largest.trajectory = result.largest.causal;
   result.keyframes = Poses({0});
   output.WriteTrajectories(result);
   EXPECT_EQ(ReadText(run() / "trajectory_causal.txt"), ReadText(run() / "trajectory.txt"));
@@ -146,7 +146,8 @@ TEST_F(RunOutputTest, FailuresOfTheRunAndOfItsFilesAreAllNamed) {
   output.Follow(Tracked(0, true));
   fs::create_directories(run() / "trajectory_adjusted.txt" / "in the way");
   SlamRun result;
-  result.causal = result.trajectory = result.adjusted = result.keyframes = Poses({0});
+  result.largest.causal = result.largest.trajectory = result.largest.adjusted = result.keyframes =
+      Poses({0});
   result.failures = {"saved map: no room"};
   output.WriteTrajectories(result);
   const nlohmann::json report = output.WriteRest(result, nlohmann::json::object());

@@ -30,6 +30,8 @@ InertialReport InertialOdometry::Update(const Observation& observation) {
 
 void InertialOdometry::MoveMap(const Pose& T_new_old) { impl_->MoveMap(T_new_old); }
 
+void InertialOdometry::Restart() { impl_->Restart(); }
+
 std::optional<InertialEstimate> InertialOdometry::estimate() const { return impl_->estimate(); }
 
 std::optional<Pose> InertialOdometry::T_WC() const { return impl_->T_WC(); }

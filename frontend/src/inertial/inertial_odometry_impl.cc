@@ -358,6 +358,18 @@ void InertialOdometry::Impl::MoveMap(const Pose& T_new_old) {
   if (last_visual_) last_visual_->pose = T_new_old * last_visual_->pose;
 }
 
+void InertialOdometry::Impl::Restart() {
+  if (status_ == InertialStatus::kGivenUp) return;
+  window_.reset();
+  known_.reset();
+  last_visual_.reset();
+  initializer_.Clear();
+  last_attempt_.reset();
+  attempts_ = 0;
+  T_WO_ = Pose();
+  status_ = InertialStatus::kWaiting;
+}
+
 VisualPose InertialOdometry::Impl::InO(const VisualPose& visual_W) const {
   return Moved(visual_W, T_WO_.Inverse());
 }

@@ -22,6 +22,7 @@ class InertialOdometry::Impl {
   std::optional<KnownPose> Predict(Stamp image) const;
   InertialReport Update(const Observation& observation);
   void MoveMap(const Pose& T_new_old);
+  void Restart();
   std::optional<InertialEstimate> estimate() const;
   std::optional<Pose> T_WC() const;
   std::optional<Eigen::Vector3d> gravity_W() const;

@@ -95,11 +95,13 @@ class BundleAdjuster::Problem {
 
   // The IMU between those keyframes that follow each other.
   void AddMotions(const Map& map) {
-    if (!map.gravity_W()) return;
     std::vector<KeyFrameId> ids;
     for (const auto& [id, pose] : poses_) ids.push_back(id);
+    if (ids.empty()) return;
+    const auto& gravity_W = map.gravity_W(map.keyframe(ids.front())->submap);
+    if (!gravity_W) return;
     std::sort(ids.begin(), ids.end());
-    const UnitDirection gravity(*map.gravity_W());
+    const UnitDirection gravity(*gravity_W);
     gravity_ = graph_.AddVariable(gravity);
     graph_.AddFactor(std::make_unique<DirectionPrior>(gravity, kGravitySigma), *gravity_);
     for (const KeyFrameId id : ids) {

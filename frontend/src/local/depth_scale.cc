@@ -141,21 +141,24 @@ void DepthScaleOptions::Validate() const {
 Map AdjustedWithoutImu(const Map& map, const MeasurementModel& model,
                        const BundleAdjustmentOptions& options) {
   Map images = map.Clone();
-  images.SetGravity(std::nullopt);
-  AdjustBundle(images, model, images.keyframe_ids(), {}, options);
-  images.SetGravity(map.gravity_W());
+  for (const SubmapId root : images.roots()) {
+    images.SetGravity(std::nullopt, root);
+    AdjustBundle(images, model, images.KeyFramesOf(root), {}, options);
+    images.SetGravity(map.gravity_W(root), root);
+  }
   return images;
 }
 
 std::optional<DepthScale> EstimateDepthScale(const Map& map, const Pose& T_BC,
                                              const DepthScaleOptions& options) {
   options.Validate();
-  if (!map.gravity_W()) return std::nullopt;
-  const std::vector<Chain> chains = Chains(map);
+  std::vector<Chain> chains = Chains(map);
+  const auto gravity_W = [&](const Chain& chain) { return map.gravity_W(chain.front()->submap); };
+  std::erase_if(chains, [&](const Chain& chain) { return !gravity_W(chain); });
   if (chains.empty()) return std::nullopt;
   try {
     Problem problem(T_BC, options);
-    for (const Chain& chain : chains) problem.Add(chain, *map.gravity_W());
+    for (const Chain& chain : chains) problem.Add(chain, *gravity_W(chain));
     return problem.Solve();
   } catch (const InvalidArgument&) {  // poses or readings beyond what can be solved for
     return std::nullopt;

@@ -63,7 +63,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   Finish(&map);
   LocalMappingReport report;
   const Landmarks left = CullKeyFrames(map, report);
-  KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC);
+  KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC, tracked.submap);
   keyframe.motion = std::move(motion);
   report.keyframe = newest_ = keyframe.id;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
@@ -78,7 +78,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   CreatePoints(keyframe, map, report);
   CreateLines(keyframe, map, report);
   RefreshPoints(keyframe.id, map);
-  if (map.num_keyframes() > 1) {
+  if (map.NumKeyFramesOf(tracked.submap) > 1) {
     AdjustAround(keyframe.id, map);
     if (!options_.background) report.bundle = Finish(&map).value_or(BundleAdjustmentReport());
   }
@@ -229,19 +229,17 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
 }
 
 void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
-  // The first keyframe is the origin of the world: it holds others in place and never moves.
-  constexpr KeyFrameId kOrigin = 0;
   // With an IMU the keyframes just before come first: it ties them even where they share no view.
   constexpr std::size_t kChain = 5;
   std::vector<KeyFrameId> free{id};
   for (const KeyFrame* k = map.keyframe(id); free.size() < kChain && k->motion;) {
     k = map.keyframe(k->motion->previous);
-    if (k == nullptr || k->id == kOrigin) break;
+    if (k == nullptr || map.IsOrigin(k->id)) break;
     free.push_back(k->id);
   }
   for (const auto& [neighbour, shared] : map.Covisible(id, 15)) {
     if (static_cast<int>(free.size()) == options_.adjusted_keyframes) break;
-    if (neighbour != kOrigin && std::find(free.begin(), free.end(), neighbour) == free.end()) {
+    if (!map.IsOrigin(neighbour) && std::find(free.begin(), free.end(), neighbour) == free.end()) {
       free.push_back(neighbour);
     }
   }
@@ -275,7 +273,7 @@ LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& 
   const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(options_.motion_span);
   for (const auto& [id, shared] : neighbours) {
     KeyFrame& keyframe = *map.keyframe(id);
-    if (id == 0 || !IsRedundant(keyframe, map)) continue;
+    if (map.IsOrigin(id) || !IsRedundant(keyframe, map)) continue;
     if (LeavesGap(keyframe, map.Successor(id), options_.max_motion_gap)) {
       if (keyframe.frame.stamp >= recent) continue;
       keyframe.motion->previous = kNoId;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -56,6 +59,55 @@ void HoldGravity(PoseGraph* graph) {
   }
 }
 
+// The older keyframe with which a submap shares most landmarks, and the keyframe of the submap; the
+// nearest two where they share none. first: the submap's first keyframe.
+std::pair<std::size_t, std::size_t> Seam(const Map& map, std::size_t first,
+                                         const KeyFrameGraph& graph) {
+  const SubmapId submap = map.keyframe(graph.keyframes[first])->submap;
+  std::pair<std::size_t, std::size_t> seam{first - 1, first};
+  int most = 0;
+  double nearest = std::numeric_limits<double>::max();
+  for (std::size_t j = first; j < graph.keyframes.size(); ++j) {
+    const KeyFrame& keyframe = *map.keyframe(graph.keyframes[j]);
+    if (keyframe.submap != submap) continue;
+    for (const auto& [id, shared] : map.Covisible(keyframe.id, std::max(most, 1))) {
+      if (id >= graph.keyframes[first]) continue;
+      if (shared > most) seam = {static_cast<std::size_t>(graph.NodeOf(id)), j};
+      most = std::max(most, shared);
+    }
+    for (std::size_t i = 0; i < first && most == 0; ++i) {
+      const double distance = (graph.graph.nodes[i].pose.p() - keyframe.T_WC.p()).norm();
+      if (distance >= nearest) continue;
+      nearest = distance;
+      seam = {i, j};
+    }
+  }
+  return seam;
+}
+
+// Edges that tie node i to older ones. before: the one before it in its submap; empty: it begins
+// one.
+void AddPresentEdges(const Map& map, std::size_t i, std::optional<std::size_t> before,
+                     const KeyFrameGraphOptions& options, KeyFrameGraph* result) {
+  PoseGraph& graph = result->graph;
+  const std::size_t first = graph.edges.size();
+  if (before) {
+    graph.edges.push_back(PresentEdge(graph, *before, i, options));
+  } else {
+    const auto [older, newer] = Seam(map, i, *result);
+    graph.edges.push_back(PresentEdge(graph, older, newer, options));
+  }
+  for (const auto& [id, shared] : map.Covisible(result->keyframes[i], options.min_shared)) {
+    if (graph.edges.size() - first > static_cast<std::size_t>(options.neighbours)) break;
+    if (id >= result->keyframes[i] || (before && id == result->keyframes[*before])) continue;
+    graph.edges.push_back(
+        PresentEdge(graph, static_cast<std::size_t>(result->NodeOf(id)), i, options));
+  }
+  // They come of the same landmarks: together they know no more than one of them.
+  const auto count = static_cast<double>(graph.edges.size() - first);
+  for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
+}
+
 }  // namespace
 
 std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
@@ -83,34 +135,32 @@ void KeyFrameGraph::Add(const LoopEdge& loop, const KeyFrameGraphOptions& option
 }
 
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
-                                const KeyFrameGraphOptions& options) {
+                                const KeyFrameGraphOptions& options, SubmapId submap) {
   options.Validate();
-  HIGHWALL_REQUIRE(map.num_keyframes() >= 2, "MakeKeyFrameGraph: less than two keyframes");
   KeyFrameGraph result;
-  result.keyframes = map.keyframe_ids();
+  result.keyframes = map.KeyFramesOf(submap);
+  HIGHWALL_REQUIRE(result.keyframes.size() >= 2, "MakeKeyFrameGraph: less than two keyframes");
   PoseGraph& graph = result.graph;
   for (std::size_t i = 0; i < result.keyframes.size(); ++i) {
     graph.nodes.push_back(
         {static_cast<std::int64_t>(i), map.keyframe(result.keyframes[i])->T_WC, i == 0});
   }
-  for (std::size_t i = 1; i < result.keyframes.size(); ++i) {
-    const std::size_t first = graph.edges.size();
-    graph.edges.push_back(PresentEdge(graph, i - 1, i, options));
-    for (const auto& [id, shared] : map.Covisible(result.keyframes[i], options.min_shared)) {
-      if (graph.edges.size() - first > static_cast<std::size_t>(options.neighbours)) break;
-      if (id >= result.keyframes[i - 1]) continue;
-      graph.edges.push_back(
-          PresentEdge(graph, static_cast<std::size_t>(result.NodeOf(id)), i, options));
-    }
-    // They come of the same landmarks: together they know no more than one of them.
-    const auto count = static_cast<double>(graph.edges.size() - first);
-    for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
+  std::map<SubmapId, std::size_t> newest;  // node of each submap so far
+  for (std::size_t i = 0; i < result.keyframes.size(); ++i) {
+    const KeyFrame& keyframe = *map.keyframe(result.keyframes[i]);
+    const auto [before, begins] = newest.try_emplace(keyframe.submap, i);
+    if (i > 0)
+      AddPresentEdges(map, i, begins ? std::nullopt : std::optional(before->second), options,
+                      &result);
+    before->second = i;
   }
   for (const LoopEdge& loop : loops) {
-    if (map.keyframe(loop.match) == nullptr || map.keyframe(loop.keyframe) == nullptr) continue;
-    result.Add(loop, options);
+    const auto takes_part = [&](KeyFrameId id) {
+      return std::binary_search(result.keyframes.begin(), result.keyframes.end(), id);
+    };
+    if (takes_part(loop.match) && takes_part(loop.keyframe)) result.Add(loop, options);
   }
-  if (options.hold_gravity && map.gravity_W()) HoldGravity(&graph);
+  if (options.hold_gravity && map.gravity_W(submap)) HoldGravity(&graph);
   return result;
 }
 

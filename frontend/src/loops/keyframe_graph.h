@@ -25,11 +25,13 @@ struct KeyFrameGraph {
   void Add(const LoopEdge& loop, const KeyFrameGraphOptions& options);
 };
 
-// Odometry joins each keyframe with the next, covisibility with those it shares most landmarks
-// with, both as the map has them now, sharing the information of one, and trusted; loops join as
-// measured. A loop is left out where one of its keyframes is no more. map: at least two keyframes.
+// Of the keyframes of a submap and all that is joined with it, at least two. Odometry joins each
+// keyframe of a submap with the next, covisibility with those it shares most landmarks with, and a
+// submap with the older ones where they share most; all as the map has them now, sharing the
+// information of one, and trusted. Loops join as measured; one is left out where one of its
+// keyframes is no more, or of another submap.
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
-                                const KeyFrameGraphOptions& options = {});
+                                const KeyFrameGraphOptions& options = {}, SubmapId submap = 0);
 
 // Squared Mahalanobis distance (6 degrees of freedom) between where the graph has loop.keyframe and
 // where the loop says it is, given the drift that the way between them may have gathered. graph: of

@@ -74,13 +74,15 @@ class LoopCloser::Job {
     result.report.message = closed.message;
     result.report.fused_points = static_cast<int>(closed.fusion.points.size());
     result.report.fused_lines = static_cast<int>(closed.fusion.lines.size());
+    result.report.merge = closed.merge;
+    const SubmapId submap = map_.keyframe(loop_.edge.keyframe)->submap;
     if (closed.accepted) {
-      result.correction = {GeometryOf(map_), std::move(closed.fusion), {}};
+      result.correction = {GeometryOf(map_, submap), std::move(closed.fusion), {}, closed.merge};
     }
     Put(std::move(result));
     if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
 
-    BundleAdjuster adjuster(map_, model_, map_.keyframe_ids(), {}, options_.bundle);
+    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap), {}, options_.bundle);
     adjuster.Solve(stop);
     if (stop.stop_requested()) return;
     const BundleAdjustmentReport bundle = adjuster.Write(&map_);
@@ -88,7 +90,7 @@ class LoopCloser::Job {
     result.report.accepted = true;
     result.report.bundle = bundle;
     if (bundle.usable) {
-      result.correction = {GeometryOf(map_), {}, adjuster.outliers()};
+      result.correction = {GeometryOf(map_, submap), {}, adjuster.outliers()};
     }
     Put(std::move(result));
   }
@@ -123,12 +125,24 @@ LoopCloser::~LoopCloser() = default;
 bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
   std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
   // Until the map is corrected, the keyframes that follow see the same loop.
-  if (!options_.enabled || (job_ && job_->IsClosing())) return false;
+  if (!options_.enabled || IsClosing()) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
   Cancel();  // the adjustment after an older loop
   job_ = std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_);
   return true;
+}
+
+std::vector<LoopReport> LoopCloser::TakeRefused() {
+  std::vector<LoopReport> reports;
+  for (RefusedLoop& refused : detector_.TakeRefused()) {
+    reports.push_back({.loop = {.edge = refused.edge}, .message = std::move(refused.reason)});
+  }
+  return reports;
+}
+
+bool LoopCloser::IsClosing() const {
+  return job_ && job_->IsClosing();
 }
 
 bool LoopCloser::HasResult() const {

@@ -30,6 +30,10 @@ class LoopCloser {
 
   // Looks for a loop of a new keyframe of the map and begins to close it. True where one was found.
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe);
+  // What InsertKeyFrame() saw and did not believe, since the last call.
+  std::vector<LoopReport> TakeRefused();
+  // A loop itself, not the adjustment after it, is being closed.
+  bool IsClosing() const;
   // Is anything ready to be applied?
   bool HasResult() const;
   // Applies what is ready to the map; between frames. What moves: MapCorrection. Throws what ended

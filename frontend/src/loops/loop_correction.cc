@@ -1,9 +1,12 @@
 #include "loops/loop_correction.h"
 
 #include <algorithm>
+#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stopwatch.h>
+
+#include "loops/submap_merge.h"
 
 namespace highwall {
 namespace {
@@ -67,6 +70,44 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, const Measureme
   return all;
 }
 
+// Moves keyframes and landmarks to where the pose graph has them with the loop. False where it is
+// refused; message: why, or the solver's words.
+bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
+                    const KeyFrameGraphOptions& graph_options, const LoopCorrectionOptions& options,
+                    Map* map, std::string* message) {
+  KeyFrameGraph graph =
+      MakeKeyFrameGraph(*map, old_loops, graph_options, map->keyframe(loop.edge.keyframe)->submap);
+  const double chi2 = LoopChi2(graph, loop.edge, graph_options);
+  if (!(chi2 <= graph_options.max_loop_chi2)) {
+    *message = "chi2 " + std::to_string(chi2) + " against the drift exceeds " +
+               std::to_string(graph_options.max_loop_chi2);
+    return false;
+  }
+  graph.AllowBias(loop.edge, graph_options);
+  graph.Add(loop.edge, graph_options);
+  PoseGraphOptions solve;
+  solve.robust = options.robust;
+  solve.max_loop_chi2 = graph_options.max_loop_chi2;
+  solve.estimate_variance_factor = false;  // the map closes by itself
+  solve.solver.threads = options.threads;
+  const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
+  *message = summary.message;
+  if (summary.status == SolveStatus::kFailed) return false;
+  const auto rejected = std::find_if(
+      summary.rejected.begin(), summary.rejected.end(),
+      [&](const RejectedLoop& other) { return other.edge == graph.loop_edges.back(); });
+  if (rejected != summary.rejected.end()) {
+    *message = rejected->reason;
+    return false;
+  }
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+    poses.push_back(graph.graph.nodes[i].pose);
+  }
+  MoveKeyFrames(graph.keyframes, poses, map);
+  return true;
+}
+
 }  // namespace
 
 LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
@@ -77,36 +118,14 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   graph_options.Validate();
   LoopCorrectionResult result;
   const Stopwatch watch;
-  KeyFrameGraph graph = MakeKeyFrameGraph(*map, old_loops, graph_options);
-  const double chi2 = LoopChi2(graph, loop.edge, graph_options);
-  if (!(chi2 <= graph_options.max_loop_chi2)) {
-    result.message = "chi2 " + std::to_string(chi2) + " against the drift exceeds " +
-                     std::to_string(graph_options.max_loop_chi2);
+  if (map->RootOf(loop.edge.match) != map->RootOf(loop.edge.keyframe)) {
+    result.merge = PlanMerge(*map, loop.edge, graph_options, &result.message);
+    if (!result.merge) return result;
+    Apply(*result.merge, map);
+  } else if (!SolveKeyFrames(old_loops, loop, graph_options, options, map, &result.message)) {
     return result;
   }
-  graph.AllowBias(loop.edge, graph_options);
-  graph.Add(loop.edge, graph_options);
-  PoseGraphOptions solve;
-  solve.robust = options.robust;
-  solve.max_loop_chi2 = graph_options.max_loop_chi2;
-  solve.estimate_variance_factor = false;  // the map closes by itself
-  solve.solver.threads = options.threads;
-  const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
   result.pose_graph_ms = watch.Milliseconds();
-  result.message = summary.message;
-  if (summary.status == SolveStatus::kFailed) return result;
-  const auto rejected = std::find_if(
-      summary.rejected.begin(), summary.rejected.end(),
-      [&](const RejectedLoop& other) { return other.edge == graph.loop_edges.back(); });
-  if (rejected != summary.rejected.end()) {
-    result.message = rejected->reason;
-    return result;
-  }
-  std::vector<Pose> poses;
-  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
-    poses.push_back(graph.graph.nodes[i].pose);
-  }
-  MoveKeyFrames(graph.keyframes, poses, map);
 
   const Stopwatch fusion_watch;
   const MapMatcher matcher(model);

@@ -73,9 +73,18 @@ LoopDetector::LoopDetector(const MeasurementModel& model, const LoopDetectorOpti
 
 std::optional<Loop> LoopDetector::Detect(const Map& map, KeyFrameId keyframe,
                                          std::span<const LoopEdge> loops) {
+  const Candidates candidates = FindCandidates(map, keyframe);
+  auto merge = DetectMerge(map, keyframe, candidates.merges);
+  auto loop = DetectLoop(map, keyframe, candidates.loops, loops);
+  return merge ? merge : loop;
+}
+
+std::optional<Loop> LoopDetector::DetectLoop(const Map& map, KeyFrameId keyframe,
+                                             std::span<const KeyFrameId> candidates,
+                                             std::span<const LoopEdge> loops) {
   std::vector<Place> places;
   std::vector<KeyFrameId> consistent;
-  for (const KeyFrameId candidate : Candidates(map, keyframe)) {
+  for (const KeyFrameId candidate : candidates) {
     Place place = PlaceOf(map, candidate);
     for (const Place& before : places_) {
       if (Intersect(place.keyframes, before.keyframes)) {
@@ -95,7 +104,44 @@ std::optional<Loop> LoopDetector::Detect(const Map& map, KeyFrameId keyframe,
   return std::nullopt;
 }
 
-std::vector<KeyFrameId> LoopDetector::Candidates(const Map& map, KeyFrameId id) const {
+std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyframe,
+                                              std::span<const KeyFrameId> candidates) {
+  for (const KeyFrameId candidate : candidates) {
+    auto found = FindPlace(map, keyframe, candidate);
+    if (!found) continue;
+    const bool beyond_doubt = found->support >= options_.overwhelming * options_.min_support &&
+                              found->share >= options_.overwhelming * options_.min_found;
+    const bool agreed = Agrees(map, found->loop.edge);
+    if (!beyond_doubt && !agreed) return std::nullopt;  // so far
+    sighting_.reset();
+    return std::move(found->loop);
+  }
+  sighting_.reset();
+  return std::nullopt;
+}
+
+bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
+  const Pose& T_WC = map.keyframe(edge.keyframe)->T_WC;
+  const Pose measured = map.keyframe(edge.match)->T_WC * edge.Z;
+  Sighting now{*map.RootOf(edge.keyframe), *map.RootOf(edge.match), measured * T_WC.Inverse(), 1};
+  if (sighting_ && sighting_->own == now.own && sighting_->other == now.other) {
+    // Both are off by as much as a loop may be.
+    const Pose between = (sighting_->T_other_own * T_WC).Inverse() * measured;
+    const double translation = between.p().norm() / graph_.loop_translation;
+    const double rotation = between.Angle() / graph_.loop_rotation;
+    const double chi2 = 0.5 * (translation * translation + rotation * rotation);
+    if (chi2 <= graph_.max_loop_chi2) {
+      now.keyframes += sighting_->keyframes;
+    } else {
+      Refuse(edge, "chi2 " + std::to_string(chi2) + " against the keyframe before exceeds " +
+                       std::to_string(graph_.max_loop_chi2));
+    }
+  }
+  sighting_ = now;
+  return now.keyframes >= options_.consistency;
+}
+
+LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId id) const {
   const std::vector<PlaceScore> ranking = map.index().Query(*map.keyframe(id)->frame.features);
   // What the map connects with the keyframe, over at most one keyframe between: no loop.
   std::vector<bool> connected(ranking.empty() ? 0 : static_cast<std::size_t>(id) + 1, false);
@@ -117,14 +163,19 @@ std::vector<KeyFrameId> LoopDetector::Candidates(const Map& map, KeyFrameId id) 
     if (near) best_neighbour = std::max(best_neighbour, place.score);
   }
   const double bound = std::max(options_.min_score, options_.score_share * best_neighbour);
-  std::vector<KeyFrameId> candidates;
+  const auto world = map.RootOf(id);
+  Candidates candidates;
   for (const PlaceScore& place : ranking) {
-    if (static_cast<int>(candidates.size()) == options_.candidates || place.score < bound) break;
-    if (place.keyframe < id && !connected[static_cast<std::size_t>(place.keyframe)]) {
-      candidates.push_back(place.keyframe);
-    }
+    if (place.score < bound) break;
+    if (place.keyframe >= id || connected[static_cast<std::size_t>(place.keyframe)]) continue;
+    auto& of = map.RootOf(place.keyframe) == world ? candidates.loops : candidates.merges;
+    if (static_cast<int>(of.size()) < options_.candidates) of.push_back(place.keyframe);
   }
   return candidates;
+}
+
+void LoopDetector::Refuse(const LoopEdge& edge, std::string reason) {
+  refused_.push_back({edge, std::move(reason)});
 }
 
 LoopDetector::Place LoopDetector::PlaceOf(const Map& map, KeyFrameId keyframe) const {
@@ -137,7 +188,21 @@ LoopDetector::Place LoopDetector::PlaceOf(const Map& map, KeyFrameId keyframe) c
 }
 
 std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrameId candidate,
-                                         std::span<const LoopEdge> loops) const {
+                                         std::span<const LoopEdge> loops) {
+  auto found = FindPlace(map, id, candidate);
+  if (!found) return std::nullopt;
+  Loop& loop = found->loop;
+  if (map.RootOf(id) != map.RootOf(candidate)) return std::move(loop);
+  const SubmapId submap = map.keyframe(id)->submap;
+  loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, graph_, submap), loop.edge, graph_);
+  if (loop.chi2 <= graph_.max_loop_chi2) return std::move(loop);
+  Refuse(loop.edge, "chi2 " + std::to_string(loop.chi2) + " against the drift exceeds " +
+                        std::to_string(graph_.max_loop_chi2));
+  return std::nullopt;
+}
+
+std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFrameId id,
+                                                           KeyFrameId candidate) {
   const FrameFeatures& features = *map.keyframe(id)->frame.features;
   auto found = relocalizer_.MatchKeyFrame(features, map, candidate, map.keyframe(candidate)->T_WC);
   if (!found) return std::nullopt;
@@ -161,17 +226,21 @@ std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrame
       Support(points_in_view.size() + own_points.size(), lines_in_view.size() + own_lines.size()));
   found->points.insert(found->points.end(), points.begin(), points.end());
   found->lines.insert(found->lines.end(), lines.begin(), lines.end());
-  if (!Solve(model_, map, features, options_.min_support, &*found)) return std::nullopt;
-  const auto support = static_cast<double>(Support(found->points.size(), found->lines.size()));
-  if (support < options_.min_found * in_view) return std::nullopt;
-
-  Loop loop{{candidate, id, map.keyframe(candidate)->T_WC.Inverse() * found->T_WC},
-            std::move(found->points),
-            std::move(found->lines),
-            0.0};
-  loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, graph_), loop.edge, graph_);
-  if (!(loop.chi2 <= graph_.max_loop_chi2)) return std::nullopt;
-  return loop;
+  const auto edge = [&] {
+    return LoopEdge{candidate, id, map.keyframe(candidate)->T_WC.Inverse() * found->T_WC};
+  };
+  if (!Solve(model_, map, features, options_.min_support, &*found)) {
+    Refuse(edge(), "support of less than " + std::to_string(options_.min_support));
+    return std::nullopt;
+  }
+  const int support = static_cast<int>(Support(found->points.size(), found->lines.size()));
+  const double share = support / in_view;
+  if (support < options_.min_found * in_view) {
+    Refuse(edge(), "share of the landmarks in view that it finds, " + std::to_string(share) +
+                       ", is below " + std::to_string(options_.min_found));
+    return std::nullopt;
+  }
+  return Found{{edge(), std::move(found->points), std::move(found->lines), 0.0}, support, share};
 }
 
 }  // namespace highwall

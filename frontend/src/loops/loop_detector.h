@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,12 +17,21 @@
 
 namespace highwall {
 
+// A loop that was seen and not believed.
+struct RefusedLoop {
+  LoopEdge edge;
+  std::string reason;  // the test that refused it, with its figure
+};
+
 // Finds loops, a keyframe at a time. A candidate must look alike, points and lines voting; must not
 // be connected with the keyframe by the map; must be named by several keyframes in a row (a place
 // is a keyframe with those that share its landmarks); must give a pose by RANSAC, refined on points
 // and lines, that explains the landmarks of the place by projection; and that pose must lie within
 // the drift that the way between may have gathered. (The chain of checks is that of Mur-Artal,
 // Montiel, Tardos, IEEE T-RO 2015, section VII; the gate is ours.)
+//
+// Between submaps that are not joined there is no drift to judge by: there several keyframes in a
+// row must tell the same transform between them, or one beyond doubt.
 class LoopDetector {
  public:
   // model: must outlive the detector. graph: the drift that is thought possible.
@@ -33,7 +43,10 @@ class LoopDetector {
 
   // Against one candidate (live), appearance and time aside.
   std::optional<Loop> Verify(const Map& map, KeyFrameId keyframe, KeyFrameId candidate,
-                             std::span<const LoopEdge> loops) const;
+                             std::span<const LoopEdge> loops);
+
+  // What Detect() and Verify() have refused since the last call, after a pose was found.
+  std::vector<RefusedLoop> TakeRefused() { return std::exchange(refused_, {}); }
 
  private:
   // Keyframes that share landmarks, ascending, and how many queries in a row have named them.
@@ -41,8 +54,34 @@ class LoopDetector {
     std::vector<KeyFrameId> keyframes;
     int votes = 0;
   };
-  std::vector<KeyFrameId> Candidates(const Map& map, KeyFrameId keyframe) const;
+  // Where one submap is in the world of another, as keyframes in a row have told.
+  struct Sighting {
+    SubmapId own = kNoId, other = kNoId;  // roots
+    Pose T_other_own;
+    int keyframes = 0;
+  };
+  struct Candidates {
+    std::vector<KeyFrameId> loops;   // of the keyframe's world
+    std::vector<KeyFrameId> merges;  // of others
+  };
+  // A keyframe as it was found in a place, and the share of the place's landmarks in view.
+  struct Found {
+    Loop loop;
+    int support = 0;
+    double share = 0.0;
+  };
+
+  Candidates FindCandidates(const Map& map, KeyFrameId keyframe) const;
+  std::optional<Loop> DetectLoop(const Map& map, KeyFrameId keyframe,
+                                 std::span<const KeyFrameId> candidates,
+                                 std::span<const LoopEdge> loops);
+  std::optional<Loop> DetectMerge(const Map& map, KeyFrameId keyframe,
+                                  std::span<const KeyFrameId> candidates);
+  // Whether it tells of the transform that keyframes in a row have told; remembers it.
+  bool Agrees(const Map& map, const LoopEdge& edge);
+  std::optional<Found> FindPlace(const Map& map, KeyFrameId keyframe, KeyFrameId candidate);
   Place PlaceOf(const Map& map, KeyFrameId keyframe) const;
+  void Refuse(const LoopEdge& edge, std::string reason);
 
   const MeasurementModel& model_;
   LoopDetectorOptions options_;
@@ -50,6 +89,8 @@ class LoopDetector {
   Relocalizer relocalizer_;
   MapMatcher matcher_;
   std::vector<Place> places_;  // that the last keyframe named
+  std::optional<Sighting> sighting_;
+  std::vector<RefusedLoop> refused_;
 };
 
 }  // namespace highwall

@@ -26,10 +26,12 @@ const Value* At(const std::unordered_map<std::int32_t, Value>& values, std::int3
 class Moves {
  public:
   Moves(const MapCorrection& correction, const Map& map) {
-    Pose D;
+    std::unordered_map<SubmapId, Pose> newest;
     for (const KeyFrameId id : map.keyframe_ids()) {
+      const KeyFrame& keyframe = *map.keyframe(id);
+      Pose& D = newest[map.Root(keyframe.submap)];
       const Pose* after = At(correction.after.keyframes, id);
-      if (after) D = *after * map.keyframe(id)->T_WC.Inverse();
+      if (after) D = *after * keyframe.T_WC.Inverse();
       moves_.emplace(id, D);
     }
   }
@@ -55,14 +57,17 @@ bool Fits(const MeasurementModel& model, const PointFeature& feature, const Pose
 
 }  // namespace
 
-MapGeometry GeometryOf(const Map& map) {
-  return {ById<Pose>(map.keyframe_ids(), [&](auto id) { return map.keyframe(id)->T_WC; }),
-          ById<Eigen::Vector3d>(map.point_ids(), [&](auto id) { return map.point(id)->p_W; }),
-          ById<Segment3>(map.line_ids(), [&](auto id) { return map.line(id)->segment_W; })};
+MapGeometry GeometryOf(const Map& map, SubmapId submap) {
+  const std::vector<KeyFrameId> keyframes = map.KeyFramesOf(submap);
+  return {ById<Pose>(keyframes, [&](auto id) { return map.keyframe(id)->T_WC; }),
+          ById<Eigen::Vector3d>(PointsSeenBy(map, keyframes, {}),
+                                [&](auto id) { return map.point(id)->p_W; }),
+          ById<Segment3>(LinesSeenBy(map, keyframes, {}),
+                         [&](auto id) { return map.line(id)->segment_W; })};
 }
 
 void Apply(const MapCorrection& correction, Map* map) {
-  const auto& [after, fusion, outliers] = correction;
+  const auto& [after, fusion, outliers, merge] = correction;
   const Moves moves(correction, *map);
   for (const PointId id : map->point_ids()) {
     MapPoint& point = *map->point(id);
@@ -82,6 +87,7 @@ void Apply(const MapCorrection& correction, Map* map) {
     T_WC = moves[id] * T_WC;
     if (auto& motion = map->keyframe(id)->motion) motion->v_WB = moves[id].q() * motion->v_WB;
   }
+  if (merge) map->Join(merge->root, merge->other);
   Apply(fusion, map);
   Forget(outliers, map);
 }

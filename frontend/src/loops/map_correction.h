@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -9,6 +10,7 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
+#include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
@@ -23,7 +25,8 @@ struct MapGeometry {
   std::unordered_map<PointId, Eigen::Vector3d> points;  // p_W [m]
   std::unordered_map<LineId, Segment3> lines;           // [m]
 };
-MapGeometry GeometryOf(const Map& map);
+// Of a submap and all that is joined with it.
+MapGeometry GeometryOf(const Map& map, SubmapId submap = 0);
 
 // Which landmarks turned out to be one, and what keyframes observe besides.
 struct MapFusion {
@@ -42,12 +45,13 @@ struct MapCorrection {
   MapGeometry after;
   MapFusion fusion;
   OutlierObservations outliers;
+  std::optional<SubmapMerge> merge{};  // that the map is still to be told of
 };
 
-// Puts what the map still has where the copy has it; newer keyframes move with the newest that is
-// older than them, other landmarks with the first keyframe that observes them. Then fuses, and
-// forgets outliers. What a local adjustment moved since the copy was made does not add to that: it
-// and the copy may have moved by the same error.
+// Puts what the map still has where the copy has it; newer keyframes move with the newest of their
+// submap that is older than them, other landmarks with the first keyframe that observes them. Then
+// fuses, and forgets outliers. What a local adjustment moved since the copy was made does not add
+// to that: it and the copy may have moved by the same error.
 void Apply(const MapCorrection& correction, Map* map);
 
 // Merges and adds observations; what is no more is passed over.

@@ -31,6 +31,7 @@ void LoopDetectorOptions::Validate() const {
   RequireAtLeast(min_support, 6, "LoopDetectorOptions::min_support");
   HIGHWALL_REQUIRE(min_found >= 0.0 && min_found <= 1.0,
                    "LoopDetectorOptions::min_found must be in [0, 1]");
+  HIGHWALL_REQUIRE(overwhelming >= 1.0, "LoopDetectorOptions::overwhelming must be at least 1");
 }
 
 void LoopCorrectionOptions::Validate() const {

@@ -107,12 +107,17 @@ Map Map::Clone() const {
   clone.points_ = points_;
   clone.lines_ = lines_;
   clone.removed_ = removed_;
-  clone.gravity_W_ = gravity_W_;
+  clone.submaps_ = submaps_;
   return clone;
 }
 
-KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC) {
+KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap_id) {
+  (void)submap(submap_id);  // there is one
   KeyFrame& keyframe = keyframes_.Add();
+  keyframe.submap = submap_id;
+  Submap& made_in = submaps_[static_cast<std::size_t>(submap_id)];
+  if (made_in.first == kNoId) made_in.first = keyframe.id;
+  ++made_in.keyframes;
   keyframe.frame = frame;
   keyframe.T_WC = T_WC;
   keyframe.points.assign(frame.features->points.size(), kNoId);
@@ -246,6 +251,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
   }
   removed_[id] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
   index_.Remove(id, *kf->frame.features);
+  --submaps_[static_cast<std::size_t>(kf->submap)].keyframes;
   keyframes_.Remove(id);
 }
 
@@ -259,29 +265,29 @@ KeyFrame* Map::Successor(KeyFrameId id) {
   return nullptr;
 }
 
-Pose Map::ResolvePose(KeyFrameId id) const {
-  Pose T;
-  while (keyframe(id) == nullptr) {
+const KeyFrame* Map::Resolve(KeyFrameId id, Pose* T) const {
+  const KeyFrame* live = keyframe(id);
+  while (live == nullptr) {
     const auto removed = removed_.find(id);
-    HIGHWALL_REQUIRE(removed != removed_.end(), "Map::ResolvePose: no such keyframe");
-    T = removed->second.T_parent * T;
+    if (removed == removed_.end()) return nullptr;
+    *T = removed->second.T_parent * *T;
     id = removed->second.parent;
+    live = keyframe(id);
   }
-  return keyframe(id)->T_WC * T;
+  return live;
 }
 
-void Map::Transform(const Pose& T_new_old) {
-  const Eigen::Quaterniond q = T_new_old.q();
-  for (auto& [id, keyframe] : keyframes_) {
-    keyframe.T_WC = T_new_old * keyframe.T_WC;
-    if (keyframe.motion) keyframe.motion->v_WB = q * keyframe.motion->v_WB;
-  }
-  for (auto& [id, point] : points_) {
-    point.p_W = T_new_old * point.p_W;
-    point.normal_W = q * point.normal_W;
-  }
-  for (auto& [id, line] : lines_) line.segment_W = T_new_old * line.segment_W;
-  if (gravity_W_) gravity_W_ = q * *gravity_W_;
+Pose Map::ResolvePose(KeyFrameId id) const {
+  Pose T;
+  const KeyFrame* const live = Resolve(id, &T);
+  HIGHWALL_REQUIRE(live != nullptr, "Map::ResolvePose: no such keyframe");
+  return live->T_WC * T;
+}
+
+std::optional<SubmapId> Map::RootOf(KeyFrameId id) const {
+  Pose T;
+  const KeyFrame* const live = Resolve(id, &T);
+  return live != nullptr ? std::optional(Root(live->submap)) : std::nullopt;
 }
 
 void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {

@@ -1,6 +1,13 @@
 #include <highwall/frontend/system/options.h>
 
+#include <highwall/core/require.h>
+
 namespace highwall {
+
+void SubmapOptions::Validate() const {
+  RequireNotNegative(patience, "SubmapOptions::patience");
+  RequireAtLeast(min_keyframes, 1, "SubmapOptions::min_keyframes");
+}
 
 void SlamOptions::Validate() const {
   frame.Validate();
@@ -10,6 +17,7 @@ void SlamOptions::Validate() const {
   mapper.Validate();
   inertial.Validate();
   loops.Validate();
+  submaps.Validate();
 }
 
 SlamOptions Deterministic(SlamOptions options) {

@@ -21,22 +21,44 @@ void SlamSystem::SetCallbacks(SlamCallbacks callbacks) {
   impl_->SetCallbacks(std::move(callbacks));
 }
 
-ImuSampleStatus SlamSystem::AddImu(const ImuSample& sample) { return impl_->AddImu(sample); }
+ImuSampleStatus SlamSystem::AddImu(const ImuSample& sample) {
+  return impl_->AddImu(sample);
+}
 
-FrameResult SlamSystem::Track(const RgbdImage& image) { return impl_->Track(image); }
+FrameResult SlamSystem::Track(const RgbdImage& image) {
+  return impl_->Track(image);
+}
 
-cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const { return impl_->MovingIn(keyframe); }
+cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const {
+  return impl_->MovingIn(keyframe);
+}
 
-std::vector<LoopReport> SlamSystem::Finish() { return impl_->Finish(); }
+std::vector<LoopReport> SlamSystem::Finish() {
+  return impl_->Finish();
+}
 
-BundleAdjustmentReport SlamSystem::AdjustAll() { return impl_->AdjustAll(); }
+BundleAdjustmentReport SlamSystem::AdjustAll() {
+  return impl_->AdjustAll();
+}
 
-Trajectory SlamSystem::trajectory() const { return impl_->trajectory(); }
+Trajectory SlamSystem::trajectory() const {
+  return impl_->trajectory();
+}
 
-Trajectory SlamSystem::keyframe_trajectory() const { return impl_->keyframe_trajectory(); }
+std::vector<SubmapTrajectory> SlamSystem::submaps() const {
+  return impl_->submaps();
+}
 
-const Map& SlamSystem::map() const { return impl_->map(); }
+Trajectory SlamSystem::keyframe_trajectory() const {
+  return impl_->keyframe_trajectory();
+}
 
-const InertialOdometry* SlamSystem::inertial() const { return impl_->inertial(); }
+const Map& SlamSystem::map() const {
+  return impl_->map();
+}
+
+const InertialOdometry* SlamSystem::inertial() const {
+  return impl_->inertial();
+}
 
 }  // namespace highwall

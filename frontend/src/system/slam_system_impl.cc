@@ -1,6 +1,8 @@
 #include "system/slam_system_impl.h"
 
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -30,7 +32,10 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
   const auto ids = map_.keyframe_ids();
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
-  if (!ids.empty()) first_own_keyframe_ = ids.back() + 1;
+  if (!ids.empty()) {
+    first_own_keyframe_ = ids.back() + 1;
+    submap_keyframes_ = options_.submaps.min_keyframes;  // as old as need be
+  }
 }
 
 ImuSampleStatus SlamSystem::Impl::AddImu(const ImuSample& sample) {
@@ -78,12 +83,9 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   std::optional<KnownPose> predicted;
   if (inertial_) predicted = inertial_->Predict(frame.stamp);
   TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
-  if (tracked.state == TrackingState::kInitializing) {
-    if (policy_.CanStart(*frame.features)) {
-      tracked.state = TrackingState::kTracking;
-      tracked.T_WC = FirstPose(frame.stamp);
-    }
-  } else if (inertial_) {
+  ChooseSubmap(tracked);
+  const bool starts = submap_keyframes_ == 0;
+  if (inertial_ && !starts) {
     Fuse(tracked, result);
     // What is being adjusted is a map that stood otherwise.
     if (result.inertial->T_level) {
@@ -91,6 +93,8 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
       loop_closer_.Cancel();
     }
   }
+  if (!HasPose(tracked.state) && CanBegin(tracked)) BeginSubmap(tracked, result);
+  if (HasPose(tracked.state)) posed_ = frame.stamp;
   result.times.tracking = watch.Milliseconds();
   return tracked;
 }
@@ -99,6 +103,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
   result.T_WC = tracked.T_WC;
+  if (HasPose(tracked.state)) result.submap = map_.Root(submap_);
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
   result.open_directions = tracked.open;
@@ -111,6 +116,7 @@ void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image)
   if (callbacks_.on_keyframe && result.mapping) {
     callbacks_.on_keyframe(*map_.keyframe(result.mapping->keyframe), image);
   }
+  if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
   Notify(result.loops);
   if (callbacks_.on_map && result.inertial && result.inertial->T_level) callbacks_.on_map(map_);
   if (callbacks_.on_frame) callbacks_.on_frame(result);
@@ -120,6 +126,7 @@ void SlamSystem::Impl::Notify(const std::vector<LoopReport>& loops) const {
   bool moved = false;
   for (const LoopReport& report : loops) {
     if (callbacks_.on_loop) callbacks_.on_loop(report);
+    if (callbacks_.on_merge && report.merge && report.accepted) callbacks_.on_merge(report);
     moved |= report.accepted && (!report.bundle || report.bundle->usable);
   }
   if (callbacks_.on_map && moved) callbacks_.on_map(map_);
@@ -166,10 +173,10 @@ void SlamSystem::Impl::Fuse(TrackedFrame& tracked, FrameResult& result) {
   }
   result.inertial = inertial_->Update(observation);
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {
-    map_.Transform(*T_level);
+    map_.Transform(*T_level, submap_);
     tracker_.Transform(*T_level);
   }
-  map_.SetGravity(inertial_->gravity_W());
+  if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
   if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
     if (tracked.state == TrackingState::kLost) {
       tracked.state = TrackingState::kInertial;
@@ -182,7 +189,7 @@ void SlamSystem::Impl::Fuse(TrackedFrame& tracked, FrameResult& result) {
 
 bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
   if (tracked.state == TrackingState::kTracking) {
-    if (map_.num_keyframes() == 0) return true;  // the first
+    if (submap_keyframes_ == 0) return true;  // the first
     return policy_.Wants(tracked, map_, last_keyframe_index_);
   }
   // Carried into a new place by the IMU alone: map from here.
@@ -218,6 +225,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
   tracked.state = TrackingState::kTracking;
+  ++submap_keyframes_;
   result.mapping =
       mapper_.InsertKeyFrame(tracked, map_, MotionSince(map_.keyframe(last_keyframe_)));
   if (result.mapping->bundle.usable) result.adjustment = result.mapping->bundle;
@@ -238,6 +246,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
     ApplyResults(result);
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
+  for (LoopReport& refused : loop_closer_.TakeRefused()) result.loops.push_back(std::move(refused));
   result.times.loops += watch.Milliseconds();
 }
 
@@ -285,28 +294,46 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
   HIGHWALL_REQUIRE(!options_.localize_only,
                    "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
   BundleAdjustmentReport report;
-  WithTracker(
-      [&] { report = AdjustBundle(map_, model_, map_.keyframe_ids(), {}, options_.loops.bundle); });
+  WithTracker([&] {
+    for (const SubmapId root : map_.roots()) {
+      const BundleAdjustmentReport adjusted =
+          AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle);
+      if (root == map_.Root(submap_)) report = adjusted;
+    }
+  });
   if (callbacks_.on_map && report.usable) callbacks_.on_map(map_);
   return report;
 }
 
 Trajectory SlamSystem::Impl::trajectory() const {
-  Trajectory trajectory;
-  trajectory.reserve(tracked_.size());
-  for (const Tracked& t : tracked_) {
-    trajectory.push_back({t.stamp, t.pose.T_WC(map_)});
-  }
-  return trajectory;
+  std::vector<SubmapTrajectory> all = submaps();
+  return all.empty() ? Trajectory() : std::move(all.front().frames);
 }
 
 Trajectory SlamSystem::Impl::keyframe_trajectory() const {
   Trajectory trajectory;
-  for (const KeyFrameId id : map_.keyframe_ids()) {
+  const std::vector<SubmapTrajectory> all = submaps();
+  if (all.empty()) return trajectory;
+  for (const KeyFrameId id : map_.KeyFramesOf(all.front().submap)) {
     if (id < first_own_keyframe_) continue;
     trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
   }
   return trajectory;
+}
+
+std::vector<SubmapTrajectory> SlamSystem::Impl::submaps() const {
+  std::map<SubmapId, SubmapTrajectory> by_root;
+  for (const Tracked& t : tracked_) {
+    const SubmapId root = *map_.RootOf(t.pose.reference);
+    const auto [found, is_new] =
+        by_root.try_emplace(root, SubmapTrajectory{root, map_.NumKeyFramesOf(root), {}});
+    found->second.frames.push_back({t.stamp, t.pose.T_WC(map_)});
+  }
+  std::vector<SubmapTrajectory> submaps;
+  for (auto& [root, submap] : by_root) submaps.push_back(std::move(submap));
+  std::ranges::stable_sort(submaps, std::greater(),
+                           [](const SubmapTrajectory& s) { return s.frames.size(); });
+  return submaps;
 }
 
 }  // namespace highwall

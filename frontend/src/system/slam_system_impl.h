@@ -33,6 +33,7 @@ class SlamSystem::Impl {
   BundleAdjustmentReport AdjustAll();
   Trajectory trajectory() const;
   Trajectory keyframe_trajectory() const;
+  std::vector<SubmapTrajectory> submaps() const;
   const Map& map() const { return map_; }
   const InertialOdometry* inertial() const { return inertial_ ? &*inertial_ : nullptr; }
 
@@ -46,6 +47,13 @@ class SlamSystem::Impl {
   Frame Extract(const RgbdImage& image, FrameResult& result);
   // The pose: by the images, and with the IMU where there is one. Starts a map where there is none.
   TrackedFrame Estimate(const Frame& frame, FrameResult& result);
+  // In which submap the frame was tracked; one that it has left young is dropped.
+  void ChooseSubmap(TrackedFrame& tracked);
+  // Whether a frame without a pose may begin a submap: the first that can, after some patience.
+  bool CanBegin(const TrackedFrame& tracked);
+  void BeginSubmap(TrackedFrame& tracked, FrameResult& result);
+  // Drops the submap if it is not worth keeping, now that it is left.
+  void LeaveSubmap();
   void Report(const TrackedFrame& tracked, FrameResult& result);
 
   // Cells that move as pixels, their border included; empty where there are none.
@@ -77,6 +85,10 @@ class SlamSystem::Impl {
   SlamCallbacks callbacks_;
   std::vector<Tracked> tracked_;
   std::optional<Stamp> last_stamp_;
+  SubmapId submap_ = 0;                // that keyframes join now
+  Stamp submap_begin_ = 0;             // the stamp of its first frame
+  int submap_keyframes_ = 0;           // made in it
+  std::optional<Stamp> posed_;         // the last frame with a pose; until there is one, the first
   KeyFrameId first_own_keyframe_ = 0;  // those before came with the map
   std::int64_t next_index_ = 0;
   std::int64_t last_keyframe_index_ = 0;

@@ -33,7 +33,7 @@ bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map,
 
   // Landmarks that only the reference itself has seen are on probation and do not count.
   const KeyFrame& reference = *map.keyframe(tracked.reference);
-  const int enough = map.num_keyframes() > 2 ? 2 : 1;
+  const int enough = map.NumKeyFramesOf(tracked.submap) > 2 ? 2 : 1;
   const auto established = [&](const auto* landmark) {
     return landmark != nullptr && static_cast<int>(landmark->observations.size()) >= enough;
   };

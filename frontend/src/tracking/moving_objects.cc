@@ -350,11 +350,12 @@ MovingObjects::MovingObjects(const PinholeCamera& camera, const DepthNoise& nois
 }
 
 cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map,
-                            const SurfaceTest& moved) const {
+                            SubmapId submap, const SurfaceTest& moved) const {
   if (!options_.enabled || depth.empty()) return {};
   std::vector<PosedDepth> references;
   for (const Remembered& remembered : recent_) {
     if (remembered.view.stamp == stamp) continue;
+    if (map.RootOf(remembered.pose.reference) != map.Root(submap)) continue;
     references.push_back(remembered.view);
     references.back().T_WC = remembered.pose.T_WC(map);
   }

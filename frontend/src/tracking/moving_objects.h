@@ -64,9 +64,10 @@ class MovingObjects {
 
   const DepthGrid& grid() const { return grid_; }
 
-  // The cells of a frame that move, as FindMoving; depth: its grid, empty where it has none. The
-  // frame itself may be among those remembered. moved: of its landmarks, where they are known.
-  cv::Mat Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map,
+  // The cells of a frame that move, as FindMoving; depth: its grid, empty where it has none;
+  // submap: whose world T_WC is in. The frame itself may be among those remembered. moved: of its
+  // landmarks, where they are known.
+  cv::Mat Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map, SubmapId submap,
                const SurfaceTest& moved = {}) const;
   // Remembers a frame, for the next one and, where the last such is old enough, for longer.
   // reference: a keyframe of the map, which the pose follows; moving: what Find found in it.

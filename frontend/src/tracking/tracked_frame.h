@@ -20,6 +20,7 @@ struct TrackedFrame {
   bool relocalized = false;      // found again in this frame
   Pose T_WC;                     // meaningful where HasPose(state)
   KeyFrameId reference = kNoId;  // the keyframe that shares most landmarks
+  SubmapId submap = 0;           // that a keyframe made of it joins
   std::vector<PointId> points;   // per point feature, kNoId where unmatched; inliers only
   std::vector<LineId> lines;     // per line feature
   // The same as they were matched, outliers included.

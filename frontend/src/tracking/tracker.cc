@@ -52,6 +52,20 @@ int Support(const TrackedFrame& tracked) {
   return Support(tracked.points, tracked.lines);
 }
 
+// Whose landmarks it was matched with, one at least.
+SubmapId SubmapOf(const TrackedFrame& tracked, const Map& map) {
+  const auto seen_by = [&](const auto* landmark) {
+    return map.keyframe(landmark->observations.front().keyframe)->submap;
+  };
+  for (const PointId id : tracked.points) {
+    if (const MapPoint* point = map.point(id)) return seen_by(point);
+  }
+  for (const LineId id : tracked.lines) {
+    if (const MapLine* line = map.line(id)) return seen_by(line);
+  }
+  return 0;
+}
+
 std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
   std::vector<bool> taken(landmarks.size());
   std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
@@ -159,8 +173,11 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
 }
 
 void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
-  // The first keyframe was not tracked: all it holds is what the next frame should find.
-  if (!last_) last_support_ = Support(keyframe.points, keyframe.lines);
+  if (!last_) {
+    // The first keyframe was not tracked: all it holds is what the next frame should find.
+    last_support_ = Support(keyframe.points, keyframe.lines);
+    velocity_.Reset();
+  }
   last_ = tracked;
   last_->T_WC = keyframe.T_WC;
   last_->points = keyframe.points;
@@ -259,7 +276,7 @@ bool Tracker::HasMoved(const TrackedFrame& rough, const Map& map, const DepthSur
 void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
   const FrameFeatures& features = *rough.frame.features;
   rough.moving =
-      moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map,
+      moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map, SubmapOf(rough, map),
                    [&](const DepthSurfaces& surfaces, int surface, const cv::Mat& moving) {
                      return HasMoved(rough, map, surfaces, surface, moving);
                    });
@@ -285,8 +302,8 @@ void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
 }
 
 cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
-  return moving_.Find(keyframe.frame.stamp, keyframe.frame.features->depth_grid, keyframe.T_WC,
-                      map);
+  return moving_.Find(keyframe.frame.stamp, keyframe.frame.features->depth_grid, keyframe.T_WC, map,
+                      keyframe.submap);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,

@@ -37,6 +37,8 @@ class Tracker {
   // Tells the tracker that `tracked` became the keyframe: its landmarks, new ones included, are
   // the ones the next frame is matched to, from its pose after the adjustment.
   void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
+  // The frames so far are of another world than those that follow.
+  void Forget() { last_.reset(); }
   // The pose of the last frame as it was found in the end.
   void Correct(const Pose& T_WC);
   // The keyframe that the last tracked frame shares most landmarks with; empty when lost.

@@ -60,6 +60,10 @@ class InertialOdometry {
   // The map was moved, T_new_old in W, where the camera is now.
   void MoveMap(const Pose& T_new_old);
 
+  // The map goes on in another world W: gravity and velocity are to be found anew. Readings, time
+  // offset and what was given up are kept.
+  void Restart();
+
   // The latest image's state in W; empty unless running or dead reckoning.
   std::optional<InertialEstimate> estimate() const;
   std::optional<Pose> T_WC() const;

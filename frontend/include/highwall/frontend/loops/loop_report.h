@@ -18,21 +18,31 @@ struct LoopEdge {
   Pose Z;                       // measured T_match_keyframe
 };
 
+// Two submaps that were found to show one place.
+struct SubmapMerge {
+  SubmapId root = kNoId;   // that both are named by from now on
+  SubmapId other = kNoId;  // root of the younger until now
+  SubmapId moved = kNoId;  // the one of the two whose world frame is given up
+  Pose T_new_old;          // from that to the one that stays
+};
+
 // A place seen again.
 struct Loop {
   LoopEdge edge;
-  std::vector<std::pair<int, PointId>> points;  // feature of edge.keyframe -> landmark of old
-  std::vector<std::pair<int, LineId>> lines;
-  double chi2 = 0.0;  // of the correction against the drift that is thought possible
+  std::vector<std::pair<int, PointId>> points{};  // feature of edge.keyframe -> landmark of old
+  std::vector<std::pair<int, LineId>> lines{};
+  double chi2 = 0.0;  // of the correction against the drift that is thought possible; 0 of a merge
 };
 
 // What became of a loop, or of the adjustment after one.
 struct LoopReport {
   Loop loop;
-  bool accepted = false;  // false: the pose graph called it false; nothing was moved
-  std::string message;    // the solver's words
+  bool accepted = false;  // false: it was found false; nothing was moved
+  std::string message{};  // the solver's words, or the test that refused it with its figure
+  // Where the loop joined two submaps, in its first report.
+  std::optional<SubmapMerge> merge{};
   // Present when the adjustment is done, in a report of its own.
-  std::optional<BundleAdjustmentReport> bundle;
+  std::optional<BundleAdjustmentReport> bundle{};
   int fused_points = 0, fused_lines = 0;
   double seconds = 0.0;  // from the detection of the loop to the result
 };

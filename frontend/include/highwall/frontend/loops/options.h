@@ -41,6 +41,9 @@ struct LoopDetectorOptions {
   int place_keyframes = 10;  // >= 0: neighbours of the candidate whose landmarks are searched
   int min_support = 50;      // >= 6: inlier points plus twice the lines, after that search
   double min_found = 0.25;   // [0, 1]: their share of the landmarks in view
+  // >= 1: between submaps one keyframe tells enough that has so many times that support and share;
+  // of less, `consistency` keyframes in a row must tell the same transform.
+  double overwhelming = 2.0;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

@@ -67,6 +67,7 @@ struct KeyFrameMotion {
 
 struct KeyFrame {
   KeyFrameId id = kNoId;
+  SubmapId submap = 0;  // that it was made in
   Frame frame;
   Pose T_WC;
   std::optional<KeyFrameMotion> motion;  // with an IMU that is initialized
@@ -76,13 +77,19 @@ struct KeyFrame {
 
 // Keyframes, points and lines, owned by id. Ids ascend and are never used again; what was removed
 // answers nullptr. Not thread-safe: its owner guards it.
+//
+// Keyframes are made in submaps: where tracking is lost for good, the next one begins. Each has a
+// world frame of its own until it is found to show a place of another; then both are joined: they
+// share one frame, and are named by the older of them, their root. The first submap, 0, is there
+// from the beginning.
 class Map {
  public:
   // The same keyframes and landmarks under the same ids, features shared, without the index: a copy
   // to adjust and fuse in while this map goes on. No keyframe is to be removed from it.
   Map Clone() const;
 
-  KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC);
+  // submap: one of the map, also one that is joined.
+  KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap = 0);
   MapPoint& AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index);
   MapLine& AddLine(const Segment3& segment_W, std::int64_t frame_index);
 
@@ -122,16 +129,41 @@ class Map {
   // see ResolvePose. The keyframe whose motion follows from its motion is tied to the one before
   // instead. parent: a live keyframe.
   void RemoveKeyFrame(KeyFrameId id, KeyFrameId parent);
-  // The present pose of a keyframe, also of a removed one (through its parent at that time).
+  // The present pose of a keyframe, also of a removed one (through its parent at that time). Throws
+  // InvalidArgument where it never was, or went with its submap.
   Pose ResolvePose(KeyFrameId id) const;
+  // The root of its submap, also of a removed keyframe; empty where ResolvePose throws.
+  std::optional<SubmapId> RootOf(KeyFrameId id) const;
   // The live keyframe whose motion is tied to that of `id`; null where there is none.
   KeyFrame* Successor(KeyFrameId id);
 
+  // Begins a submap, with a world frame of its own.
+  SubmapId AddSubmap();
+  // The submap itself, or the oldest of those that it is joined with. Throws InvalidArgument where
+  // there is no such submap, as do all of these.
+  SubmapId Root(SubmapId submap) const;
+  // Those that are joined with no older one and have keyframes, ascending.
+  std::vector<SubmapId> roots() const;
+  // Live keyframes of the submaps that are joined with `submap`, ascending, and how many.
+  std::vector<KeyFrameId> KeyFramesOf(SubmapId submap) const;
+  std::size_t NumKeyFramesOf(SubmapId submap) const;
+  // The first keyframe of its world frame: it holds the others in place, and is not to be moved by
+  // an adjustment nor removed but with its submap.
+  bool IsOrigin(KeyFrameId id) const;
+  // From now on they share one world frame; the caller has moved one of them into that of the
+  // other (Transform). What was the gravity of the root counts, or where it has none, that of the
+  // other.
+  void Join(SubmapId a, SubmapId b);
+  // With all that is joined with it: keyframes and landmarks.
+  void RemoveSubmap(SubmapId submap);
+
   // Moves everything: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
-  // [m/s^2] in W; empty where no IMU told.
-  const std::optional<Eigen::Vector3d>& gravity_W() const { return gravity_W_; }
-  void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W) { gravity_W_ = gravity_W; }
+  // Moves a submap with all that is joined with it.
+  void Transform(const Pose& T_new_old, SubmapId submap);
+  // [m/s^2] in the world frame of a submap; empty where no IMU told.
+  const std::optional<Eigen::Vector3d>& gravity_W(SubmapId submap = 0) const;
+  void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = 0);
 
   // Descriptor, viewing direction and scale range of a point from its observations.
   void RefreshPoint(PointId id, const PyramidOptions& pyramid);
@@ -147,11 +179,26 @@ class Map {
     KeyFrameId parent = kNoId;
     Pose T_parent;
   };
+  struct Submap {
+    SubmapId root = 0;
+    KeyFrameId first = kNoId;                  // that was made in it
+    std::size_t keyframes = 0;                 // live
+    std::optional<Eigen::Vector3d> gravity_W;  // of a root
+  };
+
+  const Submap& submap(SubmapId id) const;
+  // The live keyframe that a keyframe hangs on, itself where it lives; nullptr where there is none.
+  // T: the transform to it is multiplied from the left.
+  const KeyFrame* Resolve(KeyFrameId id, Pose* T) const;
+  // Those keyframes that `takes` says, and the landmarks that they are the first to see.
+  template <class Takes>
+  void Move(const Pose& T_new_old, const Takes& takes);
+
   IdTable<KeyFrame> keyframes_;
   IdTable<MapPoint> points_;
   IdTable<MapLine> lines_;
   std::unordered_map<KeyFrameId, Removed> removed_;
-  std::optional<Eigen::Vector3d> gravity_W_;
+  std::vector<Submap> submaps_ = std::vector<Submap>(1);
   KeyFrameIndex index_;
 };
 

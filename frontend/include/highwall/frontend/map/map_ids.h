@@ -8,6 +8,8 @@ namespace highwall {
 using KeyFrameId = std::int32_t;
 using PointId = std::int32_t;
 using LineId = std::int32_t;
+// A run of keyframes that odometry ties one to the next (Map).
+using SubmapId = std::int32_t;
 inline constexpr std::int32_t kNoId = -1;
 
 }  // namespace highwall

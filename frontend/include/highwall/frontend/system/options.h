@@ -9,6 +9,19 @@
 
 namespace highwall {
 
+// When the map goes on in a new submap (Map).
+struct SubmapOptions {
+  bool enabled = true;
+  // [s] >= 0: without a pose, before the next frame that can begins a submap; a submap that did not
+  // live so long is given up as fast.
+  double patience = 0.3;
+  // >= 1: a submap that is lost with fewer keyframes than that, and joined with no other, is
+  // dropped: it began in blur.
+  int min_keyframes = 5;
+
+  void Validate() const;
+};
+
 struct SlamOptions {
   FrameBuilderOptions frame{};
   MeasurementOptions measurement{};
@@ -17,6 +30,7 @@ struct SlamOptions {
   LocalMapperOptions mapper{};
   InertialOptions inertial{};  // where there is an IMU
   LoopCloserOptions loops{};
+  SubmapOptions submaps{};
   // The map that is given stays as it is, but for how often its landmarks were looked for and
   // found: frames find their pose in it, none becomes a keyframe. Images alone, without an IMU.
   bool localize_only = false;

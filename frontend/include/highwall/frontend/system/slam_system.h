@@ -39,8 +39,10 @@ struct FrameResult {
   Stamp stamp = 0;
   TrackingState state = TrackingState::kLost;
   bool relocalized = false;
-  Pose T_WC;                  // causal estimate; meaningful where HasPose(state)
-  int points = 0, lines = 0;  // features extracted
+  Pose T_WC;                   // causal estimate; meaningful where HasPose(state)
+  SubmapId submap = kNoId;     // in whose world (Map::Root); kNoId without a pose
+  bool begins_submap = false;  // the map goes on in a new one, from this frame
+  int points = 0, lines = 0;   // features extracted
   int matched_points = 0, matched_lines = 0;
   // Directions of the pose that these leave open, the most open one first.
   std::vector<OpenDirection> open_directions;
@@ -63,11 +65,23 @@ struct SlamCallbacks {
   std::function<void(const KeyFrame&, const RgbdImage&)> on_keyframe = {};
   // A loop was closed or refused, or the adjustment after one is done.
   std::function<void(const LoopReport&)> on_loop = {};
+  // Tracking was lost for good, and the map goes on in a new submap, from this frame.
+  std::function<void(SubmapId)> on_submap = {};
+  // Two submaps are one from now on: the first report of the loop that joined them (merge), which
+  // on_loop is given as well.
+  std::function<void(const LoopReport&)> on_merge = {};
   // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
   // everything, or when gravity was found. Whoever keeps poses or clouds asks the map again.
   std::function<void(const Map&)> on_map = {};
   // Every frame, lost ones included, after the above: what Track() returns.
   std::function<void(const FrameResult&)> on_frame = {};
+};
+
+// What was tracked in one world frame.
+struct SubmapTrajectory {
+  SubmapId submap = kNoId;    // root of those that are joined
+  std::size_t keyframes = 0;  // live
+  Trajectory frames;          // T_WC, as SlamSystem::trajectory()
 };
 
 // Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
@@ -77,7 +91,9 @@ struct SlamCallbacks {
 // World W: origin at the first camera, x along its optical axis, z up where the camera was held
 // level; with an IMU z is up in any case, and the whole map turns a little when it has found where
 // up is. A frame that cannot be tracked is bridged by the IMU, else reported as lost and without a
-// pose; the map stays, and later frames are relocalized in it.
+// pose; the map stays, and later frames are relocalized in it. Where that fails for a moment
+// (SubmapOptions), the map goes on in a new submap with a world of its own; when that meets an
+// older one, the two are joined as a loop is closed.
 class SlamSystem {
  public:
   // Throws InvalidArgument on bad options.
@@ -114,10 +130,12 @@ class SlamSystem {
   BundleAdjustmentReport AdjustAll();
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
-  // the keyframe it was tracked against.
+  // the keyframe it was tracked against. Of the first of submaps(); empty where there is none.
   Trajectory trajectory() const;
-  // T_WC of the live keyframes of this run, without those of a map that was given.
+  // T_WC of the live keyframes of this run, without those of a map that was given, in that world.
   Trajectory keyframe_trajectory() const;
+  // Each world in which frames were tracked and is still one: that of most frames first.
+  std::vector<SubmapTrajectory> submaps() const;
 
   const Map& map() const;
   // Null without an IMU.

@@ -1,0 +1,60 @@
+#include "loops/submap_merge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+// [rad] What a map's gravity is off by: as BundleAdjuster finds it.
+constexpr double kGravitySigma = 0.02;
+constexpr double kChi2 = 10.828;  // of one degree of freedom, 99.9 %
+
+// The turn about the vertical that is nearest to q.
+Eigen::Quaterniond Yaw(const Eigen::Quaterniond& q) {
+  if (q.w() == 0.0 && q.z() == 0.0) return Eigen::Quaterniond::Identity();
+  return Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
+}
+
+}  // namespace
+
+std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
+                                     const KeyFrameGraphOptions& options, std::string* message) {
+  const KeyFrame& match = *map.keyframe(loop.match);
+  const KeyFrame& keyframe = *map.keyframe(loop.keyframe);
+  const SubmapId of_match = map.Root(match.submap), of_keyframe = map.Root(keyframe.submap);
+  HIGHWALL_REQUIRE(of_match != of_keyframe, "PlanMerge: the submaps are joined already");
+  SubmapMerge merge;
+  merge.root = std::min(of_match, of_keyframe);
+  merge.other = std::max(of_match, of_keyframe);
+  const bool levelled = map.gravity_W(merge.root) && map.gravity_W(merge.other);
+  merge.moved = !map.gravity_W(merge.root) && map.gravity_W(merge.other) ? merge.root : merge.other;
+  // Where the keyframe that moves is in the other world, by the loop.
+  const bool moves_keyframe = merge.moved == of_keyframe;
+  const Pose& before = moves_keyframe ? keyframe.T_WC : match.T_WC;
+  const Pose after = moves_keyframe ? match.T_WC * loop.Z : keyframe.T_WC * loop.Z.Inverse();
+  merge.T_new_old = after * before.Inverse();
+  if (!levelled) return merge;
+
+  const Eigen::Vector3d up = merge.T_new_old.q() * Eigen::Vector3d::UnitZ();
+  const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0));
+  const double variance =
+      2.0 * kGravitySigma * kGravitySigma + options.loop_rotation * options.loop_rotation;
+  if (tilt * tilt > kChi2 * variance) {
+    *message = "tilts gravity by " + std::to_string(tilt * 180.0 / M_PI) + " deg, more than " +
+               std::to_string(std::sqrt(kChi2 * variance) * 180.0 / M_PI);
+    return std::nullopt;
+  }
+  const Eigen::Quaterniond yaw = Yaw(merge.T_new_old.q());
+  merge.T_new_old = Pose(yaw, after.p() - yaw * before.p());
+  return merge;
+}
+
+void Apply(const SubmapMerge& merge, Map* map) {
+  map->Transform(merge.T_new_old, merge.moved);
+  map->Join(merge.root, merge.other);
+}
+
+}  // namespace highwall

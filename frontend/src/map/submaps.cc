@@ -1,0 +1,124 @@
+// The functions of Map that know of submaps.
+#include <algorithm>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/map/map.h>
+
+namespace highwall {
+
+const Map::Submap& Map::submap(SubmapId id) const {
+  HIGHWALL_REQUIRE(id >= 0 && static_cast<std::size_t>(id) < submaps_.size(),
+                   "Map: no such submap");
+  return submaps_[static_cast<std::size_t>(id)];
+}
+
+SubmapId Map::AddSubmap() {
+  const auto id = static_cast<SubmapId>(submaps_.size());
+  submaps_.emplace_back().root = id;
+  return id;
+}
+
+SubmapId Map::Root(SubmapId id) const {
+  return submap(id).root;
+}
+
+std::vector<SubmapId> Map::roots() const {
+  std::vector<SubmapId> roots;
+  for (const Submap& each : submaps_) {
+    if (each.keyframes > 0) roots.push_back(each.root);
+  }
+  std::sort(roots.begin(), roots.end());
+  roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+  return roots;
+}
+
+std::vector<KeyFrameId> Map::KeyFramesOf(SubmapId id) const {
+  const SubmapId root = Root(id);
+  std::vector<KeyFrameId> ids = keyframe_ids();
+  std::erase_if(ids, [&](KeyFrameId k) { return Root(keyframe(k)->submap) != root; });
+  return ids;
+}
+
+std::size_t Map::NumKeyFramesOf(SubmapId id) const {
+  const SubmapId root = Root(id);
+  std::size_t count = 0;
+  for (const Submap& each : submaps_) {
+    if (each.root == root) count += each.keyframes;
+  }
+  return count;
+}
+
+bool Map::IsOrigin(KeyFrameId id) const {
+  const KeyFrame* const kf = keyframe(id);
+  return kf != nullptr && submap(Root(kf->submap)).first == id;
+}
+
+void Map::Join(SubmapId a, SubmapId b) {
+  const auto [root, other] = std::minmax({Root(a), Root(b)});
+  if (root == other) return;
+  for (Submap& each : submaps_) {
+    if (each.root == other) each.root = root;
+  }
+  auto& gravity_W = submaps_[static_cast<std::size_t>(root)].gravity_W;
+  if (!gravity_W) gravity_W = submap(other).gravity_W;
+}
+
+void Map::RemoveSubmap(SubmapId id) {
+  for (const KeyFrameId k : KeyFramesOf(id)) {
+    KeyFrame& kf = *keyframe(k);
+    // By value: removing a landmark writes into these lists.
+    const std::vector<PointId> points = kf.points;
+    const std::vector<LineId> lines = kf.lines;
+    for (const PointId p : points) RemovePoint(p);
+    for (const LineId l : lines) RemoveLine(l);
+    index_.Remove(k, *kf.frame.features);
+    --submaps_[static_cast<std::size_t>(kf.submap)].keyframes;
+    keyframes_.Remove(k);
+  }
+}
+
+void Map::Transform(const Pose& T_new_old) {
+  Move(T_new_old, [](KeyFrameId) { return true; });
+  for (Submap& each : submaps_) {
+    if (each.gravity_W) each.gravity_W = T_new_old.q() * *each.gravity_W;
+  }
+}
+
+void Map::Transform(const Pose& T_new_old, SubmapId id) {
+  const SubmapId root = Root(id);
+  Move(T_new_old, [&](KeyFrameId k) { return Root(keyframe(k)->submap) == root; });
+  if (auto& gravity_W = submaps_[static_cast<std::size_t>(root)].gravity_W) {
+    gravity_W = T_new_old.q() * *gravity_W;
+  }
+}
+
+template <class Takes>
+void Map::Move(const Pose& T_new_old, const Takes& takes) {
+  const Eigen::Quaterniond q = T_new_old.q();
+  const auto follows = [&](const auto& landmark) {
+    return landmark.observations.empty() || takes(landmark.observations.front().keyframe);
+  };
+  for (auto& [id, kf] : keyframes_) {
+    if (!takes(id)) continue;
+    kf.T_WC = T_new_old * kf.T_WC;
+    if (kf.motion) kf.motion->v_WB = q * kf.motion->v_WB;
+  }
+  for (auto& [id, point] : points_) {
+    if (!follows(point)) continue;
+    point.p_W = T_new_old * point.p_W;
+    point.normal_W = q * point.normal_W;
+  }
+  for (auto& [id, line] : lines_) {
+    if (follows(line)) line.segment_W = T_new_old * line.segment_W;
+  }
+}
+
+const std::optional<Eigen::Vector3d>& Map::gravity_W(SubmapId id) const {
+  return submap(Root(id)).gravity_W;
+}
+
+void Map::SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId id) {
+  submaps_[static_cast<std::size_t>(Root(id))].gravity_W = gravity_W;
+}
+
+}  // namespace highwall

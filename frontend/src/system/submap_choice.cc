@@ -1,0 +1,64 @@
+// Where SlamSystem goes on in another submap.
+#include <algorithm>
+
+#include <highwall/core/stamp.h>
+
+#include "system/slam_system_impl.h"
+
+namespace highwall {
+
+void SlamSystem::Impl::ChooseSubmap(TrackedFrame& tracked) {
+  if (tracked.state == TrackingState::kTracking && tracked.relocalized) {
+    const SubmapId found_in = map_.keyframe(tracked.reference)->submap;
+    if (map_.Root(found_in) != map_.Root(submap_)) {
+      LeaveSubmap();
+      submap_ = found_in;
+      submap_keyframes_ = options_.submaps.min_keyframes;  // as old as need be: it was kept
+      last_keyframe_ = kNoId;
+      if (inertial_) inertial_->Restart();
+    }
+  }
+  tracked.submap = submap_;
+}
+
+bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) {
+  if (tracked.state == TrackingState::kLost) {
+    if (!options_.submaps.enabled || options_.localize_only) return false;
+    if (!posed_) posed_ = submap_begin_ = tracked.frame.stamp;  // of a map that was given
+    // What did not live long is not waited for any longer.
+    const double lived = submap_keyframes_ < options_.submaps.min_keyframes
+                             ? ToSeconds(*posed_ - submap_begin_)
+                             : options_.submaps.patience;
+    const double waited = ToSeconds(tracked.frame.stamp - *posed_);
+    if (waited < std::min(options_.submaps.patience, lived)) return false;
+  }
+  return policy_.CanStart(*tracked.frame.features);
+}
+
+void SlamSystem::Impl::BeginSubmap(TrackedFrame& tracked, FrameResult& result) {
+  LeaveSubmap();
+  if (submap_keyframes_ > 0) {
+    submap_ = map_.AddSubmap();
+    result.begins_submap = true;
+    if (inertial_) inertial_->Restart();
+  }
+  submap_keyframes_ = 0;
+  submap_begin_ = tracked.frame.stamp;
+  last_keyframe_ = kNoId;
+  tracker_.Forget();
+  tracked.submap = submap_;
+  tracked.state = TrackingState::kTracking;
+  tracked.T_WC = FirstPose(tracked.frame.stamp);
+}
+
+void SlamSystem::Impl::LeaveSubmap() {
+  const bool joined = map_.Root(submap_) != submap_;
+  if (submap_keyframes_ >= options_.submaps.min_keyframes || joined) return;
+  // What is being joined is kept: the frames in it are found again.
+  if (loop_closer_.IsClosing()) return;
+  mapper_.Cancel();
+  map_.RemoveSubmap(submap_);
+  std::erase_if(tracked_, [&](const Tracked& t) { return !map_.RootOf(t.pose.reference); });
+}
+
+}  // namespace highwall
