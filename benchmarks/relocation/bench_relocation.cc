@@ -14,6 +14,7 @@
 #include "bench_main.h"
 #include "cache_folder.h"
 #include "film.h"
+#include "medians.h"
 #include "option_checks.h"
 #include "progress.h"
 #include "run_report.h"
@@ -113,21 +114,31 @@ class Table {
     false_merges_ += scores.false_merges;
     longest_gone_ = std::max(longest_gone_, scores.gone_s);
     lost_ += scores.lost - scores.lost_covered;
+    misplaced_ += scores.misplaced;
     runs_.push_back(std::move(figures));
   }
 
   nlohmann::json ToJson() const {
-    return {{"good", good_},
-            {"seeds", runs_.size()},
-            {"false_merges", false_merges_},
-            {"longest_gone_s", longest_gone_},
-            {"lost_frames", lost_},
-            {"runs", runs_}};
+    nlohmann::json json{{"good", good_},
+                        {"seeds", runs_.size()},
+                        {"false_merges", false_merges_},
+                        {"longest_gone_s", longest_gone_},
+                        {"lost_frames", lost_},
+                        {"misplaced_frames", misplaced_},
+                        {"runs", runs_}};
+    for (const char* figure : {"merged_after_s", "ape_same_frames_mm", "ape_without_kidnap_mm"}) {
+      std::vector<double> values;
+      for (const nlohmann::json& run : runs_) {
+        if (run.contains(figure)) values.push_back(run[figure]);
+      }
+      if (!values.empty()) json[fmt::format("median_{}", figure)] = Median(values);
+    }
+    return json;
   }
 
  private:
   std::string name_;
-  int good_ = 0, false_merges_ = 0, lost_ = 0;
+  int good_ = 0, false_merges_ = 0, lost_ = 0, misplaced_ = 0;
   double longest_gone_ = 0.0;
   std::vector<nlohmann::json> runs_;
 };
@@ -165,6 +176,7 @@ void RunKidnap(const Sequence& sequence, Ways ways, const Film& whole_film, cons
   if (ape) figures["ape_same_frames_mm"] = *ape;
   if (whole_ape) figures["ape_without_kidnap_mm"] = *whole_ape;
   if (ways == Ways::kCovered) more += "; covered: " + List(scores.covered_reasons);
+  figures["refusals"] = run.refusals;
   table->Add(seed, scores, verdict, std::move(figures), more);
 }
 
@@ -205,11 +217,14 @@ nlohmann::json BenchTwins(const Arguments& arguments, const CacheFolder& cache) 
   for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed) {
     const Sequence sequence = Render(arguments, true, seed, cache);
     const Film film(sequence, Ways::kLeftOut);
-    const Scores scores = ScoreRun(film, RunWithProgress(film, fmt::format("twins {}", seed)));
+    const Run run = RunWithProgress(film, fmt::format("twins {}", seed));
+    const Scores scores = ScoreRun(film, run);
     Verdict verdict;
     RequireEach(scores, &verdict);
     verdict.Require(scores.merges == 0, "merges");
-    table.Add(seed, scores, verdict, ToJson(scores), "");
+    nlohmann::json figures = ToJson(scores);
+    figures["refusals"] = run.refusals;
+    table.Add(seed, scores, verdict, std::move(figures), "");
   }
   return table.ToJson();
 }

@@ -57,17 +57,26 @@ std::optional<PartsError> ErrorBetweenParts(const Film& film, const Trajectory& 
 
 // A map has its world where its first frame put it; what is elsewhere by more than any drift within
 // a room was taken for another place.
-int Misplaced(const Film& film, const std::vector<Outcome>& outcomes) {
+int Misplaced(const Film& film, const Run& run) {
   constexpr double kFar = 0.5, kTurned = 0.2;  // [m], [rad]
-  std::map<int, Pose> T_WS;                    // by submap
+  std::map<SubmapId, Pose> T_WS;
   int misplaced = 0;
-  for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    if (!outcomes[i].pose) continue;
-    const Pose T = film.sequence().T_WC(film.frames()[i].source) * outcomes[i].T_WC.Inverse();
-    const Pose error = T_WS.try_emplace(outcomes[i].submap, T).first->second * T.Inverse();
+  auto meeting = run.meetings.begin();
+  for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
+    const Outcome& outcome = run.outcomes[i];
+    bool merged = false;
+    for (; meeting != run.meetings.end() && meeting->stamp <= film.frames()[i].stamp; ++meeting) {
+      if (!meeting->merge) continue;
+      merged = true;
+      const SubmapMerge& merge = *meeting->merge;
+      if (merge.moved == merge.root) T_WS[merge.root] = T_WS.at(merge.other);
+    }
+    if (!outcome.pose || merged) continue;  // with a merge: in either of the two
+    const Pose T_WC = film.sequence().T_WC(film.frames()[i].source);
+    const Pose T = T_WC * outcome.T_WC.Inverse();
+    const Pose error = T_WS.try_emplace(outcome.submap, T).first->second * T.Inverse();
     // At the camera: far from the origin a small turn is a long way.
-    const Eigen::Vector3d p = film.sequence().T_WC(film.frames()[i].source).p();
-    if ((error * p - p).norm() > kFar || error.Angle() > kTurned) ++misplaced;
+    if ((error * T_WC.p() - T_WC.p()).norm() > kFar || error.Angle() > kTurned) ++misplaced;
   }
   return misplaced;
 }
@@ -111,6 +120,7 @@ Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)
   }
   session.Finish();
   run.meetings = session.meetings();
+  run.refusals = session.refusals();
   run.trajectories = session.Trajectories();
   return run;
 }
@@ -118,7 +128,7 @@ Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)
 Scores ScoreRun(const Film& film, const Run& run) {
   Scores scores;
   scores.gone_s = LongestGone(film, run.outcomes);
-  scores.misplaced = Misplaced(film, run.outcomes);
+  scores.misplaced = Misplaced(film, run);
   for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
     if (run.outcomes[i].pose) continue;
     ++scores.lost;

@@ -17,6 +17,7 @@ struct Run {
   std::vector<Outcome> outcomes;  // of every frame
   std::vector<Meeting> meetings;
   std::vector<Trajectory> trajectories;  // in the end, the one with most frames first
+  std::vector<std::string> refusals;     // of loops and merges
   Encounters encounters;
 };
 

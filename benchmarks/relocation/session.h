@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,15 +14,15 @@ namespace highwall::bench {
 // What became of a frame.
 struct Outcome {
   bool pose = false;
-  Pose T_WC;           // where there is one
-  int submap = -1;     // that the pose is in; -1 without
-  std::string reason;  // why it has none
+  Pose T_WC;                // where there is one
+  SubmapId submap = kNoId;  // whose world the pose is in
+  std::string reason;       // why it has none
 };
 
-// Two places that were taken for one, within a map or in two.
+// Two places that were taken for one.
 struct Meeting {
-  Stamp stamp = 0;  // of the frame before which it was applied
-  bool merge = false;
+  Stamp stamp = 0;                     // of the frame with which it was applied
+  std::optional<SubmapMerge> merge;    // where they were in two maps
   double metres = 0.0, degrees = 0.0;  // of the measured transform from the truth
 
   bool IsFalse() const { return metres > 0.1 || degrees > 3.0; }
@@ -41,18 +42,19 @@ class Session {
 
   // Accepted ones, in the order of time.
   const std::vector<Meeting>& meetings() const { return meetings_; }
-  int refused() const { return refused_; }
+  // What the others were refused for.
+  const std::vector<std::string>& refusals() const { return refusals_; }
   // Of all parts, the one with most frames first.
   std::vector<Trajectory> Trajectories() const;
 
  private:
-  void Judge(const LoopReport& report, bool merge);
+  void Judge(const LoopReport& report);
 
   std::map<Stamp, Pose> truth_;
   SlamSystem slam_;
   Stamp now_ = 0;
   std::vector<Meeting> meetings_;
-  int refused_ = 0;
+  std::vector<std::string> refusals_;
 };
 
 }  // namespace highwall::bench
