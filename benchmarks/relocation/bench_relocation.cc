@@ -71,7 +71,7 @@ class Verdict {
   std::vector<std::string> missed_;
 };
 
-nlohmann::json ToJson(const Scores& scores) {
+nlohmann::json ToJson(const RelocationScores& scores) {
   nlohmann::json json{{"gone_s", scores.gone_s},
                       {"lost_frames", scores.lost},
                       {"lost_covered_frames", scores.lost_covered},
@@ -99,7 +99,7 @@ class Table {
  public:
   explicit Table(std::string name) : name_(std::move(name)) {}
 
-  void Add(int seed, const Scores& scores, const Verdict& verdict, nlohmann::json figures,
+  void Add(int seed, const RelocationScores& scores, const Verdict& verdict, nlohmann::json figures,
            const std::string& more) {
     fmt::print(stderr,
                "{} {:>2}: gone {:.2f} s, {} lost, {} misplaced; maps {}, merges {} ({} false), "
@@ -143,7 +143,7 @@ class Table {
   std::vector<nlohmann::json> runs_;
 };
 
-void RequireEach(const Scores& scores, Verdict* verdict) {
+void RequireEach(const RelocationScores& scores, Verdict* verdict) {
   verdict->Require(scores.gone_s <= kMostGone, "gone");
   verdict->Require(scores.misplaced == 0, "places");
   verdict->Require(scores.false_merges == 0, "merges");
@@ -155,7 +155,7 @@ void RunKidnap(const Sequence& sequence, Ways ways, const Film& whole_film, cons
                int seed, const std::string& label, Table* table) {
   const Film film(sequence, ways);
   const Run run = RunWithProgress(film, label);
-  const Scores scores = ScoreRun(film, run);
+  const RelocationScores scores = ScoreRun(film, run);
   const auto ape = ApeOverSameFrames(film, run, whole_film, whole);
   const auto whole_ape = ApeOverSameFrames(whole_film, whole, film, run);
   const bool merged = scores.merged_s && scores.maps == 1;
@@ -218,7 +218,7 @@ nlohmann::json BenchTwins(const Arguments& arguments, const CacheFolder& cache) 
     const Sequence sequence = Render(arguments, true, seed, cache);
     const Film film(sequence, Ways::kLeftOut);
     const Run run = RunWithProgress(film, fmt::format("twins {}", seed));
-    const Scores scores = ScoreRun(film, run);
+    const RelocationScores scores = ScoreRun(film, run);
     Verdict verdict;
     RequireEach(scores, &verdict);
     verdict.Require(scores.merges == 0, "merges");

@@ -125,8 +125,8 @@ Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)
   return run;
 }
 
-Scores ScoreRun(const Film& film, const Run& run) {
-  Scores scores;
+RelocationScores ScoreRun(const Film& film, const Run& run) {
+  RelocationScores scores;
   scores.gone_s = LongestGone(film, run.outcomes);
   scores.misplaced = Misplaced(film, run);
   for (std::size_t i = 0; i < run.outcomes.size(); ++i) {

@@ -29,7 +29,7 @@ struct PartsError {
   double millimetres = 0.0, degrees = 0.0;
 };
 
-struct Scores {
+struct RelocationScores {
   double gone_s = 0.0;   // from where a part begins to the first pose in it; the longest of them
   int lost = 0;          // frames without a pose
   int lost_covered = 0;  // of them, behind the cover
@@ -45,7 +45,7 @@ struct Scores {
   std::map<std::string, int> reasons, covered_reasons;  // of frames without a pose
 };
 
-Scores ScoreRun(const Film& film, const Run& run);
+RelocationScores ScoreRun(const Film& film, const Run& run);
 
 // RMSE over the frames that both have a pose for [mm], of this run.
 std::optional<double> ApeOverSameFrames(const Film& film, const Run& run, const Film& other_film,
