@@ -33,14 +33,14 @@ Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& 
 Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
                    const std::function<void(int, int)>& progress,
                    simulate::PartedSimulation simulation)
-    : simulation_(std::move(simulation.simulation)), ways_(std::move(simulation.ways)) {
+    : parted_(std::move(simulation)) {
   const std::filesystem::path folder =
       cache / fmt::format("{}_seed{}_{}fps_scale{}", options.twins ? "twins" : "kidnap",
                           options.seed, options.fps, options.scale);
   if (!std::filesystem::exists(folder)) {  // it appears whole or not at all
-    simulate::WriteTum(simulation_, folder, progress);
+    simulate::WriteTum(parted_.simulation, folder, progress);
   }
-  const PinholeCamera& camera = simulation_.options().camera;
+  const PinholeCamera camera = sensor().camera;
   images_ =
       std::make_unique<TumDataset>(folder, TumDatasetOptions{.depth_factor = sensor().depth_factor,
                                                              .width = camera.width,
@@ -48,8 +48,7 @@ Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& 
 }
 
 RgbdSensor Sequence::sensor() const {
-  return {.camera = simulation_.options().camera,
-          .depth_noise = simulation_.options().sensor.Noise()};
+  return {.camera = options().camera, .depth_noise = options().sensor.Noise()};
 }
 
 RgbdImage Sequence::Load(std::size_t frame) const {
@@ -59,13 +58,7 @@ RgbdImage Sequence::Load(std::size_t frame) const {
 }
 
 std::optional<int> Sequence::PartOf(std::size_t frame) const {
-  const double t = ToSeconds(stamp(frame) - stamp(0));
-  int part = 0;
-  for (const simulate::Interval& way : ways_) {
-    if (way.Contains(t)) return std::nullopt;
-    if (t >= way.end) ++part;
-  }
-  return part;
+  return parted_.PartAt(ToSeconds(stamp(frame) - stamp(0)));
 }
 
 Film::Film(const Sequence& sequence, Ways ways) : sequence_(sequence), ways_(ways) {

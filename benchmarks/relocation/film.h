@@ -38,8 +38,8 @@ class Sequence {
   std::size_t size() const { return images_->size(); }
   RgbdImage Load(std::size_t frame) const;
   Stamp stamp(std::size_t frame) const { return images_->stamp(frame); }
-  Pose T_WC(std::size_t frame) const { return simulation_.T_WC(stamp(frame)); }
-  std::uint64_t seed() const { return simulation_.options().seed; }
+  Pose T_WC(std::size_t frame) const { return parted_.simulation.T_WC(stamp(frame)); }
+  std::uint64_t seed() const { return options().seed; }
   // Which part the frame is of: 0, 1, ...; none on the way from one to the next.
   std::optional<int> PartOf(std::size_t frame) const;
 
@@ -48,8 +48,9 @@ class Sequence {
                     const std::function<void(int, int)>& progress,
                     simulate::PartedSimulation simulation);
 
-  simulate::Simulation simulation_;
-  std::vector<simulate::Interval> ways_;
+  const simulate::SimulationOptions& options() const { return parted_.simulation.options(); }
+
+  simulate::PartedSimulation parted_;
   std::unique_ptr<TumDataset> images_;
 };
 

@@ -103,6 +103,15 @@ PartedSimulation Film(Scene scene, const Walk& walk, std::vector<Interval> ways,
 
 }  // namespace
 
+std::optional<int> PartedSimulation::PartAt(double t) const {
+  int part = 0;
+  for (const Interval& way : ways) {
+    if (way.Contains(t)) return std::nullopt;
+    if (t >= way.end) ++part;
+  }
+  return part;
+}
+
 WayBack WayBackOf(std::uint64_t seed) {
   switch (seed % 4) {
     case 0:

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "simulate/camera/simulation.h"
@@ -20,6 +22,9 @@ struct PartedSimulation {
   // The ways from one part to the next. A film that leaves them out or hides them is of a camera
   // that was kidnapped; one that shows them is of the same walk without.
   std::vector<Interval> ways;
+
+  // Of which part a time [s] since the first frame is: 0, 1, ...; none on a way.
+  std::optional<int> PartAt(double t) const;
 };
 
 // How the camera of a kidnap comes to see again what it saw first.
