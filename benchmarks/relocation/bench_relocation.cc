@@ -145,6 +145,7 @@ class Table {
 
 void RequireEach(const RelocationScores& scores, Verdict* verdict) {
   verdict->Require(scores.gone_s <= kMostGone, "gone");
+  verdict->Require(!scores.reasons.contains(""), "reason");
   verdict->Require(scores.misplaced == 0, "places");
   verdict->Require(scores.false_merges == 0, "merges");
   verdict->Require(scores.false_loops == 0, "loops");

@@ -17,7 +17,7 @@ Outcome Session::Track(const RgbdImage& image) {
   now_ = image.stamp;
   const FrameResult result = slam_.Track(image);
   const bool pose = HasPose(result.state);
-  return {pose, result.T_WC, result.submap, pose ? "" : ToString(result.state)};
+  return {pose, result.T_WC, result.submap, result.reason ? ToString(*result.reason) : ""};
 }
 
 void Session::Finish() {
