@@ -40,7 +40,7 @@ struct LineExtractorOptions {
   double min_length = 0.04;     // shortest segment, as a share of the longer image side, (0, 1]
   int max_lines = 150;          // the longest are kept, > 0
   bool merge = true;            // join collinear fragments of one edge
-  double merge_gap = 0.015625;  // largest gap between them, as a share of the same, [0, 1]
+  double merge_gap = 0.015625;  // largest gap between them, likewise, [0, 1]; 10 px at least
   bool refine = true;           // fit each segment to the sub-pixel peaks of the gradient across it
   bool descriptors = true;      // compute LBD
 
