@@ -5,6 +5,7 @@
 
 #include <highwall/core/error.h>
 
+#include "loops/submap_merge.h"
 #include "pose/pose_observations.h"
 #include "pose/support.h"
 
@@ -71,7 +72,8 @@ LoopDetector::LoopDetector(const MeasurementModel& model, const LoopDetectorOpti
       options_((options.Validate(), options)),
       graph_((graph.Validate(), graph)),
       relocalizer_(model, options.verification),
-      matcher_(model) {}
+      matcher_(model),
+      grid_(model.camera()) {}
 
 std::optional<Loop> LoopDetector::Detect(const Map& map, KeyFrameId keyframe,
                                          std::span<const LoopEdge> loops) {
@@ -115,11 +117,26 @@ std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyfram
                               found->share >= options_.overwhelming * options_.min_found;
     const bool agreed = Agrees(map, found->loop.edge);
     if (!beyond_doubt && !agreed) return std::nullopt;  // so far
+    if (Contradicts(map, found->loop.edge)) return std::nullopt;
     sighting_.reset();
     return std::move(found->loop);
   }
   sighting_.reset();
   return std::nullopt;
+}
+
+bool LoopDetector::Contradicts(const Map& map, const LoopEdge& edge) {
+  std::string message;
+  const auto merge = PlanMerge(map, edge, graph_, &message);
+  if (!merge) {
+    Refuse(edge, message);
+    return true;
+  }
+  const auto share = MergeContradiction(map, *merge, grid_, model_.depth_noise());
+  if (!share || *share <= options_.max_contradiction) return false;
+  Refuse(edge, "share of the depth that contradicts, " + std::to_string(*share) + ", exceeds " +
+                   std::to_string(options_.max_contradiction));
+  return true;
 }
 
 bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {

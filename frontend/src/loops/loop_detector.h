@@ -11,6 +11,7 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
+#include "features/depth_grid.h"
 #include "loops/keyframe_graph.h"
 #include "map/map_matcher.h"
 #include "tracking/relocalizer.h"
@@ -79,6 +80,8 @@ class LoopDetector {
                                   std::span<const KeyFrameId> candidates);
   // Whether it tells of the transform that keyframes in a row have told; remembers it.
   bool Agrees(const Map& map, const LoopEdge& edge);
+  // Whether gravity or the depth of the two submaps forbids that they are joined.
+  bool Contradicts(const Map& map, const LoopEdge& edge);
   std::optional<Found> FindPlace(const Map& map, KeyFrameId keyframe, KeyFrameId candidate);
   Place PlaceOf(const Map& map, KeyFrameId keyframe) const;
   void Refuse(const LoopEdge& edge, std::string reason);
@@ -88,6 +91,7 @@ class LoopDetector {
   KeyFrameGraphOptions graph_;
   Relocalizer relocalizer_;
   MapMatcher matcher_;
+  DepthGrid grid_;
   std::vector<Place> places_;  // that the last keyframe named
   std::optional<Sighting> sighting_;
   std::vector<RefusedLoop> refused_;

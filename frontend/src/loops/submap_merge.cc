@@ -10,7 +10,8 @@ namespace {
 
 // [rad] What a map's gravity is off by: as BundleAdjuster finds it.
 constexpr double kGravitySigma = 0.02;
-constexpr double kChi2 = 10.828;  // of one degree of freedom, 99.9 %
+constexpr double kMaxAngle = 0.8;  // [rad] between views that are compared
+constexpr double kChi2 = 10.828;   // of one degree of freedom, 99.9 %
 
 // The turn about the vertical that is nearest to q.
 Eigen::Quaterniond Yaw(const Eigen::Quaterniond& q) {
@@ -50,6 +51,35 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
   const Eigen::Quaterniond yaw = Yaw(merge.T_new_old.q());
   merge.T_new_old = Pose(yaw, after.p() - yaw * before.p());
   return merge;
+}
+
+std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merge,
+                                         const DepthGrid& grid, const DepthNoise& noise) {
+  constexpr std::size_t kMost = 40;  // keyframes that are looked at, evenly spread
+  constexpr std::size_t kViews = 3;  // that each is compared with
+  DepthComparison comparison(grid, noise);
+  const std::vector<KeyFrameId> moved = map.KeyFramesOf(merge.moved);
+  const std::vector<KeyFrameId> kept =
+      map.KeyFramesOf(merge.moved == merge.root ? merge.other : merge.root);
+  const std::size_t every = (moved.size() + kMost - 1) / kMost;
+  for (std::size_t i = 0; i < moved.size(); i += every) {
+    const KeyFrame& keyframe = *map.keyframe(moved[moved.size() - 1 - i]);
+    const Pose T_WC = merge.T_new_old * keyframe.T_WC;
+    std::vector<std::pair<double, KeyFrameId>> views;
+    for (const KeyFrameId id : kept) {
+      const Pose T = T_WC.Inverse() * map.keyframe(id)->T_WC;
+      // Views whose cones do not meet share nothing; of the others the nearest say most.
+      if (T.Angle() < kMaxAngle) views.emplace_back(T.p().norm(), id);
+    }
+    std::sort(views.begin(), views.end());
+    views.resize(std::min(views.size(), kViews));
+    for (const auto& [distance, id] : views) {
+      const KeyFrame& other = *map.keyframe(id);
+      comparison.Add(keyframe.frame.features->depth_grid, other.frame.features->depth_grid,
+                     T_WC.Inverse() * other.T_WC);
+    }
+  }
+  return comparison.Contradiction();
 }
 
 void Apply(const SubmapMerge& merge, Map* map) {

@@ -14,12 +14,40 @@
 namespace highwall {
 
 // Two views of one place cannot look through what the other sees; views of two places that look
-// alike do, either way. Of the cells of a depth grid that fall on a reading of the other, the share
-// whose point lies before it, by more than noise and a few hundredths of the depth explain: the
-// smaller of what the keyframes have and the frame looks through, and the other way round, for what
-// has come or gone is seen one way alone. Empty where hardly any cells are to be compared, or where
-// keyframes have no depth grid (a loaded map). depth, T_WC: of the frame, as the keyframes are
-// supposed to have it.
+// alike do, either way. Counts the readings of depth grids that fall on a reading of another, and
+// those whose point lies before it, by more than noise and a few hundredths of the depth explain.
+class DepthComparison {
+ public:
+  // grid: of all images; must outlive this.
+  DepthComparison(const DepthGrid& grid, const DepthNoise& noise) : grid_(grid), noise_(noise) {}
+
+  // DepthGrid::Sample of two images, T_AB: between the cameras. Nothing where one of them is empty,
+  // or where less than a twentieth of a grid falls on the other.
+  void Add(const cv::Mat& depth_A, const cv::Mat& depth_B, const Pose& T_AB);
+
+  // The share that contradicts: the smaller of the two ways, for what has come or gone is seen one
+  // way alone. Empty where nothing was to be compared.
+  std::optional<double> Contradiction() const;
+
+ private:
+  struct Count {
+    int compared = 0, contradict = 0;
+    void operator+=(const Count& more) {
+      compared += more.compared;
+      contradict += more.contradict;
+    }
+    double Share() const { return static_cast<double>(contradict) / compared; }
+  };
+  // Readings of `from` looked up in `onto`.
+  Count LookUp(const cv::Mat& from, const cv::Mat& onto, const Pose& T_onto_from) const;
+
+  const DepthGrid& grid_;
+  DepthNoise noise_;
+  Count a_in_b_, b_in_a_;
+};
+
+// Of a frame with some keyframes; depth, T_WC: of the frame, as the keyframes are supposed to have
+// it. Keyframes of a loaded map have no depth grid and say nothing.
 std::optional<double> DepthContradiction(const cv::Mat& depth, const Pose& T_WC,
                                          std::span<const KeyFrameId> keyframes, const Map& map,
                                          const DepthGrid& grid, const DepthNoise& noise);

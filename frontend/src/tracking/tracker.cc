@@ -156,7 +156,9 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
     match = in_local_map(std::move(rough), known);
     // What most deny must at least be a pose in every direction.
     if (match && denied && !match->frame.open.empty()) match.reset();
-    if (!match || denied || (known == nullptr && IsDoubtful(*match))) {
+    const bool doubtful = match && known == nullptr && IsDoubtful(*match);
+    if (doubtful && Contradicts(*match, map)) match.reset();
+    if (!match || denied || doubtful) {
       auto other = recognized(TrackReference(frame, map));
       if (other && (!match || other->Support() > match->Support())) match = std::move(other);
     }
@@ -408,7 +410,11 @@ bool Tracker::IsDoubtful(const LocalMatch& match) const {
 
 bool Tracker::LooksAlikeOnly(const LocalMatch& match, const Map& map) const {
   const TrackedFrame& tracked = match.frame;
-  if (tracked.found < options_.recognized_found * usual_found_) return true;
+  return tracked.found < options_.recognized_found * usual_found_ || Contradicts(match, map);
+}
+
+bool Tracker::Contradicts(const LocalMatch& match, const Map& map) const {
+  const TrackedFrame& tracked = match.frame;
   constexpr std::size_t kViews = 3;
   std::vector<KeyFrameId> views;
   for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {

@@ -88,6 +88,8 @@ class Tracker {
   bool IsDoubtful(const LocalMatch& match) const;
   // May the place that was recognized be another one that looks alike?
   bool LooksAlikeOnly(const LocalMatch& match, const Map& map) const;
+  // Does its depth contradict that of the keyframes whose landmarks it sees?
+  bool Contradicts(const LocalMatch& match, const Map& map) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
   bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
              Aid aid) const;

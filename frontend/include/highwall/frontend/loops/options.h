@@ -47,6 +47,8 @@ struct LoopDetectorOptions {
   // >= 1: between submaps one keyframe tells enough that has so many times that support and share;
   // of less, `consistency` keyframes in a row must tell the same transform.
   double overwhelming = 2.0;
+  // [0, 1]: share of the depth of two submaps that their merge may contradict either way.
+  double max_contradiction = 0.03;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
