@@ -6,6 +6,7 @@
 #include <span>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/sensor_profile.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "yaml_reader.h"
@@ -41,6 +42,23 @@ void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
   section.Read("offset", &noise->offset);
   section.Read("quadratic", &noise->quadratic);
   section.Read("reference", &noise->reference);
+}
+
+// What the camera's maker says, before what the file says.
+void ReadSensor(YamlReader& file, const std::filesystem::path& path, RgbdSensor* sensor) {
+  std::string name;
+  file.Read("sensor", &name);
+  if (!file.Has("sensor")) return;
+  const SensorProfile* profile = FindSensorProfile(name);
+  if (profile == nullptr) {
+    throw IoError(path, "the sensor '" + name + "' is unknown; known are " + SensorProfileList());
+  }
+  *sensor = profile->SensorFor(sensor->camera);
+}
+
+void ReadDepthRange(YamlReader& section, RgbdSensor* sensor) {
+  section.Read("min", &sensor->min_depth);
+  section.Read("max", &sensor->max_depth);
 }
 
 void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibration* imu) {
@@ -87,8 +105,14 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
   RunConfig config;
   YamlReader file = YamlReader::Load(path);
   ReadCamera(file.Section("camera"), &config.sensor.camera);
-  file.Require("depth_factor", &config.sensor.depth_factor);
   try {
+    ReadSensor(file, path, &config.sensor);
+    if (file.Has("sensor")) {
+      file.Read("depth_factor", &config.sensor.depth_factor);
+    } else {
+      file.Require("depth_factor", &config.sensor.depth_factor);
+    }
+    ReadDepthRange(file.Section("depth_range"), &config.sensor);
     ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
     YamlReader& imu = file.Section("imu");
     if (file.Has("imu")) ReadImu(imu, path, &config.imu.emplace());

@@ -17,7 +17,9 @@ struct RunConfig {
 
 // Reads
 //   camera: {width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5}   # k1 k2 p1 p2 k3
-//   depth_factor: 5000
+//   sensor: kinect1         # may be absent; a SensorProfile that all below is taken from
+//   depth_factor: 5000      # may be absent where there is a sensor
+//   depth_range: {min: 0.4, max: 10}   # [m] may be absent
 //   depth_noise: {offset: 0.0012, quadratic: 0.0019, reference: 0.4}   # may be absent: a Kinect's
 //   depth_noise: {baseline: 0.05, focal: 385, subpixel: 0.08}   # or that of DepthNoise::Stereo()
 //   imu: {T_BC: [16 numbers, row by row], gyroscope_noise, accelerometer_noise, gyroscope_walk,

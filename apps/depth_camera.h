@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+
 #include <highwall/frontend/input/sensor.h>
+#include <highwall/mapping/dense_mapper.h>
 #include <highwall/mapping/keyframe_image.h>
 
 namespace highwall::apps {
@@ -8,6 +11,12 @@ namespace highwall::apps {
 // The sensor as mapping knows it.
 inline DepthCamera DepthCameraOf(const RgbdSensor& sensor) {
   return {sensor.camera, [noise = sensor.depth_noise](double z) { return noise.Sigma(z); }};
+}
+
+// The map takes no reading that the sensor's range refuses.
+inline void LimitToRange(const RgbdSensor& sensor, DenseMapOptions* map) {
+  map->cloud.min_depth = map->octree.min_depth = sensor.min_depth;
+  map->cloud.max_depth = std::min(map->cloud.max_depth, sensor.max_depth);
 }
 
 }  // namespace highwall::apps

@@ -145,21 +145,28 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
   return json;
 }
 
+DenseMapOptions MapOptions(const MapArguments& arguments, const RgbdSensor& sensor) {
+  DenseMapOptions options;
+  options.cloud.max_depth = options.octree.max_range = arguments.max_range;
+  options.cloud.voxel_size = arguments.voxel;
+  options.octree.resolution = arguments.resolution;
+  options.octree.threads = arguments.threads;
+  LimitToRange(sensor, &options);
+  return options;
+}
+
 // level: z of W points up.
 DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::size_t count,
-               bool level, const DepthUnprojector& unprojector,
-               const OctomapBuilderOptions& octree) {
+               bool level, const DepthUnprojector& unprojector, const DenseMapOptions& options) {
   DenseMap dense;
-  dense.octree = OctomapBuilder(octree);
-  const KeyframeCloudOptions cloud_options{.max_depth = arguments.max_range,
-                                           .voxel_size = arguments.voxel};
+  dense.octree = OctomapBuilder(options.octree);
   DenseCloud cloud({.voxel_size = arguments.voxel});
   std::vector<Pose> cameras;
   Progress progress("mapping");
   std::size_t done = 0;
   frames.ForEach([&](const KeyframeImage& frame) {
     cloud.SetKeyframe(frame.id,
-                      MakeKeyframeCloud(frame.depth, frame.bgr, unprojector, cloud_options));
+                      MakeKeyframeCloud(frame.depth, frame.bgr, unprojector, options.cloud));
     cloud.SetPose(frame.id, frame.T_WC);
     dense.octree.Insert(frame.depth, unprojector, frame.T_WC);
     cameras.push_back(frame.T_WC);
@@ -186,12 +193,10 @@ int RunMap(const MapArguments& arguments) {
   if (posed.empty()) throw IoError(source.trajectory, "has no pose at any frame of the dataset");
   const DepthUnprojector unprojector(sensor.camera);
   const FrameSource frames(dataset, posed, sensor, arguments.voxel, arguments.raw);
-  const OctomapBuilderOptions octree{.resolution = arguments.resolution,
-                                     .max_range = arguments.max_range,
-                                     .threads = arguments.threads};
-  RequireFits(arguments, frames, unprojector, octree);
+  const DenseMapOptions options = MapOptions(arguments, sensor);
+  RequireFits(arguments, frames, unprojector, options.octree);
   const DenseMap dense =
-      Build(arguments, frames, posed.size(), !source.keyframes, unprojector, octree);
+      Build(arguments, frames, posed.size(), !source.keyframes, unprojector, options);
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall map: skipped frame {}: {}\n", problem.frame, problem.what);
   }

@@ -23,6 +23,7 @@
 #include "commands.h"
 #include "config.h"
 #include "imu_input.h"
+#include "loss_advice.h"
 #include "progress.h"
 #include "run_output.h"
 #include "run_report.h"
@@ -105,6 +106,10 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArgum
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
              100.0 * Coverage(run));
+  if (const std::string advice = LossAdvice(run); !advice.empty()) {
+    fmt::print("lost        {}\n", advice);
+  }
+  if (run.repeated > 0) fmt::print("repeated    {} colour images\n", run.repeated);
   PrintSubmaps(run);
   if (run.open_frames > 0) {
     fmt::print("open        {} frames leave a direction of the pose open\n", run.open_frames);

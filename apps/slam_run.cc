@@ -213,6 +213,8 @@ class RunTally {
     run_.matched_points += result.matched_points;
     run_.matched_lines += result.matched_lines;
     stamps_.push_back(result.stamp);
+    if (result.reason) reasons_[result.stamp] = *result.reason;
+    if (result.repeated) ++run_.repeated;
     if (HasPose(result.state)) {
       ++tracked_;
       causal_[result.submap].push_back({result.stamp, result.T_WC});
@@ -240,6 +242,10 @@ class RunTally {
     }
     std::ranges::copy_if(stamps_, std::back_inserter(run.lost),
                          [&](Stamp stamp) { return !posed.contains(stamp); });
+    for (const Stamp stamp : run.lost) {
+      const auto reason = reasons_.find(stamp);
+      ++run.loss_reasons[reason != reasons_.end() ? ToString(reason->second) : "dropped"];
+    }
     if (!run.others.empty()) {
       run.largest = std::move(run.others.front());
       run.others.erase(run.others.begin());
@@ -253,6 +259,7 @@ class RunTally {
   SlamRun run_;
   std::size_t tracked_ = 0;
   std::vector<Stamp> stamps_;
+  std::map<Stamp, LossReason> reasons_;
   std::map<SubmapId, Trajectory> causal_;
   StageSamples samples_;
   InertialTally inertial_;
@@ -263,7 +270,7 @@ class KeyframeMapping {
  public:
   KeyframeMapping(const SlamSystem& slam, const RgbdSensor& sensor, const SlamRunOptions& options)
       : slam_(slam),
-        mapper_(MapOptions(options), DepthCameraOf(sensor)),
+        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)),
         settling_(
             mapper_, [this](KeyFrameId id) { return Settled(id); },
             options.slam.tracker.moving.enabled ? kSettlingTime : 0.0) {}
@@ -297,8 +304,9 @@ class KeyframeMapping {
   }
 
  private:
-  static DenseMapOptions MapOptions(const SlamRunOptions& options) {
+  static DenseMapOptions MapOptions(const SlamRunOptions& options, const RgbdSensor& sensor) {
     DenseMapOptions map = options.map;
+    LimitToRange(sensor, &map);
     if (options.imu) map.level = true;
     return map;
   }

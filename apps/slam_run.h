@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -102,6 +103,9 @@ struct SlamRun {
   std::size_t dropped = 0;  // that came too fast, where live
   // Frames without a pose in any submap, those before the map began included.
   std::vector<Stamp> lost;
+  // Why, by ToString(LossReason); "dropped": they were in a submap that was dropped.
+  std::map<std::string, std::size_t> loss_reasons;
+  std::size_t repeated = 0;                 // colour images that were the one before once more
   std::optional<InertialSummary> inertial;  // with an IMU
   std::size_t relocalizations = 0;
   std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open

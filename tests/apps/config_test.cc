@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/sensor_profile.h>
 
 #include "support/generated_tum.h"
 #include "yaml_reader.h"
@@ -72,6 +73,53 @@ TEST(Config, ReadsTheNoiseOfAStereoSensor) {
   EXPECT_NE(message("{baseline: 0.05, focal: -1}").find("focal"), std::string::npos);
   EXPECT_NE(message("{baseline: 0.05, focal: 385, offset: 0.01}").find("offset"),
             std::string::npos);
+}
+
+TEST(Config, TakesRangeFactorAndNoiseFromANamedSensor) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  WriteText(path, "sensor: d435\n" + std::string(kCamera));
+  const RgbdSensor named = LoadConfig(path).sensor;
+  const RgbdSensor profile = FindSensorProfile("d435")->SensorFor(named.camera);
+  EXPECT_EQ(named.camera.fx, 260.5);
+  EXPECT_EQ(named.depth_factor, 1000.0);
+  EXPECT_EQ(named.min_depth, profile.min_depth);
+  EXPECT_EQ(named.max_depth, profile.max_depth);
+  EXPECT_EQ(named.depth_noise.quadratic, profile.depth_noise.quadratic);
+}
+
+TEST(Config, WhatTheFileSaysGoesBeforeTheSensor) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  WriteText(path, std::string(kCamera) +
+                      "sensor: l515\ndepth_factor: 1000\ndepth_range: {max: 4.5}\n"
+                      "depth_noise: {offset: 0.01}\n");
+  const RgbdSensor sensor = LoadConfig(path).sensor;
+  EXPECT_EQ(sensor.depth_factor, 1000.0);
+  EXPECT_EQ(sensor.min_depth, 0.25);
+  EXPECT_EQ(sensor.max_depth, 4.5);
+  EXPECT_EQ(sensor.depth_noise.offset, 0.01);
+  EXPECT_EQ(sensor.depth_noise.quadratic, FindSensorProfile("l515")->noise.quadratic);
+}
+
+TEST(Config, WithoutASensorTheRangeIsWide) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  WriteText(path, std::string(kCamera) + "depth_factor: 1000\n");
+  EXPECT_EQ(LoadConfig(path).sensor.min_depth, 0.05);
+  EXPECT_EQ(LoadConfig(path).sensor.max_depth, 20.0);
+}
+
+TEST(Config, NamesAnUnknownSensorAndABadRange) {
+  const std::string camera = kCamera;
+  EXPECT_EQ(LoadMessage(camera + "sensor: d436\n"),
+            ": the sensor 'd436' is unknown; known are " + SensorProfileList());
+  EXPECT_NE(LoadMessage(camera).find("depth_factor"), std::string::npos);
+  const std::string head = camera + "depth_factor: 1000\n";
+  EXPECT_NE(LoadMessage(head + "depth_range: {min: 0}\n").find("min_depth"), std::string::npos);
+  EXPECT_NE(LoadMessage(head + "depth_range: {max: 0.01}\n").find("max_depth"),
+            std::string::npos);
+  EXPECT_NE(LoadMessage(head + "depth_range: {near: 0.1}\n").find("near"), std::string::npos);
 }
 
 TEST(Config, ReadsTheDistortion) {

@@ -324,7 +324,7 @@ TEST_F(MovingObjectsTest, FindsNothingWhenTurnedOff) {
   MovingObjects off(Camera(), DepthNoise(), {.enabled = false});
   for (const Stamp stamp : {0L, 600'000'000L})
     off.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
-  EXPECT_TRUE(off.Find(700'000'000, See(0.8), Pose(), map).empty());
+  EXPECT_TRUE(off.Find(700'000'000, See(0.8), Pose(), map, 0).empty());
 }
 
 TEST(MovingObjectOptions, ErrorsNameTheField) {

@@ -28,5 +28,14 @@ TEST(RgbdSensor, RefusesADepthFactorThatIsNotPositive) {
   }
 }
 
+TEST(RgbdSensor, RefusesARangeThatHoldsNothing) {
+  for (const double min : {0.0, -1.0, std::nan("")}) {
+    EXPECT_THROW(RgbdSensor{.min_depth = min}.Validate(), InvalidArgument);
+  }
+  for (const double max : {0.05, -1.0, std::nan("")}) {
+    EXPECT_THROW(RgbdSensor{.max_depth = max}.Validate(), InvalidArgument);
+  }
+}
+
 }  // namespace
 }  // namespace highwall

@@ -227,7 +227,7 @@ TEST(RemoveOutliers, TakesAnyCloud) {
 TEST(KeyframeCloudOptions, RefusesValuesOutOfRange) {
   EXPECT_NO_THROW(KeyframeCloudOptions{}.Validate());
   EXPECT_THROW((KeyframeCloudOptions{.min_depth = 0.0}.Validate()), InvalidArgument);
-  EXPECT_THROW((KeyframeCloudOptions{.max_depth = 0.3}.Validate()), InvalidArgument);
+  EXPECT_THROW((KeyframeCloudOptions{.max_depth = 0.05}.Validate()), InvalidArgument);
   EXPECT_THROW((KeyframeCloudOptions{.stride = 0}.Validate()), InvalidArgument);
   EXPECT_THROW((KeyframeCloudOptions{.edge_rejection = -0.1}.Validate()), InvalidArgument);
   EXPECT_THROW((KeyframeCloudOptions{.max_incidence = 0.0}.Validate()), InvalidArgument);

@@ -133,7 +133,9 @@ std::string Calibration(const SimulationOptions& options) {
       << "\n  fy: " << camera.fy << "\n  cx: " << camera.cx << "\n  cy: " << camera.cy
       << "\n  k1: " << camera.k1 << "\n  k2: " << camera.k2 << "\n  p1: " << camera.p1
       << "\n  p2: " << camera.p2 << "\n  k3: " << camera.k3
-      << "\ndepth_factor: " << DepthFactor(options) << "\ndepth_noise:\n  offset: " << noise.offset
+      << "\ndepth_factor: " << DepthFactor(options)
+      << "\ndepth_range:\n  min: " << options.sensor.min_depth
+      << "\n  max: " << options.sensor.max_depth << "\ndepth_noise:\n  offset: " << noise.offset
       << "\n  quadratic: " << noise.quadratic << "\n  reference: " << noise.reference << "\n";
   return out.str();
 }

@@ -7,6 +7,7 @@ std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
                                             const std::vector<bool>& lines, const cv::Size& size) {
   auto selected = std::make_shared<FrameFeatures>();
   selected->sharpness = features.sharpness;
+  selected->brightness = features.brightness;
   selected->depth_grid = features.depth_grid;
   std::vector<cv::KeyPoint> places;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -73,14 +73,13 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
   const bool both = options.use_lines && options.use_points;
   team_ = std::make_unique<WorkerTeam>(options.parallel && both ? 2 : 1);
   options_.segment_depth.noise = sensor.depth_noise;
-  options_.segment_depth.min_depth = options.min_depth;
-  options_.segment_depth.max_depth = options.max_depth;
+  options_.segment_depth.min_depth = sensor.min_depth;
+  options_.segment_depth.max_depth = sensor.max_depth;
 }
 
 FrameBuilder::~FrameBuilder() = default;
 
-std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
-                                                         FrameBuilderTimes* times) {
+void FrameBuilder::Check(const RgbdImage& image) const {
   const PinholeCamera& camera = sensor_.camera;
   HIGHWALL_REQUIRE(image.bgr.type() == CV_8UC3 && image.depth.type() == CV_32FC1,
                    "FrameBuilder: colour must be CV_8UC3 and depth CV_32FC1");
@@ -90,12 +89,18 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
                    "FrameBuilder: the image is " + std::to_string(image.bgr.cols) + " x " +
                        std::to_string(image.bgr.rows) + ", the camera " +
                        std::to_string(camera.width) + " x " + std::to_string(camera.height));
+}
+
+std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
+                                                         FrameBuilderTimes* times) {
+  Check(image);
   cv::Mat gray;
   cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
 
   auto features = std::make_shared<FrameFeatures>();
   features->sharpness = Sharpness(gray);
-  features->depth_grid = depth_grid_.Sample(image.depth, options_.min_depth, options_.max_depth);
+  features->brightness = cv::mean(gray)[0];
+  features->depth_grid = depth_grid_.Sample(image.depth, sensor_.min_depth, sensor_.max_depth);
   FrameBuilderTimes elapsed;
   const auto build_lines = [&] {
     const Stopwatch watch;
@@ -120,7 +125,7 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
   for (cv::KeyPoint& keypoint : orb.keypoints) {
     PointFeature feature;
     const DepthReading reading =
-        ReadDepth(depth, keypoint.pt, options_.min_depth, options_.max_depth);
+        ReadDepth(depth, keypoint.pt, sensor_.min_depth, sensor_.max_depth);
     if (reading.depth > 0.0) {
       feature.depth = reading.depth;
       feature.depth_sigma = std::hypot(sensor_.depth_noise.Sigma(reading.depth),

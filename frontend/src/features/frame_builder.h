@@ -29,7 +29,9 @@ class FrameBuilder {
   FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options);
   ~FrameBuilder();
 
-  // Throws InvalidArgument where the images do not fit the sensor.
+  // Throws InvalidArgument where the images do not fit the sensor; so does Build().
+  void Check(const RgbdImage& image) const;
+
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
                                              FrameBuilderTimes* times = nullptr);
 

@@ -64,8 +64,6 @@ void FrameBuilderOptions::Validate() const {
   segment_depth.Validate();
   HIGHWALL_REQUIRE(use_points || use_lines,
                    "FrameBuilderOptions: use_points and use_lines are both off");
-  RequirePositive(min_depth, "FrameBuilderOptions::min_depth");
-  HIGHWALL_REQUIRE(max_depth > min_depth, "FrameBuilderOptions::max_depth must exceed min_depth");
   RequireNotNegative(depth_spread_share, "FrameBuilderOptions::depth_spread_share");
 }
 

@@ -5,39 +5,43 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/core/require.h>
+#include <highwall/frontend/input/sensor_profile.h>
 
 namespace highwall {
 namespace {
 
 struct Preset {
   std::string_view name;
-  RgbdSensor sensor;
+  double depth_factor;
+  PinholeCamera camera;
 };
 
 const std::array<Preset, 3>& Presets() {
   static const std::array<Preset, 3> presets{{
       {"tum1",
-       {.camera = {.fx = 517.3,
-                   .fy = 516.5,
-                   .cx = 318.6,
-                   .cy = 255.3,
-                   .k1 = 0.2624,
-                   .k2 = -0.9531,
-                   .p1 = -0.0054,
-                   .p2 = 0.0026,
-                   .k3 = 1.1633}}},
+       5000.0,
+       {.fx = 517.3,
+        .fy = 516.5,
+        .cx = 318.6,
+        .cy = 255.3,
+        .k1 = 0.2624,
+        .k2 = -0.9531,
+        .p1 = -0.0054,
+        .p2 = 0.0026,
+        .k3 = 1.1633}},
       {"tum2",
-       {.camera = {.fx = 520.9,
-                   .fy = 521.0,
-                   .cx = 325.1,
-                   .cy = 249.7,
-                   .k1 = 0.2312,
-                   .k2 = -0.7849,
-                   .p1 = -0.0033,
-                   .p2 = -0.0001,
-                   .k3 = 0.9172},
-        .depth_factor = 5208.0}},
-      {"tum3", {.camera = {.fx = 535.4, .fy = 539.2, .cx = 320.1, .cy = 247.6}}},
+       5208.0,
+       {.fx = 520.9,
+        .fy = 521.0,
+        .cx = 325.1,
+        .cy = 249.7,
+        .k1 = 0.2312,
+        .k2 = -0.7849,
+        .p1 = -0.0033,
+        .p2 = -0.0001,
+        .k3 = 0.9172}},
+      {"tum3", 5000.0, {.fx = 535.4, .fy = 539.2, .cx = 320.1, .cy = 247.6}},
   }};
   return presets;
 }
@@ -50,11 +54,17 @@ void RgbdSensor::Validate() const {
   HIGHWALL_REQUIRE(
       std::isfinite(depth_factor) && depth_factor > 0.0,
       "RgbdSensor::depth_factor must be positive, got " + std::to_string(depth_factor));
+  RequirePositiveFinite(min_depth, "RgbdSensor::min_depth");
+  HIGHWALL_REQUIRE(std::isfinite(max_depth) && max_depth > min_depth,
+                   "RgbdSensor::max_depth must exceed min_depth, got " + std::to_string(max_depth));
 }
 
 std::optional<RgbdSensor> SensorPreset(std::string_view name) {
   for (const Preset& preset : Presets()) {
-    if (preset.name == name) return preset.sensor;
+    if (preset.name != name) continue;
+    RgbdSensor sensor = FindSensorProfile("kinect1")->SensorFor(preset.camera);
+    sensor.depth_factor = preset.depth_factor;
+    return sensor;
   }
   return std::nullopt;
 }

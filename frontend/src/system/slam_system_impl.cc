@@ -15,6 +15,8 @@ namespace {
 
 // Frames whose image tells no pose before they start a piece of map of their own.
 constexpr int kBlindFrames = 15;
+// Times the search window: an image that shifts by more is smeared, and the next shift unknown.
+constexpr double kFarOff = 4.0;
 
 }  // namespace
 
@@ -49,13 +51,15 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
                        FormatStamp(last_stamp_.value_or(0)));
   FrameResult result;
   result.stamp = image.stamp;
+  builder_.Check(image);
+  result.repeated = Repeats(image);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
   const Frame frame = Extract(image, result);
   const Stopwatch watch;
   ApplyResults(result);
   result.times.loops = watch.Milliseconds();
-  TrackedFrame tracked = Estimate(frame, result);
-  if (!options_.localize_only && WantsKeyFrame(tracked)) {
+  TrackedFrame tracked = result.repeated ? GoOn(frame, result) : Estimate(frame, result);
+  if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
   }
@@ -66,10 +70,13 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
 
 Frame SlamSystem::Impl::Extract(const RgbdImage& image, FrameResult& result) {
   const Stopwatch watch;
-  FrameBuilderTimes builder_times;
-  const auto features = builder_.Build(image, &builder_times);
   // From here on the image counts; one that was refused leaves no trace.
   last_stamp_ = image.stamp;
+  if (result.repeated) {
+    return {next_index_++, image.stamp, std::make_shared<const FrameFeatures>()};
+  }
+  FrameBuilderTimes builder_times;
+  const auto features = builder_.Build(image, &builder_times);
   result.times.features = watch.Milliseconds();
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;
@@ -86,7 +93,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   ChooseSubmap(tracked);
   const bool starts = submap_keyframes_ == 0;
   if (inertial_ && !starts) {
-    Fuse(tracked, result);
+    Fuse(Observe(tracked), tracked, result);
     // What is being adjusted is a map that stood otherwise.
     if (result.inertial->T_level) {
       mapper_.Cancel();
@@ -99,6 +106,36 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   return tracked;
 }
 
+bool SlamSystem::Impl::Repeats(const RgbdImage& image) {
+  // A map that is given begins with an image, and so does one that is not there yet.
+  return repeated_.Update(image.bgr) && posed_;
+}
+
+TrackedFrame SlamSystem::Impl::GoOn(const Frame& frame, FrameResult& result) {
+  const Stopwatch watch;
+  TrackedFrame tracked;
+  tracked.frame = frame;
+  if (inertial_) {
+    InertialOdometry::Observation nothing;
+    nothing.image = frame.stamp;
+    Fuse(nothing, tracked, result);
+  }
+  if (!HasPose(tracked.state)) tracked = tracker_.Coast(frame).value_or(std::move(tracked));
+  tracked.submap = submap_;
+  if (HasPose(tracked.state)) posed_ = frame.stamp;
+  result.times.tracking = watch.Milliseconds();
+  return tracked;
+}
+
+LossReason SlamSystem::Impl::ReasonOf(const TrackedFrame& lost) const {
+  const double motion_radius = options_.measurement.search.motion_radius;
+  return highwall::ReasonOf(*lost.frame.features, lost.clues,
+                            {.min_features = options_.keyframes.min_features,
+                             .min_corner = options_.frame.orb.min_fast_threshold * 1.0,
+                             .usual_sharpness = usual_sharpness_,
+                             .searched = kFarOff * motion_radius});
+}
+
 void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) {
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
@@ -108,7 +145,18 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   result.matched_lines = tracked.num_lines;
   result.open_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
-  if (!HasPose(tracked.state)) return;
+  if (!HasPose(tracked.state)) {
+    // Where it was lost already, the image before says why.
+    if (!result.repeated) {
+      lost_for_ = ReasonOf(tracked);
+    } else if (!lost_for_) {
+      lost_for_ = LossReason::kRepeatedImage;
+    }
+    result.reason = lost_for_;
+    return;
+  }
+  lost_for_.reset();
+  if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
   tracked_.push_back({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
 }
 
@@ -155,12 +203,17 @@ Pose SlamSystem::Impl::FirstPose(Stamp stamp) const {
               Eigen::Vector3d::Zero());
 }
 
-void SlamSystem::Impl::Fuse(TrackedFrame& tracked, FrameResult& result) {
+void SlamSystem::Impl::FollowSharpness(const FrameFeatures& features) {
+  usual_sharpness_ +=
+      (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (features.sharpness - usual_sharpness_);
+}
+
+InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& tracked) {
   InertialOdometry::Observation observation;
   observation.image = tracked.frame.stamp;
   const double sharpness = tracked.frame.features->sharpness;
   if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
-  usual_sharpness_ += (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (sharpness - usual_sharpness_);
+  FollowSharpness(*tracked.frame.features);
   if (last_points_ > 0) {
     observation.tracked_share =
         std::min(1.0, static_cast<double>(tracked.num_points) / last_points_);
@@ -171,6 +224,11 @@ void SlamSystem::Impl::Fuse(TrackedFrame& tracked, FrameResult& result) {
     observation.visual = MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient,
                                         tracked.error, options_.inertial.visual_noise);
   }
+  return observation;
+}
+
+void SlamSystem::Impl::Fuse(const InertialOdometry::Observation& observation, TrackedFrame& tracked,
+                            FrameResult& result) {
   result.inertial = inertial_->Update(observation);
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {
     map_.Transform(*T_level, submap_);

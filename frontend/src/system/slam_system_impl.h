@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <highwall/frontend/inertial/inertial_odometry.h>
+#include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
@@ -45,6 +46,10 @@ class SlamSystem::Impl {
 
   // The stages of Track(), in their order.
   Frame Extract(const RgbdImage& image, FrameResult& result);
+  // Whether the image shows nothing new.
+  bool Repeats(const RgbdImage& image);
+  // The pose of a frame that shows nothing new: that of the motion so far.
+  TrackedFrame GoOn(const Frame& frame, FrameResult& result);
   // The pose: by the images, and with the IMU where there is one. Starts a map where there is none.
   TrackedFrame Estimate(const Frame& frame, FrameResult& result);
   // In which submap the frame was tracked; one that it has left young is dropped.
@@ -59,8 +64,13 @@ class SlamSystem::Impl {
   // Cells that move as pixels, their border included; empty where there are none.
   cv::Mat ToImage(const cv::Mat& moving) const;
   Pose FirstPose(Stamp stamp) const;
+  void FollowSharpness(const FrameFeatures& features);
+  // What an image tells the IMU.
+  InertialOdometry::Observation Observe(const TrackedFrame& tracked);
   // Fuses the frame with the IMU.
-  void Fuse(TrackedFrame& tracked, FrameResult& result);
+  void Fuse(const InertialOdometry::Observation& observation, TrackedFrame& tracked,
+            FrameResult& result);
+  LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
@@ -85,6 +95,8 @@ class SlamSystem::Impl {
   SlamCallbacks callbacks_;
   std::vector<Tracked> tracked_;
   std::optional<Stamp> last_stamp_;
+  RepeatedImage repeated_;
+  std::optional<LossReason> lost_for_;  // of the last frame, where it has no pose
   SubmapId submap_ = 0;                // that keyframes join now
   Stamp submap_begin_ = 0;             // the stamp of its first frame
   int submap_keyframes_ = 0;           // made in it

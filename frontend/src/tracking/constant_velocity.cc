@@ -9,7 +9,6 @@ namespace {
 
 // [s] Faster than any camera of its kind gives images: stamps that repeat or jitter.
 constexpr double kShortestStep = 0.005;
-constexpr double kLongestPrediction = 0.5;  // [s] by hand a camera has turned round by then
 
 }  // namespace
 

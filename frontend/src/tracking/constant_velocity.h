@@ -10,6 +10,9 @@ namespace highwall {
 // that images may be missing, late, or of any rate.
 class ConstantVelocity {
  public:
+  // [s] By hand a camera has turned round by then.
+  static constexpr double kLongestPrediction = 0.5;
+
   // The camera came from pose A to pose B within dt [s]. A step too short to tell a velocity, which
   // the error of the two poses would drown, or backwards in time, leaves it as it was.
   void Measure(const Pose& T_AB, double dt);

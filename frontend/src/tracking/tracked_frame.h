@@ -11,6 +11,8 @@
 #include <highwall/frontend/pose/degeneracy.h>
 #include <highwall/frontend/tracking/tracking_state.h>
 
+#include "tracking/loss_clues.h"
+
 namespace highwall {
 
 // A frame with its pose and the landmarks its features were found to be.
@@ -36,6 +38,7 @@ struct TrackedFrame {
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
   double error = 1.0;
   std::vector<OpenDirection> open;  // directions of the pose that they leave open
+  LossClues clues;                  // where there is no pose
 };
 
 }  // namespace highwall

@@ -135,27 +135,35 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   }
   const bool was_tracking = last_.has_value();
   std::optional<LocalMatch> match;
+  LossClues clues{.predicted = predicted.has_value()};
+  const auto in_local_map = [&](std::optional<TrackedFrame> rough, const KnownPose* known = nullptr,
+                                Aid aid = Aid::kNone) {
+    return TrackLocalMap(std::move(rough), map, known, aid, &clues);
+  };
   if (was_tracking) {
     const KnownPose* known = predicted ? &*predicted : nullptr;
-    auto rough = TrackMotion(frame, map, known);
+    if (known == nullptr) clues.shift = Shift(frame);
+    auto rough = TrackMotion(frame, map, known, Aid::kNone, &clues);
     const bool denied = rough && IsDenied(*rough);
-    match = TrackLocalMap(std::move(rough), map, known);
+    match = in_local_map(std::move(rough), known);
     // What most deny must at least be a pose in every direction.
     if (match && denied && !match->frame.open.empty()) match.reset();
     if (!match || denied || (known == nullptr && IsDoubtful(*match))) {
-      auto other = TrackLocalMap(TrackReference(frame, map), map);
+      auto other = in_local_map(TrackReference(frame, map));
       if (other && (!match || other->Support() > match->Support())) match = std::move(other);
     }
   }
-  if (!match) match = TrackLocalMap(Relocalize(frame, map), map);
+  if (!match) match = in_local_map(Relocalize(frame, map));
   if (!match && was_tracking && !predicted && options_.surfaces.enabled) {
-    match = TrackLocalMap(TrackMotion(frame, map, nullptr, Aid::kSurfaces), map, nullptr,
-                          Aid::kSurfaces);
+    match = in_local_map(TrackMotion(frame, map, nullptr, Aid::kSurfaces, &clues), nullptr,
+                         Aid::kSurfaces);
   }
   if (!match) {
     // With an IMU the landmarks of the last frame can be looked for again, however long ago.
     if (!predicted) last_.reset();
-    return Unmatched(frame, predicted ? predicted->T_WC : Pose());
+    TrackedFrame lost = Unmatched(frame, predicted ? predicted->T_WC : Pose());
+    lost.clues = clues;
+    return lost;
   }
   match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
@@ -201,8 +209,32 @@ double Tracker::SinceLast(const Frame& frame) const {
   return ToSeconds(frame.stamp - last_->frame.stamp);
 }
 
+double Tracker::Shift(const Frame& frame) const {
+  std::vector<double> depths;
+  for (const PointFeature& point : last_->frame.features->points) {
+    if (point.depth > 0.0) depths.push_back(point.depth);
+  }
+  const Pose T = velocity_.Predict(SinceLast(frame));
+  double angle = T.Angle();
+  if (!depths.empty()) {
+    const auto median = depths.begin() + std::ssize(depths) / 2;
+    std::nth_element(depths.begin(), median, depths.end());
+    angle += T.p().norm() / *median;
+  }
+  return model_.camera().fx * angle;
+}
+
+std::optional<TrackedFrame> Tracker::Coast(const Frame& frame) const {
+  if (!last_ || SinceLast(frame) > ConstantVelocity::kLongestPrediction) return std::nullopt;
+  TrackedFrame tracked = Unmatched(frame, last_->T_WC * velocity_.Predict(SinceLast(frame)));
+  tracked.state = TrackingState::kTracking;
+  tracked.reference = last_->reference;
+  return tracked;
+}
+
 std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map,
-                                                 const KnownPose* predicted, Aid aid) const {
+                                                 const KnownPose* predicted, Aid aid,
+                                                 LossClues* clues) const {
   // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
   std::optional<TrackedFrame> best;
   for (const double radius_scale : {1.0, 2.0}) {
@@ -215,7 +247,10 @@ std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& 
     Apply(
         matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
         tracked.lines);
-    if (!Solve(tracked, map, options_.min_motion_support, predicted, aid)) continue;
+    const bool solved = Solve(tracked, map, options_.min_motion_support, predicted, aid);
+    clues->tried = std::max(clues->tried, Support(tracked.tried_points, tracked.tried_lines));
+    if (!solved) continue;
+    clues->agreed = std::max(clues->agreed, Support(tracked));
     if (!IsDenied(tracked)) return tracked;
     if (!best || Support(tracked) > Support(*best)) best = std::move(tracked);
   }
@@ -308,12 +343,14 @@ cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
 
 std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
                                                           const Map& map,
-                                                          const KnownPose* predicted,
-                                                          Aid aid) const {
+                                                          const KnownPose* predicted, Aid aid,
+                                                          LossClues* clues) const {
   if (!rough) return std::nullopt;
   LocalMatch match{std::move(*rough), {}, {}};
   TrackedFrame& tracked = match.frame;
+  const auto all = static_cast<double>(tracked.points.size() + tracked.lines.size());
   SetMovingAside(tracked, map);
+  clues->set_aside = 1.0 - static_cast<double>(tracked.points.size() + tracked.lines.size()) / all;
   std::vector<KeyFrameId> local;
   for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
     if (static_cast<int>(local.size()) == options_.local_keyframes) break;

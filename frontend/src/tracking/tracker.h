@@ -37,6 +37,9 @@ class Tracker {
   // Tells the tracker that `tracked` became the keyframe: its landmarks, new ones included, are
   // the ones the next frame is matched to, from its pose after the adjustment.
   void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
+  // Where the camera is thought to be at constant velocity since the last frame; empty when lost,
+  // or after so long that nobody knows. The last frame stays the last.
+  std::optional<TrackedFrame> Coast(const Frame& frame) const;
   // The frames so far are of another world than those that follow.
   void Forget() { last_.reset(); }
   // The pose of the last frame as it was found in the end.
@@ -52,10 +55,13 @@ class Tracker {
   // What may tell a pose, beside points and lines.
   enum class Aid { kNone, kSurfaces };
 
+  // [px] by which the image shifts until `frame` at constant velocity.
+  double Shift(const Frame& frame) const;
   // [s] from the last frame tracked to `frame`.
   double SinceLast(const Frame& frame) const;
   std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map,
-                                          const KnownPose* predicted, Aid aid = Aid::kNone) const;
+                                          const KnownPose* predicted, Aid aid,
+                                          LossClues* clues) const;
   std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
   std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
   // A frame matched with the local map, and the landmarks that were to be seen from its pose.
@@ -69,8 +75,8 @@ class Tracker {
   };
   // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
-                                          const KnownPose* predicted = nullptr,
-                                          Aid aid = Aid::kNone) const;
+                                          const KnownPose* predicted, Aid aid,
+                                          LossClues* clues) const;
   // Whether the landmarks on a surface of the depth grid contradict all others but those on
   // `moving`.
   bool HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,

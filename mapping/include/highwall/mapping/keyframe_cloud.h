@@ -14,7 +14,7 @@
 namespace highwall {
 
 struct KeyframeCloudOptions {
-  double min_depth = 0.3;          // [m] > 0; nearer measurements are dropped
+  double min_depth = 0.05;         // [m] > 0; nearer measurements are dropped
   double max_depth = kDenseRange;  // [m] > min_depth
   int stride = 1;                  // [px] >= 1; every stride-th pixel of every stride-th row
   double edge_rejection = 0.05;    // >= 0; a pixel whose depth differs by more than this fraction

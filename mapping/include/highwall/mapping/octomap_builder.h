@@ -21,7 +21,7 @@ namespace highwall {
 
 struct OctomapBuilderOptions {
   double resolution = 0.05;          // [m] > 0, edge of the smallest voxel
-  double min_depth = 0.3;            // [m] >= 0; nearer pixels of a depth image are ignored
+  double min_depth = 0.05;           // [m] >= 0; nearer pixels of a depth image are ignored
   double max_range = kDenseRange;    // [m] > 0, may be infinite; longer rays clear up to it and
                                      // mark nothing
   double hit = 0.7;                  // probability in (0.5, 1) of an end voxel given the scan

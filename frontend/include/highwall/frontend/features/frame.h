@@ -32,7 +32,8 @@ struct LineFeature {
 
 // The features of one image, immutable once built; shared by the tracker and by keyframes.
 struct FrameFeatures {
-  double sharpness = 0.0;  // [grey levels] mean step between neighbouring pixels
+  double sharpness = 0.0;   // [grey levels] mean step between neighbouring pixels
+  double brightness = 0.0;  // [grey levels] mean
   std::vector<PointFeature> points;
   cv::Mat point_descriptors;  // N x 32 CV_8U, a row a point
   FeatureGrid point_grid;

@@ -51,8 +51,8 @@ struct LineExtractorOptions {
 struct SegmentDepthOptions {
   int samples = 24;            // places along the segment, [4, 64]; four depth pixels at each
   double half_width = 2.0;     // [px] farthest pixel from the segment to each side, > 0
-  double min_depth = 0.1;      // [m] a nearer value is no measurement, > 0
-  double max_depth = 10.0;     // [m] neither is a farther one, > min_depth
+  double min_depth = 0.05;     // [m] a nearer value is no measurement, > 0
+  double max_depth = 20.0;     // [m] neither is a farther one, > min_depth
   double min_valid = 0.5;      // share of the samples of a side that must be measurements, (0, 1]
   double min_inliers = 0.6;    // share of the measurements that must fit the line, (0, 1]
   double inlier_sigmas = 3.0;  // residual of such a measurement in sigmas, > 0
@@ -68,11 +68,9 @@ struct SegmentDepthOptions {
 struct FrameBuilderOptions {
   OrbExtractorOptions orb{};
   LineExtractorOptions lines{};
-  SegmentDepthOptions segment_depth{};  // its noise and range are taken from the sensor and below
+  SegmentDepthOptions segment_depth{};  // its noise and range are taken from the sensor
   bool use_points = true;
   bool use_lines = true;
-  double min_depth = 0.3;  // [m] > 0; nearer readings are dropped
-  double max_depth = 8.0;  // [m] > min_depth; farther readings are dropped
   // Share of the depth spread among a corner's neighbouring pixels that joins its depth noise,
   // >= 0: colour and depth are registered to no better than a pixel or two, so that beside a depth
   // edge the reading may be that of the other side.

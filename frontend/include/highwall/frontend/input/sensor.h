@@ -9,11 +9,14 @@
 
 namespace highwall {
 
-// An RGB-D camera whose depth image is registered to its colour image: one pinhole for both.
+// An RGB-D camera whose depth image is registered to its colour image: one pinhole for both. The
+// default range is that of no sensor in particular: the noise decides what a reading is worth.
 struct RgbdSensor {
   PinholeCamera camera{};
   double depth_factor = 5000.0;  // [1/m] > 0: the stored depth value that stands for one metre
   DepthNoise depth_noise{};      // of the metric depth
+  double min_depth = 0.05;       // [m] > 0; a nearer reading is none
+  double max_depth = 20.0;       // [m] > min_depth; neither is a farther one
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -21,7 +24,8 @@ struct RgbdSensor {
 
 // The sensors of the TUM RGB-D benchmark (Sturm et al., "A Benchmark for the Evaluation of RGB-D
 // SLAM Systems", IROS 2012; ROS default calibrations of its file formats page): "tum1", "tum2" and
-// "tum3" for freiburg1, 2 and 3. Empty for any other name.
+// "tum3" for freiburg1, 2 and 3, with the depth of "kinect1" (sensor_profile.h). Empty for any
+// other name.
 std::optional<RgbdSensor> SensorPreset(std::string_view name);
 
 // The names SensorPreset knows, in order.

@@ -21,6 +21,7 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/pose/degeneracy.h>
 #include <highwall/frontend/system/options.h>
+#include <highwall/frontend/tracking/loss_reason.h>
 #include <highwall/frontend/tracking/tracking_state.h>
 
 namespace highwall {
@@ -38,7 +39,11 @@ struct FrameTimes {
 struct FrameResult {
   Stamp stamp = 0;
   TrackingState state = TrackingState::kLost;
+  std::optional<LossReason> reason{};  // why there is no pose, where there is none
   bool relocalized = false;
+  // The colour image is the one before once more (RepeatedImage): it says nothing new, and the pose
+  // is that of the motion so far.
+  bool repeated = false;
   Pose T_WC;                   // causal estimate; meaningful where HasPose(state)
   SubmapId submap = kNoId;     // in whose world (Map::Root); kNoId without a pose
   bool begins_submap = false;  // the map goes on in a new one, from this frame

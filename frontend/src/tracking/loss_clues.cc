@@ -1,0 +1,68 @@
+#include "tracking/loss_clues.h"
+
+#include <algorithm>
+
+#include "pose/support.h"
+
+namespace highwall {
+namespace {
+
+// A corner of the least contrast takes a third of the light of an image so dark.
+constexpr double kDark = 3.0;
+// Motion that halves the steps between pixels has smeared them over two.
+constexpr double kBlurred = 0.5;
+
+}  // namespace
+
+const char* ToString(LossReason reason) {
+  switch (reason) {
+    case LossReason::kDark:
+      return "dark";
+    case LossReason::kBlurred:
+      return "blurred";
+    case LossReason::kPlain:
+      return "plain";
+    case LossReason::kNoDepth:
+      return "no depth";
+    case LossReason::kTooFast:
+      return "too fast";
+    case LossReason::kContradictory:
+      return "contradictory";
+    case LossReason::kAllMoving:
+      return "all moving";
+    case LossReason::kUnknownPlace:
+      return "unknown place";
+    case LossReason::kRepeatedImage:
+      return "repeated image";
+    case LossReason::kDeadReckoning:
+      return "dead reckoning";
+  }
+  return "unknown";
+}
+
+LossReason ReasonOf(const FrameFeatures& features, const LossClues& clues,
+                    const FeatureNeeds& needs) {
+  const auto with_depth = [](const auto& all, const auto& has_depth) {
+    return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), has_depth));
+  };
+  const auto min_features = static_cast<std::size_t>(needs.min_features);
+  if (Support(features.points.size(), features.lines.size()) < min_features) {
+    if (features.brightness < kDark * needs.min_corner) return LossReason::kDark;
+    if (features.sharpness < kBlurred * needs.usual_sharpness) return LossReason::kBlurred;
+    return LossReason::kPlain;
+  }
+  if (Support(with_depth(features.points, [](const PointFeature& p) { return p.depth > 0.0; }),
+              with_depth(features.lines, [](const LineFeature& l) {
+                return l.segment_C.has_value();
+              })) < min_features) {
+    return LossReason::kNoDepth;
+  }
+  if (clues.set_aside > 0.5) return LossReason::kAllMoving;
+  if (clues.shift > needs.searched) return LossReason::kTooFast;
+  if (clues.tried > 2 * std::max(clues.agreed, needs.min_features / 10)) {
+    return LossReason::kContradictory;
+  }
+  return clues.predicted ? LossReason::kDeadReckoning : LossReason::kUnknownPlace;
+}
+
+}  // namespace highwall
