@@ -32,11 +32,11 @@ DenseMapOptions Options(bool background) {
 }
 
 // The first three keyframes of a walk are in the first layer, the others in the second, whose world
-// is turned and moved: there they would stand through the walls of the first.
+// is turned and moved: in that of the first they would look through its walls.
 class LayersOfARoom : public ::testing::TestWithParam<bool> {
  protected:
   LayersOfARoom() : mapper_(Options(GetParam()), SmallCamera()) {
-    const Pose T_second_first(so3::Exp(Eigen::Vector3d(0.1, 0.8, 0.0)), {0.6, 0.1, -0.4});
+    const Pose T_second_first(so3::Exp(Eigen::Vector3d(0.1, 0.25, 0.0)), {0.2, 0.1, 1.0});
     for (std::size_t i = 0; i < walk_.size(); ++i) {
       keyframes_.push_back(walk_[i]);
       if (i < 3) continue;
@@ -55,7 +55,6 @@ class LayersOfARoom : public ::testing::TestWithParam<bool> {
     return {keyframes.begin() + static_cast<std::ptrdiff_t>(begin),
             keyframes.begin() + static_cast<std::ptrdiff_t>(end)};
   }
-  // Of the keyframes from `begin` on, in one layer.
   static std::map<std::int64_t, KeyframePose> PosesOf(const std::vector<KeyframeImage>& keyframes,
                                                       std::int32_t layer) {
     std::map<std::int64_t, KeyframePose> poses;
@@ -66,7 +65,10 @@ class LayersOfARoom : public ::testing::TestWithParam<bool> {
     for (const KeyframeImage& keyframe : keyframes) mapper_.AddKeyframe(keyframe);
   }
   void WaitUntilCurrent() const {
-    while (!mapper_.IsCurrent()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    for (int ms = 0; !mapper_.IsCurrent(); ++ms) {
+      ASSERT_LT(ms, 60'000);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
   }
 
   const std::vector<KeyframeImage> walk_ = WalkThroughBox();  // in one world
