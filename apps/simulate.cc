@@ -67,17 +67,6 @@ CLI::Validator IsBlackout() {
       "T:S");
 }
 
-// A camera with `scale` times the pixels along each side, and the same view.
-PinholeCamera Scaled(PinholeCamera camera, double scale) {
-  camera.width = static_cast<int>(std::lround(camera.width * scale));
-  camera.height = static_cast<int>(std::lround(camera.height * scale));
-  camera.fx *= scale;
-  camera.fy *= scale;
-  camera.cx = (camera.cx + 0.5) * scale - 0.5;
-  camera.cy = (camera.cy + 0.5) * scale - 0.5;
-  return camera;
-}
-
 double DefaultDuration(const std::string& scene) {
   if (scene == "mine") return 90.0;
   return scene == "road" ? 35.0 : 10.0;
@@ -90,7 +79,7 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   options.fps = arguments.fps;
   options.duration = arguments.duration.value_or(DefaultDuration(arguments.scene));
   options.rest = arguments.rest.value_or(options.rest);
-  options.camera = Scaled(options.camera, arguments.scale);
+  options.camera = simulate::Scaled(options.camera, arguments.scale);
   options.traffic = arguments.moving;
   options.line_delay = 1e-6 * arguments.line_delay;
   if (arguments.noise) {

@@ -2,12 +2,9 @@
 // RGB-D alone and with each way to weigh the IMU, once a seed; the table gives medians.
 #include <CLI/App.hpp>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <unistd.h>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -16,6 +13,7 @@
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "bench_main.h"
+#include "cache_folder.h"
 #include "config.h"
 #include "imu_choice.h"
 #include "imu_input.h"
@@ -43,32 +41,6 @@ struct Arguments {
 };
 
 constexpr double kBlackout = 2.0;  // [s]
-
-// A folder that goes with the object unless it was given.
-class CacheFolder {
- public:
-  explicit CacheFolder(const std::string& given) : path_(given), temporary_(given.empty()) {
-    if (temporary_) {
-      path_ = std::filesystem::temp_directory_path() /
-              fmt::format("highwall_bench_inertial_{}", ::getpid());
-    }
-    std::error_code error;
-    std::filesystem::create_directories(path_, error);
-    if (error) throw IoError(path_, "cannot be made: " + error.message());
-  }
-  ~CacheFolder() {
-    std::error_code ignored;
-    if (temporary_) std::filesystem::remove_all(path_, ignored);
-  }
-  CacheFolder(const CacheFolder&) = delete;
-  CacheFolder& operator=(const CacheFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-  bool temporary_;
-};
 
 // The readings as a user's run gets them, their clock moved.
 apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibration>& calibration,
@@ -138,7 +110,7 @@ void PrintRow(const std::string& scene, const std::string& policy, const Scores&
 }
 
 void Run(const Arguments& arguments) {
-  const CacheFolder cache(arguments.cache);
+  const CacheFolder cache(arguments.cache, "highwall_bench_inertial");
   nlohmann::json report;
   report["versions"] = apps::VersionsJson();
   report["time_offset_s"] = arguments.time_offset;

@@ -68,6 +68,16 @@ SimulationOptions FieldTestOptions() {
   return options;
 }
 
+PinholeCamera Scaled(PinholeCamera camera, double scale) {
+  camera.width = static_cast<int>(std::lround(camera.width * scale));
+  camera.height = static_cast<int>(std::lround(camera.height * scale));
+  camera.fx *= scale;
+  camera.fy *= scale;
+  camera.cx = (camera.cx + 0.5) * scale - 0.5;
+  camera.cy = (camera.cy + 0.5) * scale - 0.5;
+  return camera;
+}
+
 void SimulationOptions::Validate() const {
   HIGHWALL_REQUIRE(std::isfinite(duration) && duration > 0.0,
                    "SimulationOptions::duration must be positive");

@@ -60,6 +60,9 @@ using MovingScene = std::function<Scene(double t)>;
 // noise, depth from 0.3 to 6 m, automatic exposure, one second at rest.
 SimulationOptions FieldTestOptions();
 
+// A camera with `scale` times the pixels along each side, and the same view.
+PinholeCamera Scaled(PinholeCamera camera, double scale);
+
 // Stamp and pose belong to the middle of the exposure (of the middle row, where the shutter rolls);
 // depth is of that instant too, row by row.
 struct SimulatedFrame {

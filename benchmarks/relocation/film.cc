@@ -1,0 +1,117 @@
+#include "film.h"
+
+#include <utility>
+
+#include <fmt/core.h>
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+
+#include "scenes.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/random.h"
+
+namespace highwall::bench {
+namespace {
+
+simulate::PartedSimulation Simulate(const SequenceOptions& options) {
+  simulate::SimulationOptions simulation;
+  simulation.seed = options.seed;
+  simulation.fps = options.fps;
+  simulation.camera = simulate::Scaled(simulation.camera, options.scale);
+  simulation.imu.enabled = false;
+  return options.twins ? simulate::SimulateTwinRooms(simulation)
+                       : simulate::SimulateKidnap(simulation);
+}
+
+}  // namespace
+
+Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
+                   const std::function<void(int, int)>& progress)
+    : Sequence(options, cache, progress, Simulate(options)) {}
+
+Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
+                   const std::function<void(int, int)>& progress,
+                   simulate::PartedSimulation simulation)
+    : parted_(std::move(simulation)) {
+  const std::filesystem::path folder =
+      cache / fmt::format("{}_seed{}_{}fps_scale{}", options.twins ? "twins" : "kidnap",
+                          options.seed, options.fps, options.scale);
+  if (!std::filesystem::exists(folder)) {  // it appears whole or not at all
+    simulate::WriteTum(parted_.simulation, folder, progress);
+  }
+  const PinholeCamera camera = sensor().camera;
+  images_ =
+      std::make_unique<TumDataset>(folder, TumDatasetOptions{.depth_factor = sensor().depth_factor,
+                                                             .width = camera.width,
+                                                             .height = camera.height});
+}
+
+RgbdSensor Sequence::sensor() const {
+  return {.camera = options().camera, .depth_noise = options().sensor.Noise()};
+}
+
+RgbdImage Sequence::Load(std::size_t frame) const {
+  std::optional<RgbdImage> image = images_->Load(frame);
+  if (!image) throw IoError(images_->directory(), fmt::format("frame {} cannot be used", frame));
+  return *std::move(image);
+}
+
+std::optional<int> Sequence::PartOf(std::size_t frame) const {
+  return parted_.PartAt(ToSeconds(stamp(frame) - stamp(0)));
+}
+
+Film::Film(const Sequence& sequence, Ways ways) : sequence_(sequence), ways_(ways) {
+  Stamp left_out = 0;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const std::optional<int> part = sequence.PartOf(i);
+    if (!part && ways == Ways::kLeftOut) {
+      left_out += sequence.stamp(i) - sequence.stamp(i - 1);
+      continue;
+    }
+    frames_.push_back({i, sequence.stamp(i) - left_out, part});
+  }
+}
+
+RgbdImage Film::Load(const FilmFrame& frame) const {
+  if (ways_ == Ways::kCovered && !frame.part) return Covered(frame);
+  RgbdImage image = sequence_.Load(frame.source);
+  image.stamp = frame.stamp;
+  return image;
+}
+
+Trajectory Film::Truth() const {
+  Trajectory truth;
+  for (const FilmFrame& frame : frames_) {
+    truth.push_back({frame.stamp, sequence_.T_WC(frame.source)});
+  }
+  return truth;
+}
+
+// Next to black, with the noise of a sensor that is as bright as in the room.
+RgbdImage Film::Covered(const FilmFrame& frame) const {
+  constexpr float kBlack = 4.0F, kNoise = 2.0F;  // [grey levels] mean and sigma
+  constexpr float kHand = 0.25F;                 // [m] of a cover that is near
+  constexpr int kBlob = 16;                      // [px] of garbage that hangs together
+  const PinholeCamera camera = sequence_.sensor().camera;
+  RgbdImage image{frame.stamp, cv::Mat(camera.height, camera.width, CV_8UC3),
+                  cv::Mat::zeros(camera.height, camera.width, CV_32FC1)};
+  const auto random = simulate::CounterRandom(sequence_.seed()).Stream(frame.source);
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const auto pixel = static_cast<std::uint64_t>(v * camera.width + u);
+      const Eigen::Vector2f a = random.Normals(2 * pixel), b = random.Normals(2 * pixel + 1);
+      image.bgr.at<cv::Vec3b>(v, u) =
+          cv::Vec3f::all(kBlack) + kNoise * cv::Vec3f(a.x(), a.y(), b.x());
+      const auto blob = static_cast<std::uint64_t>((v / kBlob) * camera.width + u / kBlob);
+      const auto guess = random.Stream(1);
+      if (cover() == Cover::kNear) image.depth.at<float>(v, u) = kHand + 0.003F * b.y();
+      if (cover() == Cover::kGarbage && guess.Uniform(2 * blob) < 0.5F) {
+        image.depth.at<float>(v, u) = 0.4F + 7.6F * guess.Uniform(2 * blob + 1);
+      }
+    }
+  }
+  return image;
+}
+
+}  // namespace highwall::bench

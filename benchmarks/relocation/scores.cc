@@ -1,0 +1,179 @@
+#include "scores.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+
+#include "scenes.h"
+
+namespace highwall::bench {
+namespace {
+
+// A part of a run by the truth: T_true_est, whose rotation is the mean one.
+Pose Align(const Trajectory& truth, const Trajectory& estimate) {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  Eigen::Vector3d p_true = Eigen::Vector3d::Zero(), p_est = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector4d q = (truth[i].pose.q() * estimate[i].pose.q().conjugate()).coeffs();
+    sum += q.dot(sum) < 0.0 ? Eigen::Vector4d(-q) : q;
+    p_true += truth[i].pose.p() / static_cast<double>(truth.size());
+    p_est += estimate[i].pose.p() / static_cast<double>(truth.size());
+  }
+  const Eigen::Quaterniond q(Eigen::Vector4d(sum.normalized()));
+  return Pose(q, p_true - q * p_est);
+}
+
+// The poses of a film's trajectory, by the frame of its sequence.
+std::map<std::size_t, Pose> BySource(const Film& film, const Trajectory& trajectory) {
+  std::map<Stamp, std::size_t> sources;
+  for (const FilmFrame& frame : film.frames()) sources[frame.stamp] = frame.source;
+  std::map<std::size_t, Pose> poses;
+  for (const StampedPose& pose : trajectory) poses[sources.at(pose.stamp)] = pose.pose;
+  return poses;
+}
+
+std::optional<PartsError> ErrorBetweenParts(const Film& film, const Trajectory& trajectory) {
+  Trajectory truth[2], estimate[2];
+  const auto poses = BySource(film, trajectory);
+  for (const FilmFrame& frame : film.frames()) {
+    const auto found = poses.find(frame.source);
+    if (found == poses.end() || !frame.part || *frame.part > 1) continue;
+    truth[*frame.part].push_back({frame.stamp, film.sequence().T_WC(frame.source)});
+    estimate[*frame.part].push_back({frame.stamp, found->second});
+  }
+  if (estimate[0].empty() || estimate[1].empty()) return std::nullopt;
+  const Pose E = Align(truth[0], estimate[0]).Inverse() * Align(truth[1], estimate[1]);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const StampedPose& pose : estimate[1]) middle += pose.pose.p();
+  middle /= static_cast<double>(estimate[1].size());
+  return PartsError{1e3 * (E * middle - middle).norm(), E.Angle() * 180.0 / std::numbers::pi};
+}
+
+// A map has its world where its first frame put it; what is elsewhere by more than any drift within
+// a room was taken for another place.
+int Misplaced(const Film& film, const Run& run) {
+  constexpr double kFar = 0.5, kTurned = 0.2;  // [m], [rad]
+  std::map<SubmapId, Pose> T_WS;
+  int misplaced = 0;
+  auto meeting = run.meetings.begin();
+  for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
+    const Outcome& outcome = run.outcomes[i];
+    bool merged = false;
+    for (; meeting != run.meetings.end() && meeting->stamp <= film.frames()[i].stamp; ++meeting) {
+      if (!meeting->merge) continue;
+      merged = true;
+      const SubmapMerge& merge = *meeting->merge;
+      if (merge.moved == merge.root) T_WS[merge.root] = T_WS.at(merge.other);
+    }
+    if (!outcome.pose || merged) continue;  // with a merge: in either of the two
+    const Pose T_WC = film.sequence().T_WC(film.frames()[i].source);
+    const Pose T = T_WC * outcome.T_WC.Inverse();
+    const Pose error = T_WS.try_emplace(outcome.submap, T).first->second * T.Inverse();
+    // At the camera: far from the origin a small turn is a long way.
+    if ((error * T_WC.p() - T_WC.p()).norm() > kFar || error.Angle() > kTurned) ++misplaced;
+  }
+  return misplaced;
+}
+
+// The longest time from where a part begins to its first pose, to its end where there is none.
+double LongestGone(const Film& film, const std::vector<Outcome>& outcomes) {
+  double longest = 0.0;
+  std::optional<int> part;
+  Stamp begin = 0;
+  bool gone = false;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const FilmFrame& frame = film.frames()[i];
+    if (!frame.part) continue;
+    if (frame.part != part) {
+      part = frame.part;
+      begin = frame.stamp;
+      gone = true;
+    }
+    if (!gone) continue;
+    longest = std::max(longest, ToSeconds(frame.stamp - begin));
+    gone = !outcomes[i].pose;
+  }
+  return longest;
+}
+
+}  // namespace
+
+Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)>& progress) {
+  Run run;
+  Session session(film.sequence().sensor(), film.Truth());
+  const PinholeCamera camera = film.sequence().sensor().camera;
+  for (const FilmFrame& frame : film.frames()) {
+    const RgbdImage image = film.Load(frame);
+    run.outcomes.push_back(session.Track(image));
+    if (frame.part) {
+      run.encounters.Watch(
+          frame.stamp, *frame.part,
+          testing::SeenSurface::PointsOf(image.depth, camera, film.sequence().T_WC(frame.source)));
+    }
+    progress(run.outcomes.size(), film.frames().size());
+  }
+  session.Finish();
+  run.meetings = session.meetings();
+  run.refusals = session.refusals();
+  run.trajectories = session.Trajectories();
+  return run;
+}
+
+RelocationScores ScoreRun(const Film& film, const Run& run) {
+  RelocationScores scores;
+  scores.gone_s = LongestGone(film, run.outcomes);
+  scores.misplaced = Misplaced(film, run);
+  for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
+    if (run.outcomes[i].pose) continue;
+    ++scores.lost;
+    const bool covered = !film.frames()[i].part;
+    if (covered) ++scores.lost_covered;
+    ++(covered ? scores.covered_reasons : scores.reasons)[run.outcomes[i].reason];
+  }
+  const auto& known = run.encounters.known_at_first();
+  if (known.size() > 1) scores.known_at_first = known[1];
+  const Stamp first = film.frames().front().stamp;
+  if (const auto met = run.encounters.met()) scores.due_s = ToSeconds(*met - first);
+  for (const Meeting& meeting : run.meetings) {
+    ++(meeting.merge ? scores.merges : scores.loops);
+    if (meeting.IsFalse()) ++(meeting.merge ? scores.false_merges : scores.false_loops);
+    if (meeting.merge && scores.due_s) {
+      scores.merged_s = ToSeconds(meeting.stamp - first) - *scores.due_s;  // the last one
+    }
+  }
+  scores.maps = static_cast<int>(run.trajectories.size());
+  if (run.trajectories.empty()) return scores;
+  try {
+    scores.ape_mm = 1e3 * AbsolutePoseError(film.Truth(), run.trajectories.front()).statistics.rmse;
+  } catch (const InvalidArgument&) {  // too few poses
+  }
+  scores.parts = ErrorBetweenParts(film, run.trajectories.front());
+  return scores;
+}
+
+std::optional<double> ApeOverSameFrames(const Film& film, const Run& run, const Film& other_film,
+                                        const Run& other) {
+  if (run.trajectories.empty() || other.trajectories.empty()) return std::nullopt;
+  const auto poses = BySource(film, run.trajectories.front());
+  const auto others = BySource(other_film, other.trajectories.front());
+  Trajectory truth, estimate;
+  for (const auto& [source, pose] : poses) {
+    if (!others.contains(source)) continue;
+    const Stamp stamp = film.sequence().stamp(source);
+    truth.push_back({stamp, film.sequence().T_WC(source)});
+    estimate.push_back({stamp, pose});
+  }
+  try {
+    return 1e3 * AbsolutePoseError(truth, estimate).statistics.rmse;
+  } catch (const InvalidArgument&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace highwall::bench

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/system/slam_system.h>
+
+namespace highwall::bench {
+
+// What became of a frame.
+struct Outcome {
+  bool pose = false;
+  Pose T_WC;                // where there is one
+  SubmapId submap = kNoId;  // whose world the pose is in
+  std::string reason;       // why it has none
+};
+
+// Two places that were taken for one.
+struct Meeting {
+  Stamp stamp = 0;                     // of the frame with which it was applied
+  std::optional<SubmapMerge> merge;    // where they were in two maps
+  double metres = 0.0, degrees = 0.0;  // of the measured transform from the truth
+
+  bool IsFalse() const { return metres > 0.1 || degrees > 3.0; }
+};
+
+// A system that is judged while it works, in lockstep.
+class Session {
+ public:
+  // truth: T_WC of every frame.
+  Session(const RgbdSensor& sensor, const Trajectory& truth);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  Outcome Track(const RgbdImage& image);
+  // After the last frame.
+  void Finish();
+
+  // Accepted ones, in the order of time.
+  const std::vector<Meeting>& meetings() const { return meetings_; }
+  // What the others were refused for.
+  const std::vector<std::string>& refusals() const { return refusals_; }
+  // Of all parts, the one with most frames first.
+  std::vector<Trajectory> Trajectories() const;
+
+ private:
+  void Judge(const LoopReport& report);
+
+  std::map<Stamp, Pose> truth_;
+  SlamSystem slam_;
+  Stamp now_ = 0;
+  std::vector<Meeting> meetings_;
+  std::vector<std::string> refusals_;
+};
+
+}  // namespace highwall::bench
