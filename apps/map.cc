@@ -132,7 +132,7 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
   const HeightMap heights = MakeHeightMap(dense.octree, HeightSource::kTop, dense.R_GW);
   if (heights.width > 0) WritePng(out / "heights.png", HeightImage(heights));
   for (const MapPicture& picture : kMapPictures) {
-    WriteMapPicture(out, picture, dense, trajectory);
+    WriteMapPicture(out / picture.file, picture, dense, trajectory);
   }
 
   const auto megabytes = [&](const char* name) {

@@ -203,11 +203,11 @@ void WritePng(const std::filesystem::path& path, const cv::Mat& image) {
   file.Commit();
 }
 
-void WriteMapPicture(const std::filesystem::path& directory, const MapPicture& picture,
+void WriteMapPicture(const std::filesystem::path& path, const MapPicture& picture,
                      const DenseMap& dense, const Trajectory& trajectory) {
   constexpr int kSize = 1200;  // [px]
   const cv::Mat image = picture.draw(dense, trajectory, picture.view, kSize);
-  if (!image.empty()) WritePng(directory / picture.file, image);
+  if (!image.empty()) WritePng(path, image);
 }
 
 }  // namespace highwall::apps

@@ -40,7 +40,7 @@ inline constexpr std::array<MapPicture, 4> kMapPictures = {
      {"octree.png", DrawOctree, MapView::kOblique}}};
 
 // No file of a map that is empty. Throws IoError.
-void WriteMapPicture(const std::filesystem::path& directory, const MapPicture& picture,
+void WriteMapPicture(const std::filesystem::path& path, const MapPicture& picture,
                      const DenseMap& dense, const Trajectory& trajectory);
 
 }  // namespace highwall::apps

@@ -1,6 +1,8 @@
 #include "run_output.h"
 
+#include <algorithm>
 #include <exception>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -40,15 +42,32 @@ void RemoveStale(const std::filesystem::path& path) {
   if (error) throw IoError(path, "is of an earlier run and cannot be removed: " + error.message());
 }
 
-// What an earlier run wrote of submaps beside its largest; as many as it had.
-void RemoveOfSubmaps(const std::filesystem::path& path) {
-  for (std::size_t place = 1;; ++place) {
-    const std::filesystem::path file =
-        path.parent_path() / NameOfSubmap(path.filename().string(), place);
-    std::error_code error;
-    if (!std::filesystem::exists(file, error)) return;
-    RemoveStale(file);
+// Whether `file` is NameOfSubmap(name, place) of some place > 0.
+bool IsOfSubmap(const std::string& file, const std::filesystem::path& name) {
+  const std::string prefix = name.stem().string() + "_", suffix = name.extension().string();
+  if (!file.starts_with(prefix) || !file.ends_with(suffix)) return false;
+  if (file.size() <= prefix.size() + suffix.size()) return false;
+  const auto number =
+      std::string_view(file).substr(prefix.size(), file.size() - prefix.size() - suffix.size());
+  return std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// What an earlier run wrote, the files of its other submaps included.
+void RemoveResults(const std::filesystem::path& folder) {
+  std::vector<const char*> names = {kReport, kTrajectory, kCausal, kAdjusted,  kKeyframes,
+                                    kCloud,  kOctree,     kGrid,   kGridImage, kSparseMap};
+  for (const MapPicture& picture : kMapPictures) names.push_back(picture.file);
+  for (const char* const name : names) RemoveStale(folder / name);
+  std::vector<std::filesystem::path> numbered;
+  std::error_code error;
+  const std::filesystem::directory_iterator entries(folder, error);
+  if (error) throw IoError(folder, "cannot be listed: " + error.message());
+  for (const auto& entry : entries) {
+    const std::string file = entry.path().filename().string();
+    const auto is_of = [&file](const char* name) { return IsOfSubmap(file, name); };
+    if (std::ranges::any_of(names, is_of)) numbered.push_back(entry.path());
   }
+  for (const std::filesystem::path& path : numbered) RemoveStale(path);
 }
 
 // A file that could not be written has none.
@@ -58,17 +77,19 @@ void AddFileSize(const std::filesystem::path& path, nlohmann::json& json) {
   if (!error) json["file_mb"] = static_cast<double>(bytes) / 1e6;
 }
 
-nlohmann::json DenseJson(const DenseMap& dense, const std::filesystem::path& directory) {
+// place: that of its submap.
+nlohmann::json DenseJson(const DenseMap& dense, const std::filesystem::path& directory,
+                         std::size_t place) {
   const OctreeLeafCount leaves = dense.octree.LeafCount();
   nlohmann::json json;
   json["cloud"] = {{"points", dense.cloud.size()}, {"merge_ms", dense.merge_ms}};
-  AddFileSize(directory / kCloud, json["cloud"]);
+  AddFileSize(directory / NameOfSubmap(kCloud, place), json["cloud"]);
   json["octree"] = {{"resolution_m", dense.octree.options().resolution},
                     {"occupied_leaves", leaves.occupied},
                     {"free_leaves", leaves.free},
                     {"memory_mb", static_cast<double>(dense.octree.MemoryBytes()) / 1e6},
                     {"build_ms", dense.octree_ms}};
-  AddFileSize(directory / kOctree, json["octree"]);
+  AddFileSize(directory / NameOfSubmap(kOctree, place), json["octree"]);
   json["grid"] = {{"width", dense.grid.width},
                   {"height", dense.grid.height},
                   {"resolution_m", dense.grid.resolution}};
@@ -99,12 +120,7 @@ RunOutput::RunOutput(std::filesystem::path directory, std::filesystem::path save
 void RunOutput::Begin() {
   MakeFolder(directory_);
   if (!saved_map_.empty()) MakeFolder(std::filesystem::absolute(saved_map_).parent_path());
-  for (const char* name : {kReport, kTrajectory, kCausal, kAdjusted, kKeyframes, kCloud, kOctree,
-                           kGrid, kGridImage, kSparseMap}) {
-    RemoveStale(directory_ / name);
-  }
-  for (const MapPicture& picture : kMapPictures) RemoveStale(directory_ / picture.file);
-  for (const char* name : {kTrajectory, kCausal, kAdjusted}) RemoveOfSubmaps(directory_ / name);
+  RemoveResults(directory_);
   OpenLog(kCausal, causal_);
   OpenLog(kKeyframes, keyframes_);
   begun_ = true;
@@ -155,14 +171,15 @@ void RunOutput::WriteTrajectories(const SlamRun& run) {
   }
 }
 
-void RunOutput::WriteDense(const DenseMap& dense, const Trajectory& trajectory) {
-  Attempt([&] { dense.octree.WriteBinary(directory_ / kOctree); });
-  if (dense.grid.width > 0) {
-    Attempt([&] { WriteOccupancyGrid(directory_ / kGrid, dense.grid); });
-  }
-  Attempt([&] { WritePly(directory_ / kCloud, dense.cloud); });
+void RunOutput::WriteDense(const SubmapRun& submap, std::size_t place) {
+  if (!submap.dense) return;
+  const DenseMap& dense = *submap.dense;
+  const auto path = [&](const char* name) { return directory_ / NameOfSubmap(name, place); };
+  Attempt([&] { dense.octree.WriteBinary(path(kOctree)); });
+  if (dense.grid.width > 0) Attempt([&] { WriteOccupancyGrid(path(kGrid), dense.grid); });
+  Attempt([&] { WritePly(path(kCloud), dense.cloud); });
   for (const MapPicture& picture : kMapPictures) {
-    Attempt([&] { WriteMapPicture(directory_, picture, dense, trajectory); });
+    Attempt([&] { WriteMapPicture(path(picture.file), picture, dense, submap.trajectory); });
   }
 }
 
@@ -177,14 +194,20 @@ nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& ru
     if (adjusted.empty()) continue;
     Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(kAdjusted, i + 1), adjusted); });
   }
-  if (run.dense) WriteDense(*run.dense, run.largest.trajectory);
+  WriteDense(run.largest, 0);
+  for (std::size_t i = 0; i < run.others.size(); ++i) WriteDense(run.others[i], i + 1);
+  const std::optional<DenseMap>& dense = run.largest.dense;
   Attempt([&] {
-    const Eigen::Quaterniond R_GW = run.dense ? run.dense->R_GW : Eigen::Quaterniond::Identity();
+    const Eigen::Quaterniond R_GW = dense ? dense->R_GW : Eigen::Quaterniond::Identity();
     const cv::Mat sparse = DrawSparseMap(run.sparse, R_GW, 1200);
     if (!sparse.empty()) WritePng(directory_ / kSparseMap, sparse);
   });
   nlohmann::json json = run_json;
-  if (run.dense) json["map"] = DenseJson(*run.dense, directory_);
+  if (dense) json["map"] = DenseJson(*dense, directory_, 0);
+  for (std::size_t i = 0; i < run.others.size(); ++i) {
+    const std::optional<DenseMap>& other = run.others[i].dense;
+    if (other) json["submaps"][i + 1]["map"] = DenseJson(*other, directory_, i + 1);
+  }
   json["complete"] = failures_.empty();
   if (!failures_.empty()) json["failures"] = failures_;
   Attempt([&] {

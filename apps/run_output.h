@@ -36,8 +36,9 @@ class RunOutput {
   // the largest submap; those of the others are numbered from trajectory_2.txt on.
   void WriteTrajectories(const SlamRun& run);
   // After WriteTrajectories(), once: trajectory_adjusted.txt, cloud.ply, map.bt, grid.pgm and
-  // grid.yaml, pictures, as far as the run has them, and run.json. Returns what that says:
-  // run_json, the sizes of the map, `complete`, and `failures` where there are any.
+  // grid.yaml, pictures, as far as the run has them, those of the other submaps numbered, and
+  // run.json. Returns what that says: run_json, the sizes of the maps, `complete`, and `failures`
+  // where there are any.
   nlohmann::json WriteRest(const SlamRun& run, const nlohmann::json& run_json);
 
   // What could not be made or written: those of the run, then of its files.
@@ -48,7 +49,7 @@ class RunOutput {
   void OpenLog(const char* name, std::optional<TrajectoryLog>& log) const;
   // Does without what the file system refuses.
   void Attempt(const std::function<void()>& write);
-  void WriteDense(const DenseMap& dense, const Trajectory& trajectory);
+  void WriteDense(const SubmapRun& submap, std::size_t place);
 
   std::filesystem::path directory_, saved_map_;
   bool begun_ = false;

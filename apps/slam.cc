@@ -122,9 +122,9 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArgum
   }
   fmt::print("tracking    {:.1f} ms a frame (median), 95 % within {:.1f} ms\n",
              run.times.tracking.median, run.times.tracking.p95);
-  if (run.dense) {
-    fmt::print("dense map   {} points, {} octree nodes at {} m\n", run.dense->cloud.size(),
-               run.dense->octree.NodeCount(), run.dense->octree.options().resolution);
+  if (const auto& dense = run.largest.dense) {
+    fmt::print("dense map   {} points, {} octree nodes at {} m\n", dense->cloud.size(),
+               dense->octree.NodeCount(), dense->octree.options().resolution);
   }
   fmt::print("memory      {:.0f} MiB at its peak\n", PeakMemoryMib());
   if (dataset.groundtruth() != nullptr) {

@@ -177,9 +177,14 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
 }
 
-std::map<std::int64_t, Pose> KeyFramePoses(const Map& map) {
-  std::map<std::int64_t, Pose> poses;
-  for (const KeyFrameId id : map.keyframe_ids()) poses[id] = map.keyframe(id)->T_WC;
+// What is not joined is in layers of its own.
+KeyframePose PoseInLayer(const KeyFrame& keyframe, const Map& map) {
+  return {keyframe.T_WC, map.Root(keyframe.submap)};
+}
+
+std::map<std::int64_t, KeyframePose> KeyFramePoses(const Map& map) {
+  std::map<std::int64_t, KeyframePose> poses;
+  for (const KeyFrameId id : map.keyframe_ids()) poses[id] = PoseInLayer(*map.keyframe(id), map);
   return poses;
 }
 
@@ -278,13 +283,24 @@ class KeyframeMapping {
     }
     settling_.HandOver(image.stamp);
     const bool levelled = result.inertial && result.inertial->T_level;
-    if (levelled || MovesMap(result.loops)) mapper_.SetPoses(KeyFramePoses(slam_.map()));
+    // With a new submap the one before may have been dropped.
+    if (levelled || result.begins_submap || MovesMap(result.loops)) {
+      mapper_.SetPoses(KeyFramePoses(slam_.map()));
+    }
   }
 
-  DenseMap Finish() {
+  // The map of each submap.
+  void Finish(SlamRun* run) {
     settling_.HandOverAll();
     mapper_.SetPoses(KeyFramePoses(slam_.map()));
-    return mapper_.Finish();
+    std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
+    const auto take = [&maps](SubmapRun& submap) {
+      const auto map = maps.find(submap.submap);
+      if (map != maps.end()) submap.dense = std::move(map->second);
+    };
+    take(run->largest);
+    for (SubmapRun& submap : run->others) take(submap);
+    run->times.dense = Summarize(mapper_.keyframe_ms());
   }
 
  private:
@@ -297,7 +313,7 @@ class KeyframeMapping {
   std::optional<SettledKeyframe> Settled(KeyFrameId id) const {
     const KeyFrame* const live = slam_.map().keyframe(id);
     if (live == nullptr) return std::nullopt;
-    return SettledKeyframe{live->T_WC, slam_.MovingIn(id)};
+    return SettledKeyframe{PoseInLayer(*live, slam_.map()), slam_.MovingIn(id)};
   }
 
   const SlamSystem& slam_;
@@ -318,8 +334,7 @@ class DenseStage {
   }
   // Call once, last.
   void Finish(SlamRun* run) {
-    if (mapping_) Attempt(kName, &failures_, [&] { run->dense = mapping_->Finish(); });
-    if (run->dense) run->times.dense = Summarize(run->dense->keyframe_ms);
+    if (mapping_) Attempt(kName, &failures_, [&] { mapping_->Finish(run); });
     for (std::string& failure : failures_) run->failures.push_back(std::move(failure));
   }
 

@@ -81,6 +81,7 @@ struct SubmapRun {
   Trajectory causal;      // each pose as it was when its frame had been tracked, if in this world
   Trajectory trajectory;  // after the loops and local adjustments of the whole run
   Trajectory adjusted;    // after the final adjustment as well, where asked for
+  std::optional<DenseMap> dense = std::nullopt;  // in this world
 };
 
 // A loop that was closed or refused.
@@ -113,7 +114,6 @@ struct SlamRun {
   double matched_points = 0.0, matched_lines = 0.0;  // mean per tracked frame
   StageTimes times;
   double seconds = 0.0;  // of the whole run, dense map included
-  std::optional<DenseMap> dense;
   // What could not be done in the end, and why; it stopped nothing else.
   std::vector<std::string> failures;
 };

@@ -223,10 +223,14 @@ void DenseCloud::SetKeyframe(std::int64_t id, std::span<const ColoredPoint> clou
   if (T_WC) impl_->rounds.SetPose(id, *T_WC);
 }
 
-void DenseCloud::SetPose(std::int64_t id, const Pose& T_WC) {
+void DenseCloud::RequireKeyframe(std::int64_t id, const Pose& T_WC) const {
   HIGHWALL_REQUIRE(T_WC.IsFinite(),
                    "the pose of keyframe " + std::to_string(id) + " is not finite");
   HIGHWALL_REQUIRE(Contains(id), "there is no keyframe " + std::to_string(id));
+}
+
+void DenseCloud::SetPose(std::int64_t id, const Pose& T_WC) {
+  RequireKeyframe(id, T_WC);
   const bool joins = !impl_->rounds.PoseOf(id) && impl_->rounds.IsLast(id);
   impl_->rounds.SetPose(id, T_WC);
   if (joins) impl_->Append(id, T_WC);
@@ -235,6 +239,15 @@ void DenseCloud::SetPose(std::int64_t id, const Pose& T_WC) {
 void DenseCloud::RemoveKeyframe(std::int64_t id) {
   impl_->rounds.Remove(id);
   impl_->clouds.erase(id);
+}
+
+void DenseCloud::MoveKeyframe(std::int64_t id, const Pose& T_WC, DenseCloud& to) {
+  RequireKeyframe(id, T_WC);
+  auto cloud = impl_->clouds.extract(id);
+  RemoveKeyframe(id);
+  to.RemoveKeyframe(id);
+  to.impl_->clouds.insert(std::move(cloud));
+  to.impl_->rounds.SetPose(id, T_WC);
 }
 
 bool DenseCloud::Contains(std::int64_t id) const {

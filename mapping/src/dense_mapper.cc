@@ -33,12 +33,18 @@ void DenseMapOptions::Validate() const {
 }
 
 struct DenseMapper::Impl {
+  struct Layer {
+    explicit Layer(const DenseMapOptions& options)
+        : cloud({.voxel_size = options.cloud.voxel_size}), octree({.octree = options.octree}) {}
+
+    DenseCloud cloud;
+    KeyframeOctree octree;
+  };
+
   Impl(const DenseMapOptions& of_map, const DepthCamera& camera)
       : options((of_map.Validate(), of_map)),
         unprojector(camera.pinhole),
-        filter(camera, options.cloud.voxel_size),
-        cloud({.voxel_size = options.cloud.voxel_size}),
-        octree({.octree = options.octree}) {
+        filter(camera, options.cloud.voxel_size) {
     if (options.background) worker.emplace(options.backlog, [this] { return Follow(kSlice); });
   }
 
@@ -51,21 +57,23 @@ struct DenseMapper::Impl {
     work();
     Follow(Seconds::max());
   }
+  Layer& LayerOf(std::int32_t id) { return layers.try_emplace(id, options).first->second; }
   void Map(const KeyframeImage& keyframe);
-  void Move(const std::map<std::int64_t, Pose>& T_WC);
+  void Remove(std::int64_t id);
+  void Move(const std::map<std::int64_t, KeyframePose>& poses);
   // True while there is more to do.
   bool Follow(Seconds budget);
+  DenseMap Take(std::int32_t id, Layer& layer) const;
 
   const DenseMapOptions options;
   const DepthUnprojector unprojector;
   DepthFilter filter;
-  DenseCloud cloud;
-  KeyframeOctree octree;
-  std::map<std::int64_t, Pose> poses;  // of what is mapped
+  std::map<std::int32_t, Layer> layers;         // that have keyframes
+  std::map<std::int64_t, KeyframePose> mapped;  // where the keyframes in them are
   std::vector<double> keyframe_ms;
   int requested = 0;                       // calls of SetPoses(), and how many of them
   int known = 0;                           // the work has come to,
-  std::atomic<int> followed = 0;           // the map has followed
+  std::atomic<int> followed = 0;           // the maps have followed
   std::optional<BackgroundWorker> worker;  // last, so that it ends before what it uses
 };
 
@@ -75,29 +83,80 @@ void DenseMapper::Impl::Map(const KeyframeImage& keyframe) {
   std::vector<Eigen::Vector3f> points_C;
   points_C.reserve(points.size());
   for (const ColoredPoint& point : points) points_C.push_back(point.p);
-  cloud.SetKeyframe(keyframe.id, points);
-  cloud.SetPose(keyframe.id, keyframe.T_WC);
-  octree.SetKeyframe(keyframe.id, points_C, keyframe.T_WC);
-  poses[keyframe.id] = keyframe.T_WC;
+  const auto before = mapped.find(keyframe.id);
+  if (before != mapped.end() && before->second.layer != keyframe.layer) Remove(keyframe.id);
+  Layer& layer = LayerOf(keyframe.layer);
+  layer.cloud.SetKeyframe(keyframe.id, points);
+  layer.cloud.SetPose(keyframe.id, keyframe.T_WC);
+  layer.octree.SetKeyframe(keyframe.id, points_C, keyframe.T_WC);
+  mapped[keyframe.id] = {keyframe.T_WC, keyframe.layer};
 }
 
-void DenseMapper::Impl::Move(const std::map<std::int64_t, Pose>& T_WC) {
-  for (const auto& [id, pose] : T_WC) {
-    filter.SetPose(id, pose);
-    if (!poses.contains(id)) continue;
-    cloud.SetPose(id, pose);
-    octree.SetPose(id, pose);
-    poses[id] = pose;
+void DenseMapper::Impl::Remove(std::int64_t id) {
+  const auto keyframe = mapped.find(id);
+  if (keyframe == mapped.end()) return;
+  const auto layer = layers.find(keyframe->second.layer);
+  layer->second.cloud.RemoveKeyframe(id);
+  layer->second.octree.RemoveKeyframe(id);
+  if (layer->second.octree.KeyframeCount() == 0) layers.erase(layer);
+  mapped.erase(keyframe);
+}
+
+void DenseMapper::Impl::Move(const std::map<std::int64_t, KeyframePose>& poses) {
+  filter.SetPoses(poses);
+  std::vector<std::int64_t> gone;
+  for (auto& [id, pose] : mapped) {
+    const auto now = poses.find(id);
+    if (now == poses.end()) {
+      gone.push_back(id);
+      continue;
+    }
+    Layer& layer = layers.at(pose.layer);
+    if (now->second.layer == pose.layer) {
+      layer.cloud.SetPose(id, now->second.T_WC);
+      layer.octree.SetPose(id, now->second.T_WC);
+    } else {
+      Layer& to = LayerOf(now->second.layer);
+      layer.cloud.MoveKeyframe(id, now->second.T_WC, to.cloud);
+      layer.octree.MoveKeyframe(id, now->second.T_WC, to.octree);
+    }
+    pose = now->second;
   }
+  for (const std::int64_t id : gone) Remove(id);
+  std::erase_if(layers, [](const auto& entry) { return entry.second.octree.KeyframeCount() == 0; });
   ++known;
 }
 
 bool DenseMapper::Impl::Follow(Seconds budget) {
   if (followed == known) return false;
+  const Stopwatch stopwatch;
+  const auto left = [&] { return budget - Seconds(stopwatch.Seconds()); };
   // First what a robot plans with.
-  const bool done = octree.Rebuild(budget) && cloud.Rebuild(budget);
-  if (done) followed = known;
-  return !done;
+  for (auto& [id, layer] : layers) {
+    if (!layer.octree.Rebuild(left())) return true;
+  }
+  for (auto& [id, layer] : layers) {
+    if (!layer.cloud.Rebuild(left())) return true;
+  }
+  followed = known;
+  return false;
+}
+
+DenseMap DenseMapper::Impl::Take(std::int32_t id, Layer& layer) const {
+  DenseMap dense;
+  const Stopwatch octree;
+  layer.octree.Rebuild();
+  dense.octree = layer.octree.TakeMap();
+  dense.octree_ms = octree.Milliseconds();
+  const Stopwatch merge;
+  dense.cloud = layer.cloud.TakeMerged();
+  dense.merge_ms = merge.Milliseconds();
+  std::vector<Pose> cameras;
+  for (const auto& [keyframe, pose] : mapped) {
+    if (pose.layer == id) cameras.push_back(pose.T_WC);
+  }
+  AddGrid(cameras, options.level, options.grid, dense);
+  return dense;
 }
 
 DenseMapper::DenseMapper(const DenseMapOptions& options, const DepthCamera& camera)
@@ -116,39 +175,31 @@ void DenseMapper::AddKeyframe(const KeyframeImage& keyframe) {
 void DenseMapper::RemoveKeyframe(std::int64_t id) {
   impl_->Post([&impl = *impl_, id] {
     impl.filter.Remove(id);
-    impl.cloud.RemoveKeyframe(id);
-    impl.octree.RemoveKeyframe(id);
-    impl.poses.erase(id);
+    impl.Remove(id);
   });
 }
 
-void DenseMapper::SetPoses(std::map<std::int64_t, Pose> T_WC) {
+void DenseMapper::SetPoses(std::map<std::int64_t, KeyframePose> poses) {
   ++impl_->requested;
-  impl_->Post([&impl = *impl_, T_WC = std::move(T_WC)] { impl.Move(T_WC); });
+  impl_->Post([&impl = *impl_, poses = std::move(poses)] { impl.Move(poses); });
 }
 
 bool DenseMapper::IsCurrent() const {
   return impl_->followed == impl_->requested;
 }
 
-DenseMap DenseMapper::Finish() {
+std::map<std::int32_t, DenseMap> DenseMapper::Finish() {
   impl_->Post([&impl = *impl_] {
     if (const auto last = impl.filter.Flush()) impl.Map(*last);
   });
   if (impl_->worker) impl_->worker->Finish();
-  DenseMap dense;
-  dense.keyframe_ms = impl_->keyframe_ms;
-  const Stopwatch octree;
-  impl_->octree.Rebuild();
-  dense.octree = impl_->octree.TakeMap();
-  dense.octree_ms = octree.Milliseconds();
-  const Stopwatch merge;
-  dense.cloud = impl_->cloud.TakeMerged();
-  dense.merge_ms = merge.Milliseconds();
-  std::vector<Pose> cameras;
-  for (const auto& [id, T_WC] : impl_->poses) cameras.push_back(T_WC);
-  AddGrid(cameras, impl_->options.level, impl_->options.grid, dense);
-  return dense;
+  std::map<std::int32_t, DenseMap> maps;
+  for (auto& [id, layer] : impl_->layers) maps.emplace(id, impl_->Take(id, layer));
+  return maps;
+}
+
+const std::vector<double>& DenseMapper::keyframe_ms() const {
+  return impl_->keyframe_ms;
 }
 
 }  // namespace highwall

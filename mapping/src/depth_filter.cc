@@ -36,11 +36,12 @@ std::optional<KeyframeImage> DepthFilter::TakeOut(std::size_t newer) {
   const std::size_t here = held_.size() - 1 - newer;
   if (held_[here].done) return std::nullopt;
   held_[here].done = true;
+  KeyframeImage out = held_[here].frame;
   std::vector<DepthView> neighbours;
   for (std::size_t i = 0; i < held_.size(); ++i) {
-    if (i != here) neighbours.push_back({held_[i].frame.depth, held_[i].frame.T_WC});
+    const KeyframeImage& other = held_[i].frame;
+    if (i != here && other.layer == out.layer) neighbours.push_back({other.depth, other.T_WC});
   }
-  KeyframeImage out = held_[here].frame;
   out.depth = KeepAgreedDepth({out.depth, out.T_WC}, neighbours, camera_.pinhole, unprojector_);
   return out;
 }
@@ -49,9 +50,13 @@ void DepthFilter::Remove(std::int64_t id) {
   std::erase_if(held_, [&](const Held& held) { return held.frame.id == id; });
 }
 
-void DepthFilter::SetPose(std::int64_t id, const Pose& T_WC) {
-  const auto held = std::ranges::find(held_, id, [](const Held& h) { return h.frame.id; });
-  if (held != held_.end()) held->frame.T_WC = T_WC;
+void DepthFilter::SetPoses(const std::map<std::int64_t, KeyframePose>& poses) {
+  std::erase_if(held_, [&](const Held& held) { return !poses.contains(held.frame.id); });
+  for (Held& held : held_) {
+    const KeyframePose& now = poses.at(held.frame.id);
+    held.frame.T_WC = now.T_WC;
+    held.frame.layer = now.layer;
+  }
 }
 
 }  // namespace highwall

@@ -143,16 +143,31 @@ void KeyframeOctree::SetKeyframe(std::int64_t id, std::span<const Eigen::Vector3
   impl_->rounds.Join(id, std::move(bricks));
 }
 
-void KeyframeOctree::SetPose(std::int64_t id, const Pose& T_WC) {
+void KeyframeOctree::RequireKeyframe(std::int64_t id, const Pose& T_WC) const {
   HIGHWALL_REQUIRE(T_WC.IsFinite(),
                    "the pose of keyframe " + std::to_string(id) + " is not finite");
   HIGHWALL_REQUIRE(impl_->scans.contains(id), "there is no keyframe " + std::to_string(id));
+}
+
+void KeyframeOctree::SetPose(std::int64_t id, const Pose& T_WC) {
+  RequireKeyframe(id, T_WC);
   impl_->rounds.SetPose(id, T_WC);
 }
 
 void KeyframeOctree::RemoveKeyframe(std::int64_t id) {
   impl_->rounds.Remove(id);
   impl_->scans.erase(id);
+}
+
+void KeyframeOctree::MoveKeyframe(std::int64_t id, const Pose& T_WC, KeyframeOctree& to) {
+  RequireKeyframe(id, T_WC);
+  HIGHWALL_REQUIRE(impl_->options.octree.resolution == to.impl_->options.octree.resolution,
+                   "a scan is stored for octrees of the same resolution");
+  auto scan = impl_->scans.extract(id);
+  RemoveKeyframe(id);
+  to.RemoveKeyframe(id);
+  to.impl_->scans.insert(std::move(scan));
+  to.impl_->rounds.SetPose(id, T_WC);
 }
 
 bool KeyframeOctree::Rebuild(std::chrono::duration<double> budget) {

@@ -50,7 +50,8 @@ void SettlingKeyframes::HandOver(KeyframeImage& keyframe) {
   const std::optional<SettledKeyframe> now = settled_(keyframe.id);
   if (!now) return;
   LeaveOut(now->moving, keyframe);
-  keyframe.T_WC = now->T_WC;
+  keyframe.T_WC = now->pose.T_WC;
+  keyframe.layer = now->pose.layer;
   mapper_.AddKeyframe(keyframe);
 }
 

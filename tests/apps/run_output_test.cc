@@ -3,12 +3,14 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/mapping/point_cloud_io.h>
 
 #include "support/file_size_limit.h"
 #include "support/temporary_directory.h"
@@ -139,6 +141,67 @@ TEST_F(RunOutputTest, AnInterruptedLogIsWrittenAgainInTheEnd) {
   output.WriteTrajectories(result);
   EXPECT_EQ(ReadText(run() / "trajectory_causal.txt"), ReadText(run() / "trajectory.txt"));
   EXPECT_TRUE(output.failures().empty());
+}
+
+// A wall of 1 m x 1 m, x metres ahead.
+DenseMap Wall(float x) {
+  DenseMap dense;
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 400; ++i) {
+    points.emplace_back(x, 0.05f * static_cast<float>(i % 20), 0.05f * static_cast<float>(i / 20));
+    dense.cloud.push_back({.p = points.back()});
+  }
+  dense.octree.Insert(points, Pose());
+  AddGrid(std::vector<Pose>(1), true, {}, dense);
+  return dense;
+}
+
+TEST_F(RunOutputTest, SubmapsThatWereNotJoinedHaveMapsOfTheirOwn) {
+  fs::create_directories(run());
+  for (const char* name : {"cloud_2.ply", "cloud_top_3.png", "grid_12.pgm", "trajectory_4.txt"}) {
+    std::ofstream(run() / name) << "earlier";
+  }
+  for (const char* name : {"cloud_.ply", "cloud_2.txt", "grid_b.pgm", "notes_2.txt"}) {
+    std::ofstream(run() / name) << "of the user";
+  }
+  RunOutput output(run());
+  output.Follow(Tracked(0, true));
+  SlamRun result;
+  result.largest.causal = result.largest.trajectory = result.keyframes = Poses({0, 1});
+  result.largest.dense = Wall(1.0f);
+  for (const float x : {2.0f, 3.0f}) {
+    SubmapRun& other = result.others.emplace_back();
+    other.causal = other.trajectory = Poses({static_cast<int>(x)});
+    other.dense = Wall(x);
+  }
+  output.WriteTrajectories(result);
+  const nlohmann::json report = output.WriteRest(result, nlohmann::json::object());
+  EXPECT_TRUE(output.failures().empty());
+  for (const auto& [suffix, x] : {std::pair("", 1.0f), {"_2", 2.0f}, {"_3", 3.0f}}) {
+    const auto path = [&](const std::string& stem, const char* extension) {
+      return run() / (stem + suffix + extension);
+    };
+    const std::vector<ColoredPoint> cloud = ReadPly(path("cloud", ".ply"));
+    ASSERT_EQ(cloud.size(), 400U);
+    EXPECT_EQ(cloud[0].p.x(), x);
+    const OctomapBuilder octree = OctomapBuilder::Read(path("map", ".bt"));
+    EXPECT_EQ(octree.IsOccupied({x, 0.5, 0.5}), true);
+    EXPECT_NE(ReadText(path("grid", ".yaml")).find(path("grid", ".pgm").filename().string()),
+              std::string::npos);
+    EXPECT_TRUE(fs::exists(path("grid", ".pgm")));
+    for (const char* picture : {"cloud", "cloud_top", "octree", "octree_top"}) {
+      EXPECT_TRUE(fs::exists(path(picture, ".png"))) << picture << suffix;
+    }
+  }
+  EXPECT_EQ(report["map"]["cloud"]["points"], 400);
+  EXPECT_EQ(report["submaps"][2]["map"]["cloud"]["points"], 400);
+  EXPECT_GT(report["submaps"][1]["map"]["octree"]["file_mb"], 0.0);
+  for (const char* name : {"grid_12.pgm", "trajectory_4.txt"}) {
+    EXPECT_FALSE(fs::exists(run() / name)) << name;
+  }
+  for (const char* name : {"cloud_.ply", "cloud_2.txt", "grid_b.pgm", "notes_2.txt"}) {
+    EXPECT_EQ(ReadText(run() / name), "of the user") << name;
+  }
 }
 
 TEST_F(RunOutputTest, FailuresOfTheRunAndOfItsFilesAreAllNamed) {

@@ -127,6 +127,52 @@ TEST(DenseCloud, ResultDependsOnTheContentAlone) {
   ExpectEqual(forward.Merged(), backward.Merged());
 }
 
+TEST(DenseCloud, KeyframesThatMoveOverFromAnotherEqualACloudFromScratch) {
+  for (const std::int64_t first : {0, 12, 17}) {  // older ones, newer ones, a few
+    Poses poses;
+    DenseCloud cloud(Coarse()), other(Coarse());
+    for (std::int64_t id = 0; id < 20; ++id) {
+      poses.push_back(Shift(0.7 * static_cast<double>(id)));
+      const bool moves = first == 0 ? id < 8 : id >= first;
+      DenseCloud& holder = moves ? other : cloud;
+      holder.SetKeyframe(id, Scan(id));
+      holder.SetPose(
+          id, moves ? Pose(so3::Exp(Eigen::Vector3d(0.3, 0.7, -0.4)), {0, 3, 1}) : poses.back());
+    }
+    const Points before = cloud.Merged();
+    for (std::int64_t id = 0; id < 20; ++id) {
+      if (!other.Contains(id)) continue;
+      other.MoveKeyframe(id, poses[static_cast<std::size_t>(id)], cloud);
+      EXPECT_TRUE(cloud.Contains(id));
+      EXPECT_FALSE(other.Contains(id));
+    }
+    EXPECT_FALSE(cloud.IsCurrent());
+    EXPECT_FALSE(other.IsCurrent());
+    int calls = 1;
+    for (; !cloud.Rebuild(std::chrono::duration<double>(0.0)); ++calls) {
+      ExpectEqual(cloud.Merged(), before);
+    }
+    EXPECT_GE(calls, 3);
+    ExpectEqual(cloud.Merged(), FromScratch(poses));
+    EXPECT_TRUE(other.Rebuild());
+    EXPECT_TRUE(other.Merged().empty());
+    EXPECT_EQ(other.KeyframeCount(), 0u);
+  }
+}
+
+TEST(DenseCloud, AKeyframeThatMovesOverTakesThePlaceOfAnother) {
+  DenseCloud cloud, other;
+  for (DenseCloud* const holder : {&cloud, &other}) {
+    holder->SetKeyframe(1, Points{Point(holder == &cloud ? 1.0f : 2.0f, 0, 0)});
+    holder->SetPose(1, Pose());
+  }
+  other.MoveKeyframe(1, Shift(3), cloud);
+  EXPECT_TRUE(cloud.Rebuild());
+  const Points merged = cloud.Merged();
+  ASSERT_EQ(merged.size(), 1u);
+  EXPECT_EQ(merged[0].p.x(), 5.0f);
+}
+
 TEST(DenseCloud, MemoryIsBoundedByTheAreaSeen) {
   DenseCloud cloud({.voxel_size = 0.05, .max_observations = 3});
   std::size_t bytes = 0;
@@ -160,6 +206,10 @@ TEST(DenseCloud, RefusesUnknownKeyframesAndPosesThatAreNotFinite) {
   Pose pose;
   pose.data()[3] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(cloud.SetPose(1, pose), InvalidArgument);
+  DenseCloud other;
+  EXPECT_THROW(cloud.MoveKeyframe(1, pose, other), InvalidArgument);
+  EXPECT_THROW(cloud.MoveKeyframe(2, Pose(), other), InvalidArgument);
+  EXPECT_TRUE(cloud.Contains(1));
   EXPECT_THROW(DenseCloud({.voxel_size = 0.0}), InvalidArgument);
   EXPECT_THROW(DenseCloud({.max_observations = 0}), InvalidArgument);
   EXPECT_THROW(DenseCloud({.min_translation = -1.0}), InvalidArgument);

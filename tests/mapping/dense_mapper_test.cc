@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -15,6 +16,7 @@
 #include <highwall/mapping/dense_range.h>
 
 #include "box_room.h"
+#include "same_map.h"
 
 namespace highwall {
 namespace {
@@ -28,11 +30,13 @@ DenseMapOptions Options(bool background) {
   return options;
 }
 
+using Poses = std::map<std::int64_t, KeyframePose>;
+
 class DenseMapperOfARoom : public ::testing::Test {
  protected:
-  std::map<std::int64_t, Pose> Poses() const {
-    std::map<std::int64_t, Pose> poses;
-    for (const KeyframeImage& keyframe : keyframes_) poses[keyframe.id] = keyframe.T_WC;
+  Poses AllIn(std::int32_t layer) const {
+    Poses poses;
+    for (const KeyframeImage& keyframe : keyframes_) poses[keyframe.id] = {keyframe.T_WC, layer};
     return poses;
   }
 
@@ -40,23 +44,15 @@ class DenseMapperOfARoom : public ::testing::Test {
   const std::vector<KeyframeImage> keyframes_ = WalkThroughBox();
 };
 
-void ExpectEqual(const DenseMap& a, const DenseMap& b) {
-  ASSERT_FALSE(a.cloud.empty());
-  ASSERT_EQ(a.cloud.size(), b.cloud.size());
-  for (std::size_t i = 0; i < a.cloud.size(); ++i) ASSERT_EQ(a.cloud[i].p, b.cloud[i].p) << i;
-  EXPECT_EQ(a.octree.NodeCount(), b.octree.NodeCount());
-  EXPECT_EQ(a.octree.LeafCount().occupied, b.octree.LeafCount().occupied);
-}
-
 TEST_F(DenseMapperOfARoom, IsTheSameOnAThreadOfItsOwn) {
   std::vector<DenseMap> maps;
   for (const bool background : {false, true}) {
     DenseMapper mapper(Options(background), camera_);
     for (const KeyframeImage& keyframe : keyframes_) mapper.AddKeyframe(keyframe);
-    maps.push_back(mapper.Finish());
+    maps.push_back(std::move(mapper.Finish().at(0)));
+    EXPECT_EQ(mapper.keyframe_ms().size(), keyframes_.size());
   }
-  EXPECT_EQ(maps[0].keyframe_ms.size(), keyframes_.size());
-  ExpectEqual(maps[0], maps[1]);
+  ExpectSameMap(maps[0], maps[1]);
 }
 
 TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
@@ -66,13 +62,13 @@ TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
     drifted.T_WC = Pose(keyframe.T_WC.q(), keyframe.T_WC.p() + Eigen::Vector3d(0.3, 0.0, 0.0));
     mapper.AddKeyframe(drifted);
   }
-  mapper.SetPoses(Poses());
+  mapper.SetPoses(AllIn(0));
   while (!mapper.IsCurrent()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  const DenseMap map = mapper.Finish();
+  const DenseMap map = std::move(mapper.Finish().at(0));
   // The walls stand where the poses put them: the cloud of true poses, voxel by voxel nearly.
   DenseMapper truth(Options(false), camera_);
   for (const KeyframeImage& keyframe : keyframes_) truth.AddKeyframe(keyframe);
-  const DenseMap expected = truth.Finish();
+  const DenseMap expected = std::move(truth.Finish().at(0));
   const auto mean = [](const DenseMap& dense) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const ColoredPoint& point : dense.cloud) sum += point.p.cast<double>();
@@ -87,7 +83,7 @@ TEST_F(DenseMapperOfARoom, ForgetsRemovedKeyframes) {
   for (const KeyframeImage& keyframe : keyframes_) with.AddKeyframe(keyframe);
   for (std::size_t i = 1; i < keyframes_.size(); ++i) with.RemoveKeyframe(keyframes_[i].id);
   without.AddKeyframe(keyframes_[0]);
-  const DenseMap one = with.Finish(), alone = without.Finish();
+  const DenseMap one = std::move(with.Finish().at(0)), alone = std::move(without.Finish().at(0));
   EXPECT_GT(one.octree.LeafCount().occupied, 0u);
   // What the neighbour spoke against is missing.
   EXPECT_LE(one.cloud.size(), alone.cloud.size());
@@ -100,7 +96,7 @@ TEST_F(DenseMapperOfARoom, KnowsTheGround) {
   options.octree.resolution = 0.05;
   DenseMapper mapper(options, camera_);
   for (const KeyframeImage& keyframe : keyframes_) mapper.AddKeyframe(keyframe);
-  const DenseMap map = mapper.Finish();
+  const DenseMap map = std::move(mapper.Finish().at(0));
   // The camera's y axis points down, and the floor is 0.8 m below: two metres of it are seen, by
   // voxels that are known to half their size.
   ASSERT_TRUE(map.ground_height);
@@ -125,7 +121,7 @@ TEST_F(DenseMapperOfARoom, ThrowsWhatWentWrongOnItsThreadAndGoesOn) {
   bad.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(1.0));
   EXPECT_THROW(mapper.AddKeyframe(bad), InvalidArgument);
   mapper.AddKeyframe(keyframes_[1]);
-  EXPECT_FALSE(mapper.Finish().cloud.empty());
+  EXPECT_FALSE(mapper.Finish().at(0).cloud.empty());
 }
 
 TEST(DenseMapOptions, ReachAsFarInCloudAndOctree) {

@@ -40,9 +40,34 @@ TEST(DepthFilter, PutsNeighboursWhereTheyAreNow) {
   filter.Push(Wall(1, 2.0f));
   filter.Push(Wall(2, 1.0f));
   // From a metre farther back the first sees the wall of the second where that sees it itself.
-  filter.SetPose(1, Pose(Eigen::Quaterniond::Identity(), {0, 0, -1}));
+  filter.SetPoses({{1, {Pose(Eigen::Quaterniond::Identity(), {0, 0, -1})}}, {2, {}}});
   const cv::Mat depth = filter.Flush()->depth;
   EXPECT_NEAR(depth.at<float>(60, 80), 1.0f, 1e-5);
+}
+
+TEST(DepthFilter, ComparesFramesOfOneLayerAlone) {
+  for (const bool joined : {false, true}) {
+    DepthFilter filter(SmallCamera(), 0.01);
+    filter.Push(Wall(1, 2.0f));
+    KeyframeImage elsewhere = Wall(2, 1.0f);
+    elsewhere.layer = 5;
+    filter.Push(elsewhere);
+    if (joined) filter.SetPoses({{1, {Pose(), 5}}, {2, {Pose(), 5}}});
+    const KeyframeImage out = *filter.Flush();
+    EXPECT_EQ(out.layer, 5);
+    // The first looks through the wall of the second, where it is in the same world.
+    EXPECT_NEAR(out.depth.at<float>(60, 80), joined ? 0.0f : 1.0f, 1e-5);
+  }
+}
+
+TEST(DepthFilter, ForgetsFramesThatAreNoMore) {
+  DepthFilter filter(SmallCamera(), 0.01);
+  filter.Push(Wall(1, 2.0f));
+  filter.Push(Wall(2, 1.0f));
+  filter.SetPoses({{2, {}}, {3, {}}});
+  const KeyframeImage out = *filter.Flush();
+  EXPECT_EQ(out.id, 2);
+  EXPECT_NEAR(out.depth.at<float>(60, 80), 1.0f, 1e-5);
 }
 
 TEST(DepthFilter, ForgetsRemovedFrames) {

@@ -189,6 +189,32 @@ TEST(KeyframeOctree, ForgetsRemovedKeyframesAndTakesReplacedAndLateOnes) {
   EXPECT_EQ(octree.map().NodeCount(), 0u);
 }
 
+TEST(KeyframeOctree, KeyframesThatMoveOverFromAnotherEqualAMapFromScratch) {
+  const Poses poses = Corridor(12), elsewhere = Corridor(12, -0.4);
+  for (const std::size_t first : {0, 7, 10}) {  // older ones, newer ones, a few
+    const auto moves = [&](std::size_t i) { return first == 0 ? i < 5 : i >= first; };
+    KeyframeOctree octree(Options()), other(Options());
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      (moves(i) ? other : octree)
+          .SetKeyframe(static_cast<std::int64_t>(i), Scan(static_cast<int>(i)),
+                       moves(i) ? elsewhere[i] : poses[i]);
+    }
+    const auto old_leaves = Leaves(octree);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      if (moves(i)) other.MoveKeyframe(static_cast<std::int64_t>(i), poses[i], octree);
+    }
+    EXPECT_FALSE(octree.IsCurrent());
+    EXPECT_FALSE(other.IsCurrent());
+    int calls = 1;
+    for (; !octree.Rebuild(Seconds(kNoTime)); ++calls) ASSERT_TRUE(Leaves(octree) == old_leaves);
+    EXPECT_GE(calls, 3);
+    ExpectEqualsFromScratch(octree, poses);
+    EXPECT_TRUE(other.Rebuild());
+    EXPECT_EQ(other.map().NodeCount(), 0u);
+    EXPECT_EQ(other.KeyframeCount(), 0u);
+  }
+}
+
 TEST(KeyframeOctree, TellsWhereItChanged) {
   for (const std::size_t moved : {1, 12}) {
     KeyframeOctree octree(Options());
@@ -237,6 +263,11 @@ TEST(KeyframeOctree, RefusesPosesThatAreNotFiniteAndUnknownKeyframes) {
   octree.SetKeyframe(1, Points{}, Pose());
   EXPECT_THROW(octree.SetPose(1, pose), InvalidArgument);
   EXPECT_TRUE(octree.IsCurrent());
+  KeyframeOctree other(Options()), finer({.octree = {.resolution = 0.05}});
+  EXPECT_THROW(octree.MoveKeyframe(1, pose, other), InvalidArgument);
+  EXPECT_THROW(octree.MoveKeyframe(2, Pose(), other), InvalidArgument);
+  EXPECT_THROW(octree.MoveKeyframe(1, Pose(), finer), InvalidArgument);
+  EXPECT_EQ(octree.KeyframeCount(), 1u);
   EXPECT_THROW(KeyframeOctree({.octree = {}, .min_translation = -1.0}), InvalidArgument);
   EXPECT_THROW(KeyframeOctree({.octree = {}, .min_rotation = -1.0}), InvalidArgument);
 }

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -55,14 +56,16 @@ TEST_F(SettlingKeyframesOfARoom, AreHandedOverWhenTheyHaveWaited) {
   settling_.Add(ViewOfBox(1, 0.0, Pose()), {});
   settling_.Add(ViewOfBox(2, 0.5, Pose()), {});
   settling_.HandOver(FromSeconds(kWait));
-  EXPECT_EQ(mapper_.Finish().keyframe_ms.size(), 1u);
+  mapper_.Finish();
+  EXPECT_EQ(mapper_.keyframe_ms().size(), 1u);
 }
 
 TEST_F(SettlingKeyframesOfARoom, DoNotComeBeforeTheirTime) {
   known_[1] = {};
   settling_.Add(ViewOfBox(1, 0.0, Pose()), {});
   settling_.HandOver(FromSeconds(kWait) - 1);
-  EXPECT_EQ(mapper_.Finish().keyframe_ms.size(), 0u);
+  mapper_.Finish();
+  EXPECT_EQ(mapper_.keyframe_ms().size(), 0u);
 }
 
 TEST_F(SettlingKeyframesOfARoom, AllComeInTheEnd) {
@@ -71,23 +74,33 @@ TEST_F(SettlingKeyframesOfARoom, AllComeInTheEnd) {
   settling_.Add(ViewOfBox(2, 0.5, Pose()), {});
   settling_.HandOverAll();
   settling_.HandOverAll();
-  EXPECT_EQ(mapper_.Finish().keyframe_ms.size(), 2u);
+  mapper_.Finish();
+  EXPECT_EQ(mapper_.keyframe_ms().size(), 2u);
 }
 
 TEST_F(SettlingKeyframesOfARoom, StandWhereTheyAreByThen) {
-  known_[1].T_WC = Pose(Eigen::Quaterniond::Identity(), {100.0, 0.0, 0.0});
+  known_[1].pose.T_WC = Pose(Eigen::Quaterniond::Identity(), {100.0, 0.0, 0.0});
   settling_.Add(ViewOfBox(1, 0.0, Pose()), {});
   settling_.HandOverAll();
-  const DenseMap map = mapper_.Finish();
+  const DenseMap map = std::move(mapper_.Finish().at(0));
   ASSERT_FALSE(map.cloud.empty());
   for (const ColoredPoint& point : map.cloud) ASSERT_GT(point.p.x(), 90.0f);
+}
+
+TEST_F(SettlingKeyframesOfARoom, AreInTheLayerThatTheyAreInByThen) {
+  known_[1].pose.layer = 3;
+  settling_.Add(ViewOfBox(1, 0.0, Pose()), {});
+  settling_.HandOverAll();
+  const auto maps = mapper_.Finish();
+  ASSERT_EQ(maps.size(), 1u);
+  EXPECT_FALSE(maps.at(3).cloud.empty());
 }
 
 TEST_F(SettlingKeyframesOfARoom, LeaveOutWhatMovedAsSeenAtOnce) {
   known_[1] = {};
   settling_.Add(ViewOfBox(1, 0.0, Pose()), LeftHalf());
   settling_.HandOverAll();
-  ExpectNothingOnTheLeft(mapper_.Finish());
+  ExpectNothingOnTheLeft(mapper_.Finish().at(0));
 }
 
 TEST_F(SettlingKeyframesOfARoom, LeaveOutWhatMovedAsSeenLater) {
@@ -96,7 +109,7 @@ TEST_F(SettlingKeyframesOfARoom, LeaveOutWhatMovedAsSeenLater) {
   settling_.Add(image, {});
   known_[1].moving = LeftHalf();
   settling_.HandOverAll();
-  ExpectNothingOnTheLeft(mapper_.Finish());
+  ExpectNothingOnTheLeft(mapper_.Finish().at(0));
   EXPECT_EQ(cv::countNonZero(image.depth != before), 0) << "the pixels belong to others too";
 }
 
@@ -108,7 +121,8 @@ TEST_F(SettlingKeyframesOfARoom, AreForgottenWhereTheyAreNoMore) {
   known_[3] = {};
   settling_.Remove(3);
   settling_.HandOverAll();
-  EXPECT_EQ(mapper_.Finish().keyframe_ms.size(), 1u);
+  mapper_.Finish();
+  EXPECT_EQ(mapper_.keyframe_ms().size(), 1u);
 }
 
 TEST_F(SettlingKeyframesOfARoom, LeaveTheMapWhereTheyAreInItAlready) {
@@ -116,7 +130,7 @@ TEST_F(SettlingKeyframesOfARoom, LeaveTheMapWhereTheyAreInItAlready) {
   settling_.Add(ViewOfBox(1, 0.0, Pose()), {});
   settling_.HandOverAll();
   settling_.Remove(1);
-  EXPECT_TRUE(mapper_.Finish().cloud.empty());
+  EXPECT_TRUE(mapper_.Finish().empty());
 }
 
 TEST_F(SettlingKeyframesOfARoom, RefuseNobodyToAskAndTimeThatRunsBackwards) {

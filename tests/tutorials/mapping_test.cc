@@ -11,20 +11,24 @@
 // Waits for the next pair of images; empty when the camera has been switched off.
 using Camera = std::function<std::optional<highwall::RgbdImage>()>;
 
-// Cloud, octree and grid of what the camera sees.
-inline highwall::DenseMap Survey(const highwall::RgbdSensor& sensor, const Camera& camera) {
+// Cloud, octree and grid of what the camera sees, by submap.
+inline std::map<highwall::SubmapId, highwall::DenseMap> Survey(const highwall::RgbdSensor& sensor,
+                                                               const Camera& camera) {
   using namespace highwall;
   SlamSystem slam(sensor);
   DenseMapper mapper({}, {sensor.camera, [&](double z) { return sensor.depth_noise.Sigma(z); }});
+  const auto pose_of = [&](const KeyFrame& keyframe) {
+    return KeyframePose{keyframe.T_WC, slam.map().Root(keyframe.submap)};
+  };
   SettlingKeyframes settling(mapper, [&](KeyFrameId id) -> std::optional<SettledKeyframe> {
     const KeyFrame* const keyframe = slam.map().keyframe(id);
     if (keyframe == nullptr) return std::nullopt;
-    return SettledKeyframe{keyframe->T_WC, slam.MovingIn(id)};
+    return SettledKeyframe{pose_of(*keyframe), slam.MovingIn(id)};
   });
   const auto poses = [&] {
-    std::map<std::int64_t, Pose> T_WC;
-    for (const auto id : slam.map().keyframe_ids()) T_WC[id] = slam.map().keyframe(id)->T_WC;
-    return T_WC;
+    std::map<std::int64_t, KeyframePose> all;
+    for (const auto id : slam.map().keyframe_ids()) all[id] = pose_of(*slam.map().keyframe(id));
+    return all;
   };
   const auto on_keyframe = [&](const KeyFrame& keyframe, const RgbdImage& image) {
     settling.Add({keyframe.id, image.stamp, image.depth, image.bgr, keyframe.T_WC}, {});
@@ -70,10 +74,12 @@ TEST(MappingTutorial, MakesTheRoomThatTheCameraSees) {
   }
 
   std::size_t next = 0;
-  const DenseMap map = Survey(sensor, [&]() -> std::optional<RgbdImage> {
+  const auto maps = Survey(sensor, [&]() -> std::optional<RgbdImage> {
     if (next == images.size()) return std::nullopt;
     return images[next++];
   });
+  ASSERT_EQ(maps.size(), 1u);
+  const DenseMap& map = maps.at(0);
 
   // The world is that of the first camera: what it saw there is where the cloud is. Not all: later
   // images look behind things.

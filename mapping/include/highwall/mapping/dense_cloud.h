@@ -33,7 +33,8 @@ struct DenseCloudOptions {
 //
 // Memory is bounded by the area seen, not by the number of keyframes: a stored point takes 12 bytes
 // (positions to 1/32767 of the farthest one), and points that fall into a voxel of
-// max_observations points when their keyframe joins are not stored at all. Not thread-safe.
+// max_observations points when their keyframe joins are not stored at all (one that comes from
+// another cloud has been through that). Not thread-safe.
 class DenseCloud {
  public:
   // Throws InvalidArgument naming the field.
@@ -47,6 +48,9 @@ class DenseCloud {
   void SetPose(std::int64_t id, const Pose& T_WC);
   // Does nothing where there is no such keyframe.
   void RemoveKeyframe(std::int64_t id);
+  // Hands keyframe `id` over to another cloud, in whose W it stands at T_WC, or there replaces one:
+  // all its stored points, to the bit. Both clouds wait for Rebuild(). Throws as SetPose().
+  void MoveKeyframe(std::int64_t id, const Pose& T_WC, DenseCloud& to);
 
   // Works for `budget` or one keyframe, whichever takes longer. True once the map is right. A pose
   // that changes meanwhile waits for the next round; a keyframe that is removed or replaced starts
@@ -69,6 +73,8 @@ class DenseCloud {
   std::vector<ColoredPoint> TakeMerged();
 
  private:
+  void RequireKeyframe(std::int64_t id, const Pose& T_WC) const;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

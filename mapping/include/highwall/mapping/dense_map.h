@@ -20,8 +20,7 @@ struct DenseMap {
   OccupancyGrid grid;
   Eigen::Quaterniond R_GW = Eigen::Quaterniond::Identity();  // to the frame of the grid, z up
   std::optional<double> ground_height;                       // [m] in G
-  std::vector<double> keyframe_ms;         // what each keyframe took: filters, cloud and octree
-  double merge_ms = 0.0, octree_ms = 0.0;  // what cloud and octree took in the end
+  double merge_ms = 0.0, octree_ms = 0.0;                    // what both took in the end
 };
 
 // Estimates up and the ground from the octree, and fills grid, R_GW and ground_height. cameras:

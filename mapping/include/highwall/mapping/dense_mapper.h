@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <vector>
 
 #include <highwall/core/pose.h>
 #include <highwall/mapping/dense_map.h>
@@ -30,6 +31,9 @@ struct DenseMapOptions {
 // in place a slice of time at once, between the keyframes that arrive. Without that thread every
 // call does its work before it returns, and the same calls give the same map, bit for bit.
 //
+// Each layer of keyframes has a map of its own, with nothing of another. A keyframe that changes
+// its layer takes along what is stored of it.
+//
 // What goes wrong on that thread is thrown by the next call, once; the calls that waited behind it
 // are lost. To be called from one thread at a time.
 class DenseMapper {
@@ -42,12 +46,15 @@ class DenseMapper {
   // compared with. Waits where the backlog is full.
   void AddKeyframe(const KeyframeImage& keyframe);
   void RemoveKeyframe(std::int64_t id);
-  // T_WC: where keyframes are now; unknown ones are passed over. The map follows.
-  void SetPoses(std::map<std::int64_t, Pose> T_WC);
-  // Whether the map has followed all SetPoses().
+  // Where the keyframes are now, and in which layers: all of them, for those that are missing are
+  // removed. Unknown ones are passed over. The maps follow.
+  void SetPoses(std::map<std::int64_t, KeyframePose> poses);
+  // Whether the maps have followed all SetPoses().
   bool IsCurrent() const;
-  // Puts everything in place. Call once, last.
-  DenseMap Finish();
+  // Puts everything in place: the map of each layer that has keyframes. Call once, last.
+  std::map<std::int32_t, DenseMap> Finish();
+  // After Finish(): what each keyframe took [ms], filters, cloud and octree.
+  const std::vector<double>& keyframe_ms() const;
 
  private:
   struct Impl;

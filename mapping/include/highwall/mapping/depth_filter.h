@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 
 #include <highwall/core/pose.h>
@@ -12,8 +13,8 @@
 namespace highwall {
 
 // Makes depth fit for a map: smooth where the sensor is noisy (SmoothDepth), and without what the
-// frames before and after speak against (KeepAgreedDepth). So a frame comes out when the next one
-// has come in; three are held at a time.
+// frames before and after speak against (KeepAgreedDepth), if they are of the same layer. So a
+// frame comes out when the next one has come in; three are held at a time.
 class DepthFilter {
  public:
   // voxel_size: [m] of the map; noise of a quarter of it may stay. Throws InvalidArgument for a
@@ -27,7 +28,8 @@ class DepthFilter {
   std::optional<KeyframeImage> Flush();
   // Of a frame inside; does nothing where there is none.
   void Remove(std::int64_t id);
-  void SetPose(std::int64_t id, const Pose& T_WC);
+  // Where the frames are now; those inside that are not among them are removed.
+  void SetPoses(const std::map<std::int64_t, KeyframePose>& poses);
 
  private:
   struct Held {

@@ -24,6 +24,14 @@ struct KeyframeImage {
   cv::Mat depth;  // CV_32FC1 [m], 0 where nothing was measured
   cv::Mat bgr;    // CV_8UC3
   Pose T_WC;
+  std::int32_t layer = 0;
+};
+
+// Where a keyframe is: in the world of its layer. Keyframes that nothing ties together yet are in
+// layers of their own, each of which has a map of its own.
+struct KeyframePose {
+  Pose T_WC;
+  std::int32_t layer = 0;
 };
 
 }  // namespace highwall

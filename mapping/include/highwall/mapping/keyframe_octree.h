@@ -53,6 +53,10 @@ class KeyframeOctree {
   void SetPose(std::int64_t id, const Pose& T_WC);
   // Does nothing where there is no such keyframe.
   void RemoveKeyframe(std::int64_t id);
+  // Hands keyframe `id` over to another octree, of the same resolution, in whose W it stands at
+  // T_WC, or there replaces one: its stored scan, to the bit. Both maps wait for Rebuild(). Throws
+  // as SetPose(), and InvalidArgument for another resolution.
+  void MoveKeyframe(std::int64_t id, const Pose& T_WC, KeyframeOctree& to);
 
   // Works for `budget` or one keyframe, whichever takes longer, plus, in the last call, the time to
   // put the new region in place. True once the map is right. A pose that changes meanwhile waits
@@ -71,6 +75,8 @@ class KeyframeOctree {
   std::size_t ScanBytes() const;
 
  private:
+  void RequireKeyframe(std::int64_t id, const Pose& T_WC) const;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

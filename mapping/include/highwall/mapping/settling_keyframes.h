@@ -19,7 +19,7 @@ inline constexpr double kSettlingTime = 2.0;
 
 // What is known of a keyframe by the time it has settled.
 struct SettledKeyframe {
-  Pose T_WC;
+  KeyframePose pose;
   cv::Mat moving;  // CV_8UC1 of the image's size, not 0 where something moves; empty: nothing does
 };
 

@@ -1,0 +1,35 @@
+// Whether two dense maps are the same.
+#pragma once
+
+#include <cstddef>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <highwall/mapping/dense_map.h>
+
+namespace highwall {
+
+// Leaf for leaf, to the last bit.
+inline void ExpectSameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
+  const auto leaves = [](const OctomapBuilder& octree) {
+    std::vector<std::tuple<double, double, double, double, float>> all;
+    octree.ForEachLeaf([&](const OctreeLeaf& leaf) {
+      const Eigen::Vector3d& centre = leaf.center_W;
+      all.emplace_back(centre.x(), centre.y(), centre.z(), leaf.size, leaf.log_odds);
+    });
+    return all;
+  };
+  EXPECT_TRUE(leaves(a) == leaves(b));
+  EXPECT_EQ(a.NodeCount(), b.NodeCount());
+}
+
+// Point for point as well.
+inline void ExpectSameMap(const DenseMap& a, const DenseMap& b) {
+  ASSERT_FALSE(a.cloud.empty());
+  ASSERT_EQ(a.cloud.size(), b.cloud.size());
+  for (std::size_t i = 0; i < a.cloud.size(); ++i) ASSERT_EQ(a.cloud[i].p, b.cloud[i].p) << i;
+  ExpectSameLeaves(a.octree, b.octree);
+}
+
+}  // namespace highwall
