@@ -49,9 +49,10 @@ class KeyFramePolicyWants : public ::testing::Test {
 
   // A frame that found the first `points` and `lines` of them and sees `more` features with depth
   // that are nothing yet.
-  TrackedFrame Tracked(int points, int lines, int more, std::int64_t index = 1) const {
+  TrackedFrame Tracked(int points, int lines, int more, double seconds = 0.0) const {
     TrackedFrame tracked;
-    tracked.frame = {.index = index, .stamp = 1, .features = Features(points + more, 0, lines)};
+    tracked.frame = {
+        .index = 1, .stamp = FromSeconds(seconds), .features = Features(points + more, 0, lines)};
     tracked.state = TrackingState::kTracking;
     tracked.reference = 2;
     tracked.points.assign(static_cast<std::size_t>(points + more), kNoId);
@@ -67,27 +68,27 @@ class KeyFramePolicyWants : public ::testing::Test {
 };
 
 TEST_F(KeyFramePolicyWants, WhenTooLittleOfTheReferenceIsSeen) {
-  const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100, .wanted_tracked = 0});
+  const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100.0, .wanted_tracked = 0});
   EXPECT_FALSE(policy.Wants(Tracked(50, 5, 0), map, 0)) << "55 of 110";
   EXPECT_TRUE(policy.Wants(Tracked(50, 4, 0), map, 0)) << "54 of 110";
 }
 
 TEST_F(KeyFramePolicyWants, WhenTheLastOneIsLongAgo) {
-  const KeyFramePolicy policy({.min_share = 0.1, .max_gap = 30, .wanted_tracked = 0});
-  EXPECT_FALSE(policy.Wants(Tracked(100, 10, 0, 39), map, 10));
-  EXPECT_TRUE(policy.Wants(Tracked(100, 10, 0, 40), map, 10));
+  const KeyFramePolicy policy({.min_share = 0.1, .max_gap = 1.0, .wanted_tracked = 0});
+  EXPECT_FALSE(policy.Wants(Tracked(100, 10, 0, 1.29), map, FromSeconds(0.3)));
+  EXPECT_TRUE(policy.Wants(Tracked(100, 10, 0, 1.31), map, FromSeconds(0.3)));
 }
 
 TEST_F(KeyFramePolicyWants, WhenMuchIsWaitingToBeMapped) {
   const KeyFramePolicy policy(
-      {.min_share = 0.1, .max_gap = 100, .wanted_tracked = 60, .wanted_new = 20});
+      {.min_share = 0.1, .max_gap = 100.0, .wanted_tracked = 60, .wanted_new = 20});
   EXPECT_TRUE(policy.Wants(Tracked(59, 10, 21), map, 0));
   EXPECT_FALSE(policy.Wants(Tracked(60, 10, 21), map, 0)) << "enough tracked";
   EXPECT_FALSE(policy.Wants(Tracked(59, 10, 20), map, 0)) << "not enough new";
 }
 
 TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
-  const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100, .wanted_tracked = 0});
+  const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100.0, .wanted_tracked = 0});
   // Sixty points become those of keyframe 2 alone: forty and ten lines are left.
   for (PointId id = 0; id < 60; ++id) {
     map.ForgetPointObservation(0, id);
@@ -113,7 +114,7 @@ TEST(KeyFramePolicyOptions, ErrorsNameTheField) {
   EXPECT_NO_THROW(KeyFramePolicyOptions().Validate());
   expect_error({.min_features = 5}, "min_features");
   expect_error({.min_share = 0.0}, "min_share");
-  expect_error({.max_gap = 0}, "max_gap");
+  expect_error({.max_gap = 0.0}, "max_gap");
   expect_error({.wanted_tracked = -1}, "wanted_tracked");
   expect_error({.wanted_new = -1}, "wanted_new");
 }

@@ -271,7 +271,7 @@ TEST(SlamOptions, ErrorsNameTheField) {
   expect_error({.frame = {.use_points = false, .use_lines = false}}, "use_points");
   expect_error({.measurement = {.baseline = 0.0}}, "baseline");
   expect_error({.tracker = {.min_support = 1}}, "min_support");
-  expect_error({.keyframes = {.max_gap = 0}}, "max_gap");
+  expect_error({.keyframes = {.max_gap = 0.0}}, "max_gap");
   expect_error({.mapper = {.probation_keyframes = 0}}, "probation_keyframes");
 }
 

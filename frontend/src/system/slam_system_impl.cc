@@ -13,8 +13,8 @@
 namespace highwall {
 namespace {
 
-// Frames whose image tells no pose before they start a piece of map of their own.
-constexpr int kBlindFrames = 15;
+// [s] in which images tell no pose before the map goes on where the IMU has the camera.
+constexpr double kBlind = 0.48;
 // Times the search window: an image that shifts by more is smeared, and the next shift unknown.
 constexpr double kFarOff = 4.0;
 
@@ -220,7 +220,7 @@ InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& trac
   }
   last_points_ = tracked.num_points;
   if (tracked.state == TrackingState::kTracking) {
-    last_visual_index_ = tracked.frame.index;
+    last_visual_ = tracked.frame.stamp;
     observation.visual = MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient,
                                         tracked.error, options_.inertial.visual_noise);
   }
@@ -248,11 +248,11 @@ void SlamSystem::Impl::Fuse(const InertialOdometry::Observation& observation, Tr
 bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
   if (tracked.state == TrackingState::kTracking) {
     if (submap_keyframes_ == 0) return true;  // the first
-    return policy_.Wants(tracked, map_, last_keyframe_index_);
+    return policy_.Wants(tracked, map_, last_keyframe_stamp_);
   }
   // Carried into a new place by the IMU alone: map from here.
   return tracked.state == TrackingState::kInertial &&
-         tracked.frame.index - last_visual_index_ >= kBlindFrames &&
+         ToSeconds(tracked.frame.stamp - last_visual_) >= kBlind &&
          policy_.CanStart(*tracked.frame.features);
 }
 
@@ -287,7 +287,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   result.mapping =
       mapper_.InsertKeyFrame(tracked, map_, MotionSince(map_.keyframe(last_keyframe_)));
   if (result.mapping->bundle.usable) result.adjustment = result.mapping->bundle;
-  last_keyframe_index_ = last_visual_index_ = tracked.frame.index;
+  last_keyframe_stamp_ = last_visual_ = tracked.frame.stamp;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
   tracked.T_WC = keyframe.T_WC;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
 
 namespace highwall {
 
@@ -20,9 +21,8 @@ bool KeyFramePolicy::CanStart(const FrameFeatures& features) const {
   return points + 4 * lines >= options_.min_features;
 }
 
-bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map,
-                           std::int64_t last_keyframe_index) const {
-  if (tracked.frame.index - last_keyframe_index >= options_.max_gap) return true;
+bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map, Stamp last_keyframe) const {
+  if (ToSeconds(tracked.frame.stamp - last_keyframe) >= options_.max_gap) return true;
 
   int with_depth = 0, waiting = 0;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {

@@ -15,7 +15,7 @@ class KeyFramePolicy {
   // A first frame with enough depth to start a map.
   bool CanStart(const FrameFeatures& features) const;
   // The frame sees too little of its reference keyframe, or much that is not mapped.
-  bool Wants(const TrackedFrame& tracked, const Map& map, std::int64_t last_keyframe_index) const;
+  bool Wants(const TrackedFrame& tracked, const Map& map, Stamp last_keyframe) const;
 
  private:
   KeyFramePolicyOptions options_;

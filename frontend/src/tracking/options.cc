@@ -66,7 +66,7 @@ void KeyFramePolicyOptions::Validate() const {
   RequireAtLeast(min_features, 6, "KeyFramePolicyOptions::min_features");
   HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,
                    "KeyFramePolicyOptions::min_share must be in (0, 1]");
-  RequireAtLeast(max_gap, 1, "KeyFramePolicyOptions::max_gap");
+  RequirePositive(max_gap, "KeyFramePolicyOptions::max_gap");
   HIGHWALL_REQUIRE(wanted_tracked >= 0 && wanted_new >= 0,
                    "KeyFramePolicyOptions::wanted_tracked and wanted_new must not be negative");
 }

@@ -83,7 +83,7 @@ struct TrackerOptions {
 struct KeyFramePolicyOptions {
   int min_features = 200;    // >= 6: with depth, points plus four times lines, to start a map
   double min_share = 0.75;   // (0, 1]: of the reference keyframe's landmarks found again
-  int max_gap = 10;          // [frames] >= 1: since the last keyframe
+  double max_gap = 0.32;     // [s] > 0: since the last keyframe, ten frames of thirty a second
   int wanted_tracked = 100;  // >= 0: a keyframe is due when fewer points with depth are tracked
   int wanted_new = 70;       // >= 0: than this and more than that wait to become landmarks
 
