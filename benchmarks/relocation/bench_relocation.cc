@@ -45,6 +45,18 @@ std::string Figure(const char* format, const std::optional<double>& value) {
   return value ? fmt::format(fmt::runtime(format), *value) : "-";
 }
 
+const char* NameOf(simulate::WayBack way_back) {
+  switch (way_back) {
+    case simulate::WayBack::kOnward:
+      return "onward";
+    case simulate::WayBack::kReturn:
+      return "return";
+    case simulate::WayBack::kPutBack:
+      return "put back";
+  }
+  return "";
+}
+
 std::string List(const std::map<std::string, int>& reasons) {
   std::string list;
   for (const auto& [reason, count] : reasons) {
@@ -87,6 +99,10 @@ nlohmann::json ToJson(const RelocationScores& scores) {
   if (scores.due_s) json["known_again_s"] = *scores.due_s;
   if (scores.merged_s) json["merged_after_s"] = *scores.merged_s;
   if (scores.ape_mm) json["ape_mm"] = *scores.ape_mm;
+  if (scores.merge) {
+    json["merge_error_mm"] = scores.merge->millimetres;
+    json["merge_error_deg"] = scores.merge->degrees;
+  }
   if (scores.parts) {
     json["parts_error_mm"] = scores.parts->millimetres;
     json["parts_error_deg"] = scores.parts->degrees;
@@ -126,7 +142,8 @@ class Table {
                         {"lost_frames", lost_},
                         {"misplaced_frames", misplaced_},
                         {"runs", runs_}};
-    for (const char* figure : {"merged_after_s", "ape_same_frames_mm", "ape_without_kidnap_mm"}) {
+    for (const char* figure :
+         {"merged_after_s", "ape_same_frames_mm", "ape_without_kidnap_mm", "ape_in_order_mm"}) {
       std::vector<double> values;
       for (const nlohmann::json& run : runs_) {
         if (run.contains(figure)) values.push_back(run[figure]);
@@ -151,24 +168,40 @@ void RequireEach(const RelocationScores& scores, Verdict* verdict) {
   verdict->Require(scores.false_loops == 0, "loops");
 }
 
-// A walk through one room whose ways are not shown, against the same with them.
-void RunKidnap(const Sequence& sequence, Ways ways, const Film& whole_film, const Run& whole,
+// A film, and what became of it.
+struct Shown {
+  Shown(const Sequence& sequence, Ways ways, const std::string& label)
+      : film(sequence, ways), run(RunWithProgress(film, label)) {}
+
+  Film film;
+  Run run;
+};
+
+// A walk through one room whose ways are not shown, against others in which nobody is kidnapped:
+// the whole of it, which may close a loop more, and the same images in another order.
+void RunKidnap(const Sequence& sequence, Ways ways, const Shown& whole, const Shown& ordered,
                int seed, const std::string& label, Table* table) {
-  const Film film(sequence, ways);
-  const Run run = RunWithProgress(film, label);
+  const auto [film, run] = Shown(sequence, ways, label);
   const RelocationScores scores = ScoreRun(film, run);
-  const auto ape = ApeOverSameFrames(film, run, whole_film, whole);
-  const auto whole_ape = ApeOverSameFrames(whole_film, whole, film, run);
+  const auto ape = ApeOverSameFrames(film, run, whole.film, whole.run);
+  const auto whole_ape = ApeOverSameFrames(whole.film, whole.run, film, run);
+  const auto ordered_ape = ApeOverSameFrames(ordered.film, ordered.run, film, run);
   const bool merged = scores.merged_s && scores.maps == 1;
 
   Verdict verdict;
   RequireEach(scores, &verdict);
   verdict.Require(merged && *scores.merged_s <= kMostUnmerged, "merged");
   verdict.Require(merged && ape && whole_ape && *ape <= kMostWorse * *whole_ape, "APE");
-  std::string more =
-      fmt::format("; known again at {} s, merged {} s later, APE {} mm, without kidnap {} mm",
-                  Figure("{:.1f}", scores.due_s), Figure("{:+.2f}", scores.merged_s),
-                  Figure("{:.1f}", ape), Figure("{:.1f}", whole_ape));
+  std::string more = fmt::format(
+      "; {}: known again at {} s, merged {} s later, APE {} mm, without kidnap {} mm, in order {} "
+      "mm",
+      NameOf(simulate::WayBackOf(sequence.seed())), Figure("{:.1f}", scores.due_s),
+      Figure("{:+.2f}", scores.merged_s), Figure("{:.1f}", ape), Figure("{:.1f}", whole_ape),
+      Figure("{:.1f}", ordered_ape));
+  if (scores.merge) {
+    more += fmt::format(", merge {:.1f} mm {:.2f} deg off", scores.merge->millimetres,
+                        scores.merge->degrees);
+  }
   if (scores.parts) {
     more += fmt::format(", parts {:.1f} mm {:.2f} deg off", scores.parts->millimetres,
                         scores.parts->degrees);
@@ -176,8 +209,10 @@ void RunKidnap(const Sequence& sequence, Ways ways, const Film& whole_film, cons
   nlohmann::json figures = ToJson(scores);
   if (ape) figures["ape_same_frames_mm"] = *ape;
   if (whole_ape) figures["ape_without_kidnap_mm"] = *whole_ape;
+  if (ordered_ape) figures["ape_in_order_mm"] = *ordered_ape;
   if (ways == Ways::kCovered) more += "; covered: " + List(scores.covered_reasons);
   figures["refusals"] = run.refusals;
+  figures["way_back"] = NameOf(simulate::WayBackOf(sequence.seed()));
   table->Add(seed, scores, verdict, std::move(figures), more);
 }
 
@@ -198,14 +233,14 @@ void BenchKidnaps(const Arguments& arguments, const std::set<std::string>& wante
   Table cut("kidnap"), covered("covered");
   for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed) {
     const Sequence sequence = Render(arguments, false, seed, cache);
-    const Film whole_film(sequence, Ways::kShown);
-    const Run whole = RunWithProgress(whole_film, fmt::format("kidnap {}: without", seed));
+    const Shown whole(sequence, Ways::kShown, fmt::format("kidnap {}: without", seed));
+    const Shown ordered(sequence, Ways::kNotNeeded, fmt::format("kidnap {}: in order", seed));
     if (wanted.contains("kidnap")) {
-      RunKidnap(sequence, Ways::kLeftOut, whole_film, whole, seed, fmt::format("kidnap {}", seed),
+      RunKidnap(sequence, Ways::kLeftOut, whole, ordered, seed, fmt::format("kidnap {}", seed),
                 &cut);
     }
     if (wanted.contains("covered")) {
-      RunKidnap(sequence, Ways::kCovered, whole_film, whole, seed, fmt::format("covered {}", seed),
+      RunKidnap(sequence, Ways::kCovered, whole, ordered, seed, fmt::format("covered {}", seed),
                 &covered);
     }
   }

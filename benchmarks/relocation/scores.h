@@ -24,8 +24,8 @@ struct Run {
 // progress(done, total).
 Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)>& progress);
 
-// Where one part of a trajectory lies by another, against the truth.
-struct PartsError {
+// Where one thing lies by another, against the truth.
+struct PlaceError {
   double millimetres = 0.0, degrees = 0.0;
 };
 
@@ -41,7 +41,8 @@ struct RelocationScores {
   int merges = 0, loops = 0;       // accepted
   int false_merges = 0, false_loops = 0;
   std::optional<double> ape_mm;     // of the largest map, aligned
-  std::optional<PartsError> parts;  // of the first two, where they are in one map
+  std::optional<PlaceError> merge;  // of the last one: the transform that was measured
+  std::optional<PlaceError> parts;  // in the end: of the first two, where they are in one map
   std::map<std::string, int> reasons, covered_reasons;  // of frames without a pose
 };
 
