@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <fstream>
+#include <sstream>
 #include <string_view>
 
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "config.h"
@@ -73,7 +75,41 @@ std::optional<ImuReport> DescribeAccelerometer(const std::filesystem::path& path
   return ImuReport{path.filename().string(), DescribeStamps(stamps), false};
 }
 
-CalibrationReport FindCalibration(const std::filesystem::path& directory, int width, int height) {
+constexpr double kSure = 0.9, kLikely = 0.7, kContradicted = 0.02;  // probabilities
+
+std::string Short(double value) {
+  std::ostringstream text;
+  text.precision(4);
+  text << value;
+  return text.str();
+}
+
+std::string Describe(const DepthGuess& guess) {
+  return std::string(guess.profile->name) + " with depth factor " + Short(guess.depth_factor);
+}
+
+// Without a calibration: the images tell the depth sensor, but not the lens.
+CalibrationReport CalibrationOf(const DepthReport& depth, bool vga) {
+  const DepthGuess* guess = depth.guesses.empty() ? nullptr : &depth.guesses.front();
+  const bool as_tum = guess == nullptr || guess->probability < kLikely ||
+                      (guess->profile->name == "kinect1" && guess->depth_factor == 5000.0);
+  if (vga && as_tum) {
+    return {
+        "tum3", "unsure",
+        "640 x 480 is the size of a Kinect, whose undistorted images tum3 describes; the images "
+        "cannot tell the lens"};
+  }
+  if (guess == nullptr || guess->probability < kLikely) {
+    return {"", "none", "no preset has images of this size: write a calibration.yaml"};
+  }
+  return {"", "none",
+          "the depth is that of another sensor: write a calibration.yaml with sensor: " +
+              std::string(guess->profile->name) + ", depth_factor: " + Short(guess->depth_factor) +
+              " and the lens"};
+}
+
+CalibrationReport FindCalibration(const std::filesystem::path& directory, int width, int height,
+                                  const DepthReport& depth) {
   const std::filesystem::path file = CalibrationFile(directory);
   if (std::filesystem::exists(file)) {
     return {file.string(), "given", "calibration.yaml is in the folder"};
@@ -81,13 +117,7 @@ CalibrationReport FindCalibration(const std::filesystem::path& directory, int wi
   const bool vga = width == 640 && height == 480;
   const std::string preset = PresetFromName(directory);
   if (!preset.empty() && vga) return {preset, "certain", "the dataset's name tells the sensor"};
-  if (vga) {
-    return {
-        "tum3", "unsure",
-        "640 x 480 is the size of a Kinect, whose undistorted images tum3 describes; the images "
-        "cannot tell the lens"};
-  }
-  return {"", "none", "no preset has images of this size: write a calibration.yaml"};
+  return CalibrationOf(depth, vga);
 }
 
 std::string Seconds(double value) {
@@ -116,6 +146,10 @@ void AddProblems(const TumDataset& dataset, DatasetReport* report) {
                                " depth images have no partner within 20 ms");
   }
   AddGapProblem("frames", report->frames, report);
+  if (report->repeated_colour > 0) {
+    report->problems.push_back(std::to_string(report->repeated_colour) +
+                               " colour images repeat the one before");
+  }
   if (report->groundtruth && report->groundtruth->coverage < 1.0) {
     report->problems.push_back("ground truth does not span all frames");
   }
@@ -128,6 +162,66 @@ void AddSizeProblem(const PinholeCamera& camera, DatasetReport* report) {
                              std::to_string(camera.width) + " x " + std::to_string(camera.height));
 }
 
+// Where the depth images contradict what they are read with.
+void AddDepthProblems(const RgbdSensor& sensor, DatasetReport* report) {
+  const DepthReport& depth = report->depth_images;
+  if (depth.guesses.empty()) return;
+  const DepthGuess& best = depth.guesses.front();
+  const double factor = sensor.depth_factor;
+  if (best.probability >= kLikely && ProbabilityOfFactor(depth.guesses, factor) < kContradicted) {
+    report->problems.push_back("the depth looks like " + Describe(best) +
+                               ", but the calibration says " + Short(factor));
+  }
+  const DepthStatistics& statistics = depth.statistics;
+  const double near = statistics.quantiles[0] / factor, far = statistics.quantiles[4] / factor;
+  if (near < sensor.min_depth || far > sensor.max_depth) {
+    report->problems.push_back("more than 5 % of the depth readings lie outside of " +
+                               Short(sensor.min_depth) + " to " + Short(sensor.max_depth) +
+                               " m, the range of the sensor");
+  }
+  std::size_t noisy = 0;
+  for (const DepthGrain& grain : statistics.grain) {
+    constexpr double kNoisier = 2.0;
+    const double sigma = sensor.depth_noise.Sigma(grain.depth / factor);
+    noisy += grain.sigma / factor > kNoisier * sigma ? 1 : 0;
+  }
+  if (2 * noisy > statistics.grain.size()) {
+    report->problems.push_back(
+        "the depth is more than twice as noisy as depth_noise says at most depths");
+  }
+}
+
+// All frames; the depth of some, evenly spread.
+void ReadFrames(const TumDataset& dataset, double depth_factor,
+                const std::function<void(std::size_t, std::size_t)>& progress,
+                DatasetReport* report) {
+  constexpr std::size_t kSurveyed = 60;
+  const std::size_t stride = std::max<std::size_t>(1, dataset.size() / kSurveyed);
+  FrameReader reader(dataset);
+  RepeatedImage repeated;
+  DepthSurvey survey;
+  cv::Size size;
+  std::size_t measured = 0, pixels = 0;
+  while (const std::optional<RgbdImage> image = reader.Next()) {
+    if (report->usable_frames == 0) size = image->depth.size();
+    if (report->usable_frames % stride == 0 && image->depth.size() == size) {
+      cv::Mat raw;
+      image->depth.convertTo(raw, CV_16U, depth_factor);
+      survey.Add(raw);
+    }
+    ++report->usable_frames;
+    report->repeated_colour += repeated.Update(image->bgr) ? 1 : 0;
+    measured += static_cast<std::size_t>(cv::countNonZero(image->depth));
+    pixels += image->depth.total();
+    progress(reader.position(), reader.count());
+  }
+  report->width = size.width;
+  report->height = size.height;
+  report->measured_share = static_cast<double>(measured) / static_cast<double>(pixels);
+  report->depth_images.statistics = survey.Describe();
+  report->depth_images.guesses = IdentifyDepthSensor(report->depth_images.statistics);
+}
+
 // What goes with the dataset: its camera is checked here, its depth factor is used.
 std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
   const std::filesystem::path calibration = CalibrationFile(directory);
@@ -137,6 +231,21 @@ std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
 }
 
 }  // namespace
+
+std::string DepthReport::Confidence() const {
+  if (guesses.empty()) return "none";
+  const double probability = guesses.front().probability;
+  return probability >= kSure ? "sure" : probability >= kLikely ? "likely" : "unsure";
+}
+
+void DepthReport::Believe(double depth_factor) {
+  const double probability = ProbabilityOfFactor(guesses, depth_factor);
+  if (probability < kContradicted) return;
+  std::erase_if(guesses, [&](const DepthGuess& guess) {
+    return ProbabilityOfFactor({guess}, depth_factor) == 0.0;
+  });
+  for (DepthGuess& guess : guesses) guess.probability /= probability;
+}
 
 StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
   StreamReport report{.count = stamps.size()};
@@ -174,26 +283,28 @@ DatasetReport InspectDataset(const std::filesystem::path& directory,
   report.association_rate =
       static_cast<double>(report.frames.count) / static_cast<double>(report.colour.count);
 
-  FrameReader reader(dataset);
-  std::size_t measured = 0, pixels = 0;
-  while (const std::optional<RgbdImage> image = reader.Next()) {
-    if (report.usable_frames++ == 0) {
-      report.width = image->depth.cols;
-      report.height = image->depth.rows;
+  ReadFrames(dataset, options.depth_factor, progress, &report);
+  const DepthReport& depth = report.depth_images;
+  if (config) {
+    report.depth_images.Believe(options.depth_factor);
+  } else if (!depth.guesses.empty()) {
+    const double factor = depth.guesses.front().depth_factor;
+    if (ProbabilityOfFactor(depth.guesses, factor) >= kSure) {
+      report.median_depth *= report.depth_factor / factor;
+      report.depth_factor = factor;
     }
-    measured += static_cast<std::size_t>(cv::countNonZero(image->depth));
-    pixels += image->depth.total();
-    progress(reader.position(), reader.count());
   }
-  report.measured_share = static_cast<double>(measured) / static_cast<double>(pixels);
 
   if (dataset.groundtruth() != nullptr) {
     report.groundtruth = DescribeGroundtruth(*dataset.groundtruth(), dataset);
   }
   report.accelerometer = DescribeAccelerometer(directory / "accelerometer.txt");
-  report.calibration = FindCalibration(directory, report.width, report.height);
+  report.calibration = FindCalibration(directory, report.width, report.height, depth);
   AddProblems(dataset, &report);
-  if (config) AddSizeProblem(config->sensor.camera, &report);
+  if (config) {
+    AddSizeProblem(config->sensor.camera, &report);
+    AddDepthProblems(config->sensor, &report);
+  }
   report.imu = DescribeImu(dataset, config ? config->imu : std::nullopt, &report);
   return report;
 }

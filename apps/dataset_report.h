@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <highwall/core/stamp.h>
+#include <highwall/frontend/input/depth_identification.h>
 
 namespace highwall::apps {
 
@@ -44,6 +45,17 @@ struct CalibrationReport {
   std::string reason;
 };
 
+// What the depth images tell of their sensor.
+struct DepthReport {
+  DepthStatistics statistics{};       // in stored units
+  std::vector<DepthGuess> guesses{};  // most probable first; empty: they tell nothing
+
+  // "sure", "likely", "unsure" or, without a guess, "none".
+  std::string Confidence() const;
+  // Leaves the guesses with this factor [1/m], which is known, unless the images contradict it.
+  void Believe(double depth_factor);
+};
+
 struct DatasetReport {
   std::filesystem::path directory;
   StreamReport colour, depth, frames;
@@ -53,6 +65,8 @@ struct DatasetReport {
   double depth_factor = 0.0;    // [1/m] the one that was used
   double median_depth = 0.0;    // [m]
   double measured_share = 0.0;  // of all depth pixels
+  DepthReport depth_images;
+  std::size_t repeated_colour = 0;  // colour images that are the one before once more
   std::optional<GroundtruthReport> groundtruth;
   std::optional<ImuReport> imu;            // gyroscope and accelerometer
   std::optional<ImuReport> accelerometer;  // accelerometer.txt, of no use without a gyroscope

@@ -26,6 +26,64 @@ Json ImuJson(const std::optional<ImuReport>& imu) {
   return json;
 }
 
+Json DepthJson(const DepthReport& depth, double factor) {
+  const DepthStatistics& statistics = depth.statistics;
+  Json json = {{"confidence", depth.Confidence()}, {"guesses", Json::array()}};
+  constexpr std::size_t kMost = 3;
+  for (std::size_t i = 0; i < std::min(kMost, depth.guesses.size()); ++i) {
+    const DepthGuess& guess = depth.guesses[i];
+    json["guesses"].push_back({{"sensor", guess.profile->name},
+                               {"depth_factor", guess.depth_factor},
+                               {"probability", guess.probability}});
+  }
+  json["quantiles_m"] = Json::array();
+  for (const double quantile : statistics.quantiles) {
+    json["quantiles_m"].push_back(quantile / factor);
+  }
+  json["nearest_m"] = statistics.nearest / factor;
+  json["farthest_m"] = statistics.farthest / factor;
+  json["holes"] = statistics.holes;
+  json["edge_holes"] = statistics.edge_holes;
+  json["corner_holes"] = statistics.corner_holes;
+  json["left_holes"] = statistics.left_holes;
+  json["unit_m"] = statistics.unit ? Json(*statistics.unit / factor) : Json(nullptr);
+  json["inverse_step_per_m"] =
+      statistics.inverse_step ? Json(*statistics.inverse_step * factor) : Json(nullptr);
+  json["inverse_step_coherence"] = statistics.inverse_step_coherence;
+  json["grain"] = Json::array();
+  for (const DepthGrain& grain : statistics.grain) {
+    json["grain"].push_back({{"depth_m", grain.depth / factor}, {"sigma_m", grain.sigma / factor}});
+  }
+  return json;
+}
+
+// Two lines.
+std::string DepthText(const DepthReport& depth, double factor) {
+  const DepthStatistics& statistics = depth.statistics;
+  std::ostringstream text;
+  text.precision(3);
+  text << "  depth image   5 to 95% of the readings at " << statistics.quantiles.front() / factor
+       << " to " << statistics.quantiles.back() / factor << " m; holes " << 100.0 * statistics.holes
+       << "%, at the edges " << 100.0 * statistics.edge_holes << "%";
+  if (statistics.inverse_step) {
+    const double median = statistics.quantiles[2] / factor;
+    text << "; steps of " << 1e3 * *statistics.inverse_step * factor * median * median
+         << " mm at the median, growing as z^2";
+  }
+  if (!statistics.grain.empty()) {
+    const auto most = std::ranges::max_element(statistics.grain, {}, &DepthGrain::patches);
+    text << "; grain " << 1e3 * most->sigma / factor << " mm at " << most->depth / factor << " m";
+  }
+  text << "\n  depth sensor  ";
+  if (depth.guesses.empty()) return text.str() + "unknown: the images tell nothing of it\n";
+  const DepthGuess& best = depth.guesses.front();
+  text.precision(4);
+  text << best.profile->name << " (" << best.profile->title << "), depth factor "
+       << best.depth_factor << " (" << depth.Confidence() << ", " << 100.0 * best.probability
+       << "%)\n";
+  return text.str();
+}
+
 std::string StreamText(const StreamReport& stream) {
   std::ostringstream text;
   text.precision(1);
@@ -51,6 +109,8 @@ std::string ToJson(const DatasetReport& report) {
                {"depth_factor", report.depth_factor},
                {"median_depth", report.median_depth},
                {"measured_share", report.measured_share},
+               {"depth_image", DepthJson(report.depth_images, report.depth_factor)},
+               {"repeated_colour", report.repeated_colour},
                {"groundtruth", nullptr},
                {"imu", ImuJson(report.imu)},
                {"accelerometer", ImuJson(report.accelerometer)},
@@ -80,7 +140,7 @@ std::string ToText(const DatasetReport& report) {
        << "  association   " << 100.0 * report.association_rate << "% of the colour images\n"
        << "  median depth  " << report.median_depth << " m with depth factor "
        << report.depth_factor << "; " << 100.0 * report.measured_share << "% of pixels measured\n"
-       << "  ground truth  ";
+       << DepthText(report.depth_images, report.depth_factor) << "  ground truth  ";
   if (report.groundtruth) {
     text << StreamText(report.groundtruth->stream) << ", " << report.groundtruth->path_length
          << " m, over " << 100.0 * report.groundtruth->coverage << "% of the frames\n";

@@ -131,6 +131,58 @@ TEST_F(MapIoTest, WhatWasSavedIsLoaded) {
   EXPECT_TRUE(line.has_descriptor);
 }
 
+TEST_F(MapIoTest, SubmapsStayApartOrJoinedAsTheyWere) {
+  const Eigen::Vector3d down(0.0, 0.1, -9.8);
+  map().SetGravity(down);
+  const SubmapId dropped = map().AddSubmap();  // a gap
+  std::vector<SubmapId> submaps;
+  for (int i = 0; i < 3; ++i) {
+    submaps.push_back(map().AddSubmap());
+    map().AddKeyFrame(map().keyframe(0)->frame, kPoses[1], submaps.back());
+  }
+  map().Join(submaps[0], submaps[2]);
+  ASSERT_EQ(map().NumKeyFramesOf(dropped), 0U);
+  Save();
+  const Map loaded = LoadMap(path).map;
+  EXPECT_EQ(loaded.roots(), (std::vector<SubmapId>{0, 1, 2}));
+  EXPECT_EQ(loaded.KeyFramesOf(1), (std::vector<KeyFrameId>{3, 5}));
+  EXPECT_EQ(loaded.KeyFramesOf(2), std::vector<KeyFrameId>{4});
+  EXPECT_TRUE(loaded.IsOrigin(3));
+  EXPECT_EQ(loaded.gravity_W(), down);
+  EXPECT_FALSE(loaded.gravity_W(1));
+}
+
+TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
+  Save();
+  // Without the list of submaps and the submap of each keyframe: of one keyframe both are found.
+  Map one;
+  one.AddKeyFrame(map().keyframe(0)->frame, kPoses[2]);
+  SaveMap(path, IdealSensor().camera, one);
+  std::string bytes = Bytes();
+  constexpr std::size_t kHeader = 24, kCamera = 40, kSubmaps = 4 + 4 + 1, kCount = 4, kSubmap = 4;
+  bytes.erase(kHeader + kCamera + kSubmaps + kCount, kSubmap);
+  bytes.erase(kHeader + kCamera, kSubmaps);
+  const std::uint32_t version = 1;
+  const std::uint64_t size = bytes.size() - kHeader;
+  std::memcpy(bytes.data() + 8, &version, 4);
+  std::memcpy(bytes.data() + 16, &size, 8);
+  Write(WithChecksum(bytes));
+  const Map loaded = LoadMap(path).map;
+  ASSERT_EQ(loaded.num_keyframes(), 1U);
+  EXPECT_EQ(loaded.keyframe(0)->T_WC.Matrix(), kPoses[2].Matrix());
+  EXPECT_EQ(loaded.roots(), std::vector<SubmapId>{0});
+}
+
+TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithNone) {
+  map().AddKeyFrame(map().keyframe(0)->frame, kPoses[1], map().AddSubmap());
+  Save();
+  std::string bytes = Bytes();
+  const std::int32_t root = 2;
+  std::memcpy(bytes.data() + 24 + 40 + 4 + 5, &root, 4);  // of the second
+  Write(WithChecksum(bytes));
+  ExpectError("a submap is joined with none");
+}
+
 TEST_F(MapIoTest, ACameraFindsItselfInALoadedMap) {
   Save();
   const SavedMap saved = LoadMap(path);
@@ -187,7 +239,7 @@ TEST_F(MapIoTest, RefusesAYesOrNoThatIsNeither) {
   const std::string bytes = Bytes();
   // The first line of the first keyframe: docs/map_file.md.
   const std::size_t points = map().keyframe(0)->frame.features->points.size();
-  const std::size_t line = 24 + 40 + 4 + 72 + (4 + 40 * points) + (4 + 32 * points) + 4;
+  const std::size_t line = 24 + 40 + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
   for (const std::size_t place : {line + 16, line + 16 + 1 + 6 * 8 + 4 * 8}) {
     ASSERT_LE(bytes[place], 1);
     std::string damaged = bytes;

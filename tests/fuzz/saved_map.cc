@@ -70,6 +70,10 @@ void Use(SavedMap saved) {
     }
     saved.map.Covisible(id, 1);
   }
+  for (const SubmapId root : saved.map.roots()) {
+    for (const KeyFrameId id : saved.map.KeyFramesOf(root)) saved.map.IsOrigin(id);
+    saved.map.gravity_W(root);
+  }
   for (const PointId id : saved.map.point_ids()) saved.map.RefreshPoint(id, {});
   for (const LineId id : saved.map.line_ids()) {
     const Segment3& segment_W = saved.map.line(id)->segment_W;
@@ -91,7 +95,7 @@ const Target kTarget{
         [](std::string_view content) {
           std::string file = "HWMAP\r\n\x1a";
           file.resize(kHeaderSize);
-          const std::uint32_t version = 1, crc = testing::Crc32(content);
+          const std::uint32_t version = 2, crc = testing::Crc32(content);
           const std::uint64_t size = content.size();
           std::memcpy(file.data() + 8, &version, 4);
           std::memcpy(file.data() + 12, &crc, 4);

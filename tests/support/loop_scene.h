@@ -25,13 +25,16 @@ struct LoopSceneOptions {
   double strange_return = 0.0;   // a share of the landmarks gives way to others elsewhere
   unsigned seed = 11;
   bool connected = false;  // the map never forgets: no loop is left to find
+  // From this keyframe on in a submap of its own, whose world begins there; no landmark is known.
+  std::optional<int> submap_from = {};
+  int jump = 0;  // keyframes of the walk that are missing before it
   MeasurementOptions measurement{};
 };
 
 class LoopScene {
  public:
   // Of the first lap and the beginning of the second.
-  int size() const { return options_.per_lap + 12; }
+  int size() const { return options_.per_lap + 12 - options_.jump; }
   explicit LoopScene(const LoopSceneOptions& options)
       : model(model_sensor, options.measurement), options_(options) {
     if (options.odometry) odometry_.emplace(*options.odometry);
@@ -67,16 +70,22 @@ class LoopScene {
 
   // Keyframe i, in order; landmarks as seen from where the map believes it is.
   KeyFrameId Add(int i) {
-    const bool back = i >= options_.per_lap - 10;
-    if (i == options_.per_lap - 10) MeetStrangers();
+    const bool begins = i == options_.submap_from;
+    if (begins) skipped_ = options_.jump;
+    const int step = i + skipped_;
+    const bool back = step >= options_.per_lap - 10;
+    if (step == options_.per_lap - 10) MeetStrangers();
     if (!options_.connected) ForgetOldLandmarks(i);
-    const Pose T_true = TruePose(i);
-    const Pose T_WC = i == 0 ? T_true : map.keyframe(i - 1)->T_WC * Step(T_true);
+    const Pose T_true = TruePose(step);
+    if (begins) BeginSubmap();
+    const Pose T_WC = i == 0   ? T_true
+                      : begins ? kOtherWorld
+                               : map.keyframe(i - 1)->T_WC * Step(T_true);
     truth.push_back(T_true);
     const Scene& seen = back ? returned_ : scene;
     const SyntheticView view = Look(seen, model_sensor, T_true,
                                     {.px = 0.7, .depth = false, .seed = static_cast<unsigned>(i)});
-    const KeyFrameId id = map.AddKeyFrame(MakeFrame(view, i), T_WC).id;
+    const KeyFrameId id = map.AddKeyFrame(MakeFrame(view, i), T_WC, submap_).id;
     const Pose T_W_true = T_WC * T_true.Inverse();
     for (std::size_t f = 0; f < view.points.size(); ++f) {
       const auto s = static_cast<std::size_t>(view.points[f]);
@@ -100,6 +109,14 @@ class LoopScene {
     }
     return id;
   }
+
+  // Where the camera begins in the world of the second submap: upright as in the first.
+  const Pose kOtherWorld = Pose::FromMatrix([] {
+    Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+    T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+    T.topRightCorner<3, 1>() << 5.0, -3.0, 1.0;
+    return T;
+  }());
 
   const RgbdSensor model_sensor = IdealSensor();
   const MeasurementModel model;
@@ -137,6 +154,13 @@ class LoopScene {
     return {Segment3(p_W, p_W + length * along), RandomDescriptor(rng)};
   }
 
+  void BeginSubmap() {
+    submap_ = map.AddSubmap();
+    for (std::size_t s = 0; s < point_ids_.size(); ++s)
+      all_points_[s].clear(), point_ids_[s] = kNoId;
+    for (std::size_t s = 0; s < line_ids_.size(); ++s) all_lines_[s].clear(), line_ids_[s] = kNoId;
+  }
+
   // The landmarks that have given way are others from now on.
   void MeetStrangers() {
     for (const std::size_t s : strange_points_) all_points_[s].clear(), point_ids_[s] = kNoId;
@@ -172,6 +196,8 @@ class LoopScene {
   }
 
   LoopSceneOptions options_;
+  SubmapId submap_ = 0;
+  int skipped_ = 0;  // steps of the walk
   std::optional<DriftingOdometry> odometry_;
   Scene returned_;
   std::vector<std::size_t> strange_points_, strange_lines_;  // of returned_

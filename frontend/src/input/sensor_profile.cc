@@ -52,7 +52,8 @@ constexpr std::array<SensorProfile, 10> kProfiles{{
      .principle = DepthPrinciple::kTimeOfFlight,
      .min_depth = 0.25,
      .max_depth = 5.46,
-     .noise = {.offset = 0.001, .quadratic = 0.0013, .reference = 0.0}},
+     .noise = {.offset = 0.001, .quadratic = 0.0013, .reference = 0.0},
+     .round_field = true},
     {.name = "d415",
      .title = "Intel RealSense D415",
      .principle = DepthPrinciple::kTriangulation,
@@ -95,7 +96,8 @@ constexpr std::array<SensorProfile, 10> kProfiles{{
      .principle = DepthPrinciple::kTimeOfFlight,
      .min_depth = 0.1,
      .max_depth = 5.0,
-     .noise = {.offset = 0.002, .quadratic = 0.002, .reference = 0.0}},
+     .noise = {.offset = 0.002, .quadratic = 0.002, .reference = 0.0},
+     .dense = true},
     // Research Mode: 0.2 to 1 m near, to 4 m far (HoloLensForCV issue 56), to 7.5 m with the second
     // generation (Ungureanu et al., "HoloLens 2 Research Mode", 2020), whose chip is the Azure
     // Kinect's; there is no curve of its own, so the Azure Kinect's is taken.
@@ -104,7 +106,8 @@ constexpr std::array<SensorProfile, 10> kProfiles{{
      .principle = DepthPrinciple::kTimeOfFlight,
      .min_depth = 0.2,
      .max_depth = 7.5,
-     .noise = {.offset = 0.001, .quadratic = 0.0013, .reference = 0.0}},
+     .noise = {.offset = 0.001, .quadratic = 0.0013, .reference = 0.0},
+     .round_field = true},
     {.name = "generic", .title = "any depth camera"},
 }};
 

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -24,7 +25,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "map files are little-endian");
 
 constexpr std::array<char, 8> kMagic = {'H', 'W', 'M', 'A', 'P', '\r', '\n', '\x1a'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kWithoutSubmaps = 1;  // an older version that is still read
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
@@ -348,14 +350,52 @@ void ReadLandmark(Reader& reader, Landmark& landmark, const Map& map, const Slot
   }
 }
 
+// Those that have keyframes, in their order; each is written by its rank.
+std::map<SubmapId, std::int32_t> WriteSubmaps(Writer& writer, const Map& map) {
+  std::map<SubmapId, std::int32_t> ranks;
+  for (const KeyFrameId id : map.keyframe_ids()) ranks.emplace(map.keyframe(id)->submap, 0);
+  std::int32_t next = 0;
+  for (auto& [submap, rank] : ranks) rank = next++;
+  writer(static_cast<std::uint32_t>(ranks.size()));
+  for (const auto& [submap, rank] : ranks) {
+    // The origin of a world is never removed, so that its root is among them.
+    writer(ranks.at(map.Root(submap)));
+    const auto& gravity_W = map.gravity_W(submap);
+    writer(gravity_W.has_value());
+    if (gravity_W) Doubles(writer, *gravity_W);
+  }
+  return ranks;
+}
+
+void ReadSubmaps(Reader& reader, Map& map) {
+  const std::uint32_t count = reader.Count(5);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const SubmapId submap = i == 0 ? 0 : map.AddSubmap();
+    SubmapId root = 0;
+    reader(root);
+    reader.Require(root >= 0 && root <= submap && map.Root(root) == root,
+                   "a submap is joined with none");
+    map.Join(root, submap);
+    bool has_gravity = false;
+    reader(has_gravity);
+    if (!has_gravity) continue;
+    Eigen::Vector3d gravity_W;
+    Doubles(reader, gravity_W);
+    reader.Require(IsBounded(gravity_W) && gravity_W.norm() > kSmallest, "its gravity is none");
+    map.SetGravity(gravity_W, submap);
+  }
+}
+
 std::string Encode(const PinholeCamera& camera, const Map& map) {
   Writer writer;
   Fields(writer, camera);
+  const std::map<SubmapId, std::int32_t> submaps = WriteSubmaps(writer, map);
   std::unordered_map<KeyFrameId, std::int32_t> ranks;
   writer(static_cast<std::uint32_t>(map.num_keyframes()));
   for (const KeyFrameId id : map.keyframe_ids()) {
     const KeyFrame& keyframe = *map.keyframe(id);
     ranks.emplace(id, static_cast<std::int32_t>(ranks.size()));
+    writer(submaps.at(keyframe.submap));
     writer(keyframe.frame.index);
     writer(keyframe.frame.stamp);
     writer.Bytes(keyframe.T_WC.data(), sizeof(double) * Pose::kSize);
@@ -368,12 +408,16 @@ std::string Encode(const PinholeCamera& camera, const Map& map) {
   return writer.content();
 }
 
-SavedMap Decode(Reader& reader) {
+SavedMap Decode(Reader& reader, std::uint32_t version) {
   SavedMap saved;
   Fields(reader, saved.camera);
   Check(reader, saved.camera);
   Map& map = saved.map;
+  const bool has_submaps = version != kWithoutSubmaps;
+  if (has_submaps) ReadSubmaps(reader, map);
   for (std::uint32_t i = reader.Count(72); i > 0; --i) {
+    SubmapId submap = 0;
+    if (has_submaps) reader(submap);
     Frame frame;
     reader(frame.index);
     reader(frame.stamp);
@@ -383,7 +427,11 @@ SavedMap Decode(Reader& reader) {
     std::array<double, Pose::kSize> block;
     reader.Bytes(block.data(), sizeof(block));
     frame.features = ReadFeatures(reader, saved.camera);
-    map.AddKeyFrame(frame, CheckedPose(reader, block));
+    try {
+      map.AddKeyFrame(frame, CheckedPose(reader, block), submap);
+    } catch (const InvalidArgument&) {
+      reader.Require(false, "a keyframe is of no submap");
+    }
   }
   for (std::uint32_t i = reader.Count(100); i > 0; --i) {
     ReadLandmark(
@@ -432,7 +480,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   header(version);
   header(crc);
   header(size);
-  if (version != kVersion) {
+  if (version != kVersion && version != kWithoutSubmaps) {
     throw IoError(path, "is a map of version " + std::to_string(version) + ", not " +
                             std::to_string(kVersion) + ": make it again");
   }
@@ -443,7 +491,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   }
   Reader reader(path, content, size);
   try {
-    return Decode(reader);
+    return Decode(reader, version);
   } catch (const InvalidArgument& e) {  // the camera
     throw IoError(path, std::string("is damaged: ") + e.what());
   }

@@ -20,7 +20,7 @@ struct ImuRecording {
   // As the file holds them: not sorted, duplicates and NaN in place, for CheckImu() to find.
   std::vector<ImuSample> samples;
   std::vector<std::int64_t> lines;  // of the file, from 1, one a sample
-  std::string warning;  // one line where stamps had to be converted, else empty
+  std::string warning;              // one line where stamps had to be converted, else empty
 };
 
 // The file with the readings of the IMU in the folder of a dataset: imu.csv, imu.txt (ETH3D),

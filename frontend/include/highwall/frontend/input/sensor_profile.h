@@ -23,6 +23,7 @@ enum class DepthPrinciple {
 struct StereoPair {
   double baseline = 0.05;              // [m] > 0
   double disparity_step = 1.0 / 32.0;  // [px] > 0, of the disparities it finds
+  double max_disparity = 126.0;        // [px] that it looks for
   // [px] focal lengths of its modes, the most used first; 0: no further mode.
   std::array<double, 4> focals{};
   // Of focals to the real ones, as a standard deviation of their ratio.
@@ -45,6 +46,8 @@ struct SensorProfile {
   // pair over that of the colour camera when their images have the same number of rows.
   double subpixel = 0.0, focal_ratio = 0.0;
   std::optional<StereoPair> pair{};
+  bool round_field = false;  // its field of view has no corners
+  bool dense = false;        // it fills its holes
 
   // Of a camera, whose focal length tells that of the pair.
   DepthNoise NoiseFor(const PinholeCamera& camera) const;

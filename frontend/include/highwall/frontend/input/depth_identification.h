@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <highwall/frontend/input/depth_survey.h>
+#include <highwall/frontend/input/sensor_profile.h>
+
+namespace highwall {
+
+// A sensor that depth images may be from, and how it was stored.
+struct DepthGuess {
+  const SensorProfile* profile = nullptr;
+  double depth_factor = 0.0;  // [1/m]
+  double probability = 0.0;   // among all guesses
+};
+
+// Which of SensorProfiles() the images are from, most probable first, by the physics of depth: the
+// steps of inverse depth that triangulation has and time of flight has not, the unit of the stored
+// values, range, grain and holes. Empty where the images show nothing of their sensor (all of one
+// depth, none at all). docs/sensors.md has the likelihoods.
+std::vector<DepthGuess> IdentifyDepthSensor(const DepthStatistics& statistics);
+
+// Of all guesses with this depth factor to within 6 %: single cameras, and conversions that correct
+// their scale, differ by as much.
+double ProbabilityOfFactor(const std::vector<DepthGuess>& guesses, double depth_factor);
+
+}  // namespace highwall

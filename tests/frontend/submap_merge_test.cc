@@ -1,0 +1,172 @@
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "loops/loop_closer.h"
+#include "loops/submap_merge.h"
+#include "support/loop_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::LoopScene;
+using testing::LoopSceneOptions;
+
+// The second half of the walk begins elsewhere, knows nothing of the first, and comes back to where
+// that began: in view from the 28th keyframe on.
+const LoopSceneOptions kTwoSubmaps{.drift = {0.002, 0.001, 0.0}, .submap_from = 18, .jump = 12};
+constexpr int kInView = 28;
+
+LoopCloserOptions Lockstep() {
+  LoopCloserOptions options;
+  options.background = false;
+  options.correction.threads = options.bundle.threads = 1;
+  return options;
+}
+
+struct Walked {
+  std::vector<LoopReport> reports;
+  int refused = 0;
+  int merged_at = -1;  // keyframe
+};
+
+Walked Walk(LoopScene& scene, const LoopCloserOptions& options) {
+  LoopCloser closer(scene.model, options);
+  Walked walked;
+  for (int i = 0; i < scene.size(); ++i) {
+    closer.InsertKeyFrame(scene.map, scene.Add(i));
+    walked.refused += static_cast<int>(closer.TakeRefused().size());
+    for (LoopReport& report : closer.Update(&scene.map)) {
+      if (report.merge && walked.merged_at < 0) walked.merged_at = i;
+      walked.reports.push_back(std::move(report));
+    }
+  }
+  return walked;
+}
+
+TEST(SubmapMerge, JoinsTheSubmapsThatShowOnePlace) {
+  LoopScene scene(kTwoSubmaps);
+  const Walked walked = Walk(scene, Lockstep());
+  ASSERT_GE(walked.reports.size(), 2U);
+  const LoopReport& first = walked.reports[0];
+  EXPECT_TRUE(first.accepted) << first.message;
+  ASSERT_TRUE(first.merge);
+  EXPECT_EQ(first.merge->root, 0);
+  EXPECT_EQ(first.merge->other, 1);
+  EXPECT_EQ(first.merge->moved, 1);
+  EXPECT_GT(first.fused_points, 30);
+  ASSERT_TRUE(walked.reports[1].bundle);
+  EXPECT_TRUE(walked.reports[1].bundle->usable);
+  EXPECT_EQ(scene.map.roots(), std::vector<SubmapId>{0});
+  // 24 steps of 2.2 mm on either side of the seam; apart the worlds were metres off.
+  EXPECT_LT(scene.Rmse(), 0.06);
+}
+
+TEST(SubmapMerge, OneKeyFrameIsNotEnoughUnlessItIsBeyondDoubt) {
+  const auto merged_at = [](double overwhelming) {
+    LoopScene scene(kTwoSubmaps);
+    LoopCloserOptions options = Lockstep();
+    options.detector.overwhelming = overwhelming;
+    return Walk(scene, options).merged_at;
+  };
+  const int first = merged_at(1.0);
+  EXPECT_GE(first, kInView);
+  EXPECT_EQ(merged_at(100.0), first + LoopDetectorOptions().consistency - 1);
+}
+
+TEST(SubmapMerge, APlaceThatLooksAlikeWithoutItsGeometryJoinsNothing) {
+  LoopSceneOptions options = kTwoSubmaps;
+  options.shuffled_return = true;
+  LoopScene scene(options);
+  const Walked walked = Walk(scene, Lockstep());
+  EXPECT_TRUE(walked.reports.empty());
+  EXPECT_EQ(scene.map.roots().size(), 2U);
+}
+
+TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
+  LoopSceneOptions options = kTwoSubmaps;
+  options.strange_return = 0.6;
+  LoopScene scene(options);
+  LoopCloserOptions careful = Lockstep();
+  careful.detector.min_found = 0.6;
+  const Walked walked = Walk(scene, careful);
+  EXPECT_EQ(walked.merged_at, -1);
+  EXPECT_GT(walked.refused, 0) << "and it is told why";
+}
+
+// A merge on another thread, while the submap that moves goes on: what is new moves along.
+TEST(SubmapMerge, WhatIsMappedMeanwhileMovesAlong) {
+  LoopScene scene(kTwoSubmaps);
+  LoopCloserOptions options;
+  options.correction.threads = options.bundle.threads = 1;
+  LoopCloser closer(scene.model, options);
+  int i = 0;
+  while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
+  const Pose before = scene.map.keyframe(i)->T_WC;
+  scene.Add(++i);
+  const Pose step = before.Inverse() * scene.map.keyframe(i)->T_WC;
+  const std::vector<LoopReport> reports = closer.Finish(&scene.map);
+  ASSERT_FALSE(reports.empty());
+  EXPECT_TRUE(reports[0].merge);
+  EXPECT_EQ(scene.map.RootOf(i), 0);
+  const Pose after = scene.map.keyframe(i - 1)->T_WC.Inverse() * scene.map.keyframe(i)->T_WC;
+  EXPECT_LT((after.p() - step.p()).norm(), 1e-9) << "rigidly with the one before";
+}
+
+class PlanMergeTest : public ::testing::Test {
+ protected:
+  PlanMergeTest() : scene({.submap_from = 24}) {
+    for (int i = 0; i < 26; ++i) scene.Add(i);
+    edge = {.match = 23, .keyframe = 24, .Z = scene.truth[23].Inverse() * scene.truth[24]};
+  }
+  // Where the loop puts the keyframe, against where it is in truth.
+  double Error() { return (scene.map.keyframe(24)->T_WC.p() - scene.truth[24].p()).norm(); }
+
+  LoopScene scene;
+  LoopEdge edge;
+  std::string message;
+  const Eigen::Vector3d down{0, 0, -9.81};
+};
+
+TEST_F(PlanMergeTest, TheYoungerMovesToWhereTheLoopHasIt) {
+  const auto merge = PlanMerge(scene.map, edge, {}, &message);
+  ASSERT_TRUE(merge);
+  Apply(*merge, &scene.map);
+  EXPECT_LT(Error(), 1e-12);  // the map is exact
+  EXPECT_EQ(scene.map.RootOf(25), 0);
+}
+
+TEST_F(PlanMergeTest, TheWorldThatKnowsGravityStays) {
+  scene.map.SetGravity(down, 1);
+  const Pose before = scene.map.keyframe(24)->T_WC;
+  const auto merge = PlanMerge(scene.map, edge, {}, &message);
+  ASSERT_TRUE(merge);
+  EXPECT_EQ(merge->moved, 0);
+  Apply(*merge, &scene.map);
+  EXPECT_EQ(scene.map.keyframe(24)->T_WC.Matrix(), before.Matrix());
+  EXPECT_EQ(scene.map.gravity_W(), down);
+  const Pose Z = scene.map.keyframe(23)->T_WC.Inverse() * scene.map.keyframe(24)->T_WC;
+  EXPECT_LT((Z.p() - edge.Z.p()).norm(), 1e-12);
+}
+
+TEST_F(PlanMergeTest, ALoopThatTiltsGravityIsRefusedWithTheAngle) {
+  scene.map.SetGravity(down, 0);
+  scene.map.SetGravity(down, 1);
+  const auto tilted = [&](double angle) {
+    LoopEdge tilt = edge;
+    tilt.Z = edge.Z * Pose::FromTangent({0, 0, 0}, {angle, 0, 0});
+    return PlanMerge(scene.map, tilt, {}, &message);
+  };
+  EXPECT_FALSE(tilted(0.2));
+  EXPECT_NE(message.find("tilts gravity by 11.4"), std::string::npos) << message;
+  const auto merge = tilted(0.03);
+  ASSERT_TRUE(merge) << message;
+  Apply(*merge, &scene.map);
+  const Eigen::Vector3d up = merge->T_new_old.q() * Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(up.z(), 1.0, 1e-15) << "turned about the vertical alone";
+  EXPECT_LT(Error(), 1e-12) << "and moved about the keyframe";
+}
+
+}  // namespace
+}  // namespace highwall
