@@ -102,6 +102,23 @@ double LongestGone(const Film& film, const std::vector<Outcome>& outcomes) {
   return longest;
 }
 
+// Of the first pose of each part but the first, where it is in a map of before.
+std::optional<double> MatchedAfterCut(const Film& film, const std::vector<Outcome>& outcomes) {
+  std::optional<double> least;
+  std::optional<int> part = 0;
+  std::set<SubmapId> known;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const FilmFrame& frame = film.frames()[i];
+    if (!frame.part || !outcomes[i].pose) continue;
+    if (frame.part != part && known.contains(outcomes[i].submap)) {
+      least = std::min(least.value_or(1.0), outcomes[i].matched);
+    }
+    part = frame.part;
+    known.insert(outcomes[i].submap);
+  }
+  return least;
+}
+
 }  // namespace
 
 Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)>& progress) {
@@ -129,6 +146,7 @@ RelocationScores ScoreRun(const Film& film, const Run& run) {
   RelocationScores scores;
   scores.gone_s = LongestGone(film, run.outcomes);
   scores.misplaced = Misplaced(film, run);
+  scores.matched_after_cut = MatchedAfterCut(film, run.outcomes);
   for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
     if (run.outcomes[i].pose) continue;
     ++scores.lost;

@@ -34,6 +34,9 @@ struct RelocationScores {
   int lost = 0;          // frames without a pose
   int lost_covered = 0;  // of them, behind the cover
   int misplaced = 0;     // with a pose that is not where their map has them
+  // Of the first image after a cut that has a pose in a map of before: share of its features that
+  // were matched, the least of them.
+  std::optional<double> matched_after_cut;
   double known_at_first = 0.0;     // of the second part: share of its first image seen before
   std::optional<double> due_s;     // since the first frame: a known place is seen again
   std::optional<double> merged_s;  // since then: two maps have become one
