@@ -1,6 +1,8 @@
 // highwall map: cloud, octree, grids and pictures of a dataset whose poses are known.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -25,6 +27,7 @@
 
 #include "commands.h"
 #include "config.h"
+#include "dataset_report.h"
 #include "depth_camera.h"
 #include "map_compare.h"
 #include "map_pictures.h"
@@ -35,12 +38,21 @@
 namespace highwall::apps {
 namespace {
 
+constexpr double kInterval = 1.0 / 3.0;  // [s] between frames that are no keyframes
+
+// At least one.
+std::size_t FramesIn(double seconds, const Dataset& dataset) {
+  std::vector<Stamp> stamps;
+  for (std::size_t i = 0; i < dataset.size(); ++i) stamps.push_back(dataset.stamp(i));
+  return static_cast<std::size_t>(std::max(1L, std::lround(seconds * DescribeStamps(stamps).rate)));
+}
+
 struct MapArguments {
   std::string source, dataset, trajectory, config, out;
   double resolution = OctomapBuilderOptions().resolution;  // [m]
   double voxel = KeyframeCloudOptions().voxel_size;        // [m] of the cloud
   double max_range = kDenseRange;                          // [m]
-  std::size_t every = 0;                                   // 0: 1 for keyframes, else 10
+  std::size_t every = 0;                                   // 0: all keyframes, else kInterval
   int threads = 2;
   double memory_limit = 2048.0;  // [MB] of the octree
   bool raw = false;
@@ -188,7 +200,9 @@ int RunMap(const MapArguments& arguments) {
     fmt::print(stderr, "highwall map: warning: {}\n", warning);
   }
   const Trajectory trajectory = ReadTumTrajectory(source.trajectory);
-  const std::size_t every = arguments.every > 0 ? arguments.every : source.keyframes ? 1 : 10;
+  const std::size_t every = arguments.every > 0 ? arguments.every
+                            : source.keyframes  ? 1
+                                                : FramesIn(kInterval, dataset);
   const std::vector<PosedFrame> posed = PosedFrames(dataset, trajectory, every);
   if (posed.empty()) throw IoError(source.trajectory, "has no pose at any frame of the dataset");
   const DepthUnprojector unprojector(sensor.camera);
@@ -238,7 +252,7 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--config", arguments->config, "Calibration, as in highwall slam");
   command
       ->add_option("--every", arguments->every,
-                   "Takes every n-th posed frame [keyframes: 1, else 10]")
+                   "Takes every n-th posed frame [keyframes: 1, else one in a third of a second]")
       ->check(CLI::PositiveNumber);
   command->add_option("--voxel", arguments->voxel, "Edge of the cloud's voxels [m]")
       ->check(Between(1e-3, 10.0))

@@ -30,6 +30,17 @@ TEST(DepthGrid, IsTheImageInCoarseCells) {
   EXPECT_NEAR((grid.Project(2.0F * grid.Ray({7, 9})) - Eigen::Vector2f(7, 9)).norm(), 0.0F, 1e-4F);
 }
 
+// Its cells are of the same angle however the camera is held.
+TEST(DepthGrid, APortraitImageHasTheCellsOfItsLandscape) {
+  const DepthGrid grid{PinholeCamera{.width = 480, .height = 640, .cx = 239.5, .cy = 319.5}};
+  EXPECT_EQ(grid.camera().width, 60);
+  EXPECT_EQ(grid.camera().height, 80);
+  EXPECT_EQ(grid.cell_size(), 8.0);
+  const cv::Mat cells = grid.Sample(cv::Mat(640, 480, CV_32FC1, 2.0F), 0.3, 8.0);
+  EXPECT_EQ(cells.size(), cv::Size(60, 80));
+  EXPECT_EQ(cv::countNonZero(cells), 60 * 80);
+}
+
 TEST(DepthGrid, SamplesTheMedianAndLeavesOutWhatIsNotMeasured) {
   const DepthGrid grid{PinholeCamera()};
   cv::Mat depth(480, 640, CV_32FC1, 2.0F);

@@ -120,6 +120,18 @@ TEST(LineExtractorOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_NE(message({.merge_gap = -1.0}).find("merge_gap"), std::string::npos);
 }
 
+// An edge that something small hides a part of, in a large image: 14 px of 1280, as 7 of 640.
+TEST(LineExtractor, AGapIsMeasuredByTheSizeOfTheImage) {
+  cv::Mat image(960, 1280, CV_8U, cv::Scalar(60));
+  cv::rectangle(image, cv::Rect(200, 400, 880, 120), cv::Scalar(180), cv::FILLED);
+  cv::rectangle(image, cv::Rect(633, 390, 14, 140), cv::Scalar(120), cv::FILLED);
+  cv::GaussianBlur(image, image, {}, 1.0);
+  AddNoise(&image, 1.0, 3);
+  const LineFeatures lines = LineExtractor(LineExtractorOptions{}).Extract(image);
+  ASSERT_FALSE(lines.segments.empty());
+  EXPECT_GT(lines.segments.front().Length(), 800.0F);
+}
+
 // The longest, at first too far from the second, reaches it by way of the third.
 TEST(MergeCollinear, WhatHasGrownReachesWhatWasTooFarBefore) {
   const auto on_x = [](float from, float to) { return LineSegment{{from, 5.0F}, {to, 5.0F}}; };

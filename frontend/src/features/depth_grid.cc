@@ -13,8 +13,8 @@ namespace highwall {
 DepthGrid::DepthGrid(const PinholeCamera& camera)
     : image_camera_((camera.Validate(), camera)),
       camera_(camera.WithoutDistortion()),
-      cell_size_(static_cast<double>(camera.width) / kColumns) {
-  camera_.width = kColumns;
+      cell_size_(static_cast<double>(std::max(camera.width, camera.height)) / kCells) {
+  camera_.width = std::max(1, static_cast<int>(camera.width / cell_size_));
   camera_.height = std::max(1, static_cast<int>(camera.height / cell_size_));
   camera_.fx /= cell_size_;
   camera_.fy /= cell_size_;

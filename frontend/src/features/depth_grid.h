@@ -11,11 +11,11 @@
 
 namespace highwall {
 
-// A depth image on a coarse grid of square cells, kColumns to a row, free of distortion: what is
-// compared between frames (moving_objects.h), at a hundredth of the image's size.
+// A depth image on a coarse grid of square cells, kCells along its longer side, free of distortion:
+// what is compared between frames (moving_objects.h), at a hundredth of the image's size.
 class DepthGrid {
  public:
-  static constexpr int kColumns = 80;
+  static constexpr int kCells = 80;
 
   // camera: of the depth images, with its distortion. Throws InvalidArgument if it is not valid.
   explicit DepthGrid(const PinholeCamera& camera);

@@ -17,7 +17,8 @@
 namespace highwall {
 namespace {
 
-constexpr int kMinSide = 16;  // [px] of an image that is searched at all
+constexpr int kMinSide = 16;    // [px] of an image that is searched at all
+constexpr double kEnds = 10.0;  // [px] that two fragments lose at their ends, whatever the size
 
 std::vector<cv::Vec4f> DetectLsd(const cv::Mat& gray) {
   std::vector<cv::Vec4f> lines;
@@ -99,13 +100,15 @@ LineFeatures LineExtractor::Extract(const cv::Mat& gray) {
 
   const LineExtractorOptions& options = impl_->options;
   const internal::ImageGradient gradient(gray);
-  const float min_length = static_cast<float>(options.min_length * std::max(gray.cols, gray.rows));
+  const double side = std::max(gray.cols, gray.rows);
+  const float min_length = static_cast<float>(options.min_length * side);
   std::vector<LineSegment>& segments = features.segments;
   // Fragments of half the length may still be joined to a whole.
   const float min_fragment = std::max(8.0F, 0.5F * min_length);
   segments = Orient(impl_->Detect(gray, min_fragment), gray, gradient, min_fragment);
   if (options.merge) {
-    segments = internal::MergeCollinear(std::move(segments), static_cast<float>(options.merge_gap));
+    segments = internal::MergeCollinear(
+        std::move(segments), static_cast<float>(std::max(kEnds, options.merge_gap * side)));
   }
   std::erase_if(segments, [&](const LineSegment& line) { return line.Length() < min_length; });
   std::stable_sort(segments.begin(), segments.end(),

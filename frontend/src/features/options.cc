@@ -39,7 +39,8 @@ void LineExtractorOptions::Validate() const {
   HIGHWALL_REQUIRE(min_length > 0.0 && min_length <= 1.0,
                    "LineExtractorOptions::min_length must be in (0, 1]");
   RequirePositive(max_lines, "LineExtractorOptions::max_lines");
-  RequireNotNegative(merge_gap, "LineExtractorOptions::merge_gap");
+  HIGHWALL_REQUIRE(merge_gap >= 0.0 && merge_gap <= 1.0,
+                   "LineExtractorOptions::merge_gap must be in [0, 1]");
 }
 
 void SegmentDepthOptions::Validate() const {

@@ -65,6 +65,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   const Landmarks left = CullKeyFrames(map, report);
   KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC, tracked.submap);
   keyframe.motion = std::move(motion);
+  keyframe.found = tracked.found;
   report.keyframe = newest_ = keyframe.id;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
     map.ObservePoint(keyframe.id, static_cast<int>(i), tracked.points[i]);

@@ -11,6 +11,8 @@
 namespace highwall {
 namespace {
 
+constexpr double kUsuallyFound = 0.5;  // KeyFrame::found, where it is not known
+
 bool Intersect(const std::vector<KeyFrameId>& a, const std::vector<KeyFrameId>& b) {
   for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
     if (*i == *j) return true;
@@ -234,10 +236,11 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
     return std::nullopt;
   }
   const int support = static_cast<int>(Support(found->points.size(), found->lines.size()));
-  const double share = support / in_view;
-  if (support < options_.min_found * in_view) {
-    Refuse(edge(), "share of the landmarks in view that it finds, " + std::to_string(share) +
-                       ", is below " + std::to_string(options_.min_found));
+  const double own = map.keyframe(id)->found;
+  const double share = support / in_view / (own > 0.0 ? own : kUsuallyFound);
+  if (share < options_.min_found) {
+    Refuse(edge(), "share of the landmarks in view that it finds, against its own surroundings, " +
+                       std::to_string(share) + ", is below " + std::to_string(options_.min_found));
     return std::nullopt;
   }
   return Found{{edge(), std::move(found->points), std::move(found->lines), 0.0}, support, share};

@@ -64,7 +64,7 @@ class LoopDetector {
     std::vector<KeyFrameId> loops;   // of the keyframe's world
     std::vector<KeyFrameId> merges;  // of others
   };
-  // A keyframe as it was found in a place, and the share of the place's landmarks in view.
+  // A keyframe as it was found in a place. share: LoopDetectorOptions::min_found.
   struct Found {
     Loop loop;
     int support = 0;

@@ -55,6 +55,10 @@ void TrackerOptions::Validate() const {
                    "TrackerOptions::doubtful_share must be in [0, 1]");
   HIGHWALL_REQUIRE(doubtful_drop >= 0.0 && doubtful_drop <= 1.0,
                    "TrackerOptions::doubtful_drop must be in [0, 1]");
+  HIGHWALL_REQUIRE(recognized_found >= 0.0 && recognized_found <= 1.0,
+                   "TrackerOptions::recognized_found must be in [0, 1]");
+  HIGHWALL_REQUIRE(recognized_contradiction >= 0.0 && recognized_contradiction <= 1.0,
+                   "TrackerOptions::recognized_contradiction must be in [0, 1]");
   RequireAtLeast(local_keyframes, 1, "TrackerOptions::local_keyframes");
 }
 

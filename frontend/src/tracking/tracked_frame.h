@@ -32,6 +32,7 @@ struct TrackedFrame {
   // those of `frame`.
   cv::Mat moving;
   int num_points = 0, num_lines = 0;  // matched
+  double found = 0.0;                 // share of the local map's landmarks in view that it sees
   int num_planes = 0;                 // points of the image on flat patches of the reference
   // What the matches alone say of the pose (PoseSolution).
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();

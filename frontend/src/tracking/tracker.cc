@@ -9,11 +9,14 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 
+#include "pose/depth_agreement.h"
 #include "pose/pose_observations.h"
 #include "pose/support.h"
 
 namespace highwall {
 namespace {
+
+constexpr double kFollow = 0.05;  // share of a frame in what is usual
 
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
   TrackedFrame tracked;
@@ -140,6 +143,11 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
                                 Aid aid = Aid::kNone) {
     return TrackLocalMap(std::move(rough), map, known, aid, &clues);
   };
+  const auto recognized = [&](std::optional<TrackedFrame> rough) {
+    auto found = in_local_map(std::move(rough));
+    if (found && LooksAlikeOnly(*found, map)) found.reset();
+    return found;
+  };
   if (was_tracking) {
     const KnownPose* known = predicted ? &*predicted : nullptr;
     if (known == nullptr) clues.shift = Shift(frame);
@@ -149,11 +157,11 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
     // What most deny must at least be a pose in every direction.
     if (match && denied && !match->frame.open.empty()) match.reset();
     if (!match || denied || (known == nullptr && IsDoubtful(*match))) {
-      auto other = in_local_map(TrackReference(frame, map));
+      auto other = recognized(TrackReference(frame, map));
       if (other && (!match || other->Support() > match->Support())) match = std::move(other);
     }
   }
-  if (!match) match = in_local_map(Relocalize(frame, map));
+  if (!match) match = recognized(Relocalize(frame, map));
   if (!match && was_tracking && !predicted && options_.surfaces.enabled) {
     match = in_local_map(TrackMotion(frame, map, nullptr, Aid::kSurfaces, &clues), nullptr,
                          Aid::kSurfaces);
@@ -175,6 +183,7 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
   last_support_ = match->Support();
+  usual_found_ += (usual_found_ > 0.0 ? kFollow : 1.0) * (tracked.found - usual_found_);
   moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
                    tracked.reference, map);
   return tracked;
@@ -375,6 +384,9 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
   append(match.lines_in_view, first_lines);
   if (!Solve(tracked, map, options_.min_support, predicted, aid)) return std::nullopt;
   tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
+  tracked.found = static_cast<double>(match.Support()) /
+                  static_cast<double>(
+                      highwall::Support(match.points_in_view.size(), match.lines_in_view.size()));
   return match;
 }
 
@@ -392,6 +404,20 @@ bool Tracker::IsDoubtful(const LocalMatch& match) const {
       highwall::Support(match.points_in_view.size(), match.lines_in_view.size()));
   return match.Support() < options_.doubtful_share * in_view ||
          match.Support() < options_.doubtful_drop * last_support_;
+}
+
+bool Tracker::LooksAlikeOnly(const LocalMatch& match, const Map& map) const {
+  const TrackedFrame& tracked = match.frame;
+  if (tracked.found < options_.recognized_found * usual_found_) return true;
+  constexpr std::size_t kViews = 3;
+  std::vector<KeyFrameId> views;
+  for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
+    if (views.size() == kViews) break;
+    views.push_back(id);
+  }
+  const auto contradiction = DepthContradiction(tracked.frame.features->depth_grid, tracked.T_WC,
+                                                views, map, moving_.grid(), model_.depth_noise());
+  return contradiction && *contradiction > options_.recognized_contradiction;
 }
 
 void Tracker::LocalMatch::CountObservations(Map& map) const {

@@ -86,6 +86,8 @@ class Tracker {
   // Few of the first matches agree with their pose.
   bool IsDenied(const TrackedFrame& rough) const;
   bool IsDoubtful(const LocalMatch& match) const;
+  // May the place that was recognized be another one that looks alike?
+  bool LooksAlikeOnly(const LocalMatch& match, const Map& map) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
   bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
              Aid aid) const;
@@ -101,6 +103,7 @@ class Tracker {
   MovingObjects moving_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
   int last_support_ = 0;              // of its pose
+  double usual_found_ = 0.0;          // TrackedFrame::found of late; 0: not known
   ConstantVelocity velocity_;         // at it
 };
 

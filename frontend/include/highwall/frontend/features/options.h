@@ -37,12 +37,12 @@ const char* ToString(LineDetector detector);
 
 struct LineExtractorOptions {
   LineDetector detector = LineDetector::kEdLines;
-  double min_length = 0.04;  // shortest segment, as a share of the longer image side, (0, 1]
-  int max_lines = 150;       // the longest are kept, > 0
-  bool merge = true;         // join collinear fragments of one edge
-  double merge_gap = 10.0;   // [px] largest gap between such fragments, >= 0
-  bool refine = true;        // fit each segment to the sub-pixel peaks of the gradient across it
-  bool descriptors = true;   // compute LBD
+  double min_length = 0.04;     // shortest segment, as a share of the longer image side, (0, 1]
+  int max_lines = 150;          // the longest are kept, > 0
+  bool merge = true;            // join collinear fragments of one edge
+  double merge_gap = 0.015625;  // largest gap between them, likewise, [0, 1]; 10 px at least
+  bool refine = true;           // fit each segment to the sub-pixel peaks of the gradient across it
+  bool descriptors = true;      // compute LBD
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

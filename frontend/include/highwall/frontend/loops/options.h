@@ -40,7 +40,10 @@ struct LoopDetectorOptions {
   RelocalizerOptions verification{.min_inliers = 20, .ransac_iterations = 300};
   int place_keyframes = 10;  // >= 0: neighbours of the candidate whose landmarks are searched
   int min_support = 50;      // >= 6: inlier points plus twice the lines, after that search
-  double min_found = 0.25;   // [0, 1]: their share of the landmarks in view
+  // [0, 1]: their share of the landmarks in view, against what the keyframe found in its own
+  // surroundings: a blurred image finds few of either. Half are taken to be found at home where
+  // that is not known.
+  double min_found = 0.5;
   // >= 1: between submaps one keyframe tells enough that has so many times that support and share;
   // of less, `consistency` keyframes in a row must tell the same transform.
   double overwhelming = 2.0;

@@ -70,6 +70,7 @@ struct KeyFrame {
   SubmapId submap = 0;  // that it was made in
   Frame frame;
   Pose T_WC;
+  double found = 0.0;  // share of the landmarks in view that it saw when it was tracked; 0: unknown
   std::optional<KeyFrameMotion> motion;  // with an IMU that is initialized
   std::vector<PointId> points;           // per point feature, kNoId where unmatched
   std::vector<LineId> lines;             // per line feature
