@@ -70,7 +70,7 @@ std::string List(const std::map<std::string, int>& reasons) {
 class Verdict {
  public:
   void Require(bool met, const std::string& target) {
-    if (!met) missed_.push_back(target);
+    if (!met && std::ranges::find(missed_, target) == missed_.end()) missed_.push_back(target);
   }
   const std::vector<std::string>& missed() const { return missed_; }
   std::string Text() const {

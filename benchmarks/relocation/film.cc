@@ -130,6 +130,7 @@ RgbdImage Film::Covered(const FilmFrame& frame) const {
   RgbdImage image{frame.stamp, cv::Mat(camera.height, camera.width, CV_8UC3),
                   cv::Mat::zeros(camera.height, camera.width, CV_32FC1)};
   const auto random = simulate::CounterRandom(sequence_.seed()).Stream(frame.source);
+  const auto guess = random.Stream(1);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const auto pixel = static_cast<std::uint64_t>(v * camera.width + u);
@@ -137,7 +138,6 @@ RgbdImage Film::Covered(const FilmFrame& frame) const {
       image.bgr.at<cv::Vec3b>(v, u) =
           cv::Vec3f::all(kBlack) + kNoise * cv::Vec3f(a.x(), a.y(), b.x());
       const auto blob = static_cast<std::uint64_t>((v / kBlob) * camera.width + u / kBlob);
-      const auto guess = random.Stream(1);
       if (cover() == Cover::kNear) image.depth.at<float>(v, u) = kHand + 0.003F * b.y();
       if (cover() == Cover::kGarbage && guess.Uniform(2 * blob) < 0.5F) {
         image.depth.at<float>(v, u) = 0.4F + 7.6F * guess.Uniform(2 * blob + 1);
