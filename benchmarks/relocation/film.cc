@@ -1,6 +1,8 @@
 #include "film.h"
 
+#include <ranges>
 #include <utility>
+#include <vector>
 
 #include <fmt/core.h>
 #include <opencv2/core.hpp>
@@ -65,12 +67,43 @@ Film::Film(const Sequence& sequence, Ways ways) : sequence_(sequence), ways_(way
   Stamp left_out = 0;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const std::optional<int> part = sequence.PartOf(i);
-    if (!part && ways == Ways::kLeftOut) {
+    if (!part && (ways == Ways::kLeftOut || ways == Ways::kNotNeeded)) {
       left_out += sequence.stamp(i) - sequence.stamp(i - 1);
       continue;
     }
     frames_.push_back({i, sequence.stamp(i) - left_out, part});
   }
+  if (ways == Ways::kNotNeeded) PutInKnownOrder();
+}
+
+void Film::PutInKnownOrder() {
+  std::vector<std::vector<FilmFrame>> parts;
+  std::vector<Stamp> stamps;
+  for (const FilmFrame& frame : frames_) {
+    stamps.push_back(frame.stamp);
+    parts.resize(static_cast<std::size_t>(*frame.part) + 1);
+    parts.back().push_back(frame);
+  }
+  frames_.clear();
+  const auto add = [this](const auto& part) {
+    frames_.insert(frames_.end(), part.begin(), part.end());
+  };
+  switch (simulate::WayBackOf(sequence_.seed())) {
+    case simulate::WayBack::kOnward:  // the second ends where the first begins,
+      add(parts[1]);
+      add(parts[0]);
+      break;
+    case simulate::WayBack::kReturn:  // or where it ends;
+      add(parts[1]);
+      add(std::ranges::reverse_view(parts[0]));
+      break;
+    case simulate::WayBack::kPutBack:  // the third begins in the first and ends in the second
+      add(parts[0]);
+      add(parts[2]);
+      add(std::ranges::reverse_view(parts[1]));
+      break;
+  }
+  for (std::size_t i = 0; i < stamps.size(); ++i) frames_[i].stamp = stamps[i];
 }
 
 RgbdImage Film::Load(const FilmFrame& frame) const {
@@ -97,6 +130,7 @@ RgbdImage Film::Covered(const FilmFrame& frame) const {
   RgbdImage image{frame.stamp, cv::Mat(camera.height, camera.width, CV_8UC3),
                   cv::Mat::zeros(camera.height, camera.width, CV_32FC1)};
   const auto random = simulate::CounterRandom(sequence_.seed()).Stream(frame.source);
+  const auto guess = random.Stream(1);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const auto pixel = static_cast<std::uint64_t>(v * camera.width + u);
@@ -104,7 +138,6 @@ RgbdImage Film::Covered(const FilmFrame& frame) const {
       image.bgr.at<cv::Vec3b>(v, u) =
           cv::Vec3f::all(kBlack) + kNoise * cv::Vec3f(a.x(), a.y(), b.x());
       const auto blob = static_cast<std::uint64_t>((v / kBlob) * camera.width + u / kBlob);
-      const auto guess = random.Stream(1);
       if (cover() == Cover::kNear) image.depth.at<float>(v, u) = kHand + 0.003F * b.y();
       if (cover() == Cover::kGarbage && guess.Uniform(2 * blob) < 0.5F) {
         image.depth.at<float>(v, u) = 0.4F + 7.6F * guess.Uniform(2 * blob + 1);

@@ -59,6 +59,10 @@ enum class Ways {
   kShown,    // nobody is kidnapped
   kLeftOut,  // the stamps close up
   kCovered,  // the lens is
+  // They are left out, and the parts of a kidnap are put into an order, one of them backwards where
+  // need be, in which each begins where the one before has been: the same images, and no place that
+  // is not known.
+  kNotNeeded,
 };
 
 // What the sensor reads behind a cover.
@@ -88,6 +92,7 @@ class Film {
   Trajectory Truth() const;
 
  private:
+  void PutInKnownOrder();
   RgbdImage Covered(const FilmFrame& frame) const;
 
   const Sequence& sequence_;

@@ -38,7 +38,7 @@ std::map<std::size_t, Pose> BySource(const Film& film, const Trajectory& traject
   return poses;
 }
 
-std::optional<PartsError> ErrorBetweenParts(const Film& film, const Trajectory& trajectory) {
+std::optional<PlaceError> ErrorBetweenParts(const Film& film, const Trajectory& trajectory) {
   Trajectory truth[2], estimate[2];
   const auto poses = BySource(film, trajectory);
   for (const FilmFrame& frame : film.frames()) {
@@ -52,7 +52,7 @@ std::optional<PartsError> ErrorBetweenParts(const Film& film, const Trajectory& 
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const StampedPose& pose : estimate[1]) middle += pose.pose.p();
   middle /= static_cast<double>(estimate[1].size());
-  return PartsError{1e3 * (E * middle - middle).norm(), E.Angle() * 180.0 / std::numbers::pi};
+  return PlaceError{1e3 * (E * middle - middle).norm(), E.Angle() * 180.0 / std::numbers::pi};
 }
 
 // A map has its world where its first frame put it; what is elsewhere by more than any drift within
@@ -102,6 +102,23 @@ double LongestGone(const Film& film, const std::vector<Outcome>& outcomes) {
   return longest;
 }
 
+// Of the first pose of each part but the first, where it is in a map of before.
+std::optional<double> MatchedAfterCut(const Film& film, const std::vector<Outcome>& outcomes) {
+  std::optional<double> least;
+  std::optional<int> part = 0;
+  std::set<SubmapId> known;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const FilmFrame& frame = film.frames()[i];
+    if (!frame.part || !outcomes[i].pose) continue;
+    if (frame.part != part && known.contains(outcomes[i].submap)) {
+      least = std::min(least.value_or(1.0), outcomes[i].matched);
+    }
+    part = frame.part;
+    known.insert(outcomes[i].submap);
+  }
+  return least;
+}
+
 }  // namespace
 
 Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)>& progress) {
@@ -129,6 +146,7 @@ RelocationScores ScoreRun(const Film& film, const Run& run) {
   RelocationScores scores;
   scores.gone_s = LongestGone(film, run.outcomes);
   scores.misplaced = Misplaced(film, run);
+  scores.matched_after_cut = MatchedAfterCut(film, run.outcomes);
   for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
     if (run.outcomes[i].pose) continue;
     ++scores.lost;
@@ -143,6 +161,7 @@ RelocationScores ScoreRun(const Film& film, const Run& run) {
   for (const Meeting& meeting : run.meetings) {
     ++(meeting.merge ? scores.merges : scores.loops);
     if (meeting.IsFalse()) ++(meeting.merge ? scores.false_merges : scores.false_loops);
+    if (meeting.merge) scores.merge = PlaceError{1e3 * meeting.metres, meeting.degrees};
     if (meeting.merge && scores.due_s) {
       scores.merged_s = ToSeconds(meeting.stamp - first) - *scores.due_s;  // the last one
     }

@@ -24,8 +24,8 @@ struct Run {
 // progress(done, total).
 Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)>& progress);
 
-// Where one part of a trajectory lies by another, against the truth.
-struct PartsError {
+// Where one thing lies by another, against the truth.
+struct PlaceError {
   double millimetres = 0.0, degrees = 0.0;
 };
 
@@ -34,6 +34,9 @@ struct RelocationScores {
   int lost = 0;          // frames without a pose
   int lost_covered = 0;  // of them, behind the cover
   int misplaced = 0;     // with a pose that is not where their map has them
+  // Of the first image after a cut that has a pose in a map of before: share of its features that
+  // were matched, the least of them.
+  std::optional<double> matched_after_cut;
   double known_at_first = 0.0;     // of the second part: share of its first image seen before
   std::optional<double> due_s;     // since the first frame: a known place is seen again
   std::optional<double> merged_s;  // since then: two maps have become one
@@ -41,7 +44,8 @@ struct RelocationScores {
   int merges = 0, loops = 0;       // accepted
   int false_merges = 0, false_loops = 0;
   std::optional<double> ape_mm;     // of the largest map, aligned
-  std::optional<PartsError> parts;  // of the first two, where they are in one map
+  std::optional<PlaceError> merge;  // of the last one: the transform that was measured
+  std::optional<PlaceError> parts;  // in the end: of the first two, where they are in one map
   std::map<std::string, int> reasons, covered_reasons;  // of frames without a pose
 };
 

@@ -1,5 +1,6 @@
 #include "session.h"
 
+#include <algorithm>
 #include <numbers>
 #include <utility>
 
@@ -16,8 +17,14 @@ Session::Session(const RgbdSensor& sensor, const Trajectory& truth)
 Outcome Session::Track(const RgbdImage& image) {
   now_ = image.stamp;
   const FrameResult result = slam_.Track(image);
-  const bool pose = HasPose(result.state);
-  return {pose, result.T_WC, result.submap, result.reason ? ToString(*result.reason) : ""};
+  Outcome outcome;
+  outcome.pose = HasPose(result.state);
+  outcome.T_WC = result.T_WC;
+  outcome.submap = result.submap;
+  if (result.reason) outcome.reason = ToString(*result.reason);
+  outcome.matched = static_cast<double>(result.matched_points + result.matched_lines) /
+                    std::max(1, result.points + result.lines);
+  return outcome;
 }
 
 void Session::Finish() {

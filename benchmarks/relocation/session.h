@@ -17,6 +17,7 @@ struct Outcome {
   Pose T_WC;                // where there is one
   SubmapId submap = kNoId;  // whose world the pose is in
   std::string reason;       // why it has none
+  double matched = 0.0;     // share of the image's points and lines
 };
 
 // Two places that were taken for one.

@@ -95,14 +95,16 @@ class TwinRoomsBuilder : private Furnisher {
     random_ = RandomSequence(arrangement_.Bits());
     AddWall(wall, kHeight, AddPaper(paper));
     const double end = 0.5 * wall.length - kPassage;
-    for (double x = -end;; x += arrangement_.Uniform(0.08, 0.5)) {
+    // Nothing begins where it begins on another wall: a corner with what stands in it would be one
+    // piece that is the same in both rooms.
+    for (double x = arrangement_.Uniform(0.0, 0.5) - end;; x += arrangement_.Uniform(0.08, 0.5)) {
       const int model = arrangement_.Index(static_cast<int>(kWidths.size()));
       const double width = kWidths[static_cast<std::size_t>(model)];
       if (x + width > end) break;
       AddModel(wall, x + 0.5 * width, model);
       x += width;
     }
-    for (double x = -end;; x += arrangement_.Uniform(0.12, 0.6)) {
+    for (double x = arrangement_.Uniform(0.0, 0.5) - end;; x += arrangement_.Uniform(0.12, 0.6)) {
       const int print = arrangement_.Index(static_cast<int>(kPrints.size()));
       const auto [width, height] = kPrints[static_cast<std::size_t>(print)];
       if (x + width > end) break;
