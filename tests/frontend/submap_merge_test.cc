@@ -89,7 +89,7 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
   options.strange_return = 0.6;
   LoopScene scene(options);
   LoopCloserOptions careful = Lockstep();
-  careful.detector.min_found = 0.6;
+  careful.detector.min_found_apart = 1.0;
   const Walked walked = Walk(scene, careful);
   EXPECT_EQ(walked.merged_at, -1);
   EXPECT_GT(walked.refused, 0) << "and it is told why";

@@ -113,8 +113,8 @@ std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyfram
   for (const KeyFrameId candidate : candidates) {
     auto found = FindPlace(map, keyframe, candidate);
     if (!found) continue;
-    const bool beyond_doubt = found->support >= options_.overwhelming * options_.min_support &&
-                              found->share >= options_.overwhelming * options_.min_found;
+    const bool beyond_doubt =
+        found->support >= options_.overwhelming * options_.min_support && found->share >= 1.0;
     const bool agreed = Agrees(map, found->loop.edge);
     if (!beyond_doubt && !agreed) return std::nullopt;  // so far
     if (Contradicts(map, found->loop.edge)) return std::nullopt;
@@ -255,9 +255,11 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
   const int support = static_cast<int>(Support(found->points.size(), found->lines.size()));
   const double own = map.keyframe(id)->found;
   const double share = support / in_view / (own > 0.0 ? own : kUsuallyFound);
-  if (share < options_.min_found) {
+  const double bound =
+      map.RootOf(id) == map.RootOf(candidate) ? options_.min_found : options_.min_found_apart;
+  if (share < bound) {
     Refuse(edge(), "share of the landmarks in view that it finds, against its own surroundings, " +
-                       std::to_string(share) + ", is below " + std::to_string(options_.min_found));
+                       std::to_string(share) + ", is below " + std::to_string(bound));
     return std::nullopt;
   }
   return Found{{edge(), std::move(found->points), std::move(found->lines), 0.0}, support, share};

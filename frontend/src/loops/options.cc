@@ -31,6 +31,8 @@ void LoopDetectorOptions::Validate() const {
   RequireAtLeast(min_support, 6, "LoopDetectorOptions::min_support");
   HIGHWALL_REQUIRE(min_found >= 0.0 && min_found <= 1.0,
                    "LoopDetectorOptions::min_found must be in [0, 1]");
+  HIGHWALL_REQUIRE(min_found_apart >= 0.0 && min_found_apart <= 1.0,
+                   "LoopDetectorOptions::min_found_apart must be in [0, 1]");
   HIGHWALL_REQUIRE(max_contradiction >= 0.0 && max_contradiction <= 1.0,
                    "LoopDetectorOptions::max_contradiction must be in [0, 1]");
   HIGHWALL_REQUIRE(overwhelming >= 1.0, "LoopDetectorOptions::overwhelming must be at least 1");

@@ -44,8 +44,10 @@ struct LoopDetectorOptions {
   // surroundings: a blurred image finds few of either. Half are taken to be found at home where
   // that is not known.
   double min_found = 0.5;
-  // >= 1: between submaps one keyframe tells enough that has so many times that support and share;
-  // of less, `consistency` keyframes in a row must tell the same transform.
+  // [0, 1]: the same between submaps, where no drift tells a false one.
+  double min_found_apart = 0.75;
+  // >= 1: there one keyframe tells enough that has so many times the support, and finds as much as
+  // at home; of less, `consistency` keyframes in a row must tell the same transform.
   double overwhelming = 2.0;
   // [0, 1]: share of the depth of two submaps that their merge may contradict either way.
   double max_contradiction = 0.03;
