@@ -69,7 +69,7 @@ TEST(MakeKeyframeCloud, SkipsHolesNanAndDepthsOutOfRange) {
   cv::Mat depth = Depth(0.0f);
   depth.at<float>(0, 0) = std::numeric_limits<float>::quiet_NaN();
   depth.at<float>(0, 1) = std::numeric_limits<float>::infinity();
-  depth.at<float>(0, 2) = 0.29f;
+  depth.at<float>(0, 2) = 0.04f;
   depth.at<float>(0, 3) = 6.01f;
   depth.at<float>(1, 0) = -1.0f;
   EXPECT_TRUE(MakeKeyframeCloud(depth, {}, SmallCamera(), KeepAll()).empty());
