@@ -75,8 +75,11 @@ std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merg
     views.resize(std::min(views.size(), kViews));
     for (const auto& [distance, id] : views) {
       const KeyFrame& other = *map.keyframe(id);
-      comparison.Add(keyframe.frame.features->depth_grid, other.frame.features->depth_grid,
-                     T_WC.Inverse() * other.T_WC);
+      DepthComparison pair(grid, noise);
+      pair.Add(keyframe.frame.features->depth_grid, other.frame.features->depth_grid,
+               T_WC.Inverse() * other.T_WC);
+      // Many pairs that hardly overlap are no evidence.
+      if (pair.Contradiction()) comparison.Add(pair);
     }
   }
   return comparison.Contradiction();

@@ -25,13 +25,13 @@ cv::Mat Nearest(const cv::Mat& depth) {
 
 void DepthComparison::Add(const cv::Mat& depth_A, const cv::Mat& depth_B, const Pose& T_AB) {
   if (depth_A.empty() || depth_B.empty()) return;
-  const double enough = kMinShare * static_cast<double>(depth_A.total());
-  const Count a_in_b = LookUp(depth_A, depth_B, T_AB.Inverse());
-  const Count b_in_a = LookUp(depth_B, depth_A, T_AB);
-  // A few cells are edges for the most part, where a reading may be of either side.
-  if (a_in_b.compared < enough || b_in_a.compared < enough) return;
-  a_in_b_ += a_in_b;
-  b_in_a_ += b_in_a;
+  a_in_b_ += LookUp(depth_A, depth_B, T_AB.Inverse());
+  b_in_a_ += LookUp(depth_B, depth_A, T_AB);
+}
+
+void DepthComparison::Add(const DepthComparison& other) {
+  a_in_b_ += other.a_in_b_;
+  b_in_a_ += other.b_in_a_;
 }
 
 DepthComparison::Count DepthComparison::LookUp(const cv::Mat& from, const cv::Mat& onto,
@@ -61,7 +61,9 @@ DepthComparison::Count DepthComparison::LookUp(const cv::Mat& from, const cv::Ma
 }
 
 std::optional<double> DepthComparison::Contradiction() const {
-  if (a_in_b_.compared == 0) return std::nullopt;
+  // A few cells are edges for the most part, where a reading may be of either side.
+  const double enough = kMinShare * grid_.camera().width * grid_.camera().height;
+  if (a_in_b_.compared < enough || b_in_a_.compared < enough) return std::nullopt;
   return std::min(a_in_b_.Share(), b_in_a_.Share());
 }
 

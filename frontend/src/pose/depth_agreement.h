@@ -21,12 +21,14 @@ class DepthComparison {
   // grid: of all images; must outlive this.
   DepthComparison(const DepthGrid& grid, const DepthNoise& noise) : grid_(grid), noise_(noise) {}
 
-  // DepthGrid::Sample of two images, T_AB: between the cameras. Nothing where one of them is empty,
-  // or where less than a twentieth of a grid falls on the other.
+  // DepthGrid::Sample of two images, T_AB: between the cameras. Nothing where one of them is empty.
   void Add(const cv::Mat& depth_A, const cv::Mat& depth_B, const Pose& T_AB);
 
+  // What another one has counted, of the same grid.
+  void Add(const DepthComparison& other);
+
   // The share that contradicts: the smaller of the two ways, for what has come or gone is seen one
-  // way alone. Empty where nothing was to be compared.
+  // way alone. Empty where less than a twentieth of a grid was to be compared.
   std::optional<double> Contradiction() const;
 
  private:

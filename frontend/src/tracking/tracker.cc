@@ -157,7 +157,11 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
     // What most deny must at least be a pose in every direction.
     if (match && denied && !match->frame.open.empty()) match.reset();
     const bool doubtful = match && known == nullptr && IsDoubtful(*match);
-    if (doubtful && Contradicts(*match, map)) match.reset();
+    // A camera that was carried elsewhere may see something that looks alike.
+    if (match && known == nullptr && (doubtful || FindsLittle(*match)) &&
+        Contradicts(*match, map)) {
+      match.reset();
+    }
     if (!match || denied || doubtful) {
       auto other = recognized(TrackReference(frame, map));
       if (other && (!match || other->Support() > match->Support())) match = std::move(other);
@@ -167,6 +171,7 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   if (!match && was_tracking && !predicted && options_.surfaces.enabled) {
     match = in_local_map(TrackMotion(frame, map, nullptr, Aid::kSurfaces, &clues), nullptr,
                          Aid::kSurfaces);
+    if (match && Contradicts(*match, map)) match.reset();
   }
   if (!match) {
     // With an IMU the landmarks of the last frame can be looked for again, however long ago.
@@ -408,9 +413,12 @@ bool Tracker::IsDoubtful(const LocalMatch& match) const {
          match.Support() < options_.doubtful_drop * last_support_;
 }
 
+bool Tracker::FindsLittle(const LocalMatch& match) const {
+  return match.frame.found < options_.recognized_found * usual_found_;
+}
+
 bool Tracker::LooksAlikeOnly(const LocalMatch& match, const Map& map) const {
-  const TrackedFrame& tracked = match.frame;
-  return tracked.found < options_.recognized_found * usual_found_ || Contradicts(match, map);
+  return FindsLittle(match) || Contradicts(match, map);
 }
 
 bool Tracker::Contradicts(const LocalMatch& match, const Map& map) const {

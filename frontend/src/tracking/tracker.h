@@ -86,6 +86,8 @@ class Tracker {
   // Few of the first matches agree with their pose.
   bool IsDenied(const TrackedFrame& rough) const;
   bool IsDoubtful(const LocalMatch& match) const;
+  // Less of what is in view than frames usually find.
+  bool FindsLittle(const LocalMatch& match) const;
   // May the place that was recognized be another one that looks alike?
   bool LooksAlikeOnly(const LocalMatch& match, const Map& map) const;
   // Does its depth contradict that of the keyframes whose landmarks it sees?
