@@ -137,42 +137,8 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
     return none;
   }
   const bool was_tracking = last_.has_value();
-  std::optional<LocalMatch> match;
   LossClues clues{.predicted = predicted.has_value()};
-  const auto in_local_map = [&](std::optional<TrackedFrame> rough, const KnownPose* known = nullptr,
-                                Aid aid = Aid::kNone) {
-    return TrackLocalMap(std::move(rough), map, known, aid, &clues);
-  };
-  const auto recognized = [&](std::optional<TrackedFrame> rough) {
-    auto found = in_local_map(std::move(rough));
-    if (found && LooksAlikeOnly(*found, map)) found.reset();
-    return found;
-  };
-  if (was_tracking) {
-    const KnownPose* known = predicted ? &*predicted : nullptr;
-    if (known == nullptr) clues.shift = Shift(frame);
-    auto rough = TrackMotion(frame, map, known, Aid::kNone, &clues);
-    const bool denied = rough && IsDenied(*rough);
-    match = in_local_map(std::move(rough), known);
-    // What most deny must at least be a pose in every direction.
-    if (match && denied && !match->frame.open.empty()) match.reset();
-    const bool doubtful = match && known == nullptr && IsDoubtful(*match);
-    // A camera that was carried elsewhere may see something that looks alike.
-    if (match && known == nullptr && (doubtful || FindsLittle(*match)) &&
-        Contradicts(*match, map)) {
-      match.reset();
-    }
-    if (!match || denied || doubtful) {
-      auto other = recognized(TrackReference(frame, map));
-      if (other && (!match || other->Support() > match->Support())) match = std::move(other);
-    }
-  }
-  if (!match) match = recognized(Relocalize(frame, map));
-  if (!match && was_tracking && !predicted && options_.surfaces.enabled) {
-    match = in_local_map(TrackMotion(frame, map, nullptr, Aid::kSurfaces, &clues), nullptr,
-                         Aid::kSurfaces);
-    if (match && Contradicts(*match, map)) match.reset();
-  }
+  auto match = Find(frame, map, predicted ? &*predicted : nullptr, &clues);
   if (!match) {
     // With an IMU the landmarks of the last frame can be looked for again, however long ago.
     if (!predicted) last_.reset();
@@ -194,6 +160,47 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
                    tracked.reference, map);
   return tracked;
+}
+
+std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& map,
+                                                 const KnownPose* predicted,
+                                                 LossClues* clues) const {
+  std::optional<LocalMatch> match;
+  if (last_) match = FollowLast(frame, map, predicted, clues);
+  if (!match) match = Recognize(Relocalize(frame, map), map, clues);
+  if (match || !last_ || predicted != nullptr || !options_.surfaces.enabled) return match;
+  match = TrackLocalMap(TrackMotion(frame, map, nullptr, Aid::kSurfaces, clues), map, nullptr,
+                        Aid::kSurfaces, clues);
+  if (match && Contradicts(*match, map)) match.reset();
+  return match;
+}
+
+std::optional<Tracker::LocalMatch> Tracker::FollowLast(const Frame& frame, const Map& map,
+                                                       const KnownPose* predicted,
+                                                       LossClues* clues) const {
+  if (predicted == nullptr) clues->shift = Shift(frame);
+  auto rough = TrackMotion(frame, map, predicted, Aid::kNone, clues);
+  const bool denied = rough && IsDenied(*rough);
+  auto match = TrackLocalMap(std::move(rough), map, predicted, Aid::kNone, clues);
+  // What most deny must at least be a pose in every direction.
+  if (match && denied && !match->frame.open.empty()) match.reset();
+  const bool doubtful = match && predicted == nullptr && IsDoubtful(*match);
+  // A camera that was carried elsewhere may see something that looks alike.
+  if (match && predicted == nullptr && (doubtful || FindsLittle(*match)) &&
+      Contradicts(*match, map)) {
+    match.reset();
+  }
+  if (match && !denied && !doubtful) return match;
+  auto other = Recognize(TrackReference(frame, map), map, clues);
+  if (other && (!match || other->Support() > match->Support())) match = std::move(other);
+  return match;
+}
+
+std::optional<Tracker::LocalMatch> Tracker::Recognize(std::optional<TrackedFrame> rough,
+                                                      const Map& map, LossClues* clues) const {
+  auto match = TrackLocalMap(std::move(rough), map, nullptr, Aid::kNone, clues);
+  if (match && LooksAlikeOnly(*match, map)) match.reset();
+  return match;
 }
 
 void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {

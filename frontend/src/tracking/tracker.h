@@ -73,6 +73,15 @@ class Tracker {
     int Support() const;
     void CountObservations(Map& map) const;
   };
+  // The pose of a frame: from the last one, recognized, or held by surfaces. clues: of what failed.
+  std::optional<LocalMatch> Find(const Frame& frame, const Map& map, const KnownPose* predicted,
+                                 LossClues* clues) const;
+  // From the last frame and, where that is in doubt, its reference keyframe.
+  std::optional<LocalMatch> FollowLast(const Frame& frame, const Map& map,
+                                       const KnownPose* predicted, LossClues* clues) const;
+  // Of a place that was recognized whatever the motion says; empty where it may be another one.
+  std::optional<LocalMatch> Recognize(std::optional<TrackedFrame> rough, const Map& map,
+                                      LossClues* clues) const;
   // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
                                           const KnownPose* predicted, Aid aid,
