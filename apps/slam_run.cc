@@ -369,9 +369,11 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
     attempt("saved map", [&] { SaveMap(options.save_map, sensor.camera, slam.map()); });
   }
   run->keyframes = slam.keyframe_trajectory();
-  run->sparse = SurveyMap(
-      slam.map(), run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,
-      run->keyframes);
+  const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : 0;
+  run->sparse =
+      SurveyMap(slam.map(), drawn,
+                run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,
+                run->keyframes);
   run->points = slam.map().num_points();
   run->lines = slam.map().num_lines();
 }

@@ -96,16 +96,17 @@ void DrawFrustum(const Pose& T_WC, const Eigen::Matrix3d& R_GW, double metres, S
 
 }  // namespace
 
-SparseMap SurveyMap(const Map& map, const Trajectory& trajectory, const Trajectory& keyframes,
-                    std::size_t observers) {
+SparseMap SurveyMap(const Map& map, SubmapId submap, const Trajectory& trajectory,
+                    const Trajectory& keyframes, std::size_t observers) {
   SparseMap sparse;
+  const std::vector<KeyFrameId> seen_by = map.KeyFramesOf(submap);
   sparse.trajectory = trajectory;
   sparse.keyframes = keyframes;
-  for (const PointId id : map.point_ids()) {
+  for (const PointId id : PointsSeenBy(map, seen_by, {})) {
     const MapPoint& point = *map.point(id);
     if (point.observations.size() >= observers) sparse.points_W.push_back(point.p_W);
   }
-  for (const LineId id : map.line_ids()) {
+  for (const LineId id : LinesSeenBy(map, seen_by, {})) {
     const MapLine& line = *map.line(id);
     if (line.observations.size() >= observers) sparse.lines_W.push_back(line.segment_W);
   }

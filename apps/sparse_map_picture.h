@@ -19,9 +19,10 @@ struct SparseMap {
   Trajectory trajectory, keyframes;       // T_WC
 };
 
-// Landmarks that were seen by at least `observers` keyframes: others are not sure yet.
-SparseMap SurveyMap(const Map& map, const Trajectory& trajectory, const Trajectory& keyframes,
-                    std::size_t observers = 3);
+// Landmarks of a submap that were seen by at least `observers` keyframes: others are not sure yet.
+// trajectory, keyframes: in its world.
+SparseMap SurveyMap(const Map& map, SubmapId submap, const Trajectory& trajectory,
+                    const Trajectory& keyframes, std::size_t observers = 3);
 
 // The sparse map from above, as papers show it: points black, lines green, the way of the camera
 // red, keyframes blue frusta, and a scale. CV_8UC3, of `size` pixels along the longer edge; the few
