@@ -226,6 +226,29 @@ TEST(InertialOdometry, RestartsAfterAGapInTheReadings) {
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
+TEST(InertialOdometry, RestartedItFindsGravityInAnotherWorld) {
+  Drive drive({.bias = kBias, .T_WN = kTilted});
+  drive.Until(5.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  drive.odometry.Restart();
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
+  EXPECT_FALSE(drive.odometry.T_WC());
+  EXPECT_FALSE(drive.odometry.gravity_W());
+  EXPECT_FALSE(drive.odometry.Predict(FromSeconds(drive.Stamp())));
+  // The images' poses are of a world that is elsewhere, and not upright.
+  drive.T_map = Pose::FromTangent({-7, 4, 1}, {-0.2, 0.25, 2.0});
+  const std::size_t before = drive.reports.size();
+  drive.Until(10.0);
+  int levels = 0;
+  for (std::size_t i = before; i < drive.reports.size(); ++i) {
+    levels += drive.reports[i].T_level ? 1 : 0;
+  }
+  EXPECT_EQ(levels, 1);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  EXPECT_LT(drive.PositionError(), 5e-3);  // as after a gap in the readings
+  EXPECT_LT(AngleBetween(*drive.odometry.gravity_W(), -Eigen::Vector3d::UnitZ()), 0.5 * kDegree);
+}
+
 TEST(InertialOdometry, KeepsBiasesGravityAndOffsetOverALongGap) {
   Drive drive({.bias = kBias, .time_offset = 0.012, .T_WN = kTilted});
   drive.change = Gap(4.05, 4.6);

@@ -306,6 +306,19 @@ TEST_F(MovingObjectsTest, FollowsTheKeyframesOfTheMap) {
   EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), T_new_old, map, 0).empty());
 }
 
+TEST_F(MovingObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
+  for (const Stamp stamp : {0L, 600'000'000L}) {
+    moving.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
+  }
+  const SubmapId other = map.AddSubmap();
+  ASSERT_FALSE(moving.Find(1'300'000'000, See(0.8), Pose(), map, 0).empty());
+  EXPECT_TRUE(moving.Find(1'300'000'000, See(0.8), Pose(), map, other).empty());
+  map.Join(0, other);
+  EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), Pose(), map, other).empty());
+  map.RemoveSubmap(other);
+  EXPECT_TRUE(moving.Find(1'300'000'000, See(0.8), Pose(), map, 0).empty()) << "it is no more";
+}
+
 TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
   // kPerson stands on the floor, and both are one surface with the wall: this one hangs.
   BoxWorld world;

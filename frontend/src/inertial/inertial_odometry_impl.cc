@@ -12,6 +12,7 @@
 #include <highwall/frontend/input/imu_check.h>
 
 #include "inertial/imu_vibration.h"
+#include "map/yaw_and_shift.h"
 
 namespace highwall {
 namespace {
@@ -24,15 +25,6 @@ constexpr const char* kNoStart = "what is known of the motion does not make a st
 // The shortest rotation that takes `up` to z.
 Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
-}
-
-// The turn about z and the shift that are nearest to a rigid motion at the point p.
-Pose YawAndShift(const Pose& T, const Eigen::Vector3d& p) {
-  const Eigen::Quaterniond q = T.q();
-  const Eigen::Quaterniond yaw = q.w() == 0.0 && q.z() == 0.0
-                                     ? Eigen::Quaterniond::Identity()
-                                     : Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
-  return Pose(yaw, T * p - yaw * p);
 }
 
 ImuCalibration WithFasterWalks(ImuCalibration calibration, double factor) {

@@ -5,6 +5,8 @@
 
 #include <highwall/core/error.h>
 
+#include "map/yaw_and_shift.h"
+
 namespace highwall {
 namespace {
 
@@ -12,12 +14,6 @@ namespace {
 constexpr double kGravitySigma = 0.02;
 constexpr double kMaxAngle = 0.8;  // [rad] between views that are compared
 constexpr double kChi2 = 10.828;   // of one degree of freedom, 99.9 %
-
-// The turn about the vertical that is nearest to q.
-Eigen::Quaterniond Yaw(const Eigen::Quaterniond& q) {
-  if (q.w() == 0.0 && q.z() == 0.0) return Eigen::Quaterniond::Identity();
-  return Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
-}
 
 }  // namespace
 
@@ -48,8 +44,7 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
                std::to_string(std::sqrt(kChi2 * variance) * 180.0 / M_PI);
     return std::nullopt;
   }
-  const Eigen::Quaterniond yaw = Yaw(merge.T_new_old.q());
-  merge.T_new_old = Pose(yaw, after.p() - yaw * before.p());
+  merge.T_new_old = YawAndShift(merge.T_new_old, before.p());
   return merge;
 }
 

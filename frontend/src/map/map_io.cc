@@ -367,7 +367,8 @@ std::map<SubmapId, std::int32_t> WriteSubmaps(Writer& writer, const Map& map) {
   return ranks;
 }
 
-void ReadSubmaps(Reader& reader, Map& map) {
+// Returns how many there are.
+SubmapId ReadSubmaps(Reader& reader, Map& map) {
   const std::uint32_t count = reader.Count(5);
   for (std::uint32_t i = 0; i < count; ++i) {
     const SubmapId submap = i == 0 ? 0 : map.AddSubmap();
@@ -384,6 +385,7 @@ void ReadSubmaps(Reader& reader, Map& map) {
     reader.Require(IsBounded(gravity_W) && gravity_W.norm() > kSmallest, "its gravity is none");
     map.SetGravity(gravity_W, submap);
   }
+  return static_cast<SubmapId>(count);
 }
 
 std::string Encode(const PinholeCamera& camera, const Map& map) {
@@ -414,10 +416,11 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
   Check(reader, saved.camera);
   Map& map = saved.map;
   const bool has_submaps = version != kWithoutSubmaps;
-  if (has_submaps) ReadSubmaps(reader, map);
+  const SubmapId submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
   for (std::uint32_t i = reader.Count(72); i > 0; --i) {
     SubmapId submap = 0;
     if (has_submaps) reader(submap);
+    reader.Require(submap >= 0 && submap < submaps, "a keyframe is of no submap");
     Frame frame;
     reader(frame.index);
     reader(frame.stamp);
@@ -427,11 +430,7 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
     std::array<double, Pose::kSize> block;
     reader.Bytes(block.data(), sizeof(block));
     frame.features = ReadFeatures(reader, saved.camera);
-    try {
-      map.AddKeyFrame(frame, CheckedPose(reader, block), submap);
-    } catch (const InvalidArgument&) {
-      reader.Require(false, "a keyframe is of no submap");
-    }
+    map.AddKeyFrame(frame, CheckedPose(reader, block), submap);
   }
   for (std::uint32_t i = reader.Count(100); i > 0; --i) {
     ReadLandmark(

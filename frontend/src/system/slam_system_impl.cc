@@ -100,6 +100,8 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
       loop_closer_.Cancel();
     }
   }
+  // In a map that was given the patience begins with the first image.
+  if (tracked.state == TrackingState::kLost && !posed_) posed_ = submap_begin_ = frame.stamp;
   if (!HasPose(tracked.state) && CanBegin(tracked)) BeginSubmap(tracked, result);
   if (HasPose(tracked.state)) posed_ = frame.stamp;
   result.times.tracking = watch.Milliseconds();
@@ -107,7 +109,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
 }
 
 bool SlamSystem::Impl::Repeats(const RgbdImage& image) {
-  // A map that is given begins with an image, and so does one that is not there yet.
+  // Nothing goes on before there is a map and a camera in it, or lost in it.
   return repeated_.Update(image.bgr) && posed_;
 }
 
@@ -129,11 +131,12 @@ TrackedFrame SlamSystem::Impl::GoOn(const Frame& frame, FrameResult& result) {
 
 LossReason SlamSystem::Impl::ReasonOf(const TrackedFrame& lost) const {
   const double motion_radius = options_.measurement.search.motion_radius;
-  return highwall::ReasonOf(*lost.frame.features, lost.clues,
-                            {.min_features = options_.keyframes.min_features,
-                             .min_corner = options_.frame.orb.min_fast_threshold * 1.0,
-                             .usual_sharpness = usual_sharpness_,
-                             .searched = kFarOff * motion_radius});
+  return highwall::ReasonOf(
+      *lost.frame.features, lost.clues,
+      {.min_features = options_.keyframes.min_features,
+       .min_corner = static_cast<double>(options_.frame.orb.min_fast_threshold),
+       .usual_sharpness = usual_sharpness_,
+       .searched = kFarOff * motion_radius});
 }
 
 void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) {

@@ -55,7 +55,7 @@ class SlamSystem::Impl {
   // In which submap the frame was tracked; one that it has left young is dropped.
   void ChooseSubmap(TrackedFrame& tracked);
   // Whether a frame without a pose may begin a submap: the first that can, after some patience.
-  bool CanBegin(const TrackedFrame& tracked);
+  bool CanBegin(const TrackedFrame& tracked) const;
   void BeginSubmap(TrackedFrame& tracked, FrameResult& result);
   // Drops the submap if it is not worth keeping, now that it is left.
   void LeaveSubmap();

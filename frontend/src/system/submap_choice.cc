@@ -21,10 +21,9 @@ void SlamSystem::Impl::ChooseSubmap(TrackedFrame& tracked) {
   tracked.submap = submap_;
 }
 
-bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) {
+bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) const {
   if (tracked.state == TrackingState::kLost) {
     if (!options_.submaps.enabled || options_.localize_only) return false;
-    if (!posed_) posed_ = submap_begin_ = tracked.frame.stamp;  // of a map that was given
     // What did not live long is not waited for any longer.
     const double lived = submap_keyframes_ < options_.submaps.min_keyframes
                              ? ToSeconds(*posed_ - submap_begin_)

@@ -8,7 +8,7 @@ enum class LossReason {
   kBlurred,        // too few features, and less sharp than usual
   kPlain,          // too few features: nothing to be seen
   kNoDepth,        // too few features with depth
-  kTooFast,        // the image has shifted by more than is searched
+  kTooFast,        // at constant velocity the image has shifted by many search windows
   kContradictory,  // most matches with the last frame deny the rest
   kAllMoving,      // most features are on what moves
   kUnknownPlace,   // nothing that the map knows
