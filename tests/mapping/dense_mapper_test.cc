@@ -21,15 +21,6 @@
 namespace highwall {
 namespace {
 
-DenseMapOptions Options(bool background) {
-  DenseMapOptions options;
-  options.cloud.voxel_size = 0.05;
-  options.octree.resolution = 0.1;
-  options.background = background;
-  options.backlog = 2;
-  return options;
-}
-
 using Poses = std::map<std::int64_t, KeyframePose>;
 
 class DenseMapperOfARoom : public ::testing::Test {
@@ -47,7 +38,7 @@ class DenseMapperOfARoom : public ::testing::Test {
 TEST_F(DenseMapperOfARoom, IsTheSameOnAThreadOfItsOwn) {
   std::vector<DenseMap> maps;
   for (const bool background : {false, true}) {
-    DenseMapper mapper(Options(background), camera_);
+    DenseMapper mapper(BoxRoomOptions(background), camera_);
     for (const KeyframeImage& keyframe : keyframes_) mapper.AddKeyframe(keyframe);
     maps.push_back(std::move(mapper.Finish().at(0)));
     EXPECT_EQ(mapper.keyframe_ms().size(), keyframes_.size());
@@ -56,7 +47,7 @@ TEST_F(DenseMapperOfARoom, IsTheSameOnAThreadOfItsOwn) {
 }
 
 TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
-  DenseMapper mapper(Options(true), camera_);
+  DenseMapper mapper(BoxRoomOptions(true), camera_);
   for (const KeyframeImage& keyframe : keyframes_) {
     KeyframeImage drifted = keyframe;
     drifted.T_WC = Pose(keyframe.T_WC.q(), keyframe.T_WC.p() + Eigen::Vector3d(0.3, 0.0, 0.0));
@@ -66,7 +57,7 @@ TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
   while (!mapper.IsCurrent()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   const DenseMap map = std::move(mapper.Finish().at(0));
   // The walls stand where the poses put them: the cloud of true poses, voxel by voxel nearly.
-  DenseMapper truth(Options(false), camera_);
+  DenseMapper truth(BoxRoomOptions(false), camera_);
   for (const KeyframeImage& keyframe : keyframes_) truth.AddKeyframe(keyframe);
   const DenseMap expected = std::move(truth.Finish().at(0));
   const auto mean = [](const DenseMap& dense) {
@@ -79,7 +70,7 @@ TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
 }
 
 TEST_F(DenseMapperOfARoom, ForgetsRemovedKeyframes) {
-  DenseMapper with(Options(false), camera_), without(Options(false), camera_);
+  DenseMapper with(BoxRoomOptions(false), camera_), without(BoxRoomOptions(false), camera_);
   for (const KeyframeImage& keyframe : keyframes_) with.AddKeyframe(keyframe);
   for (std::size_t i = 1; i < keyframes_.size(); ++i) with.RemoveKeyframe(keyframes_[i].id);
   without.AddKeyframe(keyframes_[0]);
@@ -91,7 +82,7 @@ TEST_F(DenseMapperOfARoom, ForgetsRemovedKeyframes) {
 }
 
 TEST_F(DenseMapperOfARoom, KnowsTheGround) {
-  DenseMapOptions options = Options(false);
+  DenseMapOptions options = BoxRoomOptions(false);
   options.cloud.voxel_size = 0.02;
   options.octree.resolution = 0.05;
   DenseMapper mapper(options, camera_);
@@ -107,7 +98,7 @@ TEST_F(DenseMapperOfARoom, KnowsTheGround) {
 
 TEST_F(DenseMapperOfARoom, ThrowsWhatWentWrongOnItsThreadAndGoesOn) {
   for (const bool background : {false, true}) {
-    DenseMapper mapper(Options(background), camera_);
+    DenseMapper mapper(BoxRoomOptions(background), camera_);
     KeyframeImage bad = keyframes_[0];
     bad.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(1.0));
     const auto until_it_throws = [&] {
@@ -116,7 +107,7 @@ TEST_F(DenseMapperOfARoom, ThrowsWhatWentWrongOnItsThreadAndGoesOn) {
     };
     EXPECT_THROW(until_it_throws(), InvalidArgument) << background;
   }
-  DenseMapper mapper(Options(false), camera_);
+  DenseMapper mapper(BoxRoomOptions(false), camera_);
   KeyframeImage bad = keyframes_[0];
   bad.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(1.0));
   EXPECT_THROW(mapper.AddKeyframe(bad), InvalidArgument);

@@ -22,20 +22,11 @@ namespace {
 
 constexpr std::int32_t kFirst = 0, kSecond = 7;
 
-DenseMapOptions Options(bool background) {
-  DenseMapOptions options;
-  options.cloud.voxel_size = 0.05;
-  options.octree.resolution = 0.1;
-  options.background = background;
-  options.backlog = 2;
-  return options;
-}
-
 // The first three keyframes of a walk are in the first layer, the others in the second, whose world
 // is turned and moved: in that of the first they would look through its walls.
 class LayersOfARoom : public ::testing::TestWithParam<bool> {
  protected:
-  LayersOfARoom() : mapper_(Options(GetParam()), SmallCamera()) {
+  LayersOfARoom() : mapper_(BoxRoomOptions(GetParam()), SmallCamera()) {
     const Pose T_second_first(so3::Exp(Eigen::Vector3d(0.1, 0.25, 0.0)), {0.2, 0.1, 1.0});
     for (std::size_t i = 0; i < walk_.size(); ++i) {
       keyframes_.push_back(walk_[i]);
@@ -46,7 +37,7 @@ class LayersOfARoom : public ::testing::TestWithParam<bool> {
   }
 
   static std::map<std::int32_t, DenseMap> MapOf(const std::vector<KeyframeImage>& keyframes) {
-    DenseMapper mapper(Options(false), SmallCamera());
+    DenseMapper mapper(BoxRoomOptions(false), SmallCamera());
     for (const KeyframeImage& keyframe : keyframes) mapper.AddKeyframe(keyframe);
     return mapper.Finish();
   }
@@ -118,7 +109,7 @@ void ExpectNearlySameCloud(const DenseMap& a, const DenseMap& b) {
 
 TEST_P(LayersOfARoom, ThatBecomeOneEqualAMapThatAlwaysWas) {
   for (const std::int32_t joined : {kFirst, kSecond}) {
-    DenseMapper mapper(Options(GetParam()), SmallCamera());
+    DenseMapper mapper(BoxRoomOptions(GetParam()), SmallCamera());
     for (const KeyframeImage& keyframe : keyframes_) mapper.AddKeyframe(keyframe);
     mapper.SetPoses(PosesOf(walk_, joined));
     const auto maps = mapper.Finish();

@@ -1,4 +1,4 @@
-// Whether two dense maps are the same.
+// Dense maps of a box room (box_room.h), and whether two are the same.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,19 @@
 
 #include <gtest/gtest.h>
 #include <highwall/mapping/dense_map.h>
+#include <highwall/mapping/dense_mapper.h>
 
 namespace highwall {
+
+// Coarse and with a short backlog: a room takes milliseconds, and the thread is waited for.
+inline DenseMapOptions BoxRoomOptions(bool background) {
+  DenseMapOptions options;
+  options.cloud.voxel_size = 0.05;
+  options.octree.resolution = 0.1;
+  options.background = background;
+  options.backlog = 2;
+  return options;
+}
 
 // Leaf for leaf, to the last bit.
 inline void ExpectSameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
