@@ -133,6 +133,43 @@ TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
   EXPECT_EQ(map.keyframe(0)->points[5], kNoId);
 }
 
+TEST_F(LocalMapperTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
+  LocalMapper mapper(model, {});
+  std::vector<int> triangulated;
+  for (const double x : {0.0, 0.25, 0.5, 0.75}) {
+    SyntheticView view = Look(scene, IdealSensor(), At(x));
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (std::size_t i = 0; i < view.points.size(); ++i) {
+      if (view.points[i] % 3 == 0) features->points[i].depth = features->points[i].depth_sigma = 0;
+    }
+    view.features = features;
+    triangulated.push_back(Insert(mapper, view, At(x)).triangulated_points);
+  }
+  EXPECT_EQ(triangulated[0] + triangulated[1], 0) << "two views agree by chance";
+  EXPECT_GT(triangulated[2], 30);
+  int checked = 0;
+  for (std::size_t i = 0; i < scene.points.size(); i += 3) {
+    const MapPoint* point = map.point(point_ids[i]);
+    if (point == nullptr) continue;
+    ++checked;
+    // Exact features: what the adjustment leaves.
+    EXPECT_LT((point->p_W - scene.points[i].p_W).norm(), 1e-3) << i;
+  }
+  EXPECT_GT(checked, 30);
+}
+
+TEST_F(LocalMapperTest, WithoutTriangulationTheyMakeNone) {
+  LocalMapper mapper(model, {.triangulation = {.keyframes = 0}});
+  for (const double x : {0.0, 0.25, 0.5}) {
+    SyntheticView view = Look(scene, IdealSensor(), At(x));
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (PointFeature& point : features->points) point.depth = point.depth_sigma = 0.0;
+    view.features = features;
+    EXPECT_EQ(Insert(mapper, view, At(x)).triangulated_points, 0);
+  }
+  EXPECT_EQ(map.num_points(), 0U);
+}
+
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
   LocalMapper mapper(model, {.min_line_length = 0.5});
   const SyntheticView view = Look(scene, IdealSensor(), At(0));

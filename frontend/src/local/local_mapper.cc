@@ -8,6 +8,8 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 
+#include "local/depthless_points.h"
+
 namespace highwall {
 namespace {
 
@@ -77,6 +79,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   CullLandmarks(keyframe.id, map, report);
   FuseNeighbours(keyframe.id, map, report);
   CreatePoints(keyframe, map, report);
+  TriangulatePoints(keyframe, map, report);
   CreateLines(keyframe, map, report);
   RefreshPoints(keyframe.id, map);
   if (map.NumKeyFramesOf(tracked.submap) > 1) {
@@ -112,13 +115,31 @@ void LocalMapper::Cancel() {
 void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
   const auto& features = keyframe.frame.features->points;
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (keyframe.points[i] != kNoId || features[i].depth <= 0.0) continue;
-    if (features[i].depth_sigma > options_.max_depth_sigma * features[i].depth) continue;
+    if (keyframe.points[i] != kNoId) continue;
+    if (!HasSoundDepth(features[i], options_.max_depth_sigma)) continue;
     const Eigen::Vector3d p_C = model_.camera().Unproject(features[i].uv, features[i].depth);
     const MapPoint& point = map.AddPoint(keyframe.T_WC * p_C, keyframe.frame.index);
     map.ObservePoint(keyframe.id, static_cast<int>(i), point.id);
     recent_points_.emplace_back(point.id, keyframe.id);
     ++report.new_points;
+  }
+}
+
+void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
+                                    LocalMappingReport& report) {
+  std::vector<KeyFrameId> neighbours;
+  for (const auto& [neighbour, shared] : map.Covisible(keyframe.id, 10)) {
+    if (static_cast<int>(neighbours.size()) == options_.triangulation.keyframes) break;
+    neighbours.push_back(neighbour);
+  }
+  for (const DepthlessPoint& found :
+       FindDepthlessPoints(model_, map, keyframe.id, neighbours, options_.triangulation)) {
+    const MapPoint& point = map.AddPoint(found.p_W, keyframe.frame.index);
+    for (const Observation& o : found.observations) {
+      map.ObservePoint(o.keyframe, o.index, point.id);
+    }
+    recent_points_.emplace_back(point.id, keyframe.id);
+    ++report.triangulated_points;
   }
 }
 

@@ -53,6 +53,8 @@ class LocalMapper {
   };
 
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  // Of corners whose depth is missing.
+  void TriangulatePoints(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   // Finds the landmarks of neighbouring keyframes that this one observes without having been
   // tracked to them.

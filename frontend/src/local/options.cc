@@ -20,6 +20,13 @@ void BundleAdjustmentOptions::Validate() const {
   RequireAtLeast(threads, 1, "BundleAdjustmentOptions::threads");
 }
 
+void TriangulationOptions::Validate() const {
+  RequireNotNegative(keyframes, "TriangulationOptions::keyframes");
+  RequireAtLeast(min_views, 2, "TriangulationOptions::min_views");
+  RequirePositive(max_depth_sigma, "TriangulationOptions::max_depth_sigma");
+  match.Validate();
+}
+
 void LocalMapperOptions::Validate() const {
   bundle.Validate();
   RequireAtLeast(adjusted_keyframes, 2, "LocalMapperOptions::adjusted_keyframes");
@@ -36,6 +43,7 @@ void LocalMapperOptions::Validate() const {
   RequireNotNegative(motion_span, "LocalMapperOptions::motion_span");
   RequirePositive(max_depth_sigma, "LocalMapperOptions::max_depth_sigma");
   RequirePositive(min_line_length, "LocalMapperOptions::min_line_length");
+  triangulation.Validate();
 }
 
 }  // namespace highwall

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <highwall/frontend/map/inlier_bounds.h>
+#include <highwall/frontend/map/options.h>
 
 namespace highwall {
 
@@ -16,6 +17,16 @@ struct BundleAdjustmentOptions {
   // which costs next to nothing. Of lines alone none larger than 1e4 is taken.
   double trust_region = 1e4;
   int threads = 2;  // >= 1; with more than one the last bits vary from run to run
+
+  void Validate() const;
+};
+
+// Landmarks from corners without depth, by the parallax between keyframes.
+struct TriangulationOptions {
+  int keyframes = 10;            // >= 0: neighbours that they are looked for in; 0: none is made
+  int min_views = 3;             // >= 2: keyframes that must agree; two alone agree by chance
+  double max_depth_sigma = 0.1;  // > 0, of its depth: a point known worse waits for more parallax
+  ProjectionMatchOptions match{.max_hamming = 50, .ratio = 0.8};  // along the epipolar line
 
   void Validate() const;
 };
@@ -44,6 +55,7 @@ struct LocalMapperOptions {
   double motion_span = 20.0;      // [s] >= 0
   double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
+  TriangulationOptions triangulation{};
   // The local adjustment runs on a thread of its own and is applied between frames. false: before
   // InsertKeyFrame returns; the same input then gives the same map.
   bool background = true;

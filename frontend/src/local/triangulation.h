@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+namespace highwall {
+
+// A corner and the pose of the camera that saw it.
+struct PointView {
+  Pose T_WC;
+  PointFeature feature;
+};
+
+struct TriangulatedPoint {
+  Eigen::Vector3d p_W;         // [m]
+  Eigen::Matrix3d covariance;  // [m^2] of p_W, from the noise of the features alone
+  double squared_error = 0.0;  // |r|^2 of all rows, chi-square of 2 (n - 1) - 1 and one a depth
+};
+
+// The most likely point behind corners of two or more images whose poses are known: what their
+// noise says (MeasurementModel), depth included where there is one. Empty where the rays do not
+// meet before the cameras, or so nearly in parallel that no distance follows.
+// Start: the point nearest to all rays; then Gauss-Newton (Hartley, Zisserman, "Multiple View
+// Geometry", 2nd ed., section 12.5, with the covariance of section 5.2).
+std::optional<TriangulatedPoint> TriangulatePoint(const MeasurementModel& model,
+                                                  std::span<const PointView> views);
+
+}  // namespace highwall

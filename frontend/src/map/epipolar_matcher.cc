@@ -1,0 +1,97 @@
+#include "map/epipolar_matcher.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+
+#include <highwall/frontend/map/inlier_bounds.h>
+
+#include "features/orb_matcher.h"
+
+namespace highwall {
+namespace {
+
+constexpr double kNoBaseline = 1e-6;  // [m]
+
+// The line in b's image [px], of unit normal, on which what is along the ray of `uv` is seen.
+class EpipolarLines {
+ public:
+  EpipolarLines(const PinholeCamera& camera, const Pose& T_BA) : camera_(camera) {
+    const Eigen::Vector3d t = T_BA.p();
+    Eigen::Matrix3d across;
+    across << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
+    essential_ = across * T_BA.R();
+  }
+
+  // Empty where the ray goes through b's camera.
+  std::optional<Eigen::Vector3d> Of(const Eigen::Vector2d& uv) const {
+    const Eigen::Vector3d l = essential_ * camera_.Unproject(uv, 1.0);
+    const Eigen::Vector3d line(
+        l.x() / camera_.fx, l.y() / camera_.fy,
+        l.z() - l.x() * camera_.cx / camera_.fx - l.y() * camera_.cy / camera_.fy);
+    const double norm = line.head<2>().norm();
+    if (!(norm > 0.0)) return std::nullopt;
+    return line / norm;
+  }
+
+ private:
+  const PinholeCamera& camera_;
+  Eigen::Matrix3d essential_;
+};
+
+struct Best {
+  int feature = -1;
+  int hamming = std::numeric_limits<int>::max();
+};
+
+}  // namespace
+
+std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, const EpipolarView& a,
+                                               const EpipolarView& b,
+                                               const ProjectionMatchOptions& options) {
+  const Pose T_BA = b.T_WC.Inverse() * a.T_WC;
+  if (T_BA.p().norm() < kNoBaseline) return {};
+  const EpipolarLines lines(model.camera(), T_BA);
+  const double bound = std::sqrt(InlierBounds().Of(1));
+  std::vector<int> candidates;
+  for (std::size_t j = 0; j < b.wanted.size(); ++j) {
+    if (b.wanted[j]) candidates.push_back(static_cast<int>(j));
+  }
+  std::vector<Best> owner(b.wanted.size());  // of b's features
+  for (std::size_t i = 0; i < a.wanted.size(); ++i) {
+    if (!a.wanted[i]) continue;
+    const PointFeature& from = a.features.points[i];
+    const auto line = lines.Of(from.uv);
+    if (!line) continue;
+    const std::uint8_t* descriptor = a.features.point_descriptors.ptr(static_cast<int>(i));
+    Best best;
+    int second = std::numeric_limits<int>::max();
+    for (const int j : candidates) {
+      const PointFeature& to = b.features.points[static_cast<std::size_t>(j)];
+      if (std::abs(to.octave - from.octave) > 1) continue;
+      const double distance = std::abs(line->head<2>().dot(to.uv) + line->z());
+      const double sigma = std::hypot(model.PointSigma(from.octave), model.PointSigma(to.octave));
+      if (distance > bound * sigma) continue;
+      const int hamming = HammingDistance(descriptor, b.features.point_descriptors.ptr(j));
+      if (hamming < best.hamming) {
+        second = best.hamming;
+        best = {j, hamming};
+      } else {
+        second = std::min(second, hamming);
+      }
+    }
+    if (best.feature < 0 || best.hamming > options.max_hamming) continue;
+    if (second <= 256 && best.hamming > options.ratio * second) continue;
+    Best& taken = owner[static_cast<std::size_t>(best.feature)];
+    if (best.hamming < taken.hamming) taken = {static_cast<int>(i), best.hamming};
+  }
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t j = 0; j < owner.size(); ++j) {
+    if (owner[j].feature >= 0) pairs.emplace_back(owner[j].feature, static_cast<int>(j));
+  }
+  return pairs;
+}
+
+}  // namespace highwall

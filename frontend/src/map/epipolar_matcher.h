@@ -1,0 +1,27 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include <highwall/core/pose.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+namespace highwall {
+
+// A frame's features and which of them look for a partner, one flag each.
+struct EpipolarView {
+  const FrameFeatures& features;
+  const Pose& T_WC;
+  const std::vector<bool>& wanted;
+};
+
+// Pairs (feature of a, feature of b) of corners that may be one point whose distance nobody knows:
+// alike, of neighbouring levels, and b's on the line on which all points along a's ray are seen.
+// Each is the other's best, and no other that would do comes near. Empty where the two cameras are
+// at one place.
+std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, const EpipolarView& a,
+                                               const EpipolarView& b,
+                                               const ProjectionMatchOptions& options);
+
+}  // namespace highwall
