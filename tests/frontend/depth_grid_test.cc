@@ -57,6 +57,19 @@ TEST(DepthGrid, SamplesTheMedianAndLeavesOutWhatIsNotMeasured) {
   EXPECT_THROW(grid.Sample(cv::Mat(3, 4, CV_32FC1), 0.3, 8.0), InvalidArgument);
 }
 
+TEST(DepthGrid, AveragesGreyLevelsOverTheCell) {
+  const DepthGrid grid{PinholeCamera()};
+  cv::Mat gray(480, 640, CV_8UC1, cv::Scalar(40));
+  gray(cv::Rect(8, 0, 4, 8)).setTo(200);  // half of the second cell
+  const cv::Mat cells = grid.Average(gray);
+  ASSERT_EQ(cells.size(), cv::Size(80, 60));
+  EXPECT_EQ(cells.at<unsigned char>(0, 0), 40);
+  EXPECT_EQ(cells.at<unsigned char>(0, 1), 120);
+  EXPECT_EQ(cells.at<unsigned char>(59, 79), 40);
+  EXPECT_THROW(grid.Average(cv::Mat(480, 640, CV_32FC1)), InvalidArgument);
+  EXPECT_THROW(grid.Average(cv::Mat(48, 64, CV_8UC1)), InvalidArgument);
+}
+
 TEST(DepthGrid, UndoesTheDistortion) {
   const DepthGrid grid{kCamera};
   // Depth that tells the undistorted column.

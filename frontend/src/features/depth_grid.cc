@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 
 #include <highwall/core/error.h>
 
@@ -57,6 +58,27 @@ cv::Mat DepthGrid::Sample(const cv::Mat& depth, double min_depth, double max_dep
     if (valid < 3) continue;
     std::nth_element(readings.begin(), readings.begin() + valid / 2, readings.begin() + valid);
     cell = readings[static_cast<std::size_t>(valid / 2)];
+  }
+  return cells;
+}
+
+cv::Mat DepthGrid::Average(const cv::Mat& gray) const {
+  HIGHWALL_REQUIRE(gray.type() == CV_8UC1 && gray.cols == image_camera_.width &&
+                       gray.rows == image_camera_.height,
+                   "DepthGrid::Average: the image must be CV_8UC1 of the camera's size");
+  const int half = std::max(1, static_cast<int>(0.5 * cell_size_));
+  const cv::Rect image(0, 0, gray.cols, gray.rows);
+  cv::Mat cells(camera_.height, camera_.width, CV_8UC1);
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    const cv::Point corner = pixels_[i] - cv::Point(half, half);
+    const cv::Rect square = cv::Rect(corner, cv::Size(2 * half, 2 * half)) & image;
+    std::int64_t sum = 0;
+    for (int v = square.y; v < square.y + square.height; ++v) {
+      const std::uint8_t* row = gray.ptr<std::uint8_t>(v);
+      sum = std::accumulate(row + square.x, row + square.x + square.width, sum);
+    }
+    const auto area = static_cast<std::int64_t>(std::max(1, square.area()));
+    cells.ptr<std::uint8_t>()[i] = static_cast<std::uint8_t>((sum + area / 2) / area);
   }
   return cells;
 }

@@ -39,6 +39,10 @@ class DepthGrid {
   // InvalidArgument.
   cv::Mat Sample(const cv::Mat& depth, double min_depth, double max_depth) const;
 
+  // CV_8UC1, a cell a pixel: the mean of the square around the middle of the cell. gray: CV_8UC1 of
+  // the camera's size, else throws InvalidArgument.
+  cv::Mat Average(const cv::Mat& gray) const;
+
   // The cell of an undistorted pixel of the image; beyond the image, the nearest one.
   cv::Point CellOf(const Eigen::Vector2d& uv) const;
   // A mask of cells (CV_8UC1) as one of the image's pixels, distorted as they are.

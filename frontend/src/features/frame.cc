@@ -9,6 +9,7 @@ std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
   selected->sharpness = features.sharpness;
   selected->brightness = features.brightness;
   selected->depth_grid = features.depth_grid;
+  selected->gray_grid = features.gray_grid;
   std::vector<cv::KeyPoint> places;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i]) continue;

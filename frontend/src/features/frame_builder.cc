@@ -101,6 +101,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
   features->sharpness = Sharpness(gray);
   features->brightness = cv::mean(gray)[0];
   features->depth_grid = depth_grid_.Sample(image.depth, sensor_.min_depth, sensor_.max_depth);
+  features->gray_grid = depth_grid_.Average(gray);
   FrameBuilderTimes elapsed;
   const auto build_lines = [&] {
     const Stopwatch watch;

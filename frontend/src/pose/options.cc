@@ -37,6 +37,16 @@ void SurfaceMatcherOptions::Validate() const {
   RequireAtLeast(max_rows, 1, "SurfaceMatcherOptions::max_rows");
 }
 
+void DirectAlignmentOptions::Validate() const {
+  HIGHWALL_REQUIRE(min_overlap > 0.0 && min_overlap <= 1.0,
+                   "DirectAlignmentOptions::min_overlap must be in (0, 1]");
+  HIGHWALL_REQUIRE(min_correlation >= 0.0 && min_correlation < 1.0,
+                   "DirectAlignmentOptions::min_correlation must be in [0, 1)");
+  RequirePositive(max_sigma, "DirectAlignmentOptions::max_sigma");
+  HIGHWALL_REQUIRE(shared_noise >= 1.0 && std::isfinite(shared_noise),
+                   "DirectAlignmentOptions::shared_noise must be at least 1 and finite");
+}
+
 void LandmarkMotionOptions::Validate() const {
   RequireAtLeast(min_points, 1, "LandmarkMotionOptions::min_points");
   HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,

@@ -46,6 +46,7 @@ void TrackerOptions::Validate() const {
   moving.Validate();
   degeneracy.Validate();
   surfaces.Validate();
+  direct.Validate();
   RequireAtLeast(min_motion_support, 6, "TrackerOptions::min_motion_support");
   RequireAtLeast(min_support, 6, "TrackerOptions::min_support");
   RequireAtLeast(min_predicted_support, 6, "TrackerOptions::min_predicted_support");

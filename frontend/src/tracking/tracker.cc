@@ -125,7 +125,8 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options)
       options_(options),
       matcher_(model),
       relocalizer_(model, options.relocalizer),
-      moving_(model.camera(), model.depth_noise(), options.moving) {
+      moving_(model.camera(), model.depth_noise(), options.moving),
+      aligner_(moving_.grid(), model.depth_noise(), options.surfaces.matcher, options.direct) {
   options_.Validate();
 }
 
@@ -155,6 +156,8 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   }
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
+  // What all of the image holds tells nothing of landmarks.
+  if (match->Support() == 0) return tracked;
   last_support_ = match->Support();
   usual_found_ += (usual_found_ > 0.0 ? kFollow : 1.0) * (tracked.found - usual_found_);
   moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
@@ -168,11 +171,50 @@ std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& 
   std::optional<LocalMatch> match;
   if (last_) match = FollowLast(frame, map, predicted, clues);
   if (!match) match = Recognize(Relocalize(frame, map), map, clues);
-  if (match || !last_ || predicted != nullptr || !options_.surfaces.enabled) return match;
-  match = TrackLocalMap(TrackMotion(frame, map, nullptr, Aid::kSurfaces, clues), map, nullptr,
-                        Aid::kSurfaces, clues);
-  if (match && Contradicts(*match, map)) match.reset();
+  if (match || !last_ || predicted != nullptr) return match;
+  if (options_.surfaces.enabled) {
+    match = TrackLocalMap(TrackMotion(frame, map, nullptr, Aid::kSurfaces, clues), map, nullptr,
+                          Aid::kSurfaces, clues);
+    if (match && Contradicts(*match, map)) match.reset();
+  }
+  if (!match && options_.direct.enabled) match = AlignDirectly(frame, map, clues);
   return match;
+}
+
+std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, const Map& map,
+                                                          LossClues* clues) const {
+  const Pose expected = last_->T_WC * velocity_.Predict(SinceLast(frame));
+  std::optional<KnownPose> known;
+  if (const KeyFrame* reference = map.keyframe(last_->reference)) {
+    known = aligner_.Align(*reference->frame.features, reference->T_WC, *frame.features, expected);
+  }
+  if (!known) {
+    known = aligner_.Align(*last_->frame.features, last_->T_WC, *frame.features, expected);
+  }
+  if (!known) return std::nullopt;
+  if (auto match = TrackAbout(*known, frame, map, clues)) return match;
+  LocalMatch match{Unmatched(frame, known->T_WC), {}, {}};
+  match.frame.reference = last_->reference;
+  match.frame.information = known->sqrt_information.transpose() * known->sqrt_information;
+  return match;
+}
+
+std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const KnownPose& known, const Frame& frame,
+                                                       const Map& map, LossClues* clues) const {
+  std::vector<KeyFrameId> local{last_->reference};
+  for (const auto& [id, shared] : map.Covisible(last_->reference, 1)) {
+    if (static_cast<int>(local.size()) == options_.local_keyframes) break;
+    local.push_back(id);
+  }
+  TrackedFrame rough = Unmatched(frame, known.T_WC);
+  Apply(matcher_.MatchPoints(*frame.features, known.T_WC, map, PointsSeenBy(map, local, {}),
+                             Taken(rough.points)),
+        rough.points);
+  Apply(matcher_.MatchLines(*frame.features, known.T_WC, map, LinesSeenBy(map, local, {}),
+                            Taken(rough.lines)),
+        rough.lines);
+  if (!Solve(rough, map, options_.min_predicted_support, &known, Aid::kNone)) return std::nullopt;
+  return TrackLocalMap(std::move(rough), map, &known, Aid::kNone, clues);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::FollowLast(const Frame& frame, const Map& map,

@@ -11,6 +11,7 @@
 #include <highwall/frontend/tracking/options.h>
 
 #include "map/map_matcher.h"
+#include "pose/direct_alignment.h"
 #include "pose/pose_solver.h"
 #include "pose/surface_matcher.h"
 #include "tracking/constant_velocity.h"
@@ -105,6 +106,13 @@ class Tracker {
   bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
              Aid aid) const;
 
+  // From all of the image, against the reference keyframe or else the last frame; with landmarks
+  // where they agree.
+  std::optional<LocalMatch> AlignDirectly(const Frame& frame, const Map& map,
+                                          LossClues* clues) const;
+  // The landmarks that the keyframe and its neighbours see, as far as they are found about `known`.
+  std::optional<LocalMatch> TrackAbout(const KnownPose& known, const Frame& frame, const Map& map,
+                                       LossClues* clues) const;
   // Rows on the flat patches that the reference keyframe of the last frame saw; none where it has
   // no depth.
   std::vector<PointToPlaneRow> MatchSurfaces(const TrackedFrame& tracked, const Map& map) const;
@@ -114,6 +122,7 @@ class Tracker {
   MapMatcher matcher_;
   Relocalizer relocalizer_;
   MovingObjects moving_;
+  DirectAligner aligner_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
   int last_support_ = 0;              // of its pose
   double usual_found_ = 0.0;          // TrackedFrame::found of late; 0: not known

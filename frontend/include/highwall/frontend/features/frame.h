@@ -40,6 +40,7 @@ struct FrameFeatures {
   std::vector<LineFeature> lines;
   cv::Mat line_descriptors;  // M x 32 CV_8U, or empty
   cv::Mat depth_grid;        // DepthGrid::Sample; empty where the features were loaded
+  cv::Mat gray_grid;         // DepthGrid::Average of the image, likewise
 };
 
 // The features that are to be kept, one flag each, in the same order. size: of the image.

@@ -45,6 +45,20 @@ struct SurfaceMatcherOptions {
   void Validate() const;
 };
 
+// Whole images against each other (DirectAligner).
+struct DirectAlignmentOptions {
+  bool enabled = true;
+  double min_overlap = 0.3;      // (0, 1]: of the frame's depth that the reference must see
+  double min_correlation = 0.8;  // [0, 1): of the grey levels of both
+  double max_sigma = 0.05;       // [m] > 0: a pose with a more open direction is none
+  // >= 1: readings that share their noise; the patches of 9 x 9 cells, every second one, overlap
+  // twenty-fold.
+  double shared_noise = 20.0;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
 struct LandmarkMotionOptions {
   int min_points = 8;      // >= 1: that contradict the pose which all others give ...
   double min_share = 0.7;  // (0, 1]: and this share of those that are judged

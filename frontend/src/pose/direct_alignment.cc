@@ -1,0 +1,352 @@
+#include "pose/direct_alignment.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <ceres/tiny_solver.h>
+#include <Eigen/Cholesky>
+#include <opencv2/imgproc.hpp>
+
+#include <highwall/core/so3.h>
+#include <highwall/factors/point_to_plane.h>
+#include <highwall/frontend/pose/degeneracy.h>
+
+#include "pose/surface_matcher.h"
+
+namespace highwall {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kHuber = 1.345;  // [sigma] 95 % efficient for Gaussian noise
+// [grey levels] What light does that gain and offset do not tell.
+constexpr double kMinGreySigma = 2.0;
+
+// How far off the pose may still be: blur of the grey grids and gate of the surfaces.
+struct Stage {
+  double blur;  // [cells] standard deviation; 0: none
+  double gate;  // [m]
+};
+constexpr std::array<Stage, 3> kStages{{{4.0, 0.2}, {2.0, 0.08}, {0.0, 0.03}}};
+constexpr int kSteps = 15;           // of a stage, each with new associations
+constexpr double kConverged = 1e-5;  // [m, rad]
+
+// The grey levels of the reference and how they change, at fractions of cells.
+class GreyImage {
+ public:
+  GreyImage(const cv::Mat& cells, double blur) {
+    cells.convertTo(grey_, CV_32F);
+    if (blur > 0.0) cv::GaussianBlur(grey_, grey_, {}, blur);
+  }
+
+  // Bilinear; false at the border and beyond. gradient: along u and v [grey levels / cell].
+  bool At(const Eigen::Vector2d& uv, double* value, Eigen::Vector2d* gradient) const {
+    const double u = std::floor(uv.x()), v = std::floor(uv.y());
+    if (!(u >= 0.0 && v >= 0.0 && u + 1.0 < grey_.cols && v + 1.0 < grey_.rows)) return false;
+    const int x = static_cast<int>(u), y = static_cast<int>(v);
+    const double a = uv.x() - u, b = uv.y() - v;
+    const auto at = [&](int i, int j) {
+      return static_cast<double>(grey_.at<float>(y + j, x + i));
+    };
+    const double top = at(1, 0) - at(0, 0), bottom = at(1, 1) - at(0, 1);
+    *value = (1.0 - b) * (at(0, 0) + a * top) + b * (at(0, 1) + a * bottom);
+    *gradient = {(1.0 - b) * top + b * bottom,
+                 (1.0 - a) * (at(0, 1) - at(0, 0)) + a * (at(1, 1) - at(1, 0))};
+    return true;
+  }
+
+  double Of(const cv::Point& cell) const { return static_cast<double>(grey_.at<float>(cell)); }
+
+ private:
+  cv::Mat grey_;
+};
+
+// A reading of the frame with its grey level as the reference would have it.
+struct GreyPoint {
+  Eigen::Vector3d p_C;
+  double grey = 0.0;
+  double weight = 1.0;  // [1 / grey level]
+};
+
+// Rows of planes and grey levels as a function of the step away from T_RC. The functor of
+// ceres::TinySolver.
+class AlignmentProblem {
+ public:
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
+
+  AlignmentProblem(const DepthGrid& grid, const GreyImage& grey, const Pose& T_RC,
+                   std::vector<PointToPlaneRow> planes, std::vector<GreyPoint> points)
+      : camera_(grid.camera()),
+        grey_(grey),
+        T_RC_(T_RC),
+        planes_(std::move(planes)),
+        points_(std::move(points)) {}
+
+  int NumResiduals() const { return static_cast<int>(planes_.size() + points_.size()); }
+
+  bool operator()(const double* x, double* residuals, double* jacobian) const {
+    const Vector6 step = Eigen::Map<const Vector6>(x);
+    if (!step.allFinite()) return false;
+    const Pose T = T_RC_.Plus(step);
+    const Eigen::Matrix3d R = T.R();
+    const Eigen::Matrix3d step_jacobian = so3::RightJacobian(step.tail<3>());
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> J(jacobian, NumResiduals(), 6);
+    Eigen::Index row = 0;
+    const auto put = [&](double r, const Eigen::Matrix<double, 1, 6>& J_row) {
+      residuals[row] = r;
+      if (jacobian != nullptr) {
+        J.row(row).head<3>() = J_row.head<3>();
+        J.row(row).tail<3>() = J_row.tail<3>() * step_jacobian;
+      }
+      ++row;
+    };
+    Eigen::Matrix<double, 1, 6> J_row;
+    for (const PointToPlaneRow& plane : planes_) {
+      const double r = plane.Evaluate(R, T.p(), &J_row);
+      put(r, J_row);
+    }
+    for (const GreyPoint& point : points_) {
+      const double r = Grey(R, T.p(), point, &J_row);
+      put(r, J_row);
+    }
+    return true;
+  }
+
+ private:
+  // Zero where the reference does not see the point.
+  double Grey(const Eigen::Matrix3d& R, const Eigen::Vector3d& p, const GreyPoint& point,
+              Eigen::Matrix<double, 1, 6>* J) const {
+    J->setZero();
+    const Eigen::Vector3d p_R = R * point.p_C + p;
+    double value = 0.0;
+    Eigen::Vector2d gradient;
+    if (p_R.z() <= 0.0 || !grey_.At(camera_.Project(p_R), &value, &gradient)) return 0.0;
+    const double iz = 1.0 / p_R.z();
+    const Eigen::Vector2d g =
+        point.weight * iz * gradient.cwiseProduct(Eigen::Vector2d(camera_.fx, camera_.fy));
+    const Eigen::Vector3d along(g.x(), g.y(), -iz * (g.x() * p_R.x() + g.y() * p_R.y()));
+    J->head<3>() = along.transpose();
+    J->tail<3>() = point.p_C.cross(R.transpose() * along).transpose();
+    return point.weight * (value - point.grey);
+  }
+
+  const PinholeCamera& camera_;
+  const GreyImage& grey_;
+  Pose T_RC_;
+  std::vector<PointToPlaneRow> planes_;
+  std::vector<GreyPoint> points_;
+};
+
+double HuberFactor(double r) {
+  return std::abs(r) <= kHuber ? 1.0 : std::sqrt(kHuber / std::abs(r));
+}
+
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Grey levels of the frame, and of the reference where it sees the same.
+struct GreyPairs {
+  std::vector<Eigen::Vector3d> p_C;
+  std::vector<double> own, other;
+  int readings = 0;  // of the frame, seen by the reference or not
+
+  // Correlation of the two, and the gain and offset that take `own` to `other`.
+  struct Likeness {
+    double correlation = 0.0, gain = 1.0, offset = 0.0;
+  };
+  Likeness Compare() const {
+    const auto n = static_cast<double>(own.size());
+    double a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      a += own[i], b += other[i];
+      aa += own[i] * own[i], bb += other[i] * other[i], ab += own[i] * other[i];
+    }
+    const double var_a = aa / n - a * a / (n * n), var_b = bb / n - b * b / (n * n);
+    const double covariance = ab / n - a * b / (n * n);
+    if (!(var_a > 0.0) || !(var_b > 0.0)) return {0.0, 1.0, (b - a) / n};
+    const double gain = std::sqrt(var_b / var_a);  // of two noisy ones neither is the exact one
+    return {covariance / std::sqrt(var_a * var_b), gain, (b - gain * a) / n};
+  }
+};
+
+}  // namespace
+
+DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
+                             const SurfaceMatcherOptions& surfaces,
+                             const DirectAlignmentOptions& options)
+    : grid_(grid), noise_(noise), surfaces_(surfaces), options_(options) {
+  options_.Validate();
+}
+
+namespace {
+
+// One alignment as it goes on.
+class Alignment {
+ public:
+  Alignment(const DepthGrid& grid, const DepthNoise& noise, const FrameFeatures& reference,
+            const FrameFeatures& features, const Pose& T_RC)
+      : grid_(grid), noise_(noise), reference_(reference), features_(features), T_RC_(T_RC) {}
+
+  // False where nothing holds the pose.
+  bool Refine(const std::vector<SurfacePatch>& patches, const SurfaceMatcherOptions& surfaces,
+              double blur) {
+    const GreyImage reference(reference_.gray_grid, blur), own(features_.gray_grid, blur);
+    for (int step = 0; step < kSteps; ++step) {
+      const GreyPairs pairs = Pair(reference, own, surfaces);
+      if (static_cast<int>(pairs.own.size()) < kMinPairs) return false;
+      const AlignmentProblem problem(
+          grid_, reference, T_RC_,
+          Weighed(MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, surfaces)),
+          Weighed(pairs));
+      ceres::TinySolver<AlignmentProblem> solver;
+      solver.options.max_num_iterations = 4;
+      Vector6 x = Vector6::Zero();
+      solver.Solve(problem, &x);
+      if (!x.allFinite()) return false;
+      T_RC_ = T_RC_.Plus(x);
+      Measure(problem, x);
+      if (x.norm() < kConverged) break;
+    }
+    const GreyPairs pairs = Pair(reference, own, surfaces);
+    likeness_ = pairs.Compare();
+    overlap_ = pairs.readings > 0 ? static_cast<double>(pairs.own.size()) / pairs.readings : 0.0;
+    return true;
+  }
+
+  const Pose& T_RC() const { return T_RC_; }
+  double overlap() const { return overlap_; }
+  double correlation() const { return likeness_.correlation; }
+  // In the tangent at T_RC, by the noise that the rows show.
+  const Matrix6& information() const { return information_; }
+
+ private:
+  static constexpr int kMinPairs = 100;
+
+  // The reference sees something else there, before or behind, or beside it in a cell that its grey
+  // level is interpolated from.
+  bool IsHidden(const Eigen::Vector2d& uv, double z, const SurfaceMatcherOptions& surfaces) const {
+    const double most = surfaces.gate + surfaces.gate_sigmas * noise_.Sigma(z);
+    const cv::Point cell(static_cast<int>(uv.x()), static_cast<int>(uv.y()));
+    for (const cv::Point& corner : {cv::Point(0, 0), {1, 0}, {0, 1}, {1, 1}}) {
+      const auto seen = static_cast<double>(reference_.depth_grid.at<float>(cell + corner));
+      if (seen > 0.0 && std::abs(seen - z) > most) return true;
+    }
+    return false;
+  }
+
+  GreyPairs Pair(const GreyImage& reference, const GreyImage& own,
+                 const SurfaceMatcherOptions& surfaces) const {
+    GreyPairs pairs;
+    const cv::Mat& depth = features_.depth_grid;
+    for (int v = 0; v < depth.rows; ++v) {
+      for (int u = 0; u < depth.cols; ++u) {
+        const float z = depth.at<float>(v, u);
+        if (z <= 0.0F) continue;
+        ++pairs.readings;
+        const Eigen::Vector3d p_C = (z * grid_.Ray({u, v})).cast<double>();
+        const Eigen::Vector3d p_R = T_RC_ * p_C;
+        double value = 0.0;
+        Eigen::Vector2d gradient;
+        if (p_R.z() <= 0.0) continue;
+        const Eigen::Vector2d uv = grid_.camera().Project(p_R);
+        if (!reference.At(uv, &value, &gradient) || IsHidden(uv, p_R.z(), surfaces)) continue;
+        pairs.p_C.push_back(p_C);
+        pairs.own.push_back(own.Of({u, v}));
+        pairs.other.push_back(value);
+      }
+    }
+    return pairs;
+  }
+
+  static std::vector<GreyPoint> Weighed(const GreyPairs& pairs) {
+    const GreyPairs::Likeness like = pairs.Compare();
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < pairs.own.size(); ++i) {
+      errors.push_back(std::abs(pairs.other[i] - like.gain * pairs.own[i] - like.offset));
+    }
+    const double sigma = std::max(kMinGreySigma, 1.4826 * MedianOf(errors));
+    std::vector<GreyPoint> points;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      points.push_back({pairs.p_C[i], like.gain * pairs.own[i] + like.offset,
+                        HuberFactor(errors[i] / sigma) / sigma});
+    }
+    return points;
+  }
+
+  std::vector<PointToPlaneRow> Weighed(std::vector<PointToPlaneRow> rows) const {
+    const Eigen::Matrix3d R = T_RC_.R();
+    for (PointToPlaneRow& row : rows) {
+      row.inverse_sigma *= HuberFactor(row.Evaluate(R, T_RC_.p(), nullptr));
+    }
+    return rows;
+  }
+
+  void Measure(const AlignmentProblem& problem, const Vector6& x) {
+    Eigen::VectorXd r(problem.NumResiduals());
+    Eigen::Matrix<double, Eigen::Dynamic, 6> J(problem.NumResiduals(), 6);
+    problem(x.data(), r.data(), J.data());
+    const double error = r.squaredNorm() / std::max(1, problem.NumResiduals() - 6);
+    information_ = J.transpose() * J / std::max(1.0, error);
+  }
+
+  const DepthGrid& grid_;
+  const DepthNoise& noise_;
+  const FrameFeatures& reference_;
+  const FrameFeatures& features_;
+  Pose T_RC_;
+  GreyPairs::Likeness likeness_;
+  double overlap_ = 0.0;
+  Matrix6 information_ = Matrix6::Zero();
+};
+
+double MedianDepth(const cv::Mat& depth) {
+  std::vector<double> readings;
+  for (int v = 0; v < depth.rows; ++v) {
+    for (int u = 0; u < depth.cols; ++u) {
+      if (depth.at<float>(v, u) > 0.0F) readings.push_back(depth.at<float>(v, u));
+    }
+  }
+  return readings.empty() ? 0.0 : MedianOf(std::move(readings));
+}
+
+}  // namespace
+
+std::optional<KnownPose> DirectAligner::Align(const FrameFeatures& reference, const Pose& T_WR,
+                                              const FrameFeatures& features,
+                                              const Pose& T_WC) const {
+  if (reference.depth_grid.empty() || reference.gray_grid.empty()) return std::nullopt;
+  const double depth = MedianDepth(features.depth_grid);
+  if (depth <= 0.0 || features.gray_grid.empty()) return std::nullopt;
+  const auto patches = FindPatches(reference.depth_grid, grid_, noise_, surfaces_);
+  Alignment alignment(grid_, noise_, reference, features, T_WR.Inverse() * T_WC);
+  for (const Stage& stage : kStages) {
+    SurfaceMatcherOptions surfaces = surfaces_;
+    surfaces.gate = stage.gate;
+    if (!alignment.Refine(patches, surfaces, stage.blur)) return std::nullopt;
+  }
+  if (alignment.overlap() < options_.min_overlap) return std::nullopt;
+  if (alignment.correlation() < options_.min_correlation) return std::nullopt;
+  // A step of the position is one in R there, in W here.
+  Matrix6 to_R = Matrix6::Identity();
+  to_R.topLeftCorner<3, 3>() = T_WR.R().transpose();
+  const Matrix6 information =
+      to_R.transpose() * alignment.information() * to_R / options_.shared_noise;
+  KnownPose known{T_WR * alignment.T_RC()};
+  if (!FindOpenDirections(information, known.T_WC, depth, {.max_sigma = options_.max_sigma})
+           .empty()) {
+    return std::nullopt;
+  }
+  known.sqrt_information = information.llt().matrixU();
+  return known;
+}
+
+}  // namespace highwall

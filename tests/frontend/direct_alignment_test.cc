@@ -1,0 +1,98 @@
+#include <cmath>
+#include <optional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/so3.h>
+
+#include "painted_world.h"
+#include "pose/direct_alignment.h"
+#include "support/synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::kBoxes;
+using testing::kGrid;
+
+const DepthNoise kNoise = DepthNoise::Kinect();
+const testing::BoxWorld kWall{.wall = 3.0, .floor = 100.0, .boxes = {}};
+const Pose kReference = Pose::FromTangent({0.2, 0.1, -0.1}, {0.02, 0.05, -0.03});
+const Pose kTruth = kReference * Pose::FromTangent({0.08, -0.06, 0.05}, {0.04, -0.06, 0.03});
+
+std::optional<KnownPose> Align(const FrameFeatures& reference, const FrameFeatures& features,
+                               const DirectAlignmentOptions& options = {}) {
+  return DirectAligner(kGrid, kNoise, {}, options)
+      .Align(reference, kReference, features, kReference);
+}
+
+TEST(DirectAligner, FindsThePoseOfAMovedCamera) {
+  const auto known =
+      Align(testing::SeeGrids(kBoxes, kReference), testing::SeeGrids(kBoxes, kTruth));
+  ASSERT_TRUE(known);
+  // A tenth of a cell at the wall, 4 m away: grey levels are rounded.
+  EXPECT_LT(testing::PositionError(known->T_WC, kTruth), 0.004);
+  EXPECT_LT(testing::AngleError(known->T_WC, kTruth), 0.001);
+}
+
+TEST(DirectAligner, AnotherExposureChangesNothing) {
+  const auto known = Align(testing::SeeGrids(kBoxes, kReference),
+                           testing::SeeGrids(kBoxes, kTruth, {.gain = 0.5, .offset = 30.0}));
+  ASSERT_TRUE(known);
+  EXPECT_LT(testing::PositionError(known->T_WC, kTruth), 0.006);  // half the grey levels
+  EXPECT_LT(testing::AngleError(known->T_WC, kTruth), 0.0015);
+}
+
+TEST(DirectAligner, OnAFlatWallGreyLevelsTellWhatDepthDoesNot) {
+  const auto known = Align(testing::SeeGrids(kWall, kReference), testing::SeeGrids(kWall, kTruth));
+  ASSERT_TRUE(known);
+  EXPECT_LT(testing::PositionError(known->T_WC, kTruth), 0.006);
+  EXPECT_LT(testing::AngleError(known->T_WC, kTruth), 0.002);
+}
+
+TEST(DirectAligner, RefusesWhatLeavesADirectionOpen) {
+  // All but plain: what moves along the wall is not seen.
+  const testing::Light plain{.contrast = 0.005};
+  EXPECT_FALSE(Align(testing::SeeGrids(kWall, kReference, plain),
+                     testing::SeeGrids(kWall, kTruth, plain), {.min_correlation = 0.0}));
+}
+
+TEST(DirectAligner, RefusesAnotherPlaceOfTheSameShape) {
+  EXPECT_FALSE(Align(testing::SeeGrids(kBoxes, kReference),
+                     testing::SeeGrids(kBoxes, kTruth, {.phase = 1.7})));
+}
+
+TEST(DirectAligner, RefusesWhatTheReferenceHardlySees) {
+  const Pose away = kReference * Pose::FromTangent({0, 0, 0}, {0, 0.85, 0});
+  const DirectAligner aligner(kGrid, kNoise, {}, {});
+  EXPECT_FALSE(aligner.Align(testing::SeeGrids(kBoxes, kReference), kReference,
+                             testing::SeeGrids(kBoxes, away), away));
+}
+
+TEST(DirectAligner, RefusesFeaturesWithoutGrids) {
+  EXPECT_FALSE(Align({}, testing::SeeGrids(kBoxes, kTruth)));
+  EXPECT_FALSE(Align(testing::SeeGrids(kBoxes, kReference), {}));
+}
+
+TEST(DirectAligner, IsNoFartherOffThanItsInformationSays) {
+  std::mt19937 rng(3);
+  for (int seed = 0; seed < 10; ++seed) {
+    const Pose T =
+        kReference *
+        Pose::FromTangent(testing::UniformInBox(rng, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}),
+                          testing::UniformInBox(rng, {-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}));
+    FrameFeatures features = testing::SeeGrids(kBoxes, T);
+    testing::AddNoise(kNoise, rng, features.depth_grid);
+    const auto known = Align(testing::SeeGrids(kBoxes, kReference), features);
+    ASSERT_TRUE(known) << seed;
+    Eigen::Matrix<double, 6, 1> error;
+    error << T.p() - known->T_WC.p(), so3::Log(known->T_WC.q().conjugate() * T.q());
+    // 99.9 % of chi-square with 6 degrees of freedom: readings that share noise count as one, so it
+    // is rather far below.
+    EXPECT_LT((known->sqrt_information * error).squaredNorm(), 22.5) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace highwall
