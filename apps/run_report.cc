@@ -90,7 +90,7 @@ nlohmann::json SubmapsJson(const SlamRun& run) {
   nlohmann::json all = nlohmann::json::array();
   const auto add = [&all](const SubmapRun& submap) {
     if (submap.trajectory.empty()) return;
-    all.push_back({{"id", submap.submap},
+    all.push_back({{"id", submap.submap.value()},
                    {"frames", submap.trajectory.size()},
                    {"keyframes", submap.keyframes},
                    {"first", FormatStamp(submap.trajectory.front().stamp)},
@@ -105,8 +105,8 @@ nlohmann::json SubmapsJson(const SlamRun& run) {
 nlohmann::json ToJson(const std::vector<LoopEvent>& events) {
   nlohmann::json all = nlohmann::json::array();
   for (const LoopEvent& event : events) {
-    nlohmann::json json = {{"keyframe", event.edge.keyframe},
-                           {"match", event.edge.match},
+    nlohmann::json json = {{"keyframe", event.edge.keyframe.value()},
+                           {"match", event.edge.match.value()},
                            {"result", !event.accepted ? "refused"
                                       : event.merged  ? "merged"
                                                       : "closed"}};

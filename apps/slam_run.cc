@@ -179,12 +179,14 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
 
 // What is not joined is in layers of its own.
 KeyframePose PoseInLayer(const KeyFrame& keyframe, const Map& map) {
-  return {keyframe.T_WC, map.Root(keyframe.submap)};
+  return {keyframe.T_WC, map.Root(keyframe.submap).value()};
 }
 
 std::map<std::int64_t, KeyframePose> KeyFramePoses(const Map& map) {
   std::map<std::int64_t, KeyframePose> poses;
-  for (const KeyFrameId id : map.keyframe_ids()) poses[id] = PoseInLayer(*map.keyframe(id), map);
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    poses[id.value()] = PoseInLayer(*map.keyframe(id), map);
+  }
   return poses;
 }
 
@@ -272,14 +274,17 @@ class KeyframeMapping {
       : slam_(slam),
         mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)),
         settling_(
-            mapper_, [this](KeyFrameId id) { return Settled(id); },
+            mapper_, [this](std::int64_t id) { return Settled(KeyFrameId(id)); },
             options.slam.tracker.moving.enabled ? kSettlingTime : 0.0) {}
 
   void Follow(const FrameResult& result, const RgbdImage& image) {
     if (result.mapping) {
-      settling_.Add({result.mapping->keyframe, image.stamp, image.depth, image.bgr, result.T_WC},
-                    result.moving);
-      for (const KeyFrameId culled : result.mapping->culled_keyframes) settling_.Remove(culled);
+      settling_.Add(
+          {result.mapping->keyframe.value(), image.stamp, image.depth, image.bgr, result.T_WC},
+          result.moving);
+      for (const KeyFrameId culled : result.mapping->culled_keyframes) {
+        settling_.Remove(culled.value());
+      }
     }
     settling_.HandOver(image.stamp);
     const bool levelled = result.inertial && result.inertial->T_level;
@@ -295,7 +300,7 @@ class KeyframeMapping {
     mapper_.SetPoses(KeyFramePoses(slam_.map()));
     std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
     const auto take = [&maps](SubmapRun& submap) {
-      const auto map = maps.find(submap.submap);
+      const auto map = maps.find(submap.submap.value());
       if (map != maps.end()) submap.dense = std::move(map->second);
     };
     take(run->largest);
@@ -369,7 +374,7 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
     attempt("saved map", [&] { SaveMap(options.save_map, sensor.camera, slam.map()); });
   }
   run->keyframes = slam.keyframe_trajectory();
-  const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : 0;
+  const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : kFirstSubmap;
   run->sparse =
       SurveyMap(slam.map(), drawn,
                 run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,

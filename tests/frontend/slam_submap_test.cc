@@ -93,7 +93,7 @@ TEST_F(SlamSubmapTest, GoesOnElsewhereAndIsOneMapAgainWhenItComesBack) {
     const FrameResult& result = run.results[i];
     SCOPED_TRACE(i);
     if (i < kCovered) {
-      EXPECT_EQ(result.submap, 0);
+      EXPECT_EQ(result.submap, kFirstSubmap);
     } else if (i < kCovered + kDark) {
       EXPECT_FALSE(HasPose(result.state));
       EXPECT_EQ(result.submap, kNoId);
@@ -106,7 +106,7 @@ TEST_F(SlamSubmapTest, GoesOnElsewhereAndIsOneMapAgainWhenItComesBack) {
   ASSERT_EQ(run.begun.size(), 1U);
   ASSERT_EQ(run.merges.size(), 1U);
   EXPECT_EQ(run.merges[0].merge->other, run.begun[0]);
-  EXPECT_EQ(run.results.back().submap, 0);
+  EXPECT_EQ(run.results.back().submap, kFirstSubmap);
   const std::vector<SubmapTrajectory> submaps = run.slam.submaps();
   ASSERT_EQ(submaps.size(), 1U);
   EXPECT_GE(submaps[0].frames.size(), Images().size() - kDark - 5);
@@ -131,7 +131,7 @@ TEST_F(SlamSubmapTest, ApartTheyAreTwoTrajectoriesTheLargerFirst) {
   run.Track(0, 60);  // before it comes back
   const std::vector<SubmapTrajectory> submaps = run.slam.submaps();
   ASSERT_EQ(submaps.size(), 2U);
-  EXPECT_EQ(submaps[0].submap, 0);
+  EXPECT_EQ(submaps[0].submap, kFirstSubmap);
   EXPECT_EQ(submaps[0].frames.size(), kCovered);
   EXPECT_EQ(submaps[1].submap, run.begun.front());
   EXPECT_EQ(run.slam.trajectory().size(), kCovered);
@@ -152,8 +152,8 @@ TEST_F(SlamSubmapTest, ASubmapThatIsLostYoungIsDropped) {
     image.stamp = stamp += FromSeconds(1.0 / kFps);
     run.results.push_back(run.slam.Track(image));
   }
-  EXPECT_EQ(run.results.back().submap, 0);
-  EXPECT_EQ(run.slam.map().roots(), std::vector<SubmapId>{0});
+  EXPECT_EQ(run.results.back().submap, kFirstSubmap);
+  EXPECT_EQ(run.slam.map().roots(), std::vector<SubmapId>{kFirstSubmap});
   EXPECT_EQ(run.slam.submaps().size(), 1U);
 }
 
@@ -183,9 +183,9 @@ TEST_F(SlamSubmapTest, ASessionBesideASavedMapJoinsIt) {
     results.push_back(slam.Track(Images()[i]));
   }
   EXPECT_TRUE(HasPose(results[5].state)) << "it does not wait to be recognized";
-  EXPECT_GT(results[5].submap, 0);
+  EXPECT_GT(results[5].submap, kFirstSubmap);
   EXPECT_EQ(merges, 1);
-  EXPECT_EQ(results.back().submap, 0);
+  EXPECT_EQ(results.back().submap, kFirstSubmap);
   EXPECT_EQ(slam.submaps().size(), 1U);
 }
 

@@ -82,6 +82,12 @@ class Reader {
     Require(byte <= 1, "a yes or no is neither");
     value = byte == 1;
   }
+  template <class Tag>
+  void operator()(Id<Tag>& id) {
+    std::int32_t number = 0;
+    (*this)(number);
+    id = Id<Tag>(number);
+  }
   void Bytes(void* data, std::size_t size) {
     Require(size <= static_cast<std::size_t>(end_ - data_), "a part of it is missing");
     std::memcpy(data, data_, size);
@@ -368,13 +374,13 @@ std::map<SubmapId, std::int32_t> WriteSubmaps(Writer& writer, const Map& map) {
 }
 
 // Returns how many there are.
-SubmapId ReadSubmaps(Reader& reader, Map& map) {
+std::uint32_t ReadSubmaps(Reader& reader, Map& map) {
   const std::uint32_t count = reader.Count(5);
   for (std::uint32_t i = 0; i < count; ++i) {
-    const SubmapId submap = i == 0 ? 0 : map.AddSubmap();
-    SubmapId root = 0;
+    const SubmapId submap = i == 0 ? kFirstSubmap : map.AddSubmap();
+    SubmapId root;
     reader(root);
-    reader.Require(root >= 0 && root <= submap && map.Root(root) == root,
+    reader.Require(root > kNoId && root <= submap && map.Root(root) == root,
                    "a submap is joined with none");
     map.Join(root, submap);
     bool has_gravity = false;
@@ -385,7 +391,7 @@ SubmapId ReadSubmaps(Reader& reader, Map& map) {
     reader.Require(IsBounded(gravity_W) && gravity_W.norm() > kSmallest, "its gravity is none");
     map.SetGravity(gravity_W, submap);
   }
-  return static_cast<SubmapId>(count);
+  return count;
 }
 
 std::string Encode(const PinholeCamera& camera, const Map& map) {
@@ -416,11 +422,11 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
   Check(reader, saved.camera);
   Map& map = saved.map;
   const bool has_submaps = version != kWithoutSubmaps;
-  const SubmapId submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
+  const std::uint32_t submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
   for (std::uint32_t i = reader.Count(72); i > 0; --i) {
-    SubmapId submap = 0;
+    SubmapId submap = kFirstSubmap;
     if (has_submaps) reader(submap);
-    reader.Require(submap >= 0 && submap < submaps, "a keyframe is of no submap");
+    reader.Require(submap.index() < submaps, "a keyframe is of no submap");
     Frame frame;
     reader(frame.index);
     reader(frame.stamp);

@@ -35,7 +35,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {
-    first_own_keyframe_ = ids.back() + 1;
+    last_given_keyframe_ = ids.back();
     submap_keyframes_ = options_.submaps.min_keyframes;  // as old as need be
   }
 }
@@ -376,7 +376,7 @@ Trajectory SlamSystem::Impl::keyframe_trajectory() const {
   const std::vector<SubmapTrajectory> all = submaps();
   if (all.empty()) return trajectory;
   for (const KeyFrameId id : map_.KeyFramesOf(all.front().submap)) {
-    if (id < first_own_keyframe_) continue;
+    if (id <= last_given_keyframe_) continue;
     trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
   }
   return trajectory;

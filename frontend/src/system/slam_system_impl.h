@@ -97,11 +97,11 @@ class SlamSystem::Impl {
   std::optional<Stamp> last_stamp_;
   RepeatedImage repeated_;
   std::optional<LossReason> lost_for_;  // of the last frame, where it has no pose
-  SubmapId submap_ = 0;                 // that keyframes join now
+  SubmapId submap_ = kFirstSubmap;      // that keyframes join now
   Stamp submap_begin_ = 0;              // the stamp of its first frame
   int submap_keyframes_ = 0;            // made in it
   std::optional<Stamp> posed_;          // the last frame with a pose; until there is one, the first
-  KeyFrameId first_own_keyframe_ = 0;   // those before came with the map
+  KeyFrameId last_given_keyframe_;      // those up to it came with the map
   std::int64_t next_index_ = 0;
   Stamp last_keyframe_stamp_ = 0;
   KeyFrameId last_keyframe_ = kNoId;
