@@ -11,10 +11,12 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/map_io.h>
 
+#include "features/depth_grid.h"
 #include "support/crc32.h"
 #include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
@@ -61,13 +63,13 @@ class MapIoTest : public ::testing::Test {
     return bytes;
   }
   // The map with one more keyframe, whose features were edited.
-  void SaveEdited(const std::function<void(FrameFeatures&)>& edit) const {
+  void SaveEdited(const std::function<void(FrameFeatures&)>& edit, double found = 0.0) const {
     Frame frame = scene_map.map.keyframe(0)->frame;
     FrameFeatures features = *frame.features;
     edit(features);
     frame.features = std::make_shared<const FrameFeatures>(std::move(features));
     Map edited = scene_map.map.Clone();
-    edited.AddKeyFrame(frame, Pose());
+    edited.AddKeyFrame(frame, Pose()).found = found;
     SaveMap(path, IdealSensor().camera, edited);
   }
   // One line that begins with the path and says `what`.
@@ -160,6 +162,8 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   SaveMap(path, IdealSensor().camera, one);
   std::string bytes = Bytes();
   constexpr std::size_t kHeader = 24, kCamera = 40, kSubmaps = 4 + 4 + 1, kCount = 4, kSubmap = 4;
+  constexpr std::size_t kEvidence = 8 + 4, kLandmarks = 4 + 4;  // no depth grid, nothing seen
+  bytes.erase(bytes.size() - kLandmarks - kEvidence, kEvidence);
   bytes.erase(kHeader + kCamera + kSubmaps + kCount, kSubmap);
   bytes.erase(kHeader + kCamera, kSubmaps);
   const std::uint32_t version = 1;
@@ -171,6 +175,51 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   ASSERT_EQ(loaded.num_keyframes(), 1U);
   EXPECT_EQ(loaded.keyframe(0)->T_WC.Matrix(), kPoses[2].Matrix());
   EXPECT_EQ(loaded.roots(), std::vector<SubmapId>{0});
+}
+
+// By which another map is held against it: docs/submaps.md.
+TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
+  const DepthGrid grid(IdealSensor().camera);
+  cv::Mat depth(grid.camera().height, grid.camera().width, CV_32FC1);
+  for (int i = 0; i < static_cast<int>(depth.total()); ++i)
+    depth.ptr<float>()[i] = 0.001F * static_cast<float>(i);
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth; }, 0.625);
+  const Map loaded = LoadMap(path).map;
+  const KeyFrame& keyframe = *loaded.keyframe(loaded.keyframe_ids().back());
+  EXPECT_EQ(keyframe.found, 0.625);
+  const cv::Mat& same = keyframe.frame.features->depth_grid;
+  ASSERT_EQ(same.size(), depth.size());
+  EXPECT_EQ(cv::norm(same, depth, cv::NORM_INF), 0.0);
+  EXPECT_TRUE(loaded.keyframe(0)->frame.features->depth_grid.empty()) << "it had none";
+}
+
+TEST_F(MapIoTest, RefusesDepthThatNoImageHas) {
+  const cv::Mat depth(60, 80, CV_32FC1, cv::Scalar(1.0));
+  ASSERT_EQ(DepthGrid(IdealSensor().camera).camera().height, depth.rows);
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.t(); });
+  EXPECT_NO_THROW(LoadMap(path)) << "as many cells";
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.rowRange(0, 59); });
+  ExpectError("its depth is not that of its camera");
+  for (const float none : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    cv::Mat wrong = depth.clone();
+    wrong.at<float>(5, 5) = none;
+    SaveEdited([&](FrameFeatures& features) { features.depth_grid = wrong; });
+    ExpectError("a depth is none");
+  }
+  SaveEdited([](FrameFeatures&) {}, -0.5);
+  ExpectError("found less than nothing");
+}
+
+// Of more submaps than the list has.
+TEST_F(MapIoTest, RefusesAKeyFrameOfNoSubmap) {
+  Save();
+  const std::string bytes = Bytes();
+  for (const std::int32_t submap : {1, -1, std::numeric_limits<std::int32_t>::max()}) {
+    std::string damaged = bytes;
+    std::memcpy(damaged.data() + 24 + 40 + (4 + 5) + 4, &submap, 4);  // of the first
+    Write(WithChecksum(damaged));
+    ExpectError("a keyframe is of no submap");
+  }
 }
 
 TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithNone) {
@@ -239,7 +288,8 @@ TEST_F(MapIoTest, RefusesAYesOrNoThatIsNeither) {
   const std::string bytes = Bytes();
   // The first line of the first keyframe: docs/map_file.md.
   const std::size_t points = map().keyframe(0)->frame.features->points.size();
-  const std::size_t line = 24 + 40 + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
+  const std::size_t line =
+      24 + 40 + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
   for (const std::size_t place : {line + 16, line + 16 + 1 + 6 * 8 + 4 * 8}) {
     ASSERT_LE(bytes[place], 1);
     std::string damaged = bytes;
