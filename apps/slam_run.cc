@@ -280,8 +280,7 @@ class KeyframeMapping {
     }
     settling_.HandOver(image.stamp);
     const bool levelled = result.inertial && result.inertial->T_level;
-    // With a new submap the one before may have been dropped.
-    if (levelled || result.begins_submap || MovesMap(result.loops)) {
+    if (levelled || result.drops_submap || MovesMap(result.loops)) {
       mapper_.SetPoses(KeyFramePoses(slam_.map()));
     }
   }
