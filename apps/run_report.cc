@@ -78,6 +78,21 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
   return json;
 }
 
+nlohmann::json ToJson(const DepthNoise& noise) {
+  return {{"offset", noise.offset}, {"quadratic", noise.quadratic}, {"reference", noise.reference}};
+}
+
+DepthNoise DepthNoiseOf(const nlohmann::json& report) {
+  DepthNoise noise;
+  if (!report.contains("depth_noise")) return noise;
+  const nlohmann::json& stored = report["depth_noise"];
+  noise.offset = stored.value("offset", noise.offset);
+  noise.quadratic = stored.value("quadratic", noise.quadratic);
+  noise.reference = stored.value("reference", noise.reference);
+  noise.Validate();
+  return noise;
+}
+
 nlohmann::json VersionsJson() {
   return {{"highwall", HIGHWALL_VERSION},
           {"ceres", CERES_VERSION_STRING},

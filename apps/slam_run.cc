@@ -18,6 +18,7 @@
 #include <highwall/mapping/settling_keyframes.h>
 
 #include "depth_camera.h"
+#include "finished_run.h"
 #include "live_replay.h"
 
 namespace highwall::apps {
@@ -103,11 +104,7 @@ class InertialTally {
 Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {
   if (path.empty()) return {};
   SavedMap saved = LoadMap(path);
-  const PinholeCamera& of_map = saved.camera;
-  const bool same = of_map.width == camera.width && of_map.height == camera.height &&
-                    of_map.fx == camera.fx && of_map.fy == camera.fy && of_map.cx == camera.cx &&
-                    of_map.cy == camera.cy;
-  if (!same) throw IoError(path, "is a map of another camera");
+  if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
 }
 
@@ -288,8 +285,7 @@ class KeyframeMapping {
     }
     settling_.HandOver(image.stamp);
     const bool levelled = result.inertial && result.inertial->T_level;
-    // With a new submap the one before may have been dropped.
-    if (levelled || result.begins_submap || MovesMap(result.loops)) {
+    if (levelled || result.drops_submap || MovesMap(result.loops)) {
       mapper_.SetPoses(KeyFramePoses(slam_.map()));
     }
   }
@@ -370,8 +366,9 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
       }
     });
   }
-  if (!options.save_map.empty() && !run->largest.trajectory.empty()) {
-    attempt("saved map", [&] { SaveMap(options.save_map, sensor.camera, slam.map()); });
+  for (const std::filesystem::path& path : {options.save_map, options.keep_map}) {
+    if (path.empty() || run->largest.trajectory.empty()) continue;
+    attempt("saved map", [&] { SaveMap(path, sensor.camera, slam.map()); });
   }
   run->keyframes = slam.keyframe_trajectory();
   const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : kFirstSubmap;

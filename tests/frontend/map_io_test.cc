@@ -11,10 +11,12 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/map_io.h>
 
+#include "features/depth_grid.h"
 #include "support/crc32.h"
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
@@ -63,13 +65,13 @@ class MapIoTest : public ::testing::Test {
     return bytes;
   }
   // The map with one more keyframe, whose features were edited.
-  void SaveEdited(const std::function<void(FrameFeatures&)>& edit) const {
+  void SaveEdited(const std::function<void(FrameFeatures&)>& edit, double found = 0.0) const {
     Frame frame = scene_map.map.keyframe(0_kf)->frame;
     FrameFeatures features = *frame.features;
     edit(features);
     frame.features = std::make_shared<const FrameFeatures>(std::move(features));
     Map edited = scene_map.map.Clone();
-    edited.AddKeyFrame(frame, Pose());
+    edited.AddKeyFrame(frame, Pose()).found = found;
     SaveMap(path, IdealSensor().camera, edited);
   }
   // One line that begins with the path and says `what`.
@@ -163,6 +165,8 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   SaveMap(path, IdealSensor().camera, one);
   std::string bytes = Bytes();
   constexpr std::size_t kHeader = 24, kCamera = 40, kSubmaps = 4 + 4 + 1, kCount = 4, kSubmap = 4;
+  constexpr std::size_t kEvidence = 8 + 4, kLandmarks = 4 + 4;  // no depth grid, nothing seen
+  bytes.erase(bytes.size() - kLandmarks - kEvidence, kEvidence);
   bytes.erase(kHeader + kCamera + kSubmaps + kCount, kSubmap);
   bytes.erase(kHeader + kCamera, kSubmaps);
   const std::uint32_t version = 1;
@@ -174,6 +178,51 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   ASSERT_EQ(loaded.num_keyframes(), 1U);
   EXPECT_EQ(loaded.keyframe(0_kf)->T_WC.Matrix(), kPoses[2].Matrix());
   EXPECT_EQ(loaded.roots(), std::vector<SubmapId>{kFirstSubmap});
+}
+
+// By which another map is held against it: docs/submaps.md.
+TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
+  const DepthGrid grid(IdealSensor().camera);
+  cv::Mat depth(grid.camera().height, grid.camera().width, CV_32FC1);
+  for (int i = 0; i < static_cast<int>(depth.total()); ++i)
+    depth.ptr<float>()[i] = 0.001F * static_cast<float>(i);
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth; }, 0.625);
+  const Map loaded = LoadMap(path).map;
+  const KeyFrame& keyframe = *loaded.keyframe(loaded.keyframe_ids().back());
+  EXPECT_EQ(keyframe.found, 0.625);
+  const cv::Mat& same = keyframe.frame.features->depth_grid;
+  ASSERT_EQ(same.size(), depth.size());
+  EXPECT_EQ(cv::norm(same, depth, cv::NORM_INF), 0.0);
+  EXPECT_TRUE(loaded.keyframe(0_kf)->frame.features->depth_grid.empty()) << "it had none";
+}
+
+TEST_F(MapIoTest, RefusesDepthThatNoImageHas) {
+  const cv::Mat depth(60, 80, CV_32FC1, cv::Scalar(1.0));
+  ASSERT_EQ(DepthGrid(IdealSensor().camera).camera().height, depth.rows);
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.t(); });
+  EXPECT_NO_THROW(LoadMap(path)) << "as many cells";
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.rowRange(0, 59); });
+  ExpectError("its depth is not that of its camera");
+  for (const float none : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    cv::Mat wrong = depth.clone();
+    wrong.at<float>(5, 5) = none;
+    SaveEdited([&](FrameFeatures& features) { features.depth_grid = wrong; });
+    ExpectError("a depth is none");
+  }
+  SaveEdited([](FrameFeatures&) {}, -0.5);
+  ExpectError("found less than nothing");
+}
+
+// Of more submaps than the list has.
+TEST_F(MapIoTest, RefusesAKeyFrameOfNoSubmap) {
+  Save();
+  const std::string bytes = Bytes();
+  for (const std::int32_t submap : {1, -1, std::numeric_limits<std::int32_t>::max()}) {
+    std::string damaged = bytes;
+    std::memcpy(damaged.data() + 24 + 40 + (4 + 5) + 4, &submap, 4);  // of the first
+    Write(WithChecksum(damaged));
+    ExpectError("a keyframe is of no submap");
+  }
 }
 
 TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithNone) {

@@ -90,7 +90,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   std::optional<KnownPose> predicted;
   if (inertial_) predicted = inertial_->Predict(frame.stamp);
   TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
-  ChooseSubmap(tracked);
+  ChooseSubmap(tracked, result);
   const bool starts = submap_keyframes_ == 0;
   if (inertial_ && !starts) {
     Fuse(Observe(tracked), tracked, result);
@@ -169,7 +169,8 @@ void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image)
   }
   if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
   Notify(result.loops);
-  if (callbacks_.on_map && result.inertial && result.inertial->T_level) callbacks_.on_map(map_);
+  const bool levelled = result.inertial && result.inertial->T_level;
+  if (callbacks_.on_map && (levelled || result.drops_submap)) callbacks_.on_map(map_);
   if (callbacks_.on_frame) callbacks_.on_frame(result);
 }
 

@@ -53,12 +53,12 @@ class SlamSystem::Impl {
   // The pose: by the images, and with the IMU where there is one. Starts a map where there is none.
   TrackedFrame Estimate(const Frame& frame, FrameResult& result);
   // In which submap the frame was tracked; one that it has left young is dropped.
-  void ChooseSubmap(TrackedFrame& tracked);
+  void ChooseSubmap(TrackedFrame& tracked, FrameResult& result);
   // Whether a frame without a pose may begin a submap: the first that can, after some patience.
   bool CanBegin(const TrackedFrame& tracked) const;
   void BeginSubmap(TrackedFrame& tracked, FrameResult& result);
   // Drops the submap if it is not worth keeping, now that it is left.
-  void LeaveSubmap();
+  void LeaveSubmap(FrameResult& result);
   void Report(const TrackedFrame& tracked, FrameResult& result);
 
   // Cells that move as pixels, their border included; empty where there are none.

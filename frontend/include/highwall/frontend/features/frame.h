@@ -39,7 +39,7 @@ struct FrameFeatures {
   FeatureGrid point_grid;
   std::vector<LineFeature> lines;
   cv::Mat line_descriptors;  // M x 32 CV_8U, or empty
-  cv::Mat depth_grid;        // DepthGrid::Sample; empty where the features were loaded
+  cv::Mat depth_grid;        // DepthGrid::Sample; empty where it is not known
 };
 
 // The features that are to be kept, one flag each, in the same order. size: of the image.
