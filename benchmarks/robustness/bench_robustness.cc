@@ -156,6 +156,7 @@ nlohmann::ordered_json RunSequence(const std::filesystem::path& directory,
   std::unique_ptr<TumDataset> second;
   if (!arguments.second.empty()) {
     second = Open(arguments.second, SensorOf(arguments.second), sensor.camera);
+    if (second->size() < 2) throw IoError(arguments.second, "must have two frames or more");
   }
   const std::regex wanted(arguments.only);
   PrintHeader(Label(directory));
@@ -193,6 +194,7 @@ void RequireDifferentNames(const std::vector<std::string>& datasets) {
 
 void Bench(const Arguments& arguments) {
   RequireDifferentNames(arguments.datasets);
+  if (!arguments.json.empty()) AtomicFile{arguments.json};  // fails before the work, if it must
   nlohmann::ordered_json report;
   report["versions"] = apps::VersionsJson();
   report["seed"] = arguments.seed;

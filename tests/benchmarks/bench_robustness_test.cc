@@ -26,9 +26,9 @@ class BenchRobustness : public ::testing::Test {
     testing::FilmSmallRoom(folder_.path() / sequence, frames);
   }
   std::filesystem::path Folder(const std::string& sequence) const { return folder_ / sequence; }
-  // The whole of the table goes to `out`, the figures to json.
-  Outcome Bench(const std::string& options) const {
-    return testing::RunProgram(HIGHWALL_BENCH_ROBUSTNESS, options + " --json table.json",
+  // The figures go to Table(), unless told otherwise.
+  Outcome Bench(const std::string& options, const std::string& file = "table.json") const {
+    return testing::RunProgram(HIGHWALL_BENCH_ROBUSTNESS, options + " --json " + file,
                                folder_.path());
   }
   json Table() const { return json::parse(testing::ReadText(folder_ / "table.json")); }
@@ -168,6 +168,7 @@ TEST_F(BenchRobustness, WhatCannotBeScoredIsOneLineAndExitCodeTwo) {
   testing::ExpectRefused(Bench("--dataset room --dataset ./room/"), 2,
                          {"has the name of another dataset"});
   testing::ExpectRefused(Bench("--dataset room --second nowhere"), 2, {"nowhere"});
+  testing::ExpectRefused(Bench("--dataset room", "nowhere/table.json"), 2, {"nowhere/table.json"});
   std::filesystem::remove(Folder("room") / "groundtruth.txt");
   testing::ExpectRefused(Bench("--dataset room"), 2, {"groundtruth.txt", "is missing or empty"});
 }
