@@ -39,6 +39,48 @@ void RequireOneCamera(const std::vector<FinishedRun>& runs) {
   }
 }
 
+bool IsOfOneImage(const Frame& a, const Frame& b) {
+  return a.stamp == b.stamp && std::ranges::equal(a.features->points, b.features->points, {},
+                                                  &PointFeature::uv, &PointFeature::uv);
+}
+
+std::size_t CountShared(const Map& map, const Map& other) {
+  std::multimap<Stamp, const Frame*> others;
+  for (const KeyFrameId id : other.keyframe_ids()) {
+    const Frame& frame = other.keyframe(id)->frame;
+    others.emplace(frame.stamp, &frame);
+  }
+  std::size_t shared = 0;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const Frame& frame = map.keyframe(id)->frame;
+    const auto [begin, end] = others.equal_range(frame.stamp);
+    const auto is_same = [&](const auto& entry) { return IsOfOneImage(frame, *entry.second); };
+    if (std::any_of(begin, end, is_same)) ++shared;
+  }
+  return shared;
+}
+
+// Most keyframes of one are in the other where that has loaded its map or was merged from it; runs
+// of parts of a recording that overlap share some.
+void RequireKeyFramesOfTheirOwn(const std::vector<FinishedRun>& runs) {
+  for (std::size_t later = 1; later < runs.size(); ++later) {
+    for (std::size_t earlier = 0; earlier < later; ++earlier) {
+      const FinishedRun *part = &runs[earlier], *whole = &runs[later];
+      if (part->saved.map.num_keyframes() > whole->saved.map.num_keyframes()) {
+        std::swap(part, whole);
+      }
+      const std::size_t keyframes = part->saved.map.num_keyframes();
+      const std::size_t shared = CountShared(part->saved.map, whole->saved.map);
+      if (2 * shared <= keyframes) continue;
+      throw IoError(
+          whole->path,
+          fmt::format("holds {} of the {} keyframes of {} already: it went on in that map "
+                      "or is of the same recording; leave {} out",
+                      shared, keyframes, part->path.string(), part->path.string()));
+    }
+  }
+}
+
 // Of all that were measured: the coarsest.
 DepthNoise NoiseOf(const std::vector<FinishedRun>& runs) {
   constexpr double kDepth = 2.0;  // [m] where they are compared
@@ -208,6 +250,7 @@ bool MergedRuns::IsIn(std::size_t run, const MergedWorld& world) const {
 MergedRuns MergeRuns(std::vector<FinishedRun> runs, const MergeProgress& progress) {
   HIGHWALL_REQUIRE(!runs.empty(), "MergeRuns: there are no runs");
   RequireOneCamera(runs);
+  RequireKeyFramesOfTheirOwn(runs);
   MergedRuns result;
   result.camera = runs.front().saved.camera;
   RgbdSensor sensor;

@@ -34,7 +34,8 @@ struct MergedRuns {
   bool IsIn(std::size_t run, const MergedWorld& world) const;
 };
 
-// Throws IoError where the runs are not of one camera.
+// Throws IoError where the runs are not of one camera, or where two hold the same keyframes: in the
+// map of both everything would be there twice.
 MergedRuns MergeRuns(std::vector<FinishedRun> runs, const MergeProgress& progress = {});
 
 // Makes the folder and writes map.hwmap; for each world trajectory.txt and keyframes.txt, and for

@@ -256,6 +256,26 @@ TEST_F(MergeTest, WhatCannotBeMergedIsRefusedInOneLine) {
   refused("run_monday damaged --out nothing", 2, {"trajectory.txt: cannot be opened"});
 }
 
+// Whichever is given first; what else was given does not matter.
+TEST_F(MergeTest, ARunIsNotMergedWithOneThatHoldsItsKeyFrames) {
+  ASSERT_EQ(In("slam --deterministic --no-map --dataset tuesday --load-map run_monday/map.hwmap "
+               "--out went_on")
+                .exit_code,
+            0);
+  ASSERT_EQ(In("merge run_monday run_tuesday --out both").exit_code, 0);
+  const auto refused = [&](const std::string& runs, const std::string& whole,
+                           const std::string& part) {
+    SCOPED_TRACE(runs);
+    ExpectRefused(In("merge " + runs + " --out nothing"), 2,
+                  {whole + ": holds", "keyframes of " + part + " already", "leave " + part});
+    EXPECT_FALSE(fs::exists(*folder_ / "nothing"));
+  };
+  refused("run_monday went_on", "went_on", "run_monday");
+  refused("went_on run_elsewhere run_monday", "went_on", "run_monday");
+  refused("both run_tuesday", "both", "run_tuesday");
+  refused("run_monday run_monday/map.hwmap", "run_monday/map.hwmap", "run_monday");
+}
+
 TEST_F(MergeTest, MapsOfAnotherCameraAndLocalizationsAreRefused) {
   SavedMap map = LoadMap(*folder_ / "run_tuesday/map.hwmap");
   map.camera.fx = 300.0;
