@@ -32,6 +32,7 @@ inline std::string OneLine(std::string message) {
 void AddEvalCommand(CLI::App& app, CommandAction& action);
 void AddInfoCommand(CLI::App& app, CommandAction& action);
 void AddMapCommand(CLI::App& app, CommandAction& action);
+void AddMergeCommand(CLI::App& app, CommandAction& action);
 void AddPosegraphCommand(CLI::App& app, CommandAction& action);
 void AddSimulateCommand(CLI::App& app, CommandAction& action);
 void AddSlamCommand(CLI::App& app, CommandAction& action);

@@ -50,6 +50,7 @@ int Main(int argc, char** argv) {
   AddEvalCommand(app, action);
   AddInfoCommand(app, action);
   AddMapCommand(app, action);
+  AddMergeCommand(app, action);
   AddPosegraphCommand(app, action);
   AddSimulateCommand(app, action);
 

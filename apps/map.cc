@@ -209,8 +209,7 @@ int RunMap(const MapArguments& arguments) {
   const FrameSource frames(dataset, posed, sensor, arguments.voxel, arguments.raw);
   const DenseMapOptions options = MapOptions(arguments, sensor);
   RequireFits(arguments, frames, unprojector, options.octree);
-  const DenseMap dense =
-      Build(arguments, frames, posed.size(), !source.keyframes, unprojector, options);
+  const DenseMap dense = Build(arguments, frames, posed.size(), source.level, unprojector, options);
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall map: skipped frame {}: {}\n", problem.frame, problem.what);
   }

@@ -60,6 +60,7 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
     resolved.dataset = dataset.empty() ? DatasetOfRun(source, report) : dataset;
     resolved.trajectory = source / "keyframes.txt";
     resolved.keyframes = true;
+    resolved.level = false;
   } else {
     resolved.dataset = dataset.empty() ? source : std::filesystem::path(dataset);
     resolved.trajectory = resolved.dataset / "groundtruth.txt";

@@ -17,6 +17,7 @@ struct MapSource {
   std::filesystem::path dataset;
   std::filesystem::path trajectory;  // TUM file of T_WC
   bool keyframes = false;            // the trajectory holds keyframes alone
+  bool level = true;  // z of W points up; of a run it need not: W is its first camera
 };
 
 // trajectory, dataset: override what the source says where they are not empty. The trajectory of a

@@ -1,7 +1,9 @@
 #include "run_output.h"
 
 #include <algorithm>
+#include <array>
 #include <exception>
+#include <regex>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -18,16 +20,12 @@
 namespace highwall::apps {
 namespace {
 
-constexpr const char* kReport = "run.json";
-constexpr const char* kTrajectory = "trajectory.txt";
 constexpr const char* kCausal = "trajectory_causal.txt";
-constexpr const char* kAdjusted = "trajectory_adjusted.txt";
-constexpr const char* kKeyframes = "keyframes.txt";
+constexpr const char* kOfRun = "trajectory_run";
 constexpr const char* kCloud = "cloud.ply";
 constexpr const char* kOctree = "map.bt";
 constexpr const char* kGrid = "grid.yaml";
 constexpr const char* kGridImage = "grid.pgm";
-constexpr const char* kSparseMap = "sparse_map.png";
 
 void MakeFolder(const std::filesystem::path& folder) {
   std::error_code error;
@@ -52,12 +50,29 @@ bool IsOfSubmap(const std::string& file, const std::filesystem::path& name) {
   return std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
 }
 
+bool IsSameFile(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code error;
+  return std::filesystem::equivalent(a, b, error);
+}
+
+// Whether `file` is TrajectoryOfRun() of some run, in any submap.
+bool IsOfRun(const std::string& file) {
+  static const std::regex pattern(std::string(kOfRun) + "[0-9]+(_[0-9]+)?\\.txt");
+  return std::regex_match(file, pattern);
+}
+
 // What an earlier run wrote, the files of its other submaps included.
-void RemoveResults(const std::filesystem::path& folder) {
-  std::vector<const char*> names = {kReport, kTrajectory, kCausal, kAdjusted,  kKeyframes,
-                                    kCloud,  kOctree,     kGrid,   kGridImage, kSparseMap};
+void RemoveResults(const std::filesystem::path& folder,
+                   std::span<const std::filesystem::path> kept) {
+  std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausal, kAdjustedFile,
+                                    kKeyframesFile, kCloud,          kOctree, kGrid,
+                                    kGridImage,     kSparseMapFile};
   for (const MapPicture& picture : kMapPictures) names.push_back(picture.file);
   for (const char* const name : names) RemoveStale(folder / name);
+  const std::filesystem::path map = folder / kMapFile;
+  if (std::ranges::none_of(kept, [&](const auto& file) { return IsSameFile(file, map); })) {
+    RemoveStale(map);
+  }
   std::vector<std::filesystem::path> numbered;
   std::error_code error;
   const std::filesystem::directory_iterator entries(folder, error);
@@ -65,7 +80,9 @@ void RemoveResults(const std::filesystem::path& folder) {
   for (const auto& entry : entries) {
     const std::string file = entry.path().filename().string();
     const auto is_of = [&file](const char* name) { return IsOfSubmap(file, name); };
-    if (std::ranges::any_of(names, is_of)) numbered.push_back(entry.path());
+    if (IsOfRun(file) || std::ranges::any_of(names, is_of)) {
+      numbered.push_back(entry.path());
+    }
   }
   for (const std::filesystem::path& path : numbered) RemoveStale(path);
 }
@@ -114,15 +131,32 @@ std::string NameOfSubmap(const std::string& name, std::size_t place) {
   return path.stem().string() + "_" + std::to_string(place + 1) + path.extension().string();
 }
 
-RunOutput::RunOutput(std::filesystem::path directory, std::filesystem::path saved_map)
-    : directory_(std::move(directory)), saved_map_(std::move(saved_map)) {}
+std::string TrajectoryOfRun(std::size_t run) {
+  return kOfRun + std::to_string(run + 1) + ".txt";
+}
+
+void BeginFolder(const std::filesystem::path& folder, std::span<const std::filesystem::path> kept) {
+  MakeFolder(folder);
+  RemoveResults(folder, kept);
+}
+
+void WriteReport(const std::filesystem::path& folder, const nlohmann::json& report) {
+  AtomicFile file(folder / kReportFile);
+  file.stream() << report.dump(2) << '\n';
+  file.Commit();
+}
+
+RunOutput::RunOutput(std::filesystem::path directory, std::filesystem::path saved_map,
+                     std::filesystem::path loaded_map)
+    : directory_(std::move(directory)),
+      saved_map_(std::move(saved_map)),
+      loaded_map_(std::move(loaded_map)) {}
 
 void RunOutput::Begin() {
-  MakeFolder(directory_);
   if (!saved_map_.empty()) MakeFolder(std::filesystem::absolute(saved_map_).parent_path());
-  RemoveResults(directory_);
+  BeginFolder(directory_, std::array{saved_map_, loaded_map_});
   OpenLog(kCausal, causal_);
-  OpenLog(kKeyframes, keyframes_);
+  OpenLog(kKeyframesFile, keyframes_);
   begun_ = true;
 }
 
@@ -161,12 +195,12 @@ void RunOutput::WriteTrajectories(const SlamRun& run) {
   const auto write = [&](const char* name, std::size_t place, const Trajectory& trajectory) {
     Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(name, place), trajectory); });
   };
-  write(kTrajectory, 0, run.largest.trajectory);
-  write(kKeyframes, 0, run.keyframes);
+  write(kTrajectoryFile, 0, run.largest.trajectory);
+  write(kKeyframesFile, 0, run.keyframes);
   // The log is what would be written, and on a full disk there may be no room for it twice.
   if (!logged) write(kCausal, 0, run.largest.causal);
   for (std::size_t i = 0; i < run.others.size(); ++i) {
-    write(kTrajectory, i + 1, run.others[i].trajectory);
+    write(kTrajectoryFile, i + 1, run.others[i].trajectory);
     write(kCausal, i + 1, run.others[i].causal);
   }
 }
@@ -186,13 +220,13 @@ void RunOutput::WriteDense(const SubmapRun& submap, std::size_t place) {
 nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& run_json) {
   failures_.insert(failures_.begin(), run.failures.begin(), run.failures.end());
   if (!run.largest.adjusted.empty()) {
-    Attempt([&] { WriteTumTrajectory(directory_ / kAdjusted, run.largest.adjusted); });
-    Attempt([&] { WriteTumTrajectory(directory_ / kKeyframes, run.keyframes); });
+    Attempt([&] { WriteTumTrajectory(directory_ / kAdjustedFile, run.largest.adjusted); });
+    Attempt([&] { WriteTumTrajectory(directory_ / kKeyframesFile, run.keyframes); });
   }
   for (std::size_t i = 0; i < run.others.size(); ++i) {
     const Trajectory& adjusted = run.others[i].adjusted;
     if (adjusted.empty()) continue;
-    Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(kAdjusted, i + 1), adjusted); });
+    Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(kAdjustedFile, i + 1), adjusted); });
   }
   WriteDense(run.largest, 0);
   for (std::size_t i = 0; i < run.others.size(); ++i) WriteDense(run.others[i], i + 1);
@@ -200,7 +234,7 @@ nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& ru
   Attempt([&] {
     const Eigen::Quaterniond R_GW = dense ? dense->R_GW : Eigen::Quaterniond::Identity();
     const cv::Mat sparse = DrawSparseMap(run.sparse, R_GW, 1200);
-    if (!sparse.empty()) WritePng(directory_ / kSparseMap, sparse);
+    if (!sparse.empty()) WritePng(directory_ / kSparseMapFile, sparse);
   });
   nlohmann::json json = run_json;
   if (dense) json["map"] = DenseJson(*dense, directory_, 0);
@@ -210,11 +244,7 @@ nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& ru
   }
   json["complete"] = failures_.empty();
   if (!failures_.empty()) json["failures"] = failures_;
-  Attempt([&] {
-    AtomicFile file(directory_ / kReport);
-    file.stream() << json.dump(2) << '\n';
-    file.Commit();
-  });
+  Attempt([&] { WriteReport(directory_, json); });
   return json;
 }
 

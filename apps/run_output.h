@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,24 @@ namespace highwall::apps {
 // in their order.
 std::string NameOfSubmap(const std::string& name, std::size_t place);
 
+// Files in the folder of a run, or of runs that were merged.
+inline constexpr const char* kReportFile = "run.json";
+inline constexpr const char* kTrajectoryFile = "trajectory.txt";
+inline constexpr const char* kAdjustedFile = "trajectory_adjusted.txt";
+inline constexpr const char* kKeyframesFile = "keyframes.txt";
+inline constexpr const char* kSparseMapFile = "sparse_map.png";
+inline constexpr const char* kMapFile = "map.hwmap";  // SaveMap
+
+// trajectory_run1.txt, ...: what the run, counted from 0, has in the largest submap.
+std::string TrajectoryOfRun(std::size_t run);
+
+// Makes the folder where it is missing, and removes what an earlier run wrote there, all but
+// `kept`: run.json first. Throws IoError.
+void BeginFolder(const std::filesystem::path& folder,
+                 std::span<const std::filesystem::path> kept = {});
+// Whole or not at all. Throws IoError.
+void WriteReport(const std::filesystem::path& folder, const nlohmann::json& report);
+
 // The folder of a run. Nothing is touched before the first pose; from then on all that is in it is
 // of this run: what an earlier one wrote goes, run.json first, and run.json comes last. Poses and
 // keyframes are written as they come, so that a run that is killed leaves them; all else is written
@@ -25,8 +44,9 @@ std::string NameOfSubmap(const std::string& name, std::size_t place);
 class RunOutput {
  public:
   // directory, and the folder of saved_map where that is not empty, are made where they are
-  // missing.
-  explicit RunOutput(std::filesystem::path directory, std::filesystem::path saved_map = {});
+  // missing. loaded_map, saved_map: not removed where they lie in the folder.
+  explicit RunOutput(std::filesystem::path directory, std::filesystem::path saved_map = {},
+                     std::filesystem::path loaded_map = {});
 
   // Adds to trajectory_causal.txt and keyframes.txt, where the frame is in the world of the first
   // one. Throws IoError where a folder cannot be made, or what an earlier run left cannot be
@@ -51,7 +71,7 @@ class RunOutput {
   void Attempt(const std::function<void()>& write);
   void WriteDense(const SubmapRun& submap, std::size_t place);
 
-  std::filesystem::path directory_, saved_map_;
+  std::filesystem::path directory_, saved_map_, loaded_map_;
   bool begun_ = false;
   std::optional<TrajectoryLog> causal_, keyframes_;  // empty: not open, or could not be written
   SubmapId logged_ = kNoId;                          // whose frames they hold

@@ -78,6 +78,21 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
   return json;
 }
 
+nlohmann::json ToJson(const DepthNoise& noise) {
+  return {{"offset", noise.offset}, {"quadratic", noise.quadratic}, {"reference", noise.reference}};
+}
+
+DepthNoise DepthNoiseOf(const nlohmann::json& report) {
+  DepthNoise noise;
+  if (!report.contains("depth_noise")) return noise;
+  const nlohmann::json& stored = report["depth_noise"];
+  noise.offset = stored.value("offset", noise.offset);
+  noise.quadratic = stored.value("quadratic", noise.quadratic);
+  noise.reference = stored.value("reference", noise.reference);
+  noise.Validate();
+  return noise;
+}
+
 nlohmann::json VersionsJson() {
   return {{"highwall", HIGHWALL_VERSION},
           {"ceres", CERES_VERSION_STRING},
@@ -90,7 +105,7 @@ nlohmann::json SubmapsJson(const SlamRun& run) {
   nlohmann::json all = nlohmann::json::array();
   const auto add = [&all](const SubmapRun& submap) {
     if (submap.trajectory.empty()) return;
-    all.push_back({{"id", submap.submap},
+    all.push_back({{"id", submap.submap.value()},
                    {"frames", submap.trajectory.size()},
                    {"keyframes", submap.keyframes},
                    {"first", FormatStamp(submap.trajectory.front().stamp)},
@@ -105,8 +120,8 @@ nlohmann::json SubmapsJson(const SlamRun& run) {
 nlohmann::json ToJson(const std::vector<LoopEvent>& events) {
   nlohmann::json all = nlohmann::json::array();
   for (const LoopEvent& event : events) {
-    nlohmann::json json = {{"keyframe", event.edge.keyframe},
-                           {"match", event.edge.match},
+    nlohmann::json json = {{"keyframe", event.edge.keyframe.value()},
+                           {"match", event.edge.match.value()},
                            {"result", !event.accepted ? "refused"
                                       : event.merged  ? "merged"
                                                       : "closed"}};

@@ -13,6 +13,9 @@ nlohmann::json ToJson(const Milliseconds& milliseconds);
 nlohmann::json ToJson(const StageTimes& times);
 // What a run was told to do, as far as it shapes the result.
 nlohmann::json ToJson(const SlamRunOptions& options);
+// The fields of the noise, and back; a Kinect's where the report does not say.
+nlohmann::json ToJson(const DepthNoise& noise);
+DepthNoise DepthNoiseOf(const nlohmann::json& report);
 // Versions of Highwall and of the libraries that it computes with.
 nlohmann::json VersionsJson();
 // What run.json says of the run itself; RunOutput adds the rest.

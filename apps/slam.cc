@@ -1,6 +1,4 @@
 // highwall slam: a dataset in, trajectory, keyframes, cloud, octree, grid and a report out.
-#include <unistd.h>
-
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -24,6 +22,7 @@
 #include "config.h"
 #include "imu_input.h"
 #include "loss_advice.h"
+#include "output_checks.h"
 #include "progress.h"
 #include "run_output.h"
 #include "run_report.h"
@@ -135,34 +134,6 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArgum
   fmt::print("results in  {}\n", arguments.out);
 }
 
-// Before the work, not after it: a folder that can be written, or made where it is absent.
-void RequireFolder(const std::filesystem::path& out) {
-  std::error_code error;
-  if (std::filesystem::is_directory(out, error)) {
-    if (::access(out.c_str(), W_OK | X_OK) != 0) throw IoError(out, "cannot be written to");
-    return;
-  }
-  if (std::filesystem::exists(std::filesystem::symlink_status(out, error))) {
-    throw IoError(out, "is a file, but --out needs a folder");
-  }
-  std::filesystem::path above = std::filesystem::absolute(out, error).parent_path();
-  while (above.has_relative_path() && !std::filesystem::exists(above, error)) {
-    above = above.parent_path();
-  }
-  if (!std::filesystem::is_directory(above, error) || ::access(above.c_str(), W_OK | X_OK) != 0) {
-    throw IoError(out, "cannot be made: no folder can be made in " + above.string());
-  }
-}
-
-// The same for a file; that of a link is where it leads to.
-void RequireFile(const std::filesystem::path& file) {
-  RequireFolder(std::filesystem::weakly_canonical(file).parent_path());
-  std::error_code error;
-  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
-    throw IoError(file, "is not a file");
-  }
-}
-
 // An octree that is too fine is refused at once, by what a single image would take of it.
 void RequireMemory(const TumDataset& dataset, const PinholeCamera& camera,
                    const OctomapBuilderOptions& octree) {
@@ -199,7 +170,8 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (WantsImu(arguments)) {
     options.imu = MakeImuFeed(dataset, resolved.config, !arguments.imu.empty());
   }
-  RunOutput output(arguments.out, arguments.save_map);
+  RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
+  if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;
   SlamRun run;
   {
     Progress progress("tracking");
@@ -225,8 +197,9 @@ int RunSlamCommand(const SlamArguments& arguments) {
                   "no frame could be tracked: too little texture or depth to start a map (see "
                   "highwall info)");
   }
-  const nlohmann::json report =
-      output.WriteRest(run, RunJson(run, options, arguments.dataset, resolved.origin));
+  nlohmann::json report = RunJson(run, options, arguments.dataset, resolved.origin);
+  report["depth_noise"] = ToJson(sensor.depth_noise);
+  report = output.WriteRest(run, report);
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {

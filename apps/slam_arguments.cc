@@ -13,11 +13,13 @@ namespace {
 
 // What a run does with a map: go on in one, keep it, localize in it.
 void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
-  CLI::Option* load_map = command->add_option("--load-map", arguments->load_map,
-                                              "Go on in a map that --save-map wrote");
+  CLI::Option* load_map =
+      command->add_option("--load-map", arguments->load_map,
+                          "Go on in a map: map.hwmap of a run, or what --save-map wrote");
   CLI::Option* save_map =
       command
-          ->add_option("--save-map", arguments->save_map, "Write keyframes and landmarks to a file")
+          ->add_option("--save-map", arguments->save_map,
+                       "Write keyframes and landmarks, map.hwmap of the run, to this file as well")
           ->check(NotEmpty());
   CLI::Option* adjust_all =
       command->add_flag("--adjust-all", arguments->adjust_all,

@@ -18,6 +18,7 @@
 #include <highwall/mapping/settling_keyframes.h>
 
 #include "depth_camera.h"
+#include "finished_run.h"
 #include "live_replay.h"
 
 namespace highwall::apps {
@@ -103,11 +104,7 @@ class InertialTally {
 Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {
   if (path.empty()) return {};
   SavedMap saved = LoadMap(path);
-  const PinholeCamera& of_map = saved.camera;
-  const bool same = of_map.width == camera.width && of_map.height == camera.height &&
-                    of_map.fx == camera.fx && of_map.fy == camera.fy && of_map.cx == camera.cx &&
-                    of_map.cy == camera.cy;
-  if (!same) throw IoError(path, "is a map of another camera");
+  if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
 }
 
@@ -179,12 +176,14 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
 
 // What is not joined is in layers of its own.
 KeyframePose PoseInLayer(const KeyFrame& keyframe, const Map& map) {
-  return {keyframe.T_WC, map.Root(keyframe.submap)};
+  return {keyframe.T_WC, map.Root(keyframe.submap).value()};
 }
 
 std::map<std::int64_t, KeyframePose> KeyFramePoses(const Map& map) {
   std::map<std::int64_t, KeyframePose> poses;
-  for (const KeyFrameId id : map.keyframe_ids()) poses[id] = PoseInLayer(*map.keyframe(id), map);
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    poses[id.value()] = PoseInLayer(*map.keyframe(id), map);
+  }
   return poses;
 }
 
@@ -272,19 +271,21 @@ class KeyframeMapping {
       : slam_(slam),
         mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)),
         settling_(
-            mapper_, [this](KeyFrameId id) { return Settled(id); },
+            mapper_, [this](std::int64_t id) { return Settled(KeyFrameId(id)); },
             options.slam.tracker.moving.enabled ? kSettlingTime : 0.0) {}
 
   void Follow(const FrameResult& result, const RgbdImage& image) {
     if (result.mapping) {
-      settling_.Add({result.mapping->keyframe, image.stamp, image.depth, image.bgr, result.T_WC},
-                    result.moving);
-      for (const KeyFrameId culled : result.mapping->culled_keyframes) settling_.Remove(culled);
+      settling_.Add(
+          {result.mapping->keyframe.value(), image.stamp, image.depth, image.bgr, result.T_WC},
+          result.moving);
+      for (const KeyFrameId culled : result.mapping->culled_keyframes) {
+        settling_.Remove(culled.value());
+      }
     }
     settling_.HandOver(image.stamp);
     const bool levelled = result.inertial && result.inertial->T_level;
-    // With a new submap the one before may have been dropped.
-    if (levelled || result.begins_submap || MovesMap(result.loops)) {
+    if (levelled || result.drops_submap || MovesMap(result.loops)) {
       mapper_.SetPoses(KeyFramePoses(slam_.map()));
     }
   }
@@ -295,7 +296,7 @@ class KeyframeMapping {
     mapper_.SetPoses(KeyFramePoses(slam_.map()));
     std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
     const auto take = [&maps](SubmapRun& submap) {
-      const auto map = maps.find(submap.submap);
+      const auto map = maps.find(submap.submap.value());
       if (map != maps.end()) submap.dense = std::move(map->second);
     };
     take(run->largest);
@@ -365,11 +366,12 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
       }
     });
   }
-  if (!options.save_map.empty() && !run->largest.trajectory.empty()) {
-    attempt("saved map", [&] { SaveMap(options.save_map, sensor.camera, slam.map()); });
+  for (const std::filesystem::path& path : {options.save_map, options.keep_map}) {
+    if (path.empty() || run->largest.trajectory.empty()) continue;
+    attempt("saved map", [&] { SaveMap(path, sensor.camera, slam.map()); });
   }
   run->keyframes = slam.keyframe_trajectory();
-  const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : 0;
+  const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : kFirstSubmap;
   run->sparse =
       SurveyMap(slam.map(), drawn,
                 run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,

@@ -34,6 +34,7 @@ struct SlamRunOptions {
   bool live = false;                      // at the pace of the stamps, late frames dropped
   std::filesystem::path load_map;         // to go on in; empty: none
   std::filesystem::path save_map;         // to write in the end; empty: none
+  std::filesystem::path keep_map;         // likewise: the one in the folder of the run
   bool adjust_all = false;                // all keyframes and landmarks together, in the end
 };
 

@@ -65,11 +65,11 @@ class Walk {
 
   // Of a loop over half of the walk or more; whole: over all of it.
   std::pair<KeyFrameId, KeyFrameId> Ends(bool whole) {
-    const KeyFrameId last = ring_.last();
-    if (whole) return {0, last};
-    const auto match = static_cast<KeyFrameId>(testing::Uniform(rng_, 0.0, 0.5) * last);
-    const auto way = static_cast<KeyFrameId>(testing::Uniform(rng_, 0.5, 1.0) * last);
-    return {match, std::min(last, match + way)};
+    const int last = ring_.last().value();
+    if (whole) return {KeyFrameId(0), KeyFrameId(last)};
+    const int match = static_cast<int>(testing::Uniform(rng_, 0.0, 0.5) * last);
+    const int way = static_cast<int>(testing::Uniform(rng_, 0.5, 1.0) * last);
+    return {KeyFrameId(match), KeyFrameId(std::min(last, match + way))};
   }
 
   // Metres and radians in the proportion of the noise of a loop.

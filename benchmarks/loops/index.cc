@@ -75,12 +75,12 @@ nlohmann::json BenchOurs(const DescriptorSet& set, const std::vector<Query>& que
   KeyFrameIndex index;
   const auto fill = [&] {
     for (std::size_t k = 0; k < set.keyframes.size(); ++k) {
-      index.Add(static_cast<KeyFrameId>(k), used(*set.keyframes[k]));
+      index.Add(KeyFrameId(k), used(*set.keyframes[k]));
     }
   };
   const auto answer = [&](const Query& query) {
     const auto places = index.Query(used(*query.features));
-    return places.empty() ? -1 : static_cast<int>(places[0].keyframe);
+    return places.empty() ? -1 : places[0].keyframe.value();
   };
   return BenchOne(lines ? "Highwall, points and lines" : "Highwall, points", queries, copies, fill,
                   answer);

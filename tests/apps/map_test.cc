@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include <highwall/core/trajectory.h>
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
@@ -132,6 +133,27 @@ TEST_F(MapCommand, MapsARunByItsKeyframes) {
   ExpectRefused(run + " --out " + Path("x"), 2, "give --dataset");
   std::ofstream(run + "/run.json") << "{";
   ExpectRefused(run + " --out " + Path("x"), 2, "does not name a dataset");
+}
+
+// Its world stands as its first camera did, whichever of its files the poses are from.
+TEST_F(MapCommand, UpIsFoundForATrajectoryOfARunAsForItsKeyframes) {
+  const std::string run = Path("run");
+  std::filesystem::create_directories(run);
+  testing::WriteText(run + "/run.json", "{}");
+  Trajectory trajectory = ReadTumTrajectory(Dataset() + "/groundtruth.txt");
+  const Pose T_first_W = trajectory.front().pose.Inverse();
+  for (StampedPose& frame : trajectory) frame.pose = T_first_W * frame.pose;
+  for (const char* file : {"/keyframes.txt", "/trajectory_run1.txt"}) {
+    WriteTumTrajectory(run + file, trajectory);
+  }
+  const std::string options = " --dataset " + Dataset() + " --every 2 --json --out ";
+  const Outcome keyframes = Map(run + options + Path("of_keyframes"));
+  const Outcome given =
+      Map(run + " --trajectory " + run + "/trajectory_run1.txt" + options + Path("of_given"));
+  ASSERT_EQ(given.exit_code, 0) << given.err;
+  const json grid = json::parse(given.out)["grid"];
+  EXPECT_GT(grid["width"], 0);
+  EXPECT_EQ(grid, json::parse(keyframes.out)["grid"]);
 }
 
 TEST_F(MapCommand, MapsALocalizationByItsTrajectoryAlone) {

@@ -91,9 +91,14 @@ TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
                                             "cloud.png",
                                             "octree_top.png",
                                             "octree.png",
-                                            "sparse_map.png"};
+                                            "sparse_map.png",
+                                            "map.hwmap",
+                                            "trajectory_run1.txt",
+                                            "trajectory_run12_2.txt"};
   for (const std::string& name : results) std::ofstream(run() / name) << "earlier";
-  std::ofstream(run() / "notes.txt") << "of the user";
+  for (const char* name : {"notes.txt", "trajectory_runway.txt"}) {
+    std::ofstream(run() / name) << "of the user";
+  }
   RunOutput output(run());
   output.Follow(Lost(0));
   for (const std::string& name : results) EXPECT_EQ(ReadText(run() / name), "earlier") << name;
@@ -102,7 +107,22 @@ TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
     const bool grows = name == "trajectory_causal.txt" || name == "keyframes.txt";
     EXPECT_EQ(fs::exists(run() / name), grows) << name;
   }
-  EXPECT_EQ(ReadText(run() / "notes.txt"), "of the user");
+  for (const char* name : {"notes.txt", "trajectory_runway.txt"}) {
+    EXPECT_EQ(ReadText(run() / name), "of the user");
+  }
+}
+
+// A run that goes on in the map of its own folder and is killed must not cost it.
+TEST_F(RunOutputTest, AMapThatIsLoadedOrSavedIsNotRemoved) {
+  fs::create_directories(run());
+  const fs::path map = run() / "map.hwmap", same = run() / "../run/map.hwmap";
+  std::ofstream(map) << "earlier";
+  RunOutput(run(), {}, same).Follow(Tracked(1));
+  EXPECT_TRUE(fs::exists(map));
+  RunOutput(run(), same).Follow(Tracked(1));
+  EXPECT_TRUE(fs::exists(map));
+  RunOutput(run(), {}, folder_ / "other.hwmap").Follow(Tracked(1));
+  EXPECT_FALSE(fs::exists(map));
 }
 
 TEST_F(RunOutputTest, TheTrajectoriesAreThereBeforeTheRestAndTheReportIsLast) {

@@ -9,6 +9,7 @@
 #include <highwall/core/error.h>
 
 #include "local/bundle_adjustment.h"
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
@@ -22,6 +23,7 @@ using testing::PositionError;
 using testing::Scene;
 using testing::SceneMap;
 using testing::ViewNoise;
+using testing::operator""_kf;
 
 const std::vector<Pose> kTruth{Pose::FromTangent({0, 0, 0}, {0, 0, 0}),
                                Pose::FromTangent({0.3, 0, 0}, {0, -0.05, 0.02}),
@@ -41,7 +43,7 @@ class BundleAdjustment : public ::testing::Test {
     const auto step = [&](double size) -> Eigen::Vector3d {
       return testing::UniformInBox(rng, {-size, -size, -size}, {size, size, size});
     };
-    for (KeyFrameId id = 1; id < 4; ++id) {
+    for (const KeyFrameId id : rest) {
       Eigen::Matrix<double, 6, 1> d;
       d << step(0.02), step(0.01);
       map.keyframe(id)->T_WC = map.keyframe(id)->T_WC.Plus(d);
@@ -67,7 +69,7 @@ class BundleAdjustment : public ::testing::Test {
   Map& map = scene_map.map;
   // No noise: nothing but what was broken is an outlier, and convergence is to the end.
   const BundleAdjustmentOptions thorough{.first_iterations = 20, .second_iterations = 20};
-  const std::vector<KeyFrameId> first{0}, rest{1, 2, 3}, all{0, 1, 2, 3};
+  const std::vector<KeyFrameId> first{0_kf}, rest{1_kf, 2_kf, 3_kf}, all{0_kf, 1_kf, 2_kf, 3_kf};
 };
 
 TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
@@ -82,12 +84,12 @@ TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
   ExpectPoses(1e-6);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const MapPoint* point = map.point(scene_map.point_ids[i]);
-    if (point == nullptr || point->observations.back().keyframe == 0) continue;
+    if (point == nullptr || point->observations.back().keyframe == 0_kf) continue;
     EXPECT_LT((point->p_W - scene.points[i].p_W).norm(), 1e-5);
   }
   for (std::size_t i = 0; i < scene.lines.size(); ++i) {
     const MapLine* line = map.line(scene_map.line_ids[i]);
-    if (line == nullptr || line->observations.back().keyframe == 0) continue;
+    if (line == nullptr || line->observations.back().keyframe == 0_kf) continue;
     // On the true line, and of the true length but for the 2 cm that its ends were moved by.
     const Segment3& truth = scene.lines[i].segment_W;
     const PluckerLine true_line = PluckerLine::FromPoints(truth.p(), truth.q());
@@ -102,12 +104,12 @@ TEST_F(BundleAdjustment, CountsWhatTookPart) {
   int points = 0, lines = 0;
   std::size_t observations = 0;
   for (const PointId id : map.point_ids()) {
-    if (map.point(id)->observations.back().keyframe == 0) continue;
+    if (map.point(id)->observations.back().keyframe == 0_kf) continue;
     ++points;
     observations += map.point(id)->observations.size();
   }
   for (const LineId id : map.line_ids()) {
-    if (map.line(id)->observations.back().keyframe == 0) continue;
+    if (map.line(id)->observations.back().keyframe == 0_kf) continue;
     ++lines;
     observations += map.line(id)->observations.size();
   }
@@ -118,59 +120,59 @@ TEST_F(BundleAdjustment, CountsWhatTookPart) {
 
 TEST_F(BundleAdjustment, HoldsTheOldestWhereNoneIsFixed) {
   Perturb();
-  const std::vector<KeyFrameId> unordered{2, 0, 3, 1};
+  const std::vector<KeyFrameId> unordered{2_kf, 0_kf, 3_kf, 1_kf};
   const auto report = AdjustBundle(map, model, unordered, {}, thorough);
   ASSERT_TRUE(report.usable);
   EXPECT_EQ(report.keyframes, 3);
   EXPECT_EQ(report.fixed_keyframes, 1);
-  EXPECT_EQ(map.keyframe(0)->T_WC.Matrix(), kTruth[0].Matrix());
+  EXPECT_EQ(map.keyframe(0_kf)->T_WC.Matrix(), kTruth[0].Matrix());
   ExpectPoses(1e-6);
 }
 
 TEST_F(BundleAdjustment, FixedKeyFramesAndWhatOnlyTheySeeStay) {
   Perturb();
-  const Pose T1 = map.keyframe(1)->T_WC;
+  const Pose T1 = map.keyframe(1_kf)->T_WC;
   std::vector<std::pair<PointId, Eigen::Vector3d>> others;
   for (const PointId id : map.point_ids()) {
     const auto& observations = map.point(id)->observations;
     const bool seen = std::any_of(observations.begin(), observations.end(),
-                                  [](const Observation& o) { return o.keyframe == 3; });
+                                  [](const Observation& o) { return o.keyframe == 3_kf; });
     if (!seen) others.emplace_back(id, map.point(id)->p_W);
   }
   ASSERT_FALSE(others.empty());
-  const std::vector<KeyFrameId> free{3}, fixed{0, 1};
+  const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf};
   ASSERT_TRUE(AdjustBundle(map, model, free, fixed, thorough).usable);
-  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), T1.Matrix());
+  EXPECT_EQ(map.keyframe(1_kf)->T_WC.Matrix(), T1.Matrix());
   for (const auto& [id, p_W] : others) EXPECT_EQ(map.point(id)->p_W, p_W);
 }
 
 TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
   // Two features of keyframe 2 see points that are not theirs, 20 px off and more.
-  auto features = std::make_shared<FrameFeatures>(*map.keyframe(2)->frame.features);
+  auto features = std::make_shared<FrameFeatures>(*map.keyframe(2_kf)->frame.features);
   std::vector<PointId> broken;
   for (const std::size_t i : {4u, 9u}) {
     features->points[i].uv += Eigen::Vector2d(25, -30);
-    broken.push_back(map.keyframe(2)->points[i]);
+    broken.push_back(map.keyframe(2_kf)->points[i]);
     ASSERT_GT(map.point(broken.back())->observations.size(), 1u);
   }
   // And a line of keyframe 3 is another edge.
-  auto edges = std::make_shared<FrameFeatures>(*map.keyframe(3)->frame.features);
+  auto edges = std::make_shared<FrameFeatures>(*map.keyframe(3_kf)->frame.features);
   edges->lines[2].segment.s += Eigen::Vector2f(0, 40);
   edges->lines[2].segment.e += Eigen::Vector2f(40, 0);
-  const LineId broken_line = map.keyframe(3)->lines[2];
+  const LineId broken_line = map.keyframe(3_kf)->lines[2];
   ASSERT_GT(map.line(broken_line)->observations.size(), 1u);
-  map.keyframe(2)->frame.features = features;
-  map.keyframe(3)->frame.features = edges;
+  map.keyframe(2_kf)->frame.features = features;
+  map.keyframe(3_kf)->frame.features = edges;
   Perturb();
   const auto report = AdjustBundle(map, model, rest, first, thorough);
   ASSERT_TRUE(report.usable);
   EXPECT_EQ(report.outliers, 3);
-  EXPECT_EQ(map.keyframe(2)->points[4], kNoId);
-  EXPECT_EQ(map.keyframe(2)->points[9], kNoId);
-  EXPECT_EQ(map.keyframe(3)->lines[2], kNoId);
+  EXPECT_EQ(map.keyframe(2_kf)->points[4], kNoId);
+  EXPECT_EQ(map.keyframe(2_kf)->points[9], kNoId);
+  EXPECT_EQ(map.keyframe(3_kf)->lines[2], kNoId);
   for (const PointId id : broken) {
     ASSERT_NE(map.point(id), nullptr);
-    for (const Observation& o : map.point(id)->observations) EXPECT_NE(o.keyframe, 2);
+    for (const Observation& o : map.point(id)->observations) EXPECT_NE(o.keyframe, 2_kf);
   }
   ASSERT_NE(map.line(broken_line), nullptr);
   ExpectPoses(1e-6);
@@ -184,7 +186,7 @@ class BundleAdjustmentBounds : public BundleAdjustment {
 
   // By `sigmas` standard deviations across.
   void Break(double sigmas) {
-    auto features = std::make_shared<FrameFeatures>(*map.keyframe(2)->frame.features);
+    auto features = std::make_shared<FrameFeatures>(*map.keyframe(2_kf)->frame.features);
     for (const std::size_t i : {kPoint, kPointWithoutDepth}) {
       features->points[i].uv.x() += sigmas * model.PointSigma(features->points[i].octave);
     }
@@ -199,13 +201,13 @@ class BundleAdjustmentBounds : public BundleAdjustment {
     }
     features->points[kPointWithoutDepth].depth = 0.0;
     features->lines[kLineWithoutDepth].segment_C.reset();
-    map.keyframe(2)->frame.features = features;
+    map.keyframe(2_kf)->frame.features = features;
   }
   // Whether keyframe 2 sees them after the adjustment: in the order of Row.
   std::vector<bool> Kept(const BundleAdjustmentOptions& options) {
     const auto report = AdjustBundle(map, model, rest, first, options);
     EXPECT_TRUE(report.usable);
-    const KeyFrame& keyframe = *map.keyframe(2);
+    const KeyFrame& keyframe = *map.keyframe(2_kf);
     const std::vector<bool> kept{keyframe.points[kPointWithoutDepth] != kNoId,
                                  keyframe.lines[kLineWithoutDepth] != kNoId,
                                  keyframe.points[kPoint] != kNoId, keyframe.lines[kLine] != kNoId};
@@ -249,7 +251,7 @@ TEST_F(BundleAdjustmentBounds, TheErrorThatIsJudgedIsThatOfTheAdjustedMap) {
   BundleAdjustmentOptions options = thorough;
   options.inliers = {.chi2_2 = 1e6, .chi2_3 = 1e6, .chi2_4 = 1e6};
   Kept(options);
-  const KeyFrame& keyframe = *map.keyframe(2);
+  const KeyFrame& keyframe = *map.keyframe(2_kf);
   const PointFeature& feature = keyframe.frame.features->points[kPointWithoutDepth];
   const Eigen::Vector3d p_C =
       keyframe.T_WC.Inverse() * map.point(keyframe.points[kPointWithoutDepth])->p_W;
@@ -288,7 +290,7 @@ TEST_F(BundleAdjustment, OfGoodObservationsAboutOneInAHundredIsAnOutlier) {
 TEST_F(BundleAdjustment, WhatFellBehindTheCameraIsNoInlier) {
   // Out of the domain the factors of the point are silent: nothing pulls it back, nothing
   // complains.
-  const PointId behind = map.keyframe(1)->points.front();
+  const PointId behind = map.keyframe(1_kf)->points.front();
   ASSERT_NE(behind, kNoId);
   map.point(behind)->p_W = Eigen::Vector3d(0, 0, -3);
   ASSERT_TRUE(AdjustBundle(map, model, rest, first, thorough).usable);
@@ -303,7 +305,7 @@ TEST_F(BundleAdjustment, WhatFellBehindTheCameraIsNoInlier) {
 
 TEST_F(BundleAdjustment, ALineWithoutLengthLeavesTheMap) {
   const auto seen = [](LineId id) { return id != kNoId; };
-  const auto& lines = map.keyframe(1)->lines;
+  const auto& lines = map.keyframe(1_kf)->lines;
   const LineId id = *std::find_if(lines.begin(), lines.end(), seen);
   const Segment3 whole = map.line(id)->segment_W;
   map.line(id)->segment_W = Segment3(whole.p(), whole.p() + 1e-4 * (whole.q() - whole.p()));
@@ -316,8 +318,8 @@ TEST_F(BundleAdjustment, ALineWithoutLengthLeavesTheMap) {
 TEST_F(BundleAdjustment, FailureLeavesTheMapAlone) {
   Perturb();
   // u = fx x / z overflows: the residual is infinite and the solver gives up at the start.
-  map.point(map.keyframe(1)->points[0])->p_W =
-      map.keyframe(1)->T_WC * Eigen::Vector3d(1e307, 0, 1e307);
+  map.point(map.keyframe(1_kf)->points[0])->p_W =
+      map.keyframe(1_kf)->T_WC * Eigen::Vector3d(1e307, 0, 1e307);
   std::vector<Eigen::Matrix4d> poses;
   for (const KeyFrameId id : all) poses.push_back(map.keyframe(id)->T_WC.Matrix());
   std::vector<Eigen::Vector3d> points;
@@ -353,11 +355,11 @@ TEST_F(BundleAdjustment, RepeatsBitForBit) {
 TEST_F(BundleAdjustment, WhatLeavesTheMapMeanwhileIsPassedOver) {
   Perturb();
   BundleAdjuster adjuster(map, model, rest, first, thorough);
-  const PointId point = map.keyframe(1)->points[0];
-  const LineId line = map.keyframe(1)->lines[0];
+  const PointId point = map.keyframe(1_kf)->points[0];
+  const LineId line = map.keyframe(1_kf)->lines[0];
   map.RemovePoint(point);
   map.RemoveLine(line);
-  map.RemoveKeyFrame(2, 1);
+  map.RemoveKeyFrame(2_kf, 1_kf);
   const auto gone = map.point_ids().size();
   adjuster.Solve();
   const auto report = adjuster.Write(&map);
@@ -366,20 +368,20 @@ TEST_F(BundleAdjustment, WhatLeavesTheMapMeanwhileIsPassedOver) {
   EXPECT_EQ(map.point_ids().size(), gone);
   EXPECT_EQ(map.point(point), nullptr);
   EXPECT_EQ(map.line(line), nullptr);
-  EXPECT_EQ(map.keyframe(2), nullptr);
-  for (const KeyFrameId id : {1, 3}) {
-    EXPECT_LT(PositionError(map.keyframe(id)->T_WC, kTruth[static_cast<std::size_t>(id)]), 1e-6);
+  EXPECT_EQ(map.keyframe(2_kf), nullptr);
+  for (const KeyFrameId id : {1_kf, 3_kf}) {
+    EXPECT_LT(PositionError(map.keyframe(id)->T_WC, kTruth[id.index()]), 1e-6);
   }
 }
 
 TEST_F(BundleAdjustment, SolvingAloneMovesNothing) {
   Perturb();
-  const Eigen::Matrix4d before = map.keyframe(1)->T_WC.Matrix();
+  const Eigen::Matrix4d before = map.keyframe(1_kf)->T_WC.Matrix();
   BundleAdjuster adjuster(map, model, rest, first, thorough);
   adjuster.Solve();
-  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), before);
+  EXPECT_EQ(map.keyframe(1_kf)->T_WC.Matrix(), before);
   EXPECT_TRUE(adjuster.Write(&map).usable);
-  EXPECT_NE(map.keyframe(1)->T_WC.Matrix(), before);
+  EXPECT_NE(map.keyframe(1_kf)->T_WC.Matrix(), before);
 }
 
 TEST_F(BundleAdjustment, StopsWhereAskedWithWhatWasReached) {
@@ -396,7 +398,7 @@ TEST_F(BundleAdjustment, StoppedAtTheStartItThrowsNoObservationOut) {
   // an outlier.
   for (const KeyFrameId id : rest) {
     Eigen::Matrix<double, 6, 1> d = Eigen::Matrix<double, 6, 1>::Zero();
-    d[0] = d[1] = id % 2 == 0 ? 0.01 : -0.01;
+    d[0] = d[1] = id.value() % 2 == 0 ? 0.01 : -0.01;
     map.keyframe(id)->T_WC = map.keyframe(id)->T_WC.Plus(d);
   }
   std::stop_source stop;

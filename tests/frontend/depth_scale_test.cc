@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 
 #include "inertial_scene.h"
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
@@ -17,6 +18,7 @@ namespace {
 
 using testing::InertialScene;
 using testing::InertialSceneOptions;
+using testing::operator""_kf;
 
 constexpr double kTooLong = 1.04;  // what the depth reads of a true metre
 constexpr double kInterval = 0.5;  // [s] from a keyframe to the next
@@ -48,7 +50,7 @@ Map MakeMap(const InertialSceneOptions& options, double depth, int keyframes,
     at.stamp = FromSeconds(t);
     at.v_WB = scene.StateAt(t).v_WB;
     if (k == 0) continue;
-    at.previous = keyframe.id - 1;
+    at.previous = KeyFrameId(keyframe.id.value() - 1);
     at.from_previous =
         std::make_shared<const ImuPreintegration>(scene.Readings(t - kInterval, t), ImuBias::Zero(),
                                                   ImuPreintegrationOptions{.noise = options.noise});
@@ -103,12 +105,14 @@ TEST(DepthScale, WorseMotionsThanReckonedWithWidenSigma) {
 
 TEST(DepthScale, JoinsTheRunsOfAnInterruptedImu) {
   Map map = MakeMap({}, kTooLong, 40);
-  KeyFrameMotion& broken = *map.keyframe(15)->motion;
+  KeyFrameMotion& broken = *map.keyframe(15_kf)->motion;
   broken.previous = kNoId;
   broken.from_previous = nullptr;
   // What the images drift by meanwhile is no matter.
   const Pose drift = Pose::FromTangent({1.0, 2.0, 0.5}, {0.02, -0.03, 0.5});
-  for (KeyFrameId id = 15; id < 40; ++id) map.keyframe(id)->T_WC = drift * map.keyframe(id)->T_WC;
+  for (KeyFrameId id = 15_kf; id < 40_kf; ++id) {
+    map.keyframe(id)->T_WC = drift * map.keyframe(id)->T_WC;
+  }
   const auto depth = EstimateDepthScale(map, InertialScene::T_BC());
   ASSERT_TRUE(depth);
   EXPECT_EQ(depth->keyframes, 40);
@@ -131,8 +135,8 @@ TEST(DepthScale, IsEmptyWhereReadingsCannotBeSolvedFor) {
     InertialScene scene;
     std::vector<ImuSample> readings = scene.Readings(2.5 * kInterval, 3.0 * kInterval);
     readings[10].accelerometer.x() = spike;
-    readings.front().stamp = map.keyframe(2)->motion->stamp;
-    map.keyframe(3)->motion->from_previous =
+    readings.front().stamp = map.keyframe(2_kf)->motion->stamp;
+    map.keyframe(3_kf)->motion->from_previous =
         std::make_shared<const ImuPreintegration>(readings, ImuBias::Zero());
     std::optional<DepthScale> scale;
     EXPECT_NO_THROW(scale = EstimateDepthScale(map, InertialScene::T_BC())) << spike;
@@ -156,8 +160,8 @@ TEST(DepthScale, TheMapWithoutTheImuIsThatOfItsImages) {
   }
   const Map images = AdjustedWithoutImu(map, {testing::IdealSensor(), {}});
   EXPECT_EQ(images.gravity_W(), map.gravity_W());
-  EXPECT_NEAR(images.keyframe(3)->T_WC.p().x(), 0.6, 1e-3);
-  EXPECT_NEAR(map.keyframe(3)->T_WC.p().x(), 0.96 * 0.6, 1e-12) << "the map is as it was";
+  EXPECT_NEAR(images.keyframe(3_kf)->T_WC.p().x(), 0.6, 1e-3);
+  EXPECT_NEAR(map.keyframe(3_kf)->T_WC.p().x(), 0.96 * 0.6, 1e-12) << "the map is as it was";
 }
 
 TEST(DepthScale, RefusesOptionsByName) {

@@ -3,12 +3,14 @@
 #include <highwall/core/error.h>
 
 #include "loops/keyframe_graph.h"
+#include "support/id_literals.h"
 #include "support/loop_scene.h"
 
 namespace highwall {
 namespace {
 
 using testing::LoopScene;
+using testing::operator""_kf;
 
 class KeyFrameGraphTest : public ::testing::Test {
  protected:
@@ -33,7 +35,7 @@ TEST_F(KeyFrameGraphTest, OdometryAndCovisibilityHoldTheMapAsItIs) {
 
 TEST_F(KeyFrameGraphTest, WhatHoldsGravityIsNoLoop) {
   map().SetGravity(Eigen::Vector3d(0, 0, -9.81));
-  const std::vector<LoopEdge> loops{{0, 19, Pose()}};
+  const std::vector<LoopEdge> loops{{0_kf, 19_kf, Pose()}};
   const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops);
   EXPECT_EQ(graph.graph.nodes.size(), 21u);
   std::size_t count = 0;
@@ -55,32 +57,33 @@ TEST_F(KeyFrameGraphTest, SeveralEdgesOfAKeyFrameShareTheInformationOfOne) {
 }
 
 TEST_F(KeyFrameGraphTest, NodesCountOnAcrossRemovedKeyFrames) {
-  map().RemoveKeyFrame(5, 4);
-  const std::vector<LoopEdge> loops{{0, 19, Pose()}, {5, 19, Pose()}};
+  map().RemoveKeyFrame(5_kf, 4_kf);
+  const std::vector<LoopEdge> loops{{0_kf, 19_kf, Pose()}, {5_kf, 19_kf, Pose()}};
   const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops, {.neighbours = 0});
-  EXPECT_EQ(graph.NodeOf(6), 5);
-  EXPECT_THROW(graph.NodeOf(5), InvalidArgument);
+  EXPECT_EQ(graph.NodeOf(6_kf), 5);
+  EXPECT_THROW(graph.NodeOf(5_kf), InvalidArgument);
   ASSERT_EQ(graph.loop_edges.size(), 1u) << "one of its keyframes is no more";
   EXPECT_EQ(graph.graph.edges[graph.loop_edges[0]].j, 18);
   EXPECT_EQ(graph.graph.edges.size(), 18u + 1u);
 }
 
 TEST_F(KeyFrameGraphTest, WhatALoopSaysIsJudgedByTheWayBetween) {
-  const Pose truth = map().keyframe(0)->T_WC.Inverse() * map().keyframe(19)->T_WC;
+  const Pose truth = map().keyframe(0_kf)->T_WC.Inverse() * map().keyframe(19_kf)->T_WC;
   const Pose off = truth * Pose::FromTangent({0.05, 0.0, 0.0}, {0.0, 0.0, 0.0});
-  const double chi2 = LoopChi2(MakeKeyFrameGraph(map(), {}), {0, 19, off});
-  EXPECT_LT(LoopChi2(MakeKeyFrameGraph(map(), {}), {0, 19, truth}), 1e-9);
+  const double chi2 = LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, off});
+  EXPECT_LT(LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, truth}), 1e-9);
   EXPECT_GT(chi2, 0.01);
   // Twice as far off is four times as unlikely: the covariance does not depend on the measurement.
   const Pose twice = truth * Pose::FromTangent({0.1, 0.0, 0.0}, {0.0, 0.0, 0.0});
-  EXPECT_NEAR(LoopChi2(MakeKeyFrameGraph(map(), {}), {0, 19, twice}), 4.0 * chi2, 1e-6 * chi2);
+  EXPECT_NEAR(LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, twice}), 4.0 * chi2,
+              1e-6 * chi2);
   // Over a shorter way less drift is possible.
-  const Pose near = map().keyframe(15)->T_WC.Inverse() * map().keyframe(19)->T_WC *
+  const Pose near = map().keyframe(15_kf)->T_WC.Inverse() * map().keyframe(19_kf)->T_WC *
                     Pose::FromTangent({0.05, 0.0, 0.0}, {0.0, 0.0, 0.0});
-  EXPECT_GT(LoopChi2(MakeKeyFrameGraph(map(), {}), {15, 19, near}), 2.0 * chi2);
+  EXPECT_GT(LoopChi2(MakeKeyFrameGraph(map(), {}), {15_kf, 19_kf, near}), 2.0 * chi2);
   // Nor is much possible where a loop has joined both ends before.
-  const std::vector<LoopEdge> before{{0, 19, truth}};
-  EXPECT_GT(LoopChi2(MakeKeyFrameGraph(map(), before), {0, 19, off}), 2.0 * chi2);
+  const std::vector<LoopEdge> before{{0_kf, 19_kf, truth}};
+  EXPECT_GT(LoopChi2(MakeKeyFrameGraph(map(), before), {0_kf, 19_kf, off}), 2.0 * chi2);
 }
 
 TEST_F(KeyFrameGraphTest, NeedsTwoKeyFrames) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
@@ -12,6 +13,7 @@ namespace {
 
 using testing::AppendDescriptor;
 using testing::RandomDescriptor;
+using testing::operator""_kf;
 
 constexpr int kPoints = 100, kLines = 30;
 
@@ -42,7 +44,7 @@ class KeyFrameIndexTest : public ::testing::Test {
   KeyFrameIndexTest() {
     for (int i = 0; i < 20; ++i) {
       features.push_back(RandomFeatures(rng));
-      index.Add(i, features.back());
+      index.Add(KeyFrameId(i), features.back());
     }
   }
 
@@ -58,8 +60,8 @@ TEST_F(KeyFrameIndexTest, FindsAPlaceSeenAgainByPointsOrByLines) {
   const auto points = index.Query(by_points), lines = index.Query(by_lines);
   ASSERT_FALSE(points.empty());
   ASSERT_FALSE(lines.empty());
-  EXPECT_EQ(points[0].keyframe, 7);
-  EXPECT_EQ(lines[0].keyframe, 12);
+  EXPECT_EQ(points[0].keyframe, 7_kf);
+  EXPECT_EQ(lines[0].keyframe, 12_kf);
   // A table keeps a descriptor with 20 of 256 bits turned with 0.92^16 = 0.26, four tables find 0.7
   // of them; a random one collides with 4 / 2^16.
   EXPECT_GT(points[0].score, 0.4);
@@ -73,8 +75,8 @@ TEST_F(KeyFrameIndexTest, PointsAndLinesAddUp) {
   // 100 points of keyframe 5 against 30 lines, which count twice, of keyframe 3.
   const auto places = index.Query(mixed);
   ASSERT_GE(places.size(), 2u);
-  EXPECT_EQ(places[0].keyframe, 5);
-  EXPECT_EQ(places[1].keyframe, 3);
+  EXPECT_EQ(places[0].keyframe, 5_kf);
+  EXPECT_EQ(places[1].keyframe, 3_kf);
   EXPECT_NEAR(places[0].score, 100.0 / 160.0, 1e-12);
   EXPECT_NEAR(places[1].score, 60.0 / 160.0, 1e-12);
 }
@@ -82,7 +84,7 @@ TEST_F(KeyFrameIndexTest, PointsAndLinesAddUp) {
 TEST_F(KeyFrameIndexTest, WhatManyKeyFramesHaveSaysLittle) {
   FrameFeatures common;
   AppendDescriptor(common.point_descriptors, RandomDescriptor(rng));
-  for (int i = 20; i < 40; ++i) index.Add(i, common);
+  for (int i = 20; i < 40; ++i) index.Add(KeyFrameId(i), common);
   FrameFeatures query = common;
   query.point_descriptors = common.point_descriptors.clone();
   AppendDescriptor(query.point_descriptors, RandomDescriptor(rng));
@@ -90,21 +92,21 @@ TEST_F(KeyFrameIndexTest, WhatManyKeyFramesHaveSaysLittle) {
   ASSERT_EQ(places.size(), 20u);
   // log(41 / 20) of 2 log(41).
   EXPECT_NEAR(places[0].score, std::log(41.0 / 20.0) / (2.0 * std::log(41.0)), 1e-12);
-  EXPECT_EQ(places[0].keyframe, 39) << "of equal scores the newer first";
+  EXPECT_EQ(places[0].keyframe, 39_kf) << "of equal scores the newer first";
 }
 
 TEST_F(KeyFrameIndexTest, WhatWasRemovedIsNotFound) {
-  ASSERT_EQ(index.Query(features[7]).at(0).keyframe, 7);
-  index.Remove(7, features[7]);
+  ASSERT_EQ(index.Query(features[7]).at(0).keyframe, 7_kf);
+  index.Remove(7_kf, features[7]);
   EXPECT_EQ(index.size(), 19u);
-  for (const PlaceScore& place : index.Query(features[7])) EXPECT_NE(place.keyframe, 7);
-  EXPECT_EQ(index.Query(features[8]).at(0).keyframe, 8);
+  for (const PlaceScore& place : index.Query(features[7])) EXPECT_NE(place.keyframe, 7_kf);
+  EXPECT_EQ(index.Query(features[8]).at(0).keyframe, 8_kf);
 }
 
 TEST_F(KeyFrameIndexTest, NothingLooksLikeNothing) {
   EXPECT_TRUE(index.Query(FrameFeatures()).empty());
   EXPECT_TRUE(KeyFrameIndex().Query(features[0]).empty());
-  index.Add(20, FrameFeatures());
+  index.Add(20_kf, FrameFeatures());
   EXPECT_EQ(index.size(), 21u);
 }
 

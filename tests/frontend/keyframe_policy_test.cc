@@ -2,11 +2,14 @@
 
 #include <highwall/core/error.h>
 
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 #include "tracking/keyframe_policy.h"
 
 namespace highwall {
 namespace {
+
+using testing::operator""_kf;
 
 std::shared_ptr<FrameFeatures> Features(int points_with_depth, int points_without,
                                         int lines_with_depth = 0, int lines_without = 0) {
@@ -39,11 +42,11 @@ class KeyFramePolicyWants : public ::testing::Test {
     }
     for (int i = 0; i < 100; ++i) {
       const PointId id = map.AddPoint({0, 0, 1}, 0).id;
-      for (int k = 0; k < 3; ++k) map.ObservePoint(k, i, id);
+      for (int k = 0; k < 3; ++k) map.ObservePoint(KeyFrameId(k), i, id);
     }
     for (int i = 0; i < 10; ++i) {
       const LineId id = map.AddLine(Segment3(), 0).id;
-      for (int k = 0; k < 3; ++k) map.ObserveLine(k, i, id);
+      for (int k = 0; k < 3; ++k) map.ObserveLine(KeyFrameId(k), i, id);
     }
   }
 
@@ -54,11 +57,11 @@ class KeyFramePolicyWants : public ::testing::Test {
     tracked.frame = {
         .index = 1, .stamp = FromSeconds(seconds), .features = Features(points + more, 0, lines)};
     tracked.state = TrackingState::kTracking;
-    tracked.reference = 2;
+    tracked.reference = 2_kf;
     tracked.points.assign(static_cast<std::size_t>(points + more), kNoId);
-    for (int i = 0; i < points; ++i) tracked.points[static_cast<std::size_t>(i)] = i;
+    for (int i = 0; i < points; ++i) tracked.points[static_cast<std::size_t>(i)] = PointId(i);
     tracked.lines.assign(static_cast<std::size_t>(lines), kNoId);
-    for (int i = 0; i < lines; ++i) tracked.lines[static_cast<std::size_t>(i)] = i;
+    for (int i = 0; i < lines; ++i) tracked.lines[static_cast<std::size_t>(i)] = LineId(i);
     tracked.num_points = points;
     tracked.num_lines = lines;
     return tracked;
@@ -90,14 +93,14 @@ TEST_F(KeyFramePolicyWants, WhenMuchIsWaitingToBeMapped) {
 TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
   const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100.0, .wanted_tracked = 0});
   // Sixty points become those of keyframe 2 alone: forty and ten lines are left.
-  for (PointId id = 0; id < 60; ++id) {
-    map.ForgetPointObservation(0, id);
-    map.ForgetPointObservation(1, id);
+  for (PointId id(0); id < PointId(60); ++id) {
+    map.ForgetPointObservation(0_kf, id);
+    map.ForgetPointObservation(1_kf, id);
   }
   EXPECT_FALSE(policy.Wants(Tracked(25, 0, 0), map, 0));
   EXPECT_TRUE(policy.Wants(Tracked(24, 0, 0), map, 0));
   // In a map of two keyframes they all count.
-  map.RemoveKeyFrame(0, 1);
+  map.RemoveKeyFrame(0_kf, 1_kf);
   EXPECT_TRUE(policy.Wants(Tracked(54, 0, 0), map, 0));
   EXPECT_FALSE(policy.Wants(Tracked(55, 0, 0), map, 0));
 }

@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 
 #include "local/local_mapper.h"
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
@@ -25,6 +26,7 @@ using testing::Scene;
 using testing::SceneLine;
 using testing::ScenePoint;
 using testing::SyntheticView;
+using testing::operator""_kf;
 
 Pose At(double x) {
   return Pose::FromTangent({x, 0, 0}, {0, 0.1 * x, 0});
@@ -90,13 +92,13 @@ TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
   features->lines[2].segment_C.reset();
   view.features = features;
   const auto report = Insert(mapper, view, T_WC);
-  EXPECT_EQ(report.keyframe, 0);
+  EXPECT_EQ(report.keyframe, 0_kf);
   EXPECT_EQ(report.new_points, static_cast<int>(view.points.size()) - 1);
   EXPECT_EQ(report.new_lines, static_cast<int>(view.lines.size()) - 1);
   EXPECT_EQ(map.num_points(), view.points.size() - 1);
   EXPECT_EQ(map.num_lines(), view.lines.size() - 1);
   EXPECT_FALSE(report.bundle.usable) << "one keyframe: nothing to adjust";
-  const KeyFrame& keyframe = *map.keyframe(0);
+  const KeyFrame& keyframe = *map.keyframe(0_kf);
   EXPECT_EQ(keyframe.points[3], kNoId);
   EXPECT_EQ(keyframe.lines[2], kNoId);
   for (std::size_t i = 0; i < view.points.size(); ++i) {
@@ -129,8 +131,8 @@ TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
   features->points[5].depth_sigma = 0.031 * features->points[5].depth;
   view.features = features;
   Insert(mapper, view, At(0));
-  EXPECT_NE(map.keyframe(0)->points[4], kNoId);
-  EXPECT_EQ(map.keyframe(0)->points[5], kNoId);
+  EXPECT_NE(map.keyframe(0_kf)->points[4], kNoId);
+  EXPECT_EQ(map.keyframe(0_kf)->points[5], kNoId);
 }
 
 TEST_F(LocalMapperTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
@@ -176,7 +178,7 @@ TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
   Insert(mapper, view, At(0));
   for (std::size_t i = 0; i < view.lines.size(); ++i) {
     const SegmentDepth& fit = *view.features->lines[i].segment_C;
-    EXPECT_EQ(map.keyframe(0)->lines[i] != kNoId, (fit.q_C - fit.p_C).norm() >= 0.5);
+    EXPECT_EQ(map.keyframe(0_kf)->lines[i] != kNoId, (fit.q_C - fit.p_C).norm() >= 0.5);
   }
 }
 
@@ -209,14 +211,14 @@ TEST_F(LocalMapperTest, LandmarksOfNeighboursThatWereNotTrackedAreFound) {
   for (std::size_t i = 0; i < half.points.size(); i += 2) half.points[i] = kNoId;
   for (std::size_t i = 0; i < half.lines.size(); i += 2) half.lines[i] = kNoId;
   Insert(mapper, view, half);
-  EXPECT_EQ(map.keyframe(1)->points.size(), full.points.size());
+  EXPECT_EQ(map.keyframe(1_kf)->points.size(), full.points.size());
   for (std::size_t i = 0; i < full.points.size(); ++i) {
     if (full.points[i] == kNoId) continue;
-    EXPECT_EQ(map.keyframe(1)->points[i], full.points[i]) << i;
+    EXPECT_EQ(map.keyframe(1_kf)->points[i], full.points[i]) << i;
   }
   for (std::size_t i = 0; i < full.lines.size(); ++i) {
     if (full.lines[i] == kNoId) continue;
-    EXPECT_EQ(map.keyframe(1)->lines[i], full.lines[i]) << i;
+    EXPECT_EQ(map.keyframe(1_kf)->lines[i], full.lines[i]) << i;
   }
 }
 
@@ -238,7 +240,7 @@ TEST_F(LocalMapperTest, LinesOfNeighboursPassTheOutlierRuleOfTheModel) {
     for (std::size_t i = 0; i < full.lines.size(); ++i) {
       if (full.lines[i] == kNoId) continue;
       ++known;
-      found += map.keyframe(1)->lines[i] == full.lines[i] ? 1 : 0;
+      found += map.keyframe(1_kf)->lines[i] == full.lines[i] ? 1 : 0;
     }
     ASSERT_GT(known, 10);
     EXPECT_LE(found, strict ? 2 : known);
@@ -290,15 +292,15 @@ TEST_F(LocalMapperTest, AdjustmentCorrectsThePoseOfTheKeyFrame) {
   ASSERT_TRUE(report.bundle.usable);
   // New landmarks were made from the wrong pose, old ones hold: the few iterations of a local
   // adjustment remove all but a thousandth of the 4 mm.
-  EXPECT_LT(PositionError(map.keyframe(2)->T_WC, At(0.3)), 1e-5);
-  EXPECT_LT(AngleError(map.keyframe(2)->T_WC, At(0.3)), 1e-5);
+  EXPECT_LT(PositionError(map.keyframe(2_kf)->T_WC, At(0.3)), 1e-5);
+  EXPECT_LT(AngleError(map.keyframe(2_kf)->T_WC, At(0.3)), 1e-5);
 }
 
 TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
   LocalMapper mapper(model, {.min_found_ratio = 0.25});
   InsertAt(mapper, 0.0);
-  const PointId good = map.keyframe(0)->points[0], bad = map.keyframe(0)->points[1];
-  const LineId bad_line = map.keyframe(0)->lines[0];
+  const PointId good = map.keyframe(0_kf)->points[0], bad = map.keyframe(0_kf)->points[1];
+  const LineId bad_line = map.keyframe(0_kf)->lines[0];
   map.point(good)->visible = 8;
   map.point(good)->found = 2;
   map.point(bad)->visible = 9;
@@ -319,7 +321,7 @@ TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
   InsertAt(mapper, -0.6);
   EXPECT_EQ(InsertAt(mapper, 0.3).culled_points, 0) << "one keyframe later";
   std::vector<PointId> alone, shared;
-  for (const PointId id : map.keyframe(0)->points) {
+  for (const PointId id : map.keyframe(0_kf)->points) {
     (map.point(id)->observations.size() == 1 ? alone : shared).push_back(id);
   }
   ASSERT_GT(alone.size(), 10u);
@@ -340,17 +342,17 @@ TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
   for (int i = 0; i < 8; ++i) {
     const auto report = InsertAt(mapper, 0.002 * i);
     for (const KeyFrameId id : report.culled_keyframes) {
-      EXPECT_NE(id, 0);
+      EXPECT_NE(id, 0_kf);
       EXPECT_LT(id, report.keyframe);
       EXPECT_EQ(map.keyframe(id), nullptr);
       culled.push_back(id);
     }
   }
   EXPECT_GE(culled.size(), 3u);
-  EXPECT_NE(map.keyframe(0), nullptr);
-  EXPECT_NE(map.keyframe(7), nullptr);
+  EXPECT_NE(map.keyframe(0_kf), nullptr);
+  EXPECT_NE(map.keyframe(7_kf), nullptr);
   for (const KeyFrameId id : culled) {
-    EXPECT_LT(PositionError(map.ResolvePose(id), At(0.002 * id)), 1e-6);
+    EXPECT_LT(PositionError(map.ResolvePose(id), At(0.002 * id.value())), 1e-6);
   }
   EXPECT_EQ(map.num_keyframes() + culled.size(), 8u);
 }
@@ -410,15 +412,15 @@ TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
 TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForAWhile) {
   // Of a camera that stands still, a keyframe every 0.6 s: without one of them there are 1.2 s.
   LocalMapper mapper(model, {.max_motion_gap = 1.0, .motion_span = 3.0});
-  const auto stamp = [](KeyFrameId k) { return Stamp{k} * 600'000'000; };
-  for (KeyFrameId k = 0; k < 20; ++k) {
+  const auto stamp = [](int k) { return Stamp{k} * 600'000'000; };
+  for (int k = 0; k < 20; ++k) {
     const SyntheticView view = Look(scene, IdealSensor(), At(0.001 * k));
     TrackedFrame tracked = Tracked(view, At(0.001 * k));
     tracked.frame.stamp = stamp(k);
     KeyFrameMotion motion;
     motion.stamp = stamp(k);
     if (k > 0) {
-      motion.previous = k - 1;
+      motion.previous = KeyFrameId(k - 1);
       const std::vector<ImuSample> readings{{stamp(k - 1), {0, 0, 0}, {0, 0, 9.81}},
                                             {stamp(k), {0, 0, 0}, {0, 0, 9.81}}};
       motion.from_previous = std::make_shared<const ImuPreintegration>(readings, ImuBias::Zero());
@@ -426,10 +428,11 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
     const auto report = Insert(mapper, view, tracked, motion);
     // Seen from the keyframe before, which the mapper culls around.
     for (const KeyFrameId id : report.culled_keyframes)
-      EXPECT_LT(stamp(id) + 3'000'000'000, stamp(k));
-    for (KeyFrameId id = std::max(1, k - 4); id <= k; ++id) {
+      EXPECT_LT(stamp(id.value()) + 3'000'000'000, stamp(k));
+    for (int i = std::max(1, k - 4); i <= k; ++i) {
+      const KeyFrameId id(i), before(i - 1);
       ASSERT_NE(map.keyframe(id), nullptr) << id << " of " << k;
-      EXPECT_EQ(map.keyframe(id)->motion->previous == id - 1, map.keyframe(id - 1) != nullptr);
+      EXPECT_EQ(map.keyframe(id)->motion->previous == before, map.keyframe(before) != nullptr);
     }
   }
   // Nothing is tied over the place of one that has gone.
@@ -523,11 +526,11 @@ TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeItIsAskedTo) {
   const auto report = Insert(mapper, view, Tracked(view, wrong));
   EXPECT_FALSE(report.bundle.usable);
   while (!mapper.HasResult()) std::this_thread::yield();
-  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), wrong.Matrix());
+  EXPECT_EQ(map.keyframe(1_kf)->T_WC.Matrix(), wrong.Matrix());
   const auto adjusted = mapper.Update(&map);
   ASSERT_TRUE(adjusted);
   EXPECT_TRUE(adjusted->usable);
-  EXPECT_LT(PositionError(map.keyframe(1)->T_WC, At(0.1)), 1e-4);
+  EXPECT_LT(PositionError(map.keyframe(1_kf)->T_WC, At(0.1)), 1e-4);
   EXPECT_FALSE(mapper.HasResult());
   EXPECT_FALSE(mapper.Update(&map));
 }
@@ -544,7 +547,7 @@ TEST_F(LocalMapperTest, WhatIsGivenUpIsNotApplied) {
   mapper.Cancel();
   EXPECT_FALSE(mapper.HasResult());
   EXPECT_FALSE(mapper.Finish(&map));
-  EXPECT_EQ(map.keyframe(1)->T_WC.Matrix(), wrong.Matrix());
+  EXPECT_EQ(map.keyframe(1_kf)->T_WC.Matrix(), wrong.Matrix());
 }
 
 TEST_F(LocalMapperTest, WithoutWaitingAnAdjustmentEndsEarlyAndIsApplied) {
@@ -557,7 +560,7 @@ TEST_F(LocalMapperTest, WithoutWaitingAnAdjustmentEndsEarlyAndIsApplied) {
   }
   EXPECT_TRUE(mapper.Finish(&map)->usable);
   for (const KeyFrameId id : map.keyframe_ids()) {
-    EXPECT_LT(PositionError(map.keyframe(id)->T_WC, At(0.1 * id)), 0.01) << id;
+    EXPECT_LT(PositionError(map.keyframe(id)->T_WC, At(0.1 * id.value())), 0.01) << id;
   }
 }
 

@@ -41,7 +41,7 @@ TEST_F(LoopAcceptance, ATrueLoopIsTakenHoweverLongTheWayIs) {
       unsigned taken = 0;
       for (unsigned seed = 1; seed <= kWalks / 2; ++seed) {
         ring.Drift({.seed = seed}, levelled);
-        taken += Accepts(ring, ring.Loop(0, ring.last()));
+        taken += Accepts(ring, ring.Loop(KeyFrameId(0), ring.last()));
       }
       EXPECT_EQ(taken, kWalks / 2) << keyframes << (levelled ? " with gravity" : "");
     }
@@ -50,7 +50,7 @@ TEST_F(LoopAcceptance, ATrueLoopIsTakenHoweverLongTheWayIs) {
 
 TEST_F(LoopAcceptance, EdgesSideBySideKnowNoMoreOfALongWayThanOdometry) {
   RingMap ring(200);
-  const LoopEdge off = Off(ring.Loop(0, ring.last()), {1.0, 1.0, 1.0});
+  const LoopEdge off = Off(ring.Loop(KeyFrameId(0), ring.last()), {1.0, 1.0, 1.0});
   const KeyFrameGraphOptions chain{.neighbours = 0}, sides{.neighbours = 3};
   const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {}, sides);
   ASSERT_GT(graph.graph.edges.size(), 3u * 199u);
@@ -66,7 +66,7 @@ TEST_F(LoopAcceptance, WhatIsOffAlikeInEveryStepOfALongWayIsAllowedFor) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     ring.Drift({.seed = seed}, false);
     const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {});
-    const LoopEdge loop = ring.Loop(0, ring.last());
+    const LoopEdge loop = ring.Loop(KeyFrameId(0), ring.last());
     within += LoopChi2(graph, loop) < kMaxChi2;
     unbiased += LoopChi2(graph, loop, {.drift_bias = 0.0}) < kMaxChi2;
   }
@@ -77,12 +77,13 @@ TEST_F(LoopAcceptance, WhatIsOffAlikeInEveryStepOfALongWayIsAllowedFor) {
 TEST_F(LoopAcceptance, ManyLoopsThatTheMapHasClosedDoNotSpeakAgainstANewOne) {
   RingMap ring(300);
   ring.Drift({.noise_rotation = 0.004, .seed = 3}, false);  // as much as is thought possible
-  const LoopEdge loop = ring.Loop(0, ring.last());
+  const LoopEdge loop = ring.Loop(KeyFrameId(0), ring.last());
   ASSERT_GT(Chi2(ring, loop), 1.0) << "a drift that is to be seen";
   std::vector<LoopEdge> closed;
-  for (KeyFrameId id = 100; id < 200; ++id) {  // within the middle of the walk
-    const Pose& match = ring.map.keyframe(id - 20)->T_WC;
-    closed.push_back({id - 20, id, match.Inverse() * ring.map.keyframe(id)->T_WC});
+  for (int i = 100; i < 200; ++i) {  // within the middle of the walk
+    const KeyFrameId match(i - 20), id(i);
+    closed.push_back(
+        {match, id, ring.map.keyframe(match)->T_WC.Inverse() * ring.map.keyframe(id)->T_WC});
   }
   EXPECT_TRUE(Accepts(ring, loop, closed));
 }
@@ -92,7 +93,7 @@ TEST_F(LoopAcceptance, ALoopBeyondTheDriftIsRefusedWithGravityAsWithout) {
     RingMap ring(keyframes);
     for (const bool levelled : {false, true}) {
       ring.Drift({.seed = 1}, levelled);
-      const LoopEdge loop = ring.Loop(0, ring.last());
+      const LoopEdge loop = ring.Loop(KeyFrameId(0), ring.last());
       EXPECT_TRUE(Accepts(ring, loop));
       for (const int axis : {0, 1, 2}) {
         const LoopEdge off = Off(loop, 3.0 * Eigen::Vector3d::Unit(axis));
@@ -110,7 +111,7 @@ TEST_F(LoopAcceptance, TheDriftOfTheWayAloneSaysHowFarALoopMayBeOff) {
   for (const bool levelled : {false, true}) {
     ring.Drift({.seed = 2}, levelled);
     const Pose& T = ring.map.keyframe(ring.last())->T_WC;
-    const LoopEdge none{0, ring.last(), ring.truth.front().Inverse() * T};
+    const LoopEdge none{KeyFrameId(0), ring.last(), ring.truth.front().Inverse() * T};
     for (const int axis : {0, 1, 2}) {
       const double farthest =
           std::sqrt(kMaxChi2 / Chi2(ring, Off(none, Eigen::Vector3d::Unit(axis))));

@@ -98,12 +98,13 @@ TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
 TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {
   LoopScene scene(kDrifting);
   LoopCloser closer(scene.model, Lockstep());
-  constexpr KeyFrameId kWrong = 20;
+  constexpr int kWrongIndex = 20;
+  constexpr KeyFrameId kWrong(kWrongIndex);
   PointId point = kNoId;
   std::size_t feature = 0;
   for (int i = 0; i < scene.size(); ++i) {
     const KeyFrameId id = scene.Add(i);
-    if (id == kWrong + 3) {
+    if (i == kWrongIndex + 3) {
       // A point that others see as well is taken for what is far off in the image.
       KeyFrame& keyframe = *scene.map.keyframe(kWrong);
       const auto uv = [&](std::size_t f) { return keyframe.frame.features->points[f].uv; };
@@ -272,10 +273,7 @@ TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
   EXPECT_LT(scene.Rmse(), 0.75 * before);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
     // The edge that holds gravity has a sigma of 1e-3 rad.
-    EXPECT_LT(
-        (scene.map.keyframe(id)->T_WC.R().row(2).transpose() - up[static_cast<std::size_t>(id)])
-            .norm(),
-        1e-3);
+    EXPECT_LT((scene.map.keyframe(id)->T_WC.R().row(2).transpose() - up[id.index()]).norm(), 1e-3);
   }
 }
 

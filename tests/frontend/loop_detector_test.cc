@@ -5,6 +5,7 @@
 #include <highwall/core/error.h>
 
 #include "loops/loop_detector.h"
+#include "support/id_literals.h"
 #include "support/loop_scene.h"
 
 namespace highwall {
@@ -13,6 +14,7 @@ namespace {
 using testing::AngleError;
 using testing::LoopScene;
 using testing::PositionError;
+using testing::operator""_kf;
 
 class LoopDetectorTest : public ::testing::Test {
  protected:
@@ -32,14 +34,14 @@ TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
   LoopScene scene({.drift = {0.02, 0.0, 0.01}});
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
-  const Pose truth = scene.truth[static_cast<std::size_t>(loop->edge.match)].Inverse() *
-                     scene.truth[static_cast<std::size_t>(loop->edge.keyframe)];
+  const Pose truth =
+      scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
   // 0.7 px over some 100 points at 3 m: about a millimetre; the landmarks of the place have drifted
   // against each other by centimetres.
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
   EXPECT_LT(AngleError(loop->edge.Z, truth), 0.01);
-  EXPECT_LT(loop->edge.match, 6);
-  EXPECT_GT(loop->edge.keyframe, 40) << "only then the start comes into view";
+  EXPECT_LT(loop->edge.match, 6_kf);
+  EXPECT_GT(loop->edge.keyframe, 40_kf) << "only then the start comes into view";
   EXPECT_GT(loop->points.size(), 30u);
   EXPECT_GT(loop->lines.size(), 3u);
 }
@@ -57,8 +59,8 @@ TEST_F(LoopDetectorTest, LinesAloneWillDo) {
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
   EXPECT_TRUE(loop->points.empty());
-  const Pose truth = scene.truth[static_cast<std::size_t>(loop->edge.match)].Inverse() *
-                     scene.truth[static_cast<std::size_t>(loop->edge.keyframe)];
+  const Pose truth =
+      scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "loops/map_correction.h"
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
@@ -12,6 +13,7 @@ using testing::MakeScene;
 using testing::PositionError;
 using testing::Scene;
 using testing::SceneMap;
+using testing::operator""_kf;
 
 const Pose kPoses[] = {Pose::FromTangent({0, 0, 0}, {0, -0.2, 0}),
                        Pose::FromTangent({0.2, 0, 0}, {0, 0.0, 0}),
@@ -32,18 +34,19 @@ class MapCorrectionTest : public ::testing::Test {
 
 TEST_F(MapCorrectionTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
   const auto before = GeometryOf(map());
-  MoveKeyFrames({0, 1}, {kPoses[0], kMove * kPoses[1]}, &map());
-  EXPECT_LT(PositionError(map().keyframe(1)->T_WC, kMove * kPoses[1]), 1e-12);
+  MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, &map());
+  EXPECT_LT(PositionError(map().keyframe(1_kf)->T_WC, kMove * kPoses[1]), 1e-12);
   for (const PointId id : map().point_ids()) {
     const MapPoint& point = *map().point(id);
     const Eigen::Vector3d& old = before.points.at(id);
-    const Eigen::Vector3d expected = point.observations.front().keyframe == 0 ? old : kMove * old;
+    const Eigen::Vector3d expected =
+        point.observations.front().keyframe == 0_kf ? old : kMove * old;
     EXPECT_LT((point.p_W - expected).norm(), 1e-12);
   }
   for (const LineId id : map().line_ids()) {
     const MapLine& line = *map().line(id);
     const Segment3& old = before.lines.at(id);
-    const Segment3 expected = line.observations.front().keyframe == 0 ? old : kMove * old;
+    const Segment3 expected = line.observations.front().keyframe == 0_kf ? old : kMove * old;
     EXPECT_LT((line.segment_W.p() - expected.p()).norm(), 1e-12);
   }
 }
@@ -51,8 +54,8 @@ TEST_F(MapCorrectionTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
 TEST_F(MapCorrectionTest, WhatCameSinceTheCopyFollowsIt) {
   MapCorrection correction;
   Map copy = map().Clone();
-  MoveKeyFrames({0, 1}, {kPoses[0], kMove * kPoses[1]}, &copy);
-  const PointId moved = copy.keyframe(1)->points.front();
+  MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, &copy);
+  const PointId moved = copy.keyframe(1_kf)->points.front();
   copy.point(moved)->p_W += Eigen::Vector3d(0.01, 0.02, 0.03);
   correction.after = GeometryOf(copy);
 
@@ -60,20 +63,20 @@ TEST_F(MapCorrectionTest, WhatCameSinceTheCopyFollowsIt) {
   scene_map.Add(Look(scene, IdealSensor(), kPoses[2]), kPoses[2]);
   const PointId fresh = map().AddPoint({1, 2, 3}, 2).id;
   int free = 0;
-  while (map().keyframe(2)->points[static_cast<std::size_t>(free)] != kNoId) {
-    if (++free == static_cast<int>(map().keyframe(2)->points.size())) {
-      map().ForgetPointObservation(2, map().keyframe(2)->points[0]);
+  while (map().keyframe(2_kf)->points[static_cast<std::size_t>(free)] != kNoId) {
+    if (++free == static_cast<int>(map().keyframe(2_kf)->points.size())) {
+      map().ForgetPointObservation(2_kf, map().keyframe(2_kf)->points[0]);
       free = 0;
     }
   }
-  ASSERT_TRUE(map().ObservePoint(2, free, fresh));
-  const PointId lost = map().keyframe(0)->points.back();
+  ASSERT_TRUE(map().ObservePoint(2_kf, free, fresh));
+  const PointId lost = map().keyframe(0_kf)->points.back();
   map().RemovePoint(lost);
 
   Apply(correction, &map());
-  EXPECT_EQ(map().keyframe(0)->T_WC.Matrix(), kPoses[0].Matrix());
-  EXPECT_LT(PositionError(map().keyframe(1)->T_WC, kMove * kPoses[1]), 1e-12);
-  EXPECT_LT(PositionError(map().keyframe(2)->T_WC, kMove * kPoses[2]), 1e-12);
+  EXPECT_EQ(map().keyframe(0_kf)->T_WC.Matrix(), kPoses[0].Matrix());
+  EXPECT_LT(PositionError(map().keyframe(1_kf)->T_WC, kMove * kPoses[1]), 1e-12);
+  EXPECT_LT(PositionError(map().keyframe(2_kf)->T_WC, kMove * kPoses[2]), 1e-12);
   EXPECT_LT((map().point(fresh)->p_W - kMove * Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
   EXPECT_EQ(map().point(lost), nullptr);
   if (map().point(moved) != nullptr) {
@@ -84,7 +87,9 @@ TEST_F(MapCorrectionTest, WhatCameSinceTheCopyFollowsIt) {
 TEST_F(MapCorrectionTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
   // The copy and a local adjustment of the map bring keyframe 1 and its landmarks to one place.
   Map copy = map().Clone();
-  const auto adjust = [](Map* m) { MoveKeyFrames({0, 1}, {kPoses[0], kMove * kPoses[1]}, m); };
+  const auto adjust = [](Map* m) {
+    MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, m);
+  };
   adjust(&copy);
   scene_map.Add(Look(scene, IdealSensor(), kPoses[2]), kPoses[2]);
   adjust(&map());
@@ -104,13 +109,13 @@ TEST_F(MapCorrectionTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
 }
 
 TEST_F(MapCorrectionTest, WhatWasFoundWrongInTheCopyIsForgotten) {
-  const KeyFrame& keyframe = *map().keyframe(1);
+  const KeyFrame& keyframe = *map().keyframe(1_kf);
   const PointId point = keyframe.points[0], other = keyframe.points[1];
   const LineId line = keyframe.lines[0];
   MapCorrection correction;
   correction.after = GeometryOf(map());
   // The last two are no more.
-  correction.outliers = {{{1, point}, {77, other}, {1, 12345}}, {{1, line}}};
+  correction.outliers = {{{1_kf, point}, {77_kf, other}, {1_kf, PointId(12345)}}, {{1_kf, line}}};
   Apply(correction, &map());
   EXPECT_EQ(keyframe.points[0], kNoId);
   EXPECT_EQ(keyframe.points[1], other);
@@ -118,13 +123,13 @@ TEST_F(MapCorrectionTest, WhatWasFoundWrongInTheCopyIsForgotten) {
 }
 
 TEST_F(MapCorrectionTest, TwofoldLandmarksBecomeOne) {
-  const PointId from = map().keyframe(1)->points.back(), into = map().keyframe(0)->points[0];
-  const LineId line = map().keyframe(0)->lines[0];
+  const PointId from = map().keyframe(1_kf)->points.back(), into = map().keyframe(0_kf)->points[0];
+  const LineId line = map().keyframe(0_kf)->lines[0];
   ASSERT_NE(from, into);
   MapFusion fusion;
-  fusion.points = {{from, into}, {from, into}, {12345, into}};
-  fusion.lines = {{54321, line}};
-  fusion.point_observations = {{99, 0, into}};
+  fusion.points = {{from, into}, {from, into}, {PointId(12345), into}};
+  fusion.lines = {{LineId(54321), line}};
+  fusion.point_observations = {{99_kf, 0, into}};
   Apply(fusion, &map());
   EXPECT_EQ(map().point(from), nullptr);
   ASSERT_NE(map().point(into), nullptr);
@@ -139,7 +144,7 @@ TEST_F(MapCorrectionTest, FindsLandmarksOfAnotherPartInAKeyFrame) {
   other.map = map().Clone();
   const KeyFrameId id = other.Add(Look(scene, IdealSensor(), kPoses[1]), kPoses[1]);
   const KeyFrame& keyframe = *other.map.keyframe(id);
-  const std::vector<KeyFrameId> old{0, 1};
+  const std::vector<KeyFrameId> old{0_kf, 1_kf};
   const auto points = PointsSeenBy(other.map, old, keyframe.points);
   const auto lines = LinesSeenBy(other.map, old, keyframe.lines);
   const MapFusion fusion = FindInKeyFrame(other.map, id, points, lines, matcher, model);
@@ -156,11 +161,11 @@ TEST_F(MapCorrectionTest, FindsLandmarksOfAnotherPartInAKeyFrame) {
 
 TEST_F(MapCorrectionTest, ACloneIsAMapOfItsOwn) {
   Map clone = map().Clone();
-  clone.keyframe(0)->T_WC = kMove;
+  clone.keyframe(0_kf)->T_WC = kMove;
   clone.RemovePoint(clone.point_ids().front());
-  EXPECT_EQ(map().keyframe(0)->T_WC.Matrix(), kPoses[0].Matrix());
+  EXPECT_EQ(map().keyframe(0_kf)->T_WC.Matrix(), kPoses[0].Matrix());
   EXPECT_EQ(map().num_points(), clone.num_points() + 1);
-  EXPECT_EQ(clone.keyframe(1)->frame.features, map().keyframe(1)->frame.features);
+  EXPECT_EQ(clone.keyframe(1_kf)->frame.features, map().keyframe(1_kf)->frame.features);
 }
 
 }  // namespace

@@ -11,11 +11,14 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/map_io.h>
 
+#include "features/depth_grid.h"
 #include "support/crc32.h"
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
 
@@ -28,6 +31,7 @@ using testing::MakeScene;
 using testing::PositionError;
 using testing::Scene;
 using testing::SceneMap;
+using testing::operator""_kf;
 
 const Pose kPoses[] = {
     Pose::FromTangent({0, 0, 0}, {0, -0.3, 0}), Pose::FromTangent({0.2, 0, 0}, {0, -0.1, 0}),
@@ -40,7 +44,7 @@ class MapIoTest : public ::testing::Test {
       scene_map.Add(Look(scene, IdealSensor(), T_WC, {.px = 0.5, .depth = true}), T_WC);
     }
     // Gaps in the ids.
-    map().RemoveKeyFrame(1, 0);
+    map().RemoveKeyFrame(1_kf, 0_kf);
     map().RemovePoint(map().point_ids()[3]);
     map().RemoveLine(map().line_ids()[2]);
     std::filesystem::remove(path);
@@ -61,13 +65,13 @@ class MapIoTest : public ::testing::Test {
     return bytes;
   }
   // The map with one more keyframe, whose features were edited.
-  void SaveEdited(const std::function<void(FrameFeatures&)>& edit) const {
-    Frame frame = scene_map.map.keyframe(0)->frame;
+  void SaveEdited(const std::function<void(FrameFeatures&)>& edit, double found = 0.0) const {
+    Frame frame = scene_map.map.keyframe(0_kf)->frame;
     FrameFeatures features = *frame.features;
     edit(features);
     frame.features = std::make_shared<const FrameFeatures>(std::move(features));
     Map edited = scene_map.map.Clone();
-    edited.AddKeyFrame(frame, Pose());
+    edited.AddKeyFrame(frame, Pose()).found = found;
     SaveMap(path, IdealSensor().camera, edited);
   }
   // One line that begins with the path and says `what`.
@@ -100,10 +104,11 @@ TEST_F(MapIoTest, WhatWasSavedIsLoaded) {
   ASSERT_EQ(saved.map.num_points(), map().num_points());
   ASSERT_EQ(saved.map.num_lines(), map().num_lines());
   EXPECT_EQ(saved.map.index().size(), 3u);
-  EXPECT_EQ(saved.map.keyframe_ids(), (std::vector<KeyFrameId>{0, 1, 2})) << "without gaps";
+  EXPECT_EQ(saved.map.keyframe_ids(), (std::vector<KeyFrameId>{0_kf, 1_kf, 2_kf}))
+      << "without gaps";
 
-  const KeyFrame& old = *map().keyframe(2);
-  const KeyFrame& same = *saved.map.keyframe(1);
+  const KeyFrame& old = *map().keyframe(2_kf);
+  const KeyFrame& same = *saved.map.keyframe(1_kf);
   EXPECT_EQ(same.T_WC.Matrix(), old.T_WC.Matrix());
   EXPECT_EQ(same.frame.stamp, old.frame.stamp);
   const FrameFeatures &a = *old.frame.features, &b = *same.frame.features;
@@ -138,28 +143,30 @@ TEST_F(MapIoTest, SubmapsStayApartOrJoinedAsTheyWere) {
   std::vector<SubmapId> submaps;
   for (int i = 0; i < 3; ++i) {
     submaps.push_back(map().AddSubmap());
-    map().AddKeyFrame(map().keyframe(0)->frame, kPoses[1], submaps.back());
+    map().AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[1], submaps.back());
   }
   map().Join(submaps[0], submaps[2]);
   ASSERT_EQ(map().NumKeyFramesOf(dropped), 0U);
   Save();
   const Map loaded = LoadMap(path).map;
-  EXPECT_EQ(loaded.roots(), (std::vector<SubmapId>{0, 1, 2}));
-  EXPECT_EQ(loaded.KeyFramesOf(1), (std::vector<KeyFrameId>{3, 5}));
-  EXPECT_EQ(loaded.KeyFramesOf(2), std::vector<KeyFrameId>{4});
-  EXPECT_TRUE(loaded.IsOrigin(3));
+  EXPECT_EQ(loaded.roots(), (std::vector<SubmapId>{kFirstSubmap, SubmapId(1), SubmapId(2)}));
+  EXPECT_EQ(loaded.KeyFramesOf(SubmapId(1)), (std::vector<KeyFrameId>{3_kf, 5_kf}));
+  EXPECT_EQ(loaded.KeyFramesOf(SubmapId(2)), std::vector<KeyFrameId>{4_kf});
+  EXPECT_TRUE(loaded.IsOrigin(3_kf));
   EXPECT_EQ(loaded.gravity_W(), down);
-  EXPECT_FALSE(loaded.gravity_W(1));
+  EXPECT_FALSE(loaded.gravity_W(SubmapId(1)));
 }
 
 TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   Save();
   // Without the list of submaps and the submap of each keyframe: of one keyframe both are found.
   Map one;
-  one.AddKeyFrame(map().keyframe(0)->frame, kPoses[2]);
+  one.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[2]);
   SaveMap(path, IdealSensor().camera, one);
   std::string bytes = Bytes();
   constexpr std::size_t kHeader = 24, kCamera = 40, kSubmaps = 4 + 4 + 1, kCount = 4, kSubmap = 4;
+  constexpr std::size_t kEvidence = 8 + 4, kLandmarks = 4 + 4;  // no depth grid, nothing seen
+  bytes.erase(bytes.size() - kLandmarks - kEvidence, kEvidence);
   bytes.erase(kHeader + kCamera + kSubmaps + kCount, kSubmap);
   bytes.erase(kHeader + kCamera, kSubmaps);
   const std::uint32_t version = 1;
@@ -169,12 +176,57 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   Write(WithChecksum(bytes));
   const Map loaded = LoadMap(path).map;
   ASSERT_EQ(loaded.num_keyframes(), 1U);
-  EXPECT_EQ(loaded.keyframe(0)->T_WC.Matrix(), kPoses[2].Matrix());
-  EXPECT_EQ(loaded.roots(), std::vector<SubmapId>{0});
+  EXPECT_EQ(loaded.keyframe(0_kf)->T_WC.Matrix(), kPoses[2].Matrix());
+  EXPECT_EQ(loaded.roots(), std::vector<SubmapId>{kFirstSubmap});
+}
+
+// By which another map is held against it: docs/submaps.md.
+TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
+  const DepthGrid grid(IdealSensor().camera);
+  cv::Mat depth(grid.camera().height, grid.camera().width, CV_32FC1);
+  for (int i = 0; i < static_cast<int>(depth.total()); ++i)
+    depth.ptr<float>()[i] = 0.001F * static_cast<float>(i);
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth; }, 0.625);
+  const Map loaded = LoadMap(path).map;
+  const KeyFrame& keyframe = *loaded.keyframe(loaded.keyframe_ids().back());
+  EXPECT_EQ(keyframe.found, 0.625);
+  const cv::Mat& same = keyframe.frame.features->depth_grid;
+  ASSERT_EQ(same.size(), depth.size());
+  EXPECT_EQ(cv::norm(same, depth, cv::NORM_INF), 0.0);
+  EXPECT_TRUE(loaded.keyframe(0_kf)->frame.features->depth_grid.empty()) << "it had none";
+}
+
+TEST_F(MapIoTest, RefusesDepthThatNoImageHas) {
+  const cv::Mat depth(60, 80, CV_32FC1, cv::Scalar(1.0));
+  ASSERT_EQ(DepthGrid(IdealSensor().camera).camera().height, depth.rows);
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.t(); });
+  EXPECT_NO_THROW(LoadMap(path)) << "as many cells";
+  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.rowRange(0, 59); });
+  ExpectError("its depth is not that of its camera");
+  for (const float none : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    cv::Mat wrong = depth.clone();
+    wrong.at<float>(5, 5) = none;
+    SaveEdited([&](FrameFeatures& features) { features.depth_grid = wrong; });
+    ExpectError("a depth is none");
+  }
+  SaveEdited([](FrameFeatures&) {}, -0.5);
+  ExpectError("found less than nothing");
+}
+
+// Of more submaps than the list has.
+TEST_F(MapIoTest, RefusesAKeyFrameOfNoSubmap) {
+  Save();
+  const std::string bytes = Bytes();
+  for (const std::int32_t submap : {1, -1, std::numeric_limits<std::int32_t>::max()}) {
+    std::string damaged = bytes;
+    std::memcpy(damaged.data() + 24 + 40 + (4 + 5) + 4, &submap, 4);  // of the first
+    Write(WithChecksum(damaged));
+    ExpectError("a keyframe is of no submap");
+  }
 }
 
 TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithNone) {
-  map().AddKeyFrame(map().keyframe(0)->frame, kPoses[1], map().AddSubmap());
+  map().AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[1], map().AddSubmap());
   Save();
   std::string bytes = Bytes();
   const std::int32_t root = 2;
@@ -238,8 +290,9 @@ TEST_F(MapIoTest, RefusesAYesOrNoThatIsNeither) {
   Save();
   const std::string bytes = Bytes();
   // The first line of the first keyframe: docs/map_file.md.
-  const std::size_t points = map().keyframe(0)->frame.features->points.size();
-  const std::size_t line = 24 + 40 + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
+  const std::size_t points = map().keyframe(0_kf)->frame.features->points.size();
+  const std::size_t line =
+      24 + 40 + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
   for (const std::size_t place : {line + 16, line + 16 + 1 + 6 * 8 + 4 * 8}) {
     ASSERT_LE(bytes[place], 1);
     std::string damaged = bytes;
@@ -252,7 +305,7 @@ TEST_F(MapIoTest, RefusesAYesOrNoThatIsNeither) {
 TEST_F(MapIoTest, RefusesFeaturesThatNoImageHas) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  ASSERT_TRUE(map().keyframe(0)->frame.features->lines[0].segment_C);
+  ASSERT_TRUE(map().keyframe(0_kf)->frame.features->lines[0].segment_C);
   using Edit = std::function<void(FrameFeatures&)>;
   const std::vector<std::pair<const char*, Edit>> cases = {
       {"nowhere in its image", [](FrameFeatures& f) { f.points[0].uv.x() = kNan; }},
@@ -295,10 +348,10 @@ TEST_F(MapIoTest, RefusesLandmarksThatNoMapHas) {
       {"beyond all",
        [&](Map& m) { m.line(line)->first_frame = std::numeric_limits<std::int64_t>::min(); }},
       {"ends are one", [&](Map& m) { m.line(line)->segment_W = Segment3(); }},
-      {"a keyframe's pose", [&](Map& m) { m.keyframe(0)->T_WC.data()[1] = kInf; }},
-      {"a keyframe's pose", [&](Map& m) { m.keyframe(0)->T_WC.data()[6] = 1e300; }},
+      {"a keyframe's pose", [&](Map& m) { m.keyframe(0_kf)->T_WC.data()[1] = kInf; }},
+      {"a keyframe's pose", [&](Map& m) { m.keyframe(0_kf)->T_WC.data()[6] = 1e300; }},
       {"time is beyond all",
-       [&](Map& m) { m.keyframe(0)->frame.stamp = std::numeric_limits<Stamp>::max(); }},
+       [&](Map& m) { m.keyframe(0_kf)->frame.stamp = std::numeric_limits<Stamp>::max(); }},
   };
   for (const auto& [what, edit] : cases) {
     Map edited = map().Clone();

@@ -6,6 +6,7 @@
 #include <highwall/core/error.h>
 
 #include "map/map_matcher.h"
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
@@ -19,6 +20,7 @@ using testing::MakeScene;
 using testing::Scene;
 using testing::SceneMap;
 using testing::SyntheticView;
+using testing::operator""_kf;
 
 const Pose kPose = Pose::FromTangent({0.1, -0.05, 0.2}, {0.03, -0.08, 0.05});
 // 2 cm and a degree on: pixels move by some ten.
@@ -89,7 +91,7 @@ TEST_F(MapMatcherTest, PredictsTheLevelFromTheDistance) {
 }
 
 TEST_F(MapMatcherTest, PointsOutsideOfTheFrustumAreNotVisible) {
-  MapPoint& point = *scene_map.map.point(0);
+  MapPoint& point = *scene_map.map.point(PointId(0));
   const auto is_visible = [&](const Eigen::Vector3d& p_C) {
     point.p_W = kPose * p_C;
     point.normal_W = (point.p_W - kPose.p()).normalized();
@@ -97,7 +99,7 @@ TEST_F(MapMatcherTest, PointsOutsideOfTheFrustumAreNotVisible) {
     point.max_distance = 100.0;
     std::vector<PointId> visible;
     MatchPoints(view, kPose, &visible);
-    return std::find(visible.begin(), visible.end(), 0) != visible.end();
+    return std::find(visible.begin(), visible.end(), PointId(0)) != visible.end();
   };
   EXPECT_TRUE(is_visible({0, 0, 2}));
   EXPECT_FALSE(is_visible({0, 0, -2})) << "behind";
@@ -107,7 +109,7 @@ TEST_F(MapMatcherTest, PointsOutsideOfTheFrustumAreNotVisible) {
 }
 
 TEST_F(MapMatcherTest, PointsOutOfScaleOrSeenFromBehindAreNotVisible) {
-  MapPoint& point = *scene_map.map.point(0);
+  MapPoint& point = *scene_map.map.point(PointId(0));
   point.p_W = kPose * Eigen::Vector3d(0, 0, 2);
   const auto is_visible = [&](double min_distance, double max_distance, double cosine) {
     point.min_distance = min_distance;
@@ -116,7 +118,7 @@ TEST_F(MapMatcherTest, PointsOutOfScaleOrSeenFromBehindAreNotVisible) {
     point.normal_W = kPose.R() * Eigen::Vector3d(sine, 0, cosine);
     std::vector<PointId> visible;
     MatchPoints(view, kPose, &visible);
-    return std::find(visible.begin(), visible.end(), 0) != visible.end();
+    return std::find(visible.begin(), visible.end(), PointId(0)) != visible.end();
   };
   EXPECT_TRUE(is_visible(1.0, 3.0, 1.0));
   // One level of slack on either side of 2 m.
@@ -130,7 +132,7 @@ TEST_F(MapMatcherTest, PointsOutOfScaleOrSeenFromBehindAreNotVisible) {
 
 TEST_F(MapMatcherTest, MatchesTheLandmarksOfTheLastFrame) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
-  const std::vector<PointId>& last_points = scene_map.map.keyframe(0)->points;
+  const std::vector<PointId>& last_points = scene_map.map.keyframe(0_kf)->points;
   // Predicted where it was: the window must cover the motion in the image, up to 20 px.
   const MeasurementModel wide_model(IdealSensor(), {.search = {.motion_radius = 30.0}});
   const MapMatcher wide(wide_model);
@@ -150,14 +152,15 @@ TEST_F(MapMatcherTest, ForgottenAndUnmatchedLandmarksAreSkipped) {
   std::vector<PointId> last_points(view.points.size(), kNoId);
   EXPECT_TRUE(
       matcher.MatchLast(*view.features, kPose, scene_map.map, *view.features, last_points).empty());
-  last_points[2] = scene_map.map.keyframe(0)->points[2];
-  last_points[4] = scene_map.map.keyframe(0)->points[4];
+  last_points[2] = scene_map.map.keyframe(0_kf)->points[2];
+  last_points[4] = scene_map.map.keyframe(0_kf)->points[4];
   scene_map.map.RemovePoint(last_points[4]);
   const PointMatches expected{{2, last_points[2]}};
   EXPECT_EQ(matcher.MatchLast(*view.features, kPose, scene_map.map, *view.features, last_points),
             expected);
   EXPECT_TRUE(matcher
-                  .MatchPoints(*view.features, kPose, scene_map.map, std::vector<PointId>{-1, 9999},
+                  .MatchPoints(*view.features, kPose, scene_map.map,
+                               std::vector<PointId>{kNoId, PointId(9999)},
                                NoneOf(view.points.size()))
                   .empty());
 }
@@ -238,10 +241,10 @@ TEST_F(MapMatcherTest, EmptyFeaturesMatchNothing) {
       matcher.MatchPoints(empty, kPose, scene_map.map, scene_map.map.point_ids(), {}).empty());
   EXPECT_TRUE(
       matcher.MatchLines(empty, kPose, scene_map.map, scene_map.map.line_ids(), {}).empty());
-  EXPECT_TRUE(
-      matcher
-          .MatchLast(empty, kPose, scene_map.map, *view.features, scene_map.map.keyframe(0)->points)
-          .empty());
+  EXPECT_TRUE(matcher
+                  .MatchLast(empty, kPose, scene_map.map, *view.features,
+                             scene_map.map.keyframe(0_kf)->points)
+                  .empty());
 }
 
 TEST(MapMatcherOptions, ErrorsNameTheField) {

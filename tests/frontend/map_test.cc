@@ -7,10 +7,13 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
 namespace {
+
+using testing::operator""_kf;
 
 BinaryDescriptor256 FirstBits(int count) {
   BinaryDescriptor256 descriptor{};
@@ -57,19 +60,19 @@ TEST(Map, GivesAscendingIdsThatAreNeverUsedAgain) {
   EXPECT_EQ(map.num_keyframes(), 2u);
   EXPECT_EQ(map.num_points(), 1u);
   EXPECT_EQ(map.num_lines(), 1u);
-  EXPECT_EQ(map.keyframe_ids(), (std::vector<KeyFrameId>{1, 2}));
-  EXPECT_EQ(map.point_ids(), std::vector<PointId>{1});
-  EXPECT_EQ(map.line_ids(), std::vector<LineId>{1});
+  EXPECT_EQ(map.keyframe_ids(), (std::vector<KeyFrameId>{1_kf, 2_kf}));
+  EXPECT_EQ(map.point_ids(), std::vector<PointId>{PointId(1)});
+  EXPECT_EQ(map.line_ids(), std::vector<LineId>{LineId(1)});
 }
 
 TEST(Map, AnswersNothingForIdsItNeverGave) {
   const Map map;
-  for (const std::int32_t id : {kNoId, 0, 5}) {
-    EXPECT_EQ(map.keyframe(id), nullptr);
-    EXPECT_EQ(map.point(id), nullptr);
-    EXPECT_EQ(map.line(id), nullptr);
+  for (const int id : {-1, 0, 5}) {
+    EXPECT_EQ(map.keyframe(KeyFrameId(id)), nullptr);
+    EXPECT_EQ(map.point(PointId(id)), nullptr);
+    EXPECT_EQ(map.line(LineId(id)), nullptr);
   }
-  EXPECT_THROW(map.ResolvePose(0), InvalidArgument);
+  EXPECT_THROW(map.ResolvePose(0_kf), InvalidArgument);
   EXPECT_THROW(map.ResolvePose(kNoId), InvalidArgument);
 }
 
@@ -97,7 +100,7 @@ TEST(Map, RefusesASecondSightAndATakenFeature) {
   EXPECT_FALSE(map.ObservePoint(k, 1, p)) << "seen already";
   EXPECT_FALSE(map.ObservePoint(k, 0, q)) << "taken";
   EXPECT_FALSE(map.ObservePoint(k, 1, kNoId));
-  EXPECT_FALSE(map.ObservePoint(9, 1, q));
+  EXPECT_FALSE(map.ObservePoint(9_kf, 1, q));
   EXPECT_EQ(map.keyframe(k)->points, (std::vector<PointId>{p, kNoId}));
   EXPECT_TRUE(map.point(q)->observations.empty());
 }
@@ -119,10 +122,10 @@ TEST(Map, RemovesALandmarkWithItsLastObservation) {
   EXPECT_EQ(map.keyframe(k1)->points[0], p);
   map.ForgetPointObservation(k0, p);  // not seen there: nothing to forget
   EXPECT_NE(map.point(p), nullptr);
-  map.ForgetPointObservation(9, p);  // no such keyframe, no such landmark
-  map.ForgetLineObservation(9, l);
-  map.ForgetPointObservation(k1, 9);
-  map.ForgetLineObservation(k1, 9);
+  map.ForgetPointObservation(9_kf, p);  // no such keyframe, no such landmark
+  map.ForgetLineObservation(9_kf, l);
+  map.ForgetPointObservation(k1, PointId(9));
+  map.ForgetLineObservation(k1, LineId(9));
   EXPECT_EQ(map.line(l)->observations.size(), 1u);
   map.ForgetPointObservation(k1, p);
   map.ForgetLineObservation(k1, l);
@@ -138,11 +141,11 @@ TEST(Map, MergesObservationsAndCountsInTheOrderOfKeyFrames) {
   Map map;
   for (int i = 0; i < 4; ++i) map.AddKeyFrame(FrameOf(2), Pose());
   const PointId from = map.AddPoint({0, 0, 1}, 0).id, into = map.AddPoint({0, 0, 1.01}, 0).id;
-  map.ObservePoint(0, 0, from);
-  map.ObservePoint(1, 0, from);
-  map.ObservePoint(2, 0, from);
-  map.ObservePoint(1, 1, into);
-  map.ObservePoint(3, 1, into);
+  map.ObservePoint(0_kf, 0, from);
+  map.ObservePoint(1_kf, 0, from);
+  map.ObservePoint(2_kf, 0, from);
+  map.ObservePoint(1_kf, 1, into);
+  map.ObservePoint(3_kf, 1, into);
   map.point(from)->visible = 5;
   map.point(from)->found = 3;
   map.MergePoints(from, into);
@@ -154,11 +157,11 @@ TEST(Map, MergesObservationsAndCountsInTheOrderOfKeyFrames) {
   const int features[4] = {0, 1, 0, 1};  // keyframe 1 keeps its own sight of `into`
   for (int i = 0; i < 4; ++i) {
     const Observation& o = point.observations[static_cast<std::size_t>(i)];
-    EXPECT_EQ(o.keyframe, i);
+    EXPECT_EQ(o.keyframe, KeyFrameId(i));
     EXPECT_EQ(o.index, features[i]);
-    EXPECT_EQ(map.keyframe(i)->points[static_cast<std::size_t>(o.index)], into);
+    EXPECT_EQ(map.keyframe(o.keyframe)->points[static_cast<std::size_t>(o.index)], into);
   }
-  EXPECT_EQ(map.keyframe(1)->points[0], kNoId);
+  EXPECT_EQ(map.keyframe(1_kf)->points[0], kNoId);
 }
 
 TEST(Map, MergesLinesAsItDoesPoints) {
@@ -166,10 +169,10 @@ TEST(Map, MergesLinesAsItDoesPoints) {
   for (int i = 0; i < 3; ++i) map.AddKeyFrame(FrameOf(0, 2), Pose());
   const Segment3 segment({0, 0, 1}, {1, 0, 1});
   const LineId from = map.AddLine(segment, 0).id, into = map.AddLine(segment, 0).id;
-  map.ObserveLine(0, 0, from);
-  map.ObserveLine(1, 0, from);
-  map.ObserveLine(1, 1, into);
-  map.ObserveLine(2, 1, into);
+  map.ObserveLine(0_kf, 0, from);
+  map.ObserveLine(1_kf, 0, from);
+  map.ObserveLine(1_kf, 1, into);
+  map.ObserveLine(2_kf, 1, into);
   map.MergeLines(from, into);
   map.MergeLines(from, into);
   map.MergeLines(into, into);
@@ -177,18 +180,18 @@ TEST(Map, MergesLinesAsItDoesPoints) {
   ASSERT_NE(map.line(into), nullptr);
   EXPECT_EQ(map.line(into)->observations.size(), 3u);
   EXPECT_EQ(map.line(into)->found, 2);
-  EXPECT_EQ(map.keyframe(0)->lines[0], into);
-  EXPECT_EQ(map.keyframe(1)->lines[0], kNoId) << "it has its own sight of `into`";
+  EXPECT_EQ(map.keyframe(0_kf)->lines[0], into);
+  EXPECT_EQ(map.keyframe(1_kf)->lines[0], kNoId) << "it has its own sight of `into`";
 }
 
 TEST(Map, MergingWithItselfOrNothingChangesNothing) {
   Map map;
   map.AddKeyFrame(FrameOf(1), Pose());
   const PointId p = map.AddPoint({0, 0, 1}, 0).id;
-  map.ObservePoint(0, 0, p);
+  map.ObservePoint(0_kf, 0, p);
   map.MergePoints(p, p);
-  map.MergePoints(p, 17);
-  map.MergePoints(17, p);
+  map.MergePoints(p, PointId(17));
+  map.MergePoints(PointId(17), p);
   ASSERT_NE(map.point(p), nullptr);
   EXPECT_EQ(map.point(p)->observations.size(), 1u);
   EXPECT_EQ(map.point(p)->visible, 1);
@@ -200,11 +203,11 @@ TEST(Map, RemovedKeyFrameTakesItsObservationsAlong) {
   map.AddKeyFrame(FrameOf(2, 1), Pose());
   const PointId shared = map.AddPoint({0, 0, 1}, 0).id, alone = map.AddPoint({0, 0, 1}, 0).id;
   const LineId line = map.AddLine(Segment3(), 0).id;
-  map.ObservePoint(0, 0, shared);
-  map.ObservePoint(1, 0, shared);
-  map.ObservePoint(0, 1, alone);
-  map.ObserveLine(0, 0, line);
-  map.RemoveKeyFrame(0, 1);
+  map.ObservePoint(0_kf, 0, shared);
+  map.ObservePoint(1_kf, 0, shared);
+  map.ObservePoint(0_kf, 1, alone);
+  map.ObserveLine(0_kf, 0, line);
+  map.RemoveKeyFrame(0_kf, 1_kf);
   ASSERT_NE(map.point(shared), nullptr);
   EXPECT_EQ(map.point(shared)->observations.size(), 1u);
   EXPECT_EQ(map.point(alone), nullptr);
@@ -214,11 +217,11 @@ TEST(Map, RemovedKeyFrameTakesItsObservationsAlong) {
 TEST(Map, KeyFrameIsRemovedOnlyForAnotherLiveOne) {
   Map map;
   for (int i = 0; i < 3; ++i) map.AddKeyFrame(FrameOf(0), Pose());
-  map.RemoveKeyFrame(0, 1);
-  EXPECT_THROW(map.RemoveKeyFrame(1, 1), InvalidArgument);
-  EXPECT_THROW(map.RemoveKeyFrame(1, 0), InvalidArgument);
-  EXPECT_THROW(map.RemoveKeyFrame(1, kNoId), InvalidArgument);
-  map.RemoveKeyFrame(0, 2);  // gone already
+  map.RemoveKeyFrame(0_kf, 1_kf);
+  EXPECT_THROW(map.RemoveKeyFrame(1_kf, 1_kf), InvalidArgument);
+  EXPECT_THROW(map.RemoveKeyFrame(1_kf, 0_kf), InvalidArgument);
+  EXPECT_THROW(map.RemoveKeyFrame(1_kf, kNoId), InvalidArgument);
+  map.RemoveKeyFrame(0_kf, 2_kf);  // gone already
   EXPECT_EQ(map.num_keyframes(), 2u);
 }
 
@@ -228,19 +231,19 @@ TEST(Map, ResolvesThePoseThroughAChainOfRemovals) {
   const Pose T1 = Pose::FromTangent({1, 0, 0}, {-0.3, 0.1, 0.2});
   const Pose T2 = Pose::FromTangent({2, 1, 0}, {0.2, -0.5, 0.4});
   for (const Pose& T : {T0, T1, T2}) map.AddKeyFrame(FrameOf(0), T);
-  map.RemoveKeyFrame(0, 1);
+  map.RemoveKeyFrame(0_kf, 1_kf);
   // Its parent moves before it goes itself, and so does the last of the chain.
   const Pose M1 = Pose::FromTangent({0.1, 0.3, -0.2}, {0.4, 0, 0.1});
-  map.keyframe(1)->T_WC = M1;
-  map.RemoveKeyFrame(1, 2);
+  map.keyframe(1_kf)->T_WC = M1;
+  map.RemoveKeyFrame(1_kf, 2_kf);
   const Pose M2 = Pose::FromTangent({5, 0, 1}, {0, 0.3, 0});
-  map.keyframe(2)->T_WC = M2;
+  map.keyframe(2_kf)->T_WC = M2;
   const Pose expected1 = M2 * (T2.Inverse() * M1);
   const Pose expected0 = expected1 * (T1.Inverse() * T0);
   // A handful of products of rigid transforms.
-  EXPECT_TRUE(map.ResolvePose(2).Matrix().isApprox(M2.Matrix(), 1e-15));
-  EXPECT_TRUE(map.ResolvePose(1).Matrix().isApprox(expected1.Matrix(), 1e-14));
-  EXPECT_TRUE(map.ResolvePose(0).Matrix().isApprox(expected0.Matrix(), 1e-14));
+  EXPECT_TRUE(map.ResolvePose(2_kf).Matrix().isApprox(M2.Matrix(), 1e-15));
+  EXPECT_TRUE(map.ResolvePose(1_kf).Matrix().isApprox(expected1.Matrix(), 1e-14));
+  EXPECT_TRUE(map.ResolvePose(0_kf).Matrix().isApprox(expected0.Matrix(), 1e-14));
 }
 
 TEST(Map, RefreshTakesTheMostCentralDescriptor) {
@@ -248,13 +251,13 @@ TEST(Map, RefreshTakesTheMostCentralDescriptor) {
   const int bits[3] = {0, 10, 100};  // median distances, own one included: 10, 10, 90
   for (const int b : bits) map.AddKeyFrame(MakeFrame({FirstBits(b)}), Pose());
   const PointId p = map.AddPoint({0, 0, 2}, 0).id;
-  map.ObservePoint(1, 0, p);
+  map.ObservePoint(1_kf, 0, p);
   map.RefreshPoint(p, {});
   EXPECT_EQ(map.point(p)->descriptor, FirstBits(10)) << "the only one";
-  map.ObservePoint(0, 0, p);
-  map.ObservePoint(2, 0, p);
+  map.ObservePoint(0_kf, 0, p);
+  map.ObservePoint(2_kf, 0, p);
   map.AddKeyFrame(MakeFrame({FirstBits(12)}), Pose());
-  map.ObservePoint(3, 0, p);
+  map.ObservePoint(3_kf, 0, p);
   map.RefreshPoint(p, {});
   // {0, 10, 100, 12}: lower medians 10 (0), 2 (10), 88 (100), 2 (12); the first of equals.
   EXPECT_EQ(map.point(p)->descriptor, FirstBits(10));
@@ -266,8 +269,8 @@ TEST(Map, RefreshTakesNormalAndScaleRange) {
   map.AddKeyFrame(MakeFrame({FirstBits(0)}, 0, {3}), At(2, 0, 0));
   const PointId p = map.AddPoint({0, 0, 2}, 0).id;
   // The newest keyframe first: it stays the one that counts.
-  map.ObservePoint(1, 0, p);
-  map.ObservePoint(0, 0, p);
+  map.ObservePoint(1_kf, 0, p);
+  map.ObservePoint(0_kf, 0, p);
   map.RefreshPoint(p, {});
   const MapPoint& point = *map.point(p);
   EXPECT_TRUE(point.normal_W.isApprox(Eigen::Vector3d::UnitZ(), 1e-15));
@@ -293,7 +296,7 @@ Map TiedMap(int keyframes) {
     motion.stamp = Stamp{k} * 1'000'000'000;
     motion.v_WB = {1, 0.1 * k, 0};
     if (k > 0) {
-      motion.previous = k - 1;
+      motion.previous = KeyFrameId(k - 1);
       motion.from_previous =
           std::make_shared<const ImuPreintegration>(MapReadings(k - 1, k), ImuBias::Zero());
     }
@@ -304,25 +307,25 @@ Map TiedMap(int keyframes) {
 
 TEST(Map, SuccessorIsTheKeyFrameWhoseMotionFollows) {
   Map map = TiedMap(3);
-  ASSERT_NE(map.Successor(0), nullptr);
-  EXPECT_EQ(map.Successor(0)->id, 1);
-  EXPECT_EQ(map.Successor(1)->id, 2);
-  EXPECT_EQ(map.Successor(2), nullptr) << "the last one";
+  ASSERT_NE(map.Successor(0_kf), nullptr);
+  EXPECT_EQ(map.Successor(0_kf)->id, 1_kf);
+  EXPECT_EQ(map.Successor(1_kf)->id, 2_kf);
+  EXPECT_EQ(map.Successor(2_kf), nullptr) << "the last one";
   EXPECT_EQ(map.Successor(kNoId), nullptr);
-  map.keyframe(1)->motion->previous = kNoId;
-  map.keyframe(1)->motion->from_previous = nullptr;
-  EXPECT_EQ(map.Successor(0), nullptr) << "readings were missing";
-  map.keyframe(2)->motion.reset();
-  EXPECT_EQ(map.Successor(1), nullptr) << "without an IMU";
+  map.keyframe(1_kf)->motion->previous = kNoId;
+  map.keyframe(1_kf)->motion->from_previous = nullptr;
+  EXPECT_EQ(map.Successor(0_kf), nullptr) << "readings were missing";
+  map.keyframe(2_kf)->motion.reset();
+  EXPECT_EQ(map.Successor(1_kf), nullptr) << "without an IMU";
 }
 
 TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
   Map map = TiedMap(4);
-  map.RemoveKeyFrame(1, 0);
-  map.RemoveKeyFrame(2, 3);
-  const KeyFrameMotion& motion = *map.keyframe(3)->motion;
-  EXPECT_EQ(motion.previous, 0);
-  EXPECT_EQ(map.Successor(0)->id, 3);
+  map.RemoveKeyFrame(1_kf, 0_kf);
+  map.RemoveKeyFrame(2_kf, 3_kf);
+  const KeyFrameMotion& motion = *map.keyframe(3_kf)->motion;
+  EXPECT_EQ(motion.previous, 0_kf);
+  EXPECT_EQ(map.Successor(0_kf)->id, 3_kf);
   ASSERT_NE(motion.from_previous, nullptr);
   const ImuPreintegration whole(MapReadings(0, 3), ImuBias::Zero());
   EXPECT_EQ(motion.from_previous->start(), whole.start());
@@ -334,38 +337,38 @@ TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
 
 TEST(Map, RemovingTheFirstOfAChainUnties) {
   Map map = TiedMap(3);
-  map.RemoveKeyFrame(0, 1);
-  EXPECT_EQ(map.keyframe(1)->motion->previous, kNoId);
-  EXPECT_EQ(map.keyframe(1)->motion->from_previous, nullptr);
-  EXPECT_EQ(map.Successor(1)->id, 2) << "the others stay";
-  map.RemoveKeyFrame(2, 1);
-  EXPECT_EQ(map.Successor(1), nullptr);
+  map.RemoveKeyFrame(0_kf, 1_kf);
+  EXPECT_EQ(map.keyframe(1_kf)->motion->previous, kNoId);
+  EXPECT_EQ(map.keyframe(1_kf)->motion->from_previous, nullptr);
+  EXPECT_EQ(map.Successor(1_kf)->id, 2_kf) << "the others stay";
+  map.RemoveKeyFrame(2_kf, 1_kf);
+  EXPECT_EQ(map.Successor(1_kf), nullptr);
 }
 
 TEST(Map, TransformMovesEverything) {
   Map map = TiedMap(3);
-  map.RemoveKeyFrame(1, 0);
+  map.RemoveKeyFrame(1_kf, 0_kf);
   const PointId p = map.AddPoint({1, 2, 3}, 0).id;
   map.point(p)->normal_W = {0, 0.6, 0.8};
   const Segment3 segment({1, 0, 0}, {0, 1, 2});
   const LineId l = map.AddLine(segment, 0).id;
   map.SetGravity(Eigen::Vector3d(0.1, 0, -9.8));
-  const KeyFrameMotion before = *map.keyframe(2)->motion;
+  const KeyFrameMotion before = *map.keyframe(2_kf)->motion;
   const Pose T = Pose::FromTangent({0.5, -1, 2}, {0.3, -0.7, 1.1});
   map.Transform(T);
   // Each is a handful of products.
   const auto is_at = [&](KeyFrameId id, const Pose& before_T) {
     return map.ResolvePose(id).Matrix().isApprox((T * before_T).Matrix(), 1e-14);
   };
-  EXPECT_TRUE(is_at(0, At(0, 0, 0)));
-  EXPECT_TRUE(is_at(1, At(1, 0, 0))) << "one that was removed, through its parent";
-  EXPECT_TRUE(is_at(2, At(2, 0, 0)));
+  EXPECT_TRUE(is_at(0_kf, At(0, 0, 0)));
+  EXPECT_TRUE(is_at(1_kf, At(1, 0, 0))) << "one that was removed, through its parent";
+  EXPECT_TRUE(is_at(2_kf, At(2, 0, 0)));
   EXPECT_TRUE(map.point(p)->p_W.isApprox(T * Eigen::Vector3d(1, 2, 3), 1e-14));
   EXPECT_TRUE(map.point(p)->normal_W.isApprox(T.q() * Eigen::Vector3d(0, 0.6, 0.8), 1e-14));
   EXPECT_TRUE(map.line(l)->segment_W.p().isApprox(T * segment.p(), 1e-14));
   EXPECT_TRUE(map.line(l)->segment_W.q().isApprox(T * segment.q(), 1e-14));
   EXPECT_TRUE(map.gravity_W()->isApprox(T.q() * Eigen::Vector3d(0.1, 0, -9.8), 1e-14));
-  const KeyFrameMotion& after = *map.keyframe(2)->motion;
+  const KeyFrameMotion& after = *map.keyframe(2_kf)->motion;
   EXPECT_TRUE(after.v_WB.isApprox(T.q() * before.v_WB, 1e-14));
   EXPECT_EQ(after.from_previous, before.from_previous) << "of the body's own frame";
   EXPECT_EQ(after.bias, before.bias);
@@ -377,19 +380,19 @@ TEST(Map, OrdersObserversByCountThenId) {
   std::vector<PointId> points;
   for (int i = 0; i < 3; ++i) points.push_back(map.AddPoint({0, 0, 1}, 0).id);
   const LineId line = map.AddLine(Segment3(), 0).id;
-  for (int i = 0; i < 3; ++i) map.ObservePoint(2, i, points[static_cast<std::size_t>(i)]);
-  map.ObservePoint(1, 0, points[0]);
-  map.ObservePoint(0, 1, points[1]);
-  map.ObserveLine(0, 0, line);
-  map.ObserveLine(1, 0, line);
+  for (int i = 0; i < 3; ++i) map.ObservePoint(2_kf, i, points[static_cast<std::size_t>(i)]);
+  map.ObservePoint(1_kf, 0, points[0]);
+  map.ObservePoint(0_kf, 1, points[1]);
+  map.ObserveLine(0_kf, 0, line);
+  map.ObserveLine(1_kf, 0, line);
   using Counts = std::vector<std::pair<KeyFrameId, int>>;
-  EXPECT_EQ(map.Observers(points), (Counts{{2, 3}, {0, 1}, {1, 1}}));
+  EXPECT_EQ(map.Observers(points), (Counts{{2_kf, 3}, {0_kf, 1}, {1_kf, 1}}));
   const LineId lines[] = {line, kNoId};
-  EXPECT_EQ(map.Observers(points, lines), (Counts{{2, 3}, {0, 2}, {1, 2}}));
-  EXPECT_EQ(map.Covisible(0, 1), (Counts{{1, 1}, {2, 1}}));
-  EXPECT_EQ(map.Covisible(0, 2), Counts{});
-  EXPECT_EQ(map.Covisible(3, 1), Counts{});
-  EXPECT_EQ(map.Covisible(9, 1), Counts{});
+  EXPECT_EQ(map.Observers(points, lines), (Counts{{2_kf, 3}, {0_kf, 2}, {1_kf, 2}}));
+  EXPECT_EQ(map.Covisible(0_kf, 1), (Counts{{1_kf, 1}, {2_kf, 1}}));
+  EXPECT_EQ(map.Covisible(0_kf, 2), Counts{});
+  EXPECT_EQ(map.Covisible(3_kf, 1), Counts{});
+  EXPECT_EQ(map.Covisible(9_kf, 1), Counts{});
 }
 
 }  // namespace

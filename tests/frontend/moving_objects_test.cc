@@ -284,16 +284,17 @@ TEST_F(MovingObjectsTest, FindsWhatMovedInTheLastSeconds) {
   for (int i = 0; i < 16; ++i) {
     moving.Remember(i * Stamp{250'000'000}, See(0.125 * i - 1.2), Pose(), {}, keyframe, map);
   }
-  EXPECT_FALSE(moving.Find(4'000'000'000, See(0.8), Pose(), map, 0).empty());
-  EXPECT_TRUE(moving.Find(4'000'000'000, cv::Mat(), Pose(), map, 0).empty()) << "of a loaded map";
+  EXPECT_FALSE(moving.Find(4'000'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
+  EXPECT_TRUE(moving.Find(4'000'000'000, cv::Mat(), Pose(), map, kFirstSubmap).empty())
+      << "of a loaded map";
 }
 
 TEST_F(MovingObjectsTest, ForgetsWhatIsLongAgo) {
   moving.Remember(0, See(0.0), Pose(), {}, keyframe, map);
   moving.Remember(600'000'000, See(0.0), Pose(), {}, keyframe, map);
-  EXPECT_FALSE(moving.Find(700'000'000, See(0.8), Pose(), map, 0).empty());
+  EXPECT_FALSE(moving.Find(700'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
   moving.Remember(20'000'000'000, See(0.8), Pose(), {}, keyframe, map);
-  EXPECT_TRUE(moving.Find(20'100'000'000, See(0.8), Pose(), map, 0).empty());
+  EXPECT_TRUE(moving.Find(20'100'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
 }
 
 TEST_F(MovingObjectsTest, FollowsTheKeyframesOfTheMap) {
@@ -302,8 +303,8 @@ TEST_F(MovingObjectsTest, FollowsTheKeyframesOfTheMap) {
   }
   const Pose T_new_old = Pose::FromTangent({5.0, 2.0, -1.0}, {0.1, 0.2, 0.3});
   map.Transform(T_new_old);
-  EXPECT_TRUE(moving.Find(1'300'000'000, See(0.0), T_new_old, map, 0).empty());
-  EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), T_new_old, map, 0).empty());
+  EXPECT_TRUE(moving.Find(1'300'000'000, See(0.0), T_new_old, map, kFirstSubmap).empty());
+  EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), T_new_old, map, kFirstSubmap).empty());
 }
 
 TEST_F(MovingObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
@@ -311,12 +312,13 @@ TEST_F(MovingObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
     moving.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
   }
   const SubmapId other = map.AddSubmap();
-  ASSERT_FALSE(moving.Find(1'300'000'000, See(0.8), Pose(), map, 0).empty());
+  ASSERT_FALSE(moving.Find(1'300'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
   EXPECT_TRUE(moving.Find(1'300'000'000, See(0.8), Pose(), map, other).empty());
-  map.Join(0, other);
+  map.Join(kFirstSubmap, other);
   EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), Pose(), map, other).empty());
   map.RemoveSubmap(other);
-  EXPECT_TRUE(moving.Find(1'300'000'000, See(0.8), Pose(), map, 0).empty()) << "it is no more";
+  EXPECT_TRUE(moving.Find(1'300'000'000, See(0.8), Pose(), map, kFirstSubmap).empty())
+      << "it is no more";
 }
 
 TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
@@ -326,18 +328,18 @@ TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
   const cv::Mat depth = moving.grid().Sample(DepthOf(world, Camera(), Pose()), 0.3, 8.0);
   const cv::Mat surface = (depth < 2.0) - 1;  // 254
   moving.Remember(100'000'000, depth, Pose(), surface, keyframe, map);
-  const cv::Mat mask = moving.Find(200'000'000, depth, Pose(), map, 0);
+  const cv::Mat mask = moving.Find(200'000'000, depth, Pose(), map, kFirstSubmap);
   ASSERT_FALSE(mask.empty());
   EXPECT_EQ(cv::countNonZero((mask == 254) != (depth < 2.0)), 0);
-  EXPECT_TRUE(moving.Find(700'000'000, depth, Pose(), map, 0).empty()) << "too long ago";
-  EXPECT_TRUE(moving.Find(50'000'000, depth, Pose(), map, 0).empty()) << "in hindsight";
+  EXPECT_TRUE(moving.Find(700'000'000, depth, Pose(), map, kFirstSubmap).empty()) << "too long ago";
+  EXPECT_TRUE(moving.Find(50'000'000, depth, Pose(), map, kFirstSubmap).empty()) << "in hindsight";
 }
 
 TEST_F(MovingObjectsTest, FindsNothingWhenTurnedOff) {
   MovingObjects off(Camera(), DepthNoise(), {.enabled = false});
   for (const Stamp stamp : {0L, 600'000'000L})
     off.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
-  EXPECT_TRUE(off.Find(700'000'000, See(0.8), Pose(), map, 0).empty());
+  EXPECT_TRUE(off.Find(700'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
 }
 
 TEST(MovingObjectOptions, ErrorsNameTheField) {

@@ -2,6 +2,7 @@
 
 #include <highwall/core/error.h>
 
+#include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
 
@@ -17,6 +18,7 @@ using testing::PositionError;
 using testing::Scene;
 using testing::SceneMap;
 using testing::SyntheticView;
+using testing::operator""_kf;
 
 // Four keyframes of one scene that look to the left, ahead and to the right.
 const Pose kKeyFrames[] = {
@@ -45,7 +47,7 @@ TEST_F(RelocalizerTest, FindsThePoseFromScratch) {
   ASSERT_TRUE(found);
   EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-9);  // exact features: rounding
   EXPECT_LT(AngleError(found->T_WC, kQuery), 1e-9);
-  EXPECT_EQ(found->keyframe, 2) << "it shares most";
+  EXPECT_EQ(found->keyframe, 2_kf) << "it shares most";
   EXPECT_GT(found->points.size(), 40u);
   for (const auto& [feature, id] : found->points) {
     const int place = view.points[static_cast<std::size_t>(feature)];
@@ -190,9 +192,9 @@ TEST_F(RelocalizerTest, SameSeedGivesTheSameResult) {
 
 TEST_F(RelocalizerTest, MatchesOneKeyFrameWithoutAVote) {
   const SyntheticView view = Look(scene, IdealSensor(), kQuery);
-  const auto found = relocalizer.MatchKeyFrame(*view.features, scene_map.map, 1, Pose());
+  const auto found = relocalizer.MatchKeyFrame(*view.features, scene_map.map, 1_kf, Pose());
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->keyframe, 1);
+  EXPECT_EQ(found->keyframe, 1_kf);
   EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-9);
 }
 
@@ -238,7 +240,7 @@ TEST(RelocalizerOnLines, FindsThePoseFromAGuessNearby) {
   const SyntheticView view = Look(scene, IdealSensor(), truth);
   const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->keyframe, 0);
+  EXPECT_EQ(found->keyframe, 0_kf);
   EXPECT_TRUE(found->points.empty());
   EXPECT_GE(found->lines.size(), 8u);
   for (const auto& [feature, id] : found->lines) {
@@ -265,7 +267,7 @@ TEST(RelocalizerOnLines, TheirMatchesPassTheOutlierRuleOfTheModel) {
 
 TEST_F(RelocalizerTest, NothingFromNothing) {
   EXPECT_FALSE(relocalizer.Relocalize(FrameFeatures(), scene_map.map));
-  EXPECT_FALSE(relocalizer.MatchKeyFrame(FrameFeatures(), scene_map.map, 0, Pose()));
+  EXPECT_FALSE(relocalizer.MatchKeyFrame(FrameFeatures(), scene_map.map, 0_kf, Pose()));
   const SyntheticView view = Look(scene, IdealSensor(), kQuery);
   EXPECT_FALSE(relocalizer.Relocalize(*view.features, Map()));
 }

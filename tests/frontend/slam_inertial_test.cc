@@ -1,6 +1,7 @@
 // SlamSystem with an IMU, in a room that is rendered.
 #include <highwall/frontend/system/slam_system.h>
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -20,6 +21,11 @@ constexpr std::size_t kDark = 40, kBrightAgain = 52;  // frames with the lens co
 
 PinholeCamera SmallCamera() {
   return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+}
+
+// [rad]
+double AngleTo(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
 // Six seconds of a walk with an IMU, rendered once for all tests.
@@ -133,6 +139,33 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     ASSERT_EQ(repeated_trajectory[i].pose.Matrix(), trajectory[i].pose.Matrix()) << i;
   }
+}
+
+// The lens is covered for longer than dead reckoning is believed, and a place follows that no map
+// shows: what is begun there has a world of its own, in which up is known from its first frame on.
+TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
+  SlamOptions options = Deterministic({});
+  options.inertial.max_dead_reckoning = 0.5;
+  SlamSystem system({.camera = SmallCamera()}, options, walk().calibration);
+  const std::vector<FrameResult> results = Run(system);
+  const FrameResult& last_dark = results[kBrightAgain - 1];
+  EXPECT_EQ(last_dark.state, TrackingState::kLost);
+  EXPECT_EQ(last_dark.reason, LossReason::kDark);
+  std::size_t begin = kBrightAgain;
+  while (begin < results.size() && !results[begin].begins_submap) ++begin;
+  ASSERT_LT(begin, results.size());
+  EXPECT_EQ(begin, kBrightAgain) << "patience is over: the first frame that can";
+  // Up is the mean acceleration of a second, in which a walk changes its velocity by less than
+  // half a metre per second: 3 deg.
+  constexpr double kUpright = 0.05;  // [rad]
+  for (std::size_t i = begin; i < results.size(); ++i) {
+    EXPECT_EQ(results[i].submap, results[begin].submap) << i;
+    const Eigen::Vector3d up_C = walk().truth[i].pose.q().conjugate() * Eigen::Vector3d::UnitZ();
+    EXPECT_LT(AngleTo(results[i].T_WC.q() * up_C, Eigen::Vector3d::UnitZ()), kUpright) << i;
+  }
+  const Eigen::Vector3d up_C = walk().truth[begin].pose.q().conjugate() * Eigen::Vector3d::UnitZ();
+  EXPECT_GT(AngleTo(up_C, -Eigen::Vector3d::UnitY()), 2.0 * kUpright) << "it is not held level";
+  EXPECT_EQ(system.submaps().size(), 2U);
 }
 
 TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {

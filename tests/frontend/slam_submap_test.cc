@@ -1,8 +1,10 @@
 // A walk through a room in which the camera is covered and carried elsewhere: SlamSystem with
 // submaps. Takes some ten seconds.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -93,7 +95,7 @@ TEST_F(SlamSubmapTest, GoesOnElsewhereAndIsOneMapAgainWhenItComesBack) {
     const FrameResult& result = run.results[i];
     SCOPED_TRACE(i);
     if (i < kCovered) {
-      EXPECT_EQ(result.submap, 0);
+      EXPECT_EQ(result.submap, kFirstSubmap);
     } else if (i < kCovered + kDark) {
       EXPECT_FALSE(HasPose(result.state));
       EXPECT_EQ(result.submap, kNoId);
@@ -106,7 +108,7 @@ TEST_F(SlamSubmapTest, GoesOnElsewhereAndIsOneMapAgainWhenItComesBack) {
   ASSERT_EQ(run.begun.size(), 1U);
   ASSERT_EQ(run.merges.size(), 1U);
   EXPECT_EQ(run.merges[0].merge->other, run.begun[0]);
-  EXPECT_EQ(run.results.back().submap, 0);
+  EXPECT_EQ(run.results.back().submap, kFirstSubmap);
   const std::vector<SubmapTrajectory> submaps = run.slam.submaps();
   ASSERT_EQ(submaps.size(), 1U);
   EXPECT_GE(submaps[0].frames.size(), Images().size() - kDark - 5);
@@ -131,7 +133,7 @@ TEST_F(SlamSubmapTest, ApartTheyAreTwoTrajectoriesTheLargerFirst) {
   run.Track(0, 60);  // before it comes back
   const std::vector<SubmapTrajectory> submaps = run.slam.submaps();
   ASSERT_EQ(submaps.size(), 2U);
-  EXPECT_EQ(submaps[0].submap, 0);
+  EXPECT_EQ(submaps[0].submap, kFirstSubmap);
   EXPECT_EQ(submaps[0].frames.size(), kCovered);
   EXPECT_EQ(submaps[1].submap, run.begun.front());
   EXPECT_EQ(run.slam.trajectory().size(), kCovered);
@@ -152,9 +154,53 @@ TEST_F(SlamSubmapTest, ASubmapThatIsLostYoungIsDropped) {
     image.stamp = stamp += FromSeconds(1.0 / kFps);
     run.results.push_back(run.slam.Track(image));
   }
-  EXPECT_EQ(run.results.back().submap, 0);
-  EXPECT_EQ(run.slam.map().roots(), std::vector<SubmapId>{0});
+  EXPECT_EQ(run.results.back().submap, kFirstSubmap);
+  EXPECT_EQ(run.slam.map().roots(), std::vector<SubmapId>{kFirstSubmap});
   EXPECT_EQ(run.slam.submaps().size(), 1U);
+  const auto drops = std::ranges::count_if(run.results, &FrameResult::drops_submap);
+  EXPECT_EQ(drops, 1);
+}
+
+// Who keeps clouds of keyframes must hear of those that are gone at once, however the submap is
+// left: an older one is found again, or the next one begins.
+TEST_F(SlamSubmapTest, ASubmapThatIsDroppedIsTold) {
+  for (const bool found_again : {true, false}) {
+    SCOPED_TRACE(found_again);
+    SlamSystem slam({.camera = Camera()}, Options());
+    std::set<KeyFrameId> kept;  // as a dense map keeps them
+    int told = 0;
+    slam.SetCallbacks(
+        {.on_keyframe = [&](const KeyFrame& k, const RgbdImage&) { kept.insert(k.id); },
+         .on_map =
+             [&](const Map& map) {
+               ++told;
+               std::erase_if(kept, [&](KeyFrameId id) { return map.keyframe(id) == nullptr; });
+             }});
+    Stamp stamp = 0;
+    const auto track = [&](std::size_t begin, std::size_t end) {
+      bool dropped = false;
+      for (std::size_t i = begin; i < end; ++i) {
+        RgbdImage image = Images()[i];
+        image.stamp = stamp += FromSeconds(1.0 / kFps);
+        const FrameResult result = slam.Track(image);
+        EXPECT_EQ(told > 0, dropped || result.drops_submap) << "and by on_map, with that frame";
+        dropped |= result.drops_submap;
+      }
+      return dropped;
+    };
+    EXPECT_FALSE(track(0, kCovered + kDark + 6));  // a submap of a few keyframes
+    ASSERT_GT(slam.map().roots().size(), 1U);
+    const std::size_t before = kept.size();
+    if (found_again) {
+      EXPECT_TRUE(track(0, 5));
+    } else {
+      EXPECT_FALSE(track(kCovered, kCovered + kDark)) << "covered: it may be found again";
+      EXPECT_TRUE(track(75, 80)) << "what is seen there is in no map";
+    }
+    EXPECT_EQ(told, 1);
+    EXPECT_LT(kept.size(), before + 3) << "what was made since";
+    for (const KeyFrameId id : kept) EXPECT_NE(slam.map().keyframe(id), nullptr) << id;
+  }
 }
 
 TEST_F(SlamSubmapTest, ASessionBesideASavedMapJoinsIt) {
@@ -183,9 +229,9 @@ TEST_F(SlamSubmapTest, ASessionBesideASavedMapJoinsIt) {
     results.push_back(slam.Track(Images()[i]));
   }
   EXPECT_TRUE(HasPose(results[5].state)) << "it does not wait to be recognized";
-  EXPECT_GT(results[5].submap, 0);
+  EXPECT_GT(results[5].submap, kFirstSubmap);
   EXPECT_EQ(merges, 1);
-  EXPECT_EQ(results.back().submap, 0);
+  EXPECT_EQ(results.back().submap, kFirstSubmap);
   EXPECT_EQ(slam.submaps().size(), 1U);
 }
 
@@ -205,8 +251,9 @@ TEST_F(SlamSubmapTest, RepeatedColourImagesCostNoTrack) {
     EXPECT_EQ(lost, 0);
     return AbsolutePoseError(walk_->truth, slam.trajectory()).statistics.rmse;
   };
-  // A third of the poses are predictions, over 0.1 s: without acceleration they would be exact.
-  EXPECT_LT(run(true), run(false) + 0.02);
+  // A third of the poses are predictions, over 0.1 s: a walk that accelerates by 0.4 m/s^2 is 2 mm
+  // off by then. Without repetition they are 4 mm off, and measured it is the same with it.
+  EXPECT_LT(run(true), run(false) + 0.002);
 }
 
 }  // namespace

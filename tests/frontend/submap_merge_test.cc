@@ -5,6 +5,7 @@
 
 #include "loops/loop_closer.h"
 #include "loops/submap_merge.h"
+#include "support/id_literals.h"
 #include "support/loop_scene.h"
 
 namespace highwall {
@@ -12,6 +13,7 @@ namespace {
 
 using testing::LoopScene;
 using testing::LoopSceneOptions;
+using testing::operator""_kf;
 
 // The second half of the walk begins elsewhere, knows nothing of the first, and comes back to where
 // that began: in view from the 28th keyframe on.
@@ -52,13 +54,13 @@ TEST(SubmapMerge, JoinsTheSubmapsThatShowOnePlace) {
   const LoopReport& first = walked.reports[0];
   EXPECT_TRUE(first.accepted) << first.message;
   ASSERT_TRUE(first.merge);
-  EXPECT_EQ(first.merge->root, 0);
-  EXPECT_EQ(first.merge->other, 1);
-  EXPECT_EQ(first.merge->moved, 1);
+  EXPECT_EQ(first.merge->root, kFirstSubmap);
+  EXPECT_EQ(first.merge->other, SubmapId(1));
+  EXPECT_EQ(first.merge->moved, SubmapId(1));
   EXPECT_GT(first.fused_points, 30);
   ASSERT_TRUE(walked.reports[1].bundle);
   EXPECT_TRUE(walked.reports[1].bundle->usable);
-  EXPECT_EQ(scene.map.roots(), std::vector<SubmapId>{0});
+  EXPECT_EQ(scene.map.roots(), std::vector<SubmapId>{kFirstSubmap});
   // 24 steps of 2.2 mm on either side of the seam; apart the worlds were metres off.
   EXPECT_LT(scene.Rmse(), 0.06);
 }
@@ -103,14 +105,15 @@ TEST(SubmapMerge, WhatIsMappedMeanwhileMovesAlong) {
   LoopCloser closer(scene.model, options);
   int i = 0;
   while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
-  const Pose before = scene.map.keyframe(i)->T_WC;
-  scene.Add(++i);
-  const Pose step = before.Inverse() * scene.map.keyframe(i)->T_WC;
+  const Pose before = scene.map.keyframe(KeyFrameId(i))->T_WC;
+  const KeyFrameId last = scene.Add(++i);
+  const Pose step = before.Inverse() * scene.map.keyframe(last)->T_WC;
   const std::vector<LoopReport> reports = closer.Finish(&scene.map);
   ASSERT_FALSE(reports.empty());
   EXPECT_TRUE(reports[0].merge);
-  EXPECT_EQ(scene.map.RootOf(i), 0);
-  const Pose after = scene.map.keyframe(i - 1)->T_WC.Inverse() * scene.map.keyframe(i)->T_WC;
+  EXPECT_EQ(scene.map.RootOf(last), kFirstSubmap);
+  const Pose after =
+      scene.map.keyframe(KeyFrameId(i - 1))->T_WC.Inverse() * scene.map.keyframe(last)->T_WC;
   EXPECT_LT((after.p() - step.p()).norm(), 1e-9) << "rigidly with the one before";
 }
 
@@ -118,14 +121,15 @@ class PlanMergeTest : public ::testing::Test {
  protected:
   PlanMergeTest() : scene({.submap_from = 24}) {
     for (int i = 0; i < 26; ++i) scene.Add(i);
-    edge = {.match = 23, .keyframe = 24, .Z = scene.truth[23].Inverse() * scene.truth[24]};
+    edge = {.match = 23_kf, .keyframe = 24_kf, .Z = scene.truth[23].Inverse() * scene.truth[24]};
   }
   // Where the loop puts the keyframe, against where it is in truth.
-  double Error() { return (scene.map.keyframe(24)->T_WC.p() - scene.truth[24].p()).norm(); }
+  double Error() { return (scene.map.keyframe(24_kf)->T_WC.p() - scene.truth[24].p()).norm(); }
 
   LoopScene scene;
   LoopEdge edge;
   std::string message;
+  const SubmapId second{1};
   const Eigen::Vector3d down{0, 0, -9.81};
 };
 
@@ -134,25 +138,25 @@ TEST_F(PlanMergeTest, TheYoungerMovesToWhereTheLoopHasIt) {
   ASSERT_TRUE(merge);
   Apply(*merge, &scene.map);
   EXPECT_LT(Error(), 1e-12);  // the map is exact
-  EXPECT_EQ(scene.map.RootOf(25), 0);
+  EXPECT_EQ(scene.map.RootOf(25_kf), kFirstSubmap);
 }
 
 TEST_F(PlanMergeTest, TheWorldThatKnowsGravityStays) {
-  scene.map.SetGravity(down, 1);
-  const Pose before = scene.map.keyframe(24)->T_WC;
+  scene.map.SetGravity(down, second);
+  const Pose before = scene.map.keyframe(24_kf)->T_WC;
   const auto merge = PlanMerge(scene.map, edge, {}, &message);
   ASSERT_TRUE(merge);
-  EXPECT_EQ(merge->moved, 0);
+  EXPECT_EQ(merge->moved, kFirstSubmap);
   Apply(*merge, &scene.map);
-  EXPECT_EQ(scene.map.keyframe(24)->T_WC.Matrix(), before.Matrix());
+  EXPECT_EQ(scene.map.keyframe(24_kf)->T_WC.Matrix(), before.Matrix());
   EXPECT_EQ(scene.map.gravity_W(), down);
-  const Pose Z = scene.map.keyframe(23)->T_WC.Inverse() * scene.map.keyframe(24)->T_WC;
+  const Pose Z = scene.map.keyframe(23_kf)->T_WC.Inverse() * scene.map.keyframe(24_kf)->T_WC;
   EXPECT_LT((Z.p() - edge.Z.p()).norm(), 1e-12);
 }
 
 TEST_F(PlanMergeTest, ALoopThatTiltsGravityIsRefusedWithTheAngle) {
-  scene.map.SetGravity(down, 0);
-  scene.map.SetGravity(down, 1);
+  scene.map.SetGravity(down, kFirstSubmap);
+  scene.map.SetGravity(down, second);
   const auto tilted = [&](double angle) {
     LoopEdge tilt = edge;
     tilt.Z = edge.Z * Pose::FromTangent({0, 0, 0}, {angle, 0, 0});

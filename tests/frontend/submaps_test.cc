@@ -5,8 +5,12 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/map.h>
 
+#include "support/id_literals.h"
+
 namespace highwall {
 namespace {
+
+using testing::operator""_kf;
 
 using Ids = std::vector<KeyFrameId>;
 
@@ -27,7 +31,7 @@ Frame FrameOfOnePoint() {
 class SubmapsTest : public ::testing::Test {
  protected:
   SubmapsTest() {
-    for (const double x : {0.0, 1.0}) Add(x, 0);
+    for (const double x : {0.0, 1.0}) Add(x, kFirstSubmap);
     second = map.AddSubmap();
     for (const double x : {10.0, 11.0}) Add(x, second);
     third = map.AddSubmap();
@@ -43,29 +47,29 @@ class SubmapsTest : public ::testing::Test {
 
   Map map;
   std::vector<PointId> points;
-  SubmapId second = kNoId, third = kNoId;
+  SubmapId second, third;
 };
 
 TEST_F(SubmapsTest, AreWorldsOfTheirOwnUntilTheyAreJoined) {
-  EXPECT_EQ(map.roots(), (std::vector<SubmapId>{0, second, third}));
-  EXPECT_EQ(map.KeyFramesOf(second), (Ids{2, 3}));
-  EXPECT_EQ(map.RootOf(3), second);
+  EXPECT_EQ(map.roots(), (std::vector<SubmapId>{kFirstSubmap, second, third}));
+  EXPECT_EQ(map.KeyFramesOf(second), (Ids{2_kf, 3_kf}));
+  EXPECT_EQ(map.RootOf(3_kf), second);
   map.Join(third, second);
-  EXPECT_EQ(map.roots(), (std::vector<SubmapId>{0, second})) << "named by the older";
+  EXPECT_EQ(map.roots(), (std::vector<SubmapId>{kFirstSubmap, second})) << "named by the older";
   EXPECT_EQ(map.Root(third), second);
-  EXPECT_EQ(map.KeyFramesOf(third), (Ids{2, 3, 4}));
+  EXPECT_EQ(map.KeyFramesOf(third), (Ids{2_kf, 3_kf, 4_kf}));
   EXPECT_EQ(map.NumKeyFramesOf(second), 3U);
-  map.Join(0, third);
-  EXPECT_EQ(map.roots(), std::vector<SubmapId>{0}) << "with all that was joined before";
+  map.Join(kFirstSubmap, third);
+  EXPECT_EQ(map.roots(), std::vector<SubmapId>{kFirstSubmap}) << "with all that was joined before";
   EXPECT_EQ(map.NumKeyFramesOf(third), 5U);
 }
 
 TEST_F(SubmapsTest, OneIsMovedWithoutTheOthers) {
   map.Join(second, third);
   map.Transform(At(100.0), second);
-  EXPECT_DOUBLE_EQ(X(0), 0.0);
-  EXPECT_DOUBLE_EQ(X(2), 110.0);
-  EXPECT_DOUBLE_EQ(X(4), 120.0) << "joined with it";
+  EXPECT_DOUBLE_EQ(X(0_kf), 0.0);
+  EXPECT_DOUBLE_EQ(X(2_kf), 110.0);
+  EXPECT_DOUBLE_EQ(X(4_kf), 120.0) << "joined with it";
   EXPECT_DOUBLE_EQ(map.point(points[1])->p_W.x(), 1.0);
   EXPECT_DOUBLE_EQ(map.point(points[3])->p_W.x(), 111.0);
 }
@@ -78,48 +82,50 @@ TEST_F(SubmapsTest, EachHasAnOriginUntilItIsJoined) {
     }
     return ids;
   };
-  EXPECT_EQ(origins(), (Ids{0, 2, 4}));
-  map.Join(0, second);
-  EXPECT_EQ(origins(), (Ids{0, 4}));
+  EXPECT_EQ(origins(), (Ids{0_kf, 2_kf, 4_kf}));
+  map.Join(kFirstSubmap, second);
+  EXPECT_EQ(origins(), (Ids{0_kf, 4_kf}));
 }
 
 TEST_F(SubmapsTest, ARemovedKeyFrameStaysInItsWorld) {
-  map.RemoveKeyFrame(3, 2);
-  EXPECT_EQ(map.RootOf(3), second);
-  EXPECT_DOUBLE_EQ(X(3), 11.0);
-  map.Join(0, second);
-  EXPECT_EQ(map.RootOf(3), 0);
+  map.RemoveKeyFrame(3_kf, 2_kf);
+  EXPECT_EQ(map.RootOf(3_kf), second);
+  EXPECT_DOUBLE_EQ(X(3_kf), 11.0);
+  map.Join(kFirstSubmap, second);
+  EXPECT_EQ(map.RootOf(3_kf), kFirstSubmap);
 }
 
 TEST_F(SubmapsTest, OneThatIsRemovedTakesEverythingAlong) {
-  map.RemoveKeyFrame(3, 2);
+  map.RemoveKeyFrame(3_kf, 2_kf);
   map.Join(second, third);
   map.RemoveSubmap(third);
-  EXPECT_EQ(map.roots(), std::vector<SubmapId>{0});
-  EXPECT_EQ(map.keyframe_ids(), (Ids{0, 1}));
+  EXPECT_EQ(map.roots(), std::vector<SubmapId>{kFirstSubmap});
+  EXPECT_EQ(map.keyframe_ids(), (Ids{0_kf, 1_kf}));
   EXPECT_EQ(map.num_points(), 2U);
   EXPECT_EQ(map.index().size(), 2U);
-  EXPECT_FALSE(map.RootOf(2));
-  EXPECT_FALSE(map.RootOf(3)) << "hung on one that is no more";
-  EXPECT_THROW(map.ResolvePose(3), InvalidArgument);
-  EXPECT_EQ(map.AddSubmap(), third + 1) << "ids are never used again";
+  EXPECT_FALSE(map.RootOf(2_kf));
+  EXPECT_FALSE(map.RootOf(3_kf)) << "hung on one that is no more";
+  EXPECT_THROW(map.ResolvePose(3_kf), InvalidArgument);
+  EXPECT_GT(map.AddSubmap(), third) << "ids are never used again";
 }
 
 TEST_F(SubmapsTest, GravityIsThatOfTheRootOrOfWhoeverKnowsIt) {
   const Eigen::Vector3d down(0, 0, -9.8), other(0.1, 0, -9.8);
   map.SetGravity(down, second);
   EXPECT_FALSE(map.gravity_W());
-  map.Join(0, second);
+  map.Join(kFirstSubmap, second);
   EXPECT_EQ(map.gravity_W(), down);
   map.SetGravity(other, third);
-  map.Join(0, third);
+  map.Join(kFirstSubmap, third);
   EXPECT_EQ(map.gravity_W(third), down);
 }
 
 TEST_F(SubmapsTest, RefusesOnesThatAreNot) {
-  EXPECT_THROW(map.Root(third + 1), InvalidArgument);
-  EXPECT_THROW(map.KeyFramesOf(-1), InvalidArgument);
-  EXPECT_THROW(map.AddKeyFrame(FrameOfOnePoint(), Pose(), third + 1), InvalidArgument);
+  SubmapId none = third;
+  ++none;
+  EXPECT_THROW(map.Root(none), InvalidArgument);
+  EXPECT_THROW(map.KeyFramesOf(kNoId), InvalidArgument);
+  EXPECT_THROW(map.AddKeyFrame(FrameOfOnePoint(), Pose(), none), InvalidArgument);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <highwall/core/stamp.h>
 
 #include "box_world.h"
+#include "support/id_literals.h"
 #include "tracker_fixture.h"
 
 namespace highwall {
@@ -26,6 +27,7 @@ using testing::Scene;
 using testing::SceneMap;
 using testing::SyntheticView;
 using testing::TrackerTest;
+using testing::operator""_kf;
 
 TEST_F(TrackerTest, WithoutAMapItIsInitializing) {
   Tracker tracker(model, {});
@@ -162,9 +164,9 @@ TEST_F(TrackerTest, LandmarksRemovedMeanwhileAreNoHarm) {
   Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (const PointId id : scene_map.map.point_ids()) {
-    if (id % 3 == 0) scene_map.map.RemovePoint(id);
+    if (id.value() % 3 == 0) scene_map.map.RemovePoint(id);
   }
-  scene_map.map.RemoveKeyFrame(1, 0);
+  scene_map.map.RemoveKeyFrame(1_kf, 0_kf);
   ExpectAt(Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1))), PoseOfFrame(1), 1e-6);
 }
 
@@ -185,9 +187,9 @@ TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
     }
   }
   TrackedFrame tracked;
-  tracked.frame = scene_map.map.keyframe(0)->frame;
+  tracked.frame = scene_map.map.keyframe(0_kf)->frame;
   tracked.T_WC = Pose();
-  tracker.Anchor(tracked, *scene_map.map.keyframe(0));
+  tracker.Anchor(tracked, *scene_map.map.keyframe(0_kf));
   const Pose near = Pose::FromTangent({-0.09, 0.01, -0.4}, {0, 0, 0});
   const TrackedFrame next = Track(tracker, Look(scene, IdealSensor(), near));
   ExpectAt(next, T_shift * near, 1e-6);
@@ -334,7 +336,7 @@ TEST_F(TrackerTest, RepeatsBitForBit) {
     Tracker tracker(model, {});
     TrackedFrame start;
     start.frame = MakeFrame(first, 0);
-    tracker.Anchor(start, *fresh.map.keyframe(0));
+    tracker.Anchor(start, *fresh.map.keyframe(0_kf));
     for (int i = 1; i < 10; ++i) {
       const auto view = Look(scene, IdealSensor(), PoseOfFrame(i), {.px = 0.5, .depth = true});
       result.push_back(tracker.Track(MakeFrame(view, i), fresh.map).T_WC.Matrix());

@@ -9,7 +9,7 @@ const Target kTarget{
     .seeds =
         [] {
           const std::vector<ColoredPoint> points = {
-              {.p = {1.0f, -2.5f, 0.1f}, .normal = {0.0f, 0.6f, 0.8f}, .rgb = {1, 2, 255}},
+              {.p = {1.0f, -2.5f, 0.1f}, .rgb = {1, 2, 255}, .normal = {0.0f, 0.6f, 0.8f}},
               {.p = {0.0f, 1e9f, -1e-9f}, .rgb = {0, 0, 0}}};
           return std::vector<std::string>{
               Written([&](const auto& path) { WritePly(path, points); }),

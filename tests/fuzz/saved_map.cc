@@ -95,7 +95,7 @@ const Target kTarget{
         [](std::string_view content) {
           std::string file = "HWMAP\r\n\x1a";
           file.resize(kHeaderSize);
-          const std::uint32_t version = 2, crc = testing::Crc32(content);
+          const std::uint32_t version = 3, crc = testing::Crc32(content);
           const std::uint64_t size = content.size();
           std::memcpy(file.data() + 8, &version, 4);
           std::memcpy(file.data() + 12, &crc, 4);

@@ -80,7 +80,7 @@ class LoopScene {
     if (begins) BeginSubmap();
     const Pose T_WC = i == 0   ? T_true
                       : begins ? kOtherWorld
-                               : map.keyframe(i - 1)->T_WC * Step(T_true);
+                               : map.keyframe(KeyFrameId(i - 1))->T_WC * Step(T_true);
     truth.push_back(T_true);
     const Scene& seen = back ? returned_ : scene;
     const SyntheticView view = Look(seen, model_sensor, T_true,
@@ -129,7 +129,7 @@ class LoopScene {
     double sum = 0.0;
     const auto ids = map.keyframe_ids();
     for (const KeyFrameId id : ids) {
-      sum += (map.keyframe(id)->T_WC.p() - truth[static_cast<std::size_t>(id)].p()).squaredNorm();
+      sum += (map.keyframe(id)->T_WC.p() - truth[id.index()].p()).squaredNorm();
     }
     return std::sqrt(sum / static_cast<double>(ids.size()));
   }
@@ -178,11 +178,13 @@ class LoopScene {
   // older landmark goes on as that.
   void ForgetOldLandmarks(int keyframe) {
     constexpr int kWhile = 10;
-    const auto current = [&](const std::vector<std::int32_t>& ids, const auto& find) {
+    const KeyFrameId oldest(std::max(0, keyframe - kWhile));
+    const auto current = [&]<class LandmarkId>(const std::vector<LandmarkId>& ids,
+                                               const auto& find) -> LandmarkId {
       for (std::size_t i = ids.size(); i-- > 0;) {
         const auto* landmark = find(ids[i]);
         if (landmark == nullptr) continue;
-        const bool old = landmark->observations.back().keyframe < keyframe - kWhile;
+        const bool old = landmark->observations.back().keyframe < oldest;
         return old ? kNoId : ids[i];
       }
       return kNoId;
@@ -196,7 +198,7 @@ class LoopScene {
   }
 
   LoopSceneOptions options_;
-  SubmapId submap_ = 0;
+  SubmapId submap_ = kFirstSubmap;
   int skipped_ = 0;  // steps of the walk
   std::optional<DriftingOdometry> odometry_;
   Scene returned_;

@@ -39,23 +39,21 @@ class RingMap {
     for (std::size_t i = 1; i < truth.size(); ++i) {
       T = T * odometry.Measure(truth[i - 1].Inverse() * truth[i]);
       if (levelled) T = Levelled(T, truth[i]);
-      map.keyframe(static_cast<KeyFrameId>(i))->T_WC = T;
+      map.keyframe(KeyFrameId(i))->T_WC = T;
     }
     map.SetGravity(levelled ? std::make_optional(Eigen::Vector3d(0, 0, -9.81)) : std::nullopt);
   }
 
   // As measured without noise.
   LoopEdge Loop(KeyFrameId match, KeyFrameId keyframe) const {
-    return {match, keyframe, truth[Place(match)].Inverse() * truth[Place(keyframe)]};
+    return {match, keyframe, truth[match.index()].Inverse() * truth[keyframe.index()]};
   }
-  KeyFrameId last() const { return static_cast<KeyFrameId>(truth.size()) - 1; }
+  KeyFrameId last() const { return KeyFrameId(truth.size() - 1); }
 
   std::vector<Pose> truth;  // T_WC by keyframe
   Map map;
 
  private:
-  static std::size_t Place(KeyFrameId id) { return static_cast<std::size_t>(id); }
-
   // The true direction of gravity, the heading of T.
   static Pose Levelled(const Pose& T, const Pose& truth) {
     const Eigen::Quaterniond off = T.q() * truth.q().conjugate();

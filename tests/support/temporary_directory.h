@@ -13,15 +13,17 @@
 // Files of a running test.
 namespace highwall::testing {
 
-// An empty folder of the running test, removed with the object.
+// An empty folder of the running test or test suite, removed with the object.
 class TemporaryDirectory {
  public:
   // name: tells it from others of the same test.
   explicit TemporaryDirectory(const std::string& name = "") {
+    // Outside of a test, where its suite is set up, there is none.
     const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    const std::string of =
+        test != nullptr ? std::string(test->test_suite_name()) + "_" + test->name() : "suite";
     path_ = std::filesystem::temp_directory_path() /
-            ("highwall_" + std::to_string(::getpid()) + "_" + test->test_suite_name() + "_" +
-             test->name() + name);
+            ("highwall_" + std::to_string(::getpid()) + "_" + of + name);
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }

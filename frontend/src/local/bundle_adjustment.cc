@@ -159,8 +159,11 @@ class BundleAdjuster::Problem {
       result.lines.emplace_back(id, graph_.Value(line).Plucker());
     }
     for (const Seen& seen : outliers_) {
-      auto& outliers = seen.segment != nullptr ? result.outliers.lines : result.outliers.points;
-      outliers.emplace_back(seen.keyframe, seen.landmark);
+      if (seen.segment == nullptr) {
+        result.outliers.points.emplace_back(seen.keyframe, seen.point);
+      } else {
+        result.outliers.lines.emplace_back(seen.keyframe, seen.line);
+      }
     }
     return result;
   }
@@ -168,8 +171,9 @@ class BundleAdjuster::Problem {
  private:
   struct Seen {
     FactorId factor;
-    KeyFrameId keyframe = kNoId;
-    std::int32_t landmark = kNoId;
+    KeyFrameId keyframe;
+    PointId point;  // kNoId of a line
+    LineId line;    // kNoId of a point
     int dimension = 0;
     const LineSegment* segment = nullptr;  // of a line
   };
@@ -200,10 +204,10 @@ class BundleAdjuster::Problem {
   bool InDomain(const Seen& seen) const {
     const Pose T_CW = (graph_.Value(poses_.at(seen.keyframe)) * model_.T_BC()).Inverse();
     if (seen.segment == nullptr) {
-      const Eigen::Vector3d p_C = T_CW * graph_.Value(points_.at(seen.landmark));
+      const Eigen::Vector3d p_C = T_CW * graph_.Value(points_.at(seen.point));
       return p_C.z() >= model_.projection().min_depth();
     }
-    const PluckerLine line_C = T_CW * graph_.Value(lines_.at(seen.landmark)).Plucker();
+    const PluckerLine line_C = T_CW * graph_.Value(lines_.at(seen.line)).Plucker();
     return TrimToObservation(line_C, seen.segment->s.cast<double>(), seen.segment->e.cast<double>(),
                              model_.projection())
         .has_value();
@@ -252,7 +256,7 @@ class BundleAdjuster::Problem {
           map.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
       factors_.push_back(
           {graph_.AddFactor(model_.MakeFactor(feature), point_loss_, pose->second, variable),
-           o.keyframe, point.id, MeasurementModel::Dimension(feature)});
+           o.keyframe, point.id, kNoId, MeasurementModel::Dimension(feature)});
     }
   }
 
@@ -267,7 +271,7 @@ class BundleAdjuster::Problem {
           map.keyframe(o.keyframe)->frame.features->lines[static_cast<std::size_t>(o.index)];
       factors_.push_back(
           {graph_.AddFactor(model_.MakeFactor(feature), line_loss_, pose->second, variable),
-           o.keyframe, line.id, MeasurementModel::Dimension(feature), &feature.segment});
+           o.keyframe, kNoId, line.id, MeasurementModel::Dimension(feature), &feature.segment});
     }
   }
 

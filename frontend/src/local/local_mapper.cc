@@ -21,6 +21,11 @@ bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
   return readings == nullptr || ToSeconds(next->motion->stamp - readings->start()) > max_gap;
 }
 
+// How many keyframes were made from one to the other.
+int Between(KeyFrameId older, KeyFrameId newer) {
+  return newer.value() - older.value();
+}
+
 }  // namespace
 
 // The adjustment around a keyframe, at once or on a thread of its own.
@@ -223,7 +228,7 @@ template <class Landmark>
 bool LocalMapper::Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const {
   const double ratio = static_cast<double>(landmark.found) / landmark.visible;
   if (ratio < options_.min_found_ratio) return true;
-  return newest - created >= options_.probation_keyframes &&
+  return Between(created, newest) >= options_.probation_keyframes &&
          static_cast<int>(landmark.observations.size()) < options_.min_observations;
 }
 
@@ -236,7 +241,7 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
       ++report.culled_points;
       return true;
     }
-    return newest - recent.second >= options_.probation_keyframes;
+    return Between(recent.second, newest) >= options_.probation_keyframes;
   });
   std::erase_if(recent_lines_, [&](const auto& recent) {
     const MapLine* line = map.line(recent.first);
@@ -246,7 +251,7 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
       ++report.culled_lines;
       return true;
     }
-    return newest - recent.second >= options_.probation_keyframes;
+    return Between(recent.second, newest) >= options_.probation_keyframes;
   });
 }
 

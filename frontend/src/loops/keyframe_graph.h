@@ -31,7 +31,8 @@ struct KeyFrameGraph {
 // information of one, and trusted. Loops join as measured; one is left out where one of its
 // keyframes is no more, or of another submap.
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
-                                const KeyFrameGraphOptions& options = {}, SubmapId submap = 0);
+                                const KeyFrameGraphOptions& options = {},
+                                SubmapId submap = kFirstSubmap);
 
 // Squared Mahalanobis distance (6 degrees of freedom) between where the graph has loop.keyframe and
 // where the loop says it is, given the drift that the way between them may have gathered. graph: of

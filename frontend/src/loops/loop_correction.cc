@@ -37,7 +37,7 @@ MapFusion FusionOf(const Loop& loop, const Map& map) {
   const KeyFrame& keyframe = *map.keyframe(loop.edge.keyframe);
   const auto add = [&](const auto& matches, const auto& own, auto& merged, auto& sights) {
     for (const auto& [feature, landmark] : matches) {
-      const std::int32_t id = own[static_cast<std::size_t>(feature)];
+      const auto id = own[static_cast<std::size_t>(feature)];
       if (id == kNoId) {
         sights.push_back({keyframe.id, feature, landmark});
       } else if (id != landmark) {

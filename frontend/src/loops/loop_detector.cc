@@ -22,15 +22,16 @@ bool Intersect(const std::vector<KeyFrameId>& a, const std::vector<KeyFrameId>& 
   return false;
 }
 
-template <class Id>
-std::vector<bool> Taken(std::size_t size, const std::vector<std::pair<int, Id>>& matches) {
+template <class LandmarkId>
+std::vector<bool> Taken(std::size_t size, const std::vector<std::pair<int, LandmarkId>>& matches) {
   std::vector<bool> taken(size, false);
   for (const auto& [feature, id] : matches) taken[static_cast<std::size_t>(feature)] = true;
   return taken;
 }
 
-std::vector<std::int32_t> Landmarks(const std::vector<std::pair<int, std::int32_t>>& matches) {
-  std::vector<std::int32_t> landmarks;
+template <class LandmarkId>
+std::vector<LandmarkId> Landmarks(const std::vector<std::pair<int, LandmarkId>>& matches) {
+  std::vector<LandmarkId> landmarks;
   for (const auto& [feature, id] : matches) landmarks.push_back(id);
   return landmarks;
 }
@@ -163,10 +164,9 @@ bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
 LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId id) const {
   const std::vector<PlaceScore> ranking = map.index().Query(*map.keyframe(id)->frame.features);
   // What the map connects with the keyframe, over at most one keyframe between: no loop.
-  std::vector<bool> connected(ranking.empty() ? 0 : static_cast<std::size_t>(id) + 1, false);
+  std::vector<bool> connected(ranking.empty() ? 0 : id.index() + 1, false);
   const auto mark = [&](KeyFrameId k) {
-    if (static_cast<std::size_t>(k) < connected.size())
-      connected[static_cast<std::size_t>(k)] = true;
+    if (k.index() < connected.size()) connected[k.index()] = true;
   };
   mark(id);
   const auto neighbours = map.Covisible(id, options_.min_shared);
@@ -186,7 +186,7 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
   Candidates candidates;
   for (const PlaceScore& place : ranking) {
     if (place.score < bound) break;
-    if (place.keyframe >= id || connected[static_cast<std::size_t>(place.keyframe)]) continue;
+    if (place.keyframe >= id || connected[place.keyframe.index()]) continue;
     auto& of = map.RootOf(place.keyframe) == world ? candidates.loops : candidates.merges;
     if (static_cast<int>(of.size()) < options_.candidates) of.push_back(place.keyframe);
   }

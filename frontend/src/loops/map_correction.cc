@@ -7,17 +7,17 @@
 namespace highwall {
 namespace {
 
-template <class Value, class Ids, class Read>
-std::unordered_map<std::int32_t, Value> ById(const Ids& ids, const Read& read) {
-  std::unordered_map<std::int32_t, Value> values;
+template <class Value, class Tag, class Read>
+std::unordered_map<Id<Tag>, Value> ById(const std::vector<Id<Tag>>& ids, const Read& read) {
+  std::unordered_map<Id<Tag>, Value> values;
   values.reserve(ids.size());
-  for (const auto id : ids) values.emplace(id, read(id));
+  for (const Id<Tag> id : ids) values.emplace(id, read(id));
   return values;
 }
 
 // nullptr where there is none.
-template <class Value>
-const Value* At(const std::unordered_map<std::int32_t, Value>& values, std::int32_t id) {
+template <class Tag, class Value>
+const Value* At(const std::unordered_map<Id<Tag>, Value>& values, Id<Tag> id) {
   const auto found = values.find(id);
   return found != values.end() ? &found->second : nullptr;
 }

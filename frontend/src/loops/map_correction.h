@@ -26,18 +26,20 @@ struct MapGeometry {
   std::unordered_map<LineId, Segment3> lines;           // [m]
 };
 // Of a submap and all that is joined with it.
-MapGeometry GeometryOf(const Map& map, SubmapId submap = 0);
+MapGeometry GeometryOf(const Map& map, SubmapId submap = kFirstSubmap);
 
 // Which landmarks turned out to be one, and what keyframes observe besides.
 struct MapFusion {
+  template <class LandmarkId>
   struct Found {
-    KeyFrameId keyframe = kNoId;
+    KeyFrameId keyframe;
     int feature = 0;
-    std::int32_t landmark = kNoId;
+    LandmarkId landmark;
   };
   std::vector<std::pair<PointId, PointId>> points;  // (from, into)
   std::vector<std::pair<LineId, LineId>> lines;
-  std::vector<Found> point_observations, line_observations;
+  std::vector<Found<PointId>> point_observations;
+  std::vector<Found<LineId>> line_observations;
 };
 
 // What was found out on a copy of a map, for the map itself, which has gone on since.

@@ -54,7 +54,7 @@ void AppendAlike(const std::vector<DescriptorTables::Posting>& bucket, std::uint
                  std::vector<KeyFrameId>* alike) {
   for (const DescriptorTables::Posting& posting : bucket) {
     if (std::popcount(posting.signature ^ signature) > max_bits) continue;
-    int& last = (*last_voter)[static_cast<std::size_t>(posting.keyframe)];
+    int& last = (*last_voter)[posting.keyframe.index()];
     if (last == voter) continue;
     last = voter;
     alike->push_back(posting.keyframe);
@@ -102,7 +102,7 @@ double DescriptorTables::Vote(const cv::Mat& descriptors, int max_signature_bits
     }
     if (alike.empty()) continue;
     const double vote = weight * (most - std::log(static_cast<double>(alike.size())));
-    for (const KeyFrameId id : alike) (*votes)[static_cast<std::size_t>(id)] += vote;
+    for (const KeyFrameId id : alike) (*votes)[id.index()] += vote;
   }
   return weight * most * descriptors.rows;
 }
@@ -111,11 +111,11 @@ KeyFrameIndex::KeyFrameIndex(const KeyFrameIndexOptions& options)
     : options_((options.Validate(), options)), points_(options.tables), lines_(options.tables) {}
 
 void KeyFrameIndex::Add(KeyFrameId keyframe, const FrameFeatures& features) {
-  HIGHWALL_REQUIRE(keyframe >= 0, "KeyFrameIndex::Add: an id must not be negative");
+  HIGHWALL_REQUIRE(keyframe > kNoId, "KeyFrameIndex::Add: an id must not be negative");
   points_.Add(keyframe, features.point_descriptors);
   lines_.Add(keyframe, features.line_descriptors);
   ++size_;
-  end_ = std::max(end_, keyframe + 1);
+  end_ = std::max(end_, keyframe.index() + 1);
 }
 
 void KeyFrameIndex::Remove(KeyFrameId keyframe, const FrameFeatures& features) {
@@ -125,15 +125,14 @@ void KeyFrameIndex::Remove(KeyFrameId keyframe, const FrameFeatures& features) {
 }
 
 std::vector<PlaceScore> KeyFrameIndex::Query(const FrameFeatures& features) const {
-  std::vector<double> votes(static_cast<std::size_t>(end_), 0.0);
+  std::vector<double> votes(end_, 0.0);
   const double most =
       points_.Vote(features.point_descriptors, options_.max_signature_bits, 1.0, size_, &votes) +
       lines_.Vote(features.line_descriptors, options_.max_signature_bits, options_.line_weight,
                   size_, &votes);
   std::vector<PlaceScore> places;
-  for (KeyFrameId id = end_ - 1; id >= 0; --id) {
-    const double vote = votes[static_cast<std::size_t>(id)];
-    if (vote > 0.0) places.push_back({id, vote / most});
+  for (std::size_t i = end_; i-- > 0;) {
+    if (votes[i] > 0.0) places.push_back({KeyFrameId(i), votes[i] / most});
   }
   std::stable_sort(places.begin(), places.end(),
                    [](const PlaceScore& a, const PlaceScore& b) { return a.score > b.score; });

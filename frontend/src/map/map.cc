@@ -19,9 +19,12 @@ bool Sees(const std::vector<Observation>& observations, KeyFrameId keyframe) {
                      [&](const Observation& o) { return o.keyframe == keyframe; });
 }
 
-// Points and lines differ in their slots alone.
+// Per feature of a keyframe, the landmark that it observes. Points and lines differ in these alone.
 template <class Landmark>
-bool Observe(KeyFrame* keyframe, std::vector<std::int32_t>& slots, int index, Landmark* landmark) {
+using Slots = std::vector<decltype(Landmark::id)>;
+
+template <class Landmark>
+bool Observe(KeyFrame* keyframe, Slots<Landmark>& slots, int index, Landmark* landmark) {
   if (landmark == nullptr || slots[static_cast<std::size_t>(index)] != kNoId ||
       Sees(landmark->observations, keyframe->id)) {
     return false;
@@ -35,7 +38,7 @@ bool Observe(KeyFrame* keyframe, std::vector<std::int32_t>& slots, int index, La
 }
 
 template <class Landmark>
-void Forget(std::vector<std::int32_t>& slots, KeyFrameId keyframe, Landmark& landmark) {
+void Forget(Slots<Landmark>& slots, KeyFrameId keyframe, Landmark& landmark) {
   std::erase_if(landmark.observations, [&](const Observation& o) {
     if (o.keyframe != keyframe) return false;
     slots[static_cast<std::size_t>(o.index)] = kNoId;
@@ -66,18 +69,19 @@ BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descript
 }
 
 // landmarks_of: the points or the lines of a keyframe.
-std::vector<std::int32_t> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
-                                 std::span<const std::int32_t> except,
-                                 std::vector<std::int32_t> KeyFrame::*landmarks_of) {
-  std::vector<std::int32_t> seen;
+template <class LandmarkId>
+std::vector<LandmarkId> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
+                               std::span<const LandmarkId> except,
+                               std::vector<LandmarkId> KeyFrame::*landmarks_of) {
+  std::vector<LandmarkId> seen;
   for (const KeyFrameId id : keyframes) {
-    for (const std::int32_t landmark : map.keyframe(id)->*landmarks_of) {
+    for (const LandmarkId landmark : map.keyframe(id)->*landmarks_of) {
       if (landmark != kNoId) seen.push_back(landmark);
     }
   }
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  std::vector<std::int32_t> own(except.begin(), except.end()), rest;
+  std::vector<LandmarkId> own(except.begin(), except.end()), rest;
   std::sort(own.begin(), own.end());
   std::set_difference(seen.begin(), seen.end(), own.begin(), own.end(), std::back_inserter(rest));
   return rest;
@@ -115,7 +119,7 @@ KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap
   (void)submap(submap_id);  // there is one
   KeyFrame& keyframe = keyframes_.Add();
   keyframe.submap = submap_id;
-  Submap& made_in = submaps_[static_cast<std::size_t>(submap_id)];
+  Submap& made_in = submaps_[submap_id.index()];
   if (made_in.first == kNoId) made_in.first = keyframe.id;
   ++made_in.keyframes;
   keyframe.frame = frame;
@@ -251,14 +255,14 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
   }
   removed_[id] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
   index_.Remove(id, *kf->frame.features);
-  --submaps_[static_cast<std::size_t>(kf->submap)].keyframes;
+  --submaps_[kf->submap.index()].keyframes;
   keyframes_.Remove(id);
 }
 
 KeyFrame* Map::Successor(KeyFrameId id) {
-  if (id < 0) return nullptr;
+  if (id == kNoId) return nullptr;
   // Ids ascend with time: it is the next one alive, or none is.
-  for (KeyFrameId i = id + 1; i < keyframes_.end_id(); ++i) {
+  for (KeyFrameId i = id; ++i < keyframes_.end_id();) {
     KeyFrame* next = keyframes_.Find(i);
     if (next != nullptr) return next->motion && next->motion->previous == id ? next : nullptr;
   }

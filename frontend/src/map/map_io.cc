@@ -1,5 +1,6 @@
 #include <highwall/frontend/map/map_io.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -19,14 +20,17 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
+#include "features/depth_grid.h"
+
 namespace highwall {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "map files are little-endian");
 
 constexpr std::array<char, 8> kMagic = {'H', 'W', 'M', 'A', 'P', '\r', '\n', '\x1a'};
-constexpr std::uint32_t kVersion = 2;
-constexpr std::uint32_t kWithoutSubmaps = 1;  // an older version that is still read
+constexpr std::uint32_t kVersion = 3;
+// Older ones are read as well: what they lack is not known.
+constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
@@ -81,6 +85,12 @@ class Reader {
     Bytes(&byte, 1);
     Require(byte <= 1, "a yes or no is neither");
     value = byte == 1;
+  }
+  template <class Tag>
+  void operator()(Id<Tag>& id) {
+    std::int32_t number = 0;
+    (*this)(number);
+    id = Id<Tag>(number);
   }
   void Bytes(void* data, std::size_t size) {
     Require(size <= static_cast<std::size_t>(end_ - data_), "a part of it is missing");
@@ -285,7 +295,7 @@ void WriteFeatures(Writer& writer, const FrameFeatures& features) {
   WriteDescriptors(writer, features.line_descriptors);
 }
 
-std::shared_ptr<const FrameFeatures> ReadFeatures(Reader& reader, const PinholeCamera& camera) {
+std::shared_ptr<FrameFeatures> ReadFeatures(Reader& reader, const PinholeCamera& camera) {
   auto features = std::make_shared<FrameFeatures>();
   std::vector<cv::KeyPoint> keypoints;
   for (std::uint32_t i = reader.Count(40); i > 0; --i) {
@@ -316,6 +326,34 @@ std::shared_ptr<const FrameFeatures> ReadFeatures(Reader& reader, const PinholeC
                      fits(features->line_descriptors, features->lines.size()),
                  "there is not one descriptor a feature");
   return features;
+}
+
+// What a keyframe is held against where another map may show its place.
+void WriteEvidence(Writer& writer, const KeyFrame& keyframe) {
+  const cv::Mat& grid = keyframe.frame.features->depth_grid;
+  writer(keyframe.found);
+  writer(static_cast<std::uint32_t>(grid.total()));
+  for (int v = 0; v < grid.rows; ++v) {
+    writer.Bytes(grid.ptr(v), sizeof(float) * static_cast<std::size_t>(grid.cols));
+  }
+}
+
+double ReadEvidence(Reader& reader, const DepthGrid& grid, FrameFeatures& features) {
+  double found = 0.0;
+  reader(found);
+  reader.Require(IsBetween(0.0, found, kLargest), "a keyframe has found less than nothing");
+  const std::uint32_t cells = reader.Count(sizeof(float));
+  if (cells == 0) return found;
+  const cv::Size size(grid.camera().width, grid.camera().height);
+  reader.Require(cells == static_cast<std::uint32_t>(size.area()),
+                 "its depth is not that of its camera");
+  features.depth_grid.create(size, CV_32FC1);
+  reader.Bytes(features.depth_grid.data, sizeof(float) * cells);
+  const auto is_depth = [](float z) { return IsBetween(0.0F, z, static_cast<float>(kLargest)); };
+  reader.Require(
+      std::all_of(features.depth_grid.begin<float>(), features.depth_grid.end<float>(), is_depth),
+      "a depth is none");
+  return found;
 }
 
 template <class Landmark>
@@ -368,13 +406,13 @@ std::map<SubmapId, std::int32_t> WriteSubmaps(Writer& writer, const Map& map) {
 }
 
 // Returns how many there are.
-SubmapId ReadSubmaps(Reader& reader, Map& map) {
+std::uint32_t ReadSubmaps(Reader& reader, Map& map) {
   const std::uint32_t count = reader.Count(5);
   for (std::uint32_t i = 0; i < count; ++i) {
-    const SubmapId submap = i == 0 ? 0 : map.AddSubmap();
-    SubmapId root = 0;
+    const SubmapId submap = i == 0 ? kFirstSubmap : map.AddSubmap();
+    SubmapId root;
     reader(root);
-    reader.Require(root >= 0 && root <= submap && map.Root(root) == root,
+    reader.Require(root > kNoId && root <= submap && map.Root(root) == root,
                    "a submap is joined with none");
     map.Join(root, submap);
     bool has_gravity = false;
@@ -385,7 +423,7 @@ SubmapId ReadSubmaps(Reader& reader, Map& map) {
     reader.Require(IsBounded(gravity_W) && gravity_W.norm() > kSmallest, "its gravity is none");
     map.SetGravity(gravity_W, submap);
   }
-  return static_cast<SubmapId>(count);
+  return count;
 }
 
 std::string Encode(const PinholeCamera& camera, const Map& map) {
@@ -402,6 +440,7 @@ std::string Encode(const PinholeCamera& camera, const Map& map) {
     writer(keyframe.frame.stamp);
     writer.Bytes(keyframe.T_WC.data(), sizeof(double) * Pose::kSize);
     WriteFeatures(writer, *keyframe.frame.features);
+    WriteEvidence(writer, keyframe);
   }
   writer(static_cast<std::uint32_t>(map.num_points()));
   for (const PointId id : map.point_ids()) WriteLandmark(writer, *map.point(id), ranks);
@@ -415,12 +454,13 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
   Fields(reader, saved.camera);
   Check(reader, saved.camera);
   Map& map = saved.map;
-  const bool has_submaps = version != kWithoutSubmaps;
-  const SubmapId submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
+  const DepthGrid grid(saved.camera);
+  const bool has_submaps = version >= kFirstWithSubmaps;
+  const std::uint32_t submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
   for (std::uint32_t i = reader.Count(72); i > 0; --i) {
-    SubmapId submap = 0;
+    SubmapId submap = kFirstSubmap;
     if (has_submaps) reader(submap);
-    reader.Require(submap >= 0 && submap < submaps, "a keyframe is of no submap");
+    reader.Require(submap.index() < submaps, "a keyframe is of no submap");
     Frame frame;
     reader(frame.index);
     reader(frame.stamp);
@@ -429,8 +469,10 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
         "a keyframe's time is beyond all");
     std::array<double, Pose::kSize> block;
     reader.Bytes(block.data(), sizeof(block));
-    frame.features = ReadFeatures(reader, saved.camera);
-    map.AddKeyFrame(frame, CheckedPose(reader, block), submap);
+    const auto features = ReadFeatures(reader, saved.camera);
+    const double found = version >= kFirstWithDepth ? ReadEvidence(reader, grid, *features) : 0.0;
+    frame.features = features;
+    map.AddKeyFrame(frame, CheckedPose(reader, block), submap).found = found;
   }
   for (std::uint32_t i = reader.Count(100); i > 0; --i) {
     ReadLandmark(
@@ -479,7 +521,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   header(version);
   header(crc);
   header(size);
-  if (version != kVersion && version != kWithoutSubmaps) {
+  if (version < kFirstVersion || version > kVersion) {
     throw IoError(path, "is a map of version " + std::to_string(version) + ", not " +
                             std::to_string(kVersion) + ": make it again");
   }

@@ -7,13 +7,12 @@
 namespace highwall {
 
 const Map::Submap& Map::submap(SubmapId id) const {
-  HIGHWALL_REQUIRE(id >= 0 && static_cast<std::size_t>(id) < submaps_.size(),
-                   "Map: no such submap");
-  return submaps_[static_cast<std::size_t>(id)];
+  HIGHWALL_REQUIRE(id.index() < submaps_.size(), "Map: no such submap");
+  return submaps_[id.index()];
 }
 
 SubmapId Map::AddSubmap() {
-  const auto id = static_cast<SubmapId>(submaps_.size());
+  const SubmapId id(submaps_.size());
   submaps_.emplace_back().root = id;
   return id;
 }
@@ -59,7 +58,7 @@ void Map::Join(SubmapId a, SubmapId b) {
   for (Submap& each : submaps_) {
     if (each.root == other) each.root = root;
   }
-  auto& gravity_W = submaps_[static_cast<std::size_t>(root)].gravity_W;
+  auto& gravity_W = submaps_[root.index()].gravity_W;
   if (!gravity_W) gravity_W = submap(other).gravity_W;
 }
 
@@ -72,7 +71,7 @@ void Map::RemoveSubmap(SubmapId id) {
     for (const PointId p : points) RemovePoint(p);
     for (const LineId l : lines) RemoveLine(l);
     index_.Remove(k, *kf.frame.features);
-    --submaps_[static_cast<std::size_t>(kf.submap)].keyframes;
+    --submaps_[kf.submap.index()].keyframes;
     keyframes_.Remove(k);
   }
 }
@@ -87,7 +86,7 @@ void Map::Transform(const Pose& T_new_old) {
 void Map::Transform(const Pose& T_new_old, SubmapId id) {
   const SubmapId root = Root(id);
   Move(T_new_old, [&](KeyFrameId k) { return Root(keyframe(k)->submap) == root; });
-  if (auto& gravity_W = submaps_[static_cast<std::size_t>(root)].gravity_W) {
+  if (auto& gravity_W = submaps_[root.index()].gravity_W) {
     gravity_W = T_new_old.q() * *gravity_W;
   }
 }
@@ -118,7 +117,7 @@ const std::optional<Eigen::Vector3d>& Map::gravity_W(SubmapId id) const {
 }
 
 void Map::SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId id) {
-  submaps_[static_cast<std::size_t>(Root(id))].gravity_W = gravity_W;
+  submaps_[Root(id).index()].gravity_W = gravity_W;
 }
 
 }  // namespace highwall

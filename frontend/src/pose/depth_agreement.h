@@ -49,7 +49,8 @@ class DepthComparison {
 };
 
 // Of a frame with some keyframes; depth, T_WC: of the frame, as the keyframes are supposed to have
-// it. Keyframes of a loaded map have no depth grid and say nothing.
+// it. Keyframes without a depth grid, of an old map file, say
+// nothing.
 std::optional<double> DepthContradiction(const cv::Mat& depth, const Pose& T_WC,
                                          std::span<const KeyFrameId> keyframes, const Map& map,
                                          const DepthGrid& grid, const DepthNoise& noise);

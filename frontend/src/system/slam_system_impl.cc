@@ -35,7 +35,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {
-    first_own_keyframe_ = ids.back() + 1;
+    last_given_keyframe_ = ids.back();
     submap_keyframes_ = options_.submaps.min_keyframes;  // as old as need be
   }
 }
@@ -90,7 +90,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   std::optional<KnownPose> predicted;
   if (inertial_) predicted = inertial_->Predict(frame.stamp);
   TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
-  ChooseSubmap(tracked);
+  ChooseSubmap(tracked, result);
   const bool starts = submap_keyframes_ == 0;
   if (inertial_ && !starts) {
     Fuse(Observe(tracked), tracked, result);
@@ -169,7 +169,8 @@ void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image)
   }
   if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
   Notify(result.loops);
-  if (callbacks_.on_map && result.inertial && result.inertial->T_level) callbacks_.on_map(map_);
+  const bool levelled = result.inertial && result.inertial->T_level;
+  if (callbacks_.on_map && (levelled || result.drops_submap)) callbacks_.on_map(map_);
   if (callbacks_.on_frame) callbacks_.on_frame(result);
 }
 
@@ -376,7 +377,7 @@ Trajectory SlamSystem::Impl::keyframe_trajectory() const {
   const std::vector<SubmapTrajectory> all = submaps();
   if (all.empty()) return trajectory;
   for (const KeyFrameId id : map_.KeyFramesOf(all.front().submap)) {
-    if (id < first_own_keyframe_) continue;
+    if (id <= last_given_keyframe_) continue;
     trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
   }
   return trajectory;

@@ -53,12 +53,12 @@ class SlamSystem::Impl {
   // The pose: by the images, and with the IMU where there is one. Starts a map where there is none.
   TrackedFrame Estimate(const Frame& frame, FrameResult& result);
   // In which submap the frame was tracked; one that it has left young is dropped.
-  void ChooseSubmap(TrackedFrame& tracked);
+  void ChooseSubmap(TrackedFrame& tracked, FrameResult& result);
   // Whether a frame without a pose may begin a submap: the first that can, after some patience.
   bool CanBegin(const TrackedFrame& tracked) const;
   void BeginSubmap(TrackedFrame& tracked, FrameResult& result);
   // Drops the submap if it is not worth keeping, now that it is left.
-  void LeaveSubmap();
+  void LeaveSubmap(FrameResult& result);
   void Report(const TrackedFrame& tracked, FrameResult& result);
 
   // Cells that move as pixels, their border included; empty where there are none.
@@ -97,11 +97,11 @@ class SlamSystem::Impl {
   std::optional<Stamp> last_stamp_;
   RepeatedImage repeated_;
   std::optional<LossReason> lost_for_;  // of the last frame, where it has no pose
-  SubmapId submap_ = 0;                 // that keyframes join now
+  SubmapId submap_ = kFirstSubmap;      // that keyframes join now
   Stamp submap_begin_ = 0;              // the stamp of its first frame
   int submap_keyframes_ = 0;            // made in it
   std::optional<Stamp> posed_;          // the last frame with a pose; until there is one, the first
-  KeyFrameId first_own_keyframe_ = 0;   // those before came with the map
+  KeyFrameId last_given_keyframe_;      // those up to it came with the map
   std::int64_t next_index_ = 0;
   Stamp last_keyframe_stamp_ = 0;
   KeyFrameId last_keyframe_ = kNoId;

@@ -7,11 +7,11 @@
 
 namespace highwall {
 
-void SlamSystem::Impl::ChooseSubmap(TrackedFrame& tracked) {
+void SlamSystem::Impl::ChooseSubmap(TrackedFrame& tracked, FrameResult& result) {
   if (tracked.state == TrackingState::kTracking && tracked.relocalized) {
     const SubmapId found_in = map_.keyframe(tracked.reference)->submap;
     if (map_.Root(found_in) != map_.Root(submap_)) {
-      LeaveSubmap();
+      LeaveSubmap(result);
       submap_ = found_in;
       submap_keyframes_ = options_.submaps.min_keyframes;  // as old as need be: it was kept
       last_keyframe_ = kNoId;
@@ -35,7 +35,7 @@ bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) const {
 }
 
 void SlamSystem::Impl::BeginSubmap(TrackedFrame& tracked, FrameResult& result) {
-  LeaveSubmap();
+  LeaveSubmap(result);
   if (submap_keyframes_ > 0) {
     submap_ = map_.AddSubmap();
     result.begins_submap = true;
@@ -50,12 +50,13 @@ void SlamSystem::Impl::BeginSubmap(TrackedFrame& tracked, FrameResult& result) {
   tracked.T_WC = FirstPose(tracked.frame.stamp);
 }
 
-void SlamSystem::Impl::LeaveSubmap() {
+void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   const bool joined = map_.Root(submap_) != submap_;
   if (submap_keyframes_ >= options_.submaps.min_keyframes || joined) return;
   // What is being joined is kept: the frames in it are found again.
   if (loop_closer_.IsClosing()) return;
   mapper_.Cancel();
+  result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
   map_.RemoveSubmap(submap_);
   std::erase_if(tracked_, [&](const Tracked& t) { return !map_.RootOf(t.pose.reference); });
 }

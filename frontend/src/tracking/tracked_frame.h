@@ -19,12 +19,12 @@ namespace highwall {
 struct TrackedFrame {
   Frame frame;
   TrackingState state = TrackingState::kLost;
-  bool relocalized = false;      // found again in this frame
-  Pose T_WC;                     // meaningful where HasPose(state)
-  KeyFrameId reference = kNoId;  // the keyframe that shares most landmarks
-  SubmapId submap = 0;           // that a keyframe made of it joins
-  std::vector<PointId> points;   // per point feature, kNoId where unmatched; inliers only
-  std::vector<LineId> lines;     // per line feature
+  bool relocalized = false;        // found again in this frame
+  Pose T_WC;                       // meaningful where HasPose(state)
+  KeyFrameId reference = kNoId;    // the keyframe that shares most landmarks
+  SubmapId submap = kFirstSubmap;  // that a keyframe made of it joins
+  std::vector<PointId> points;     // per point feature, kNoId where unmatched; inliers only
+  std::vector<LineId> lines;       // per line feature
   // The same as they were matched, outliers included.
   std::vector<PointId> tried_points;
   std::vector<LineId> tried_lines;

@@ -27,8 +27,9 @@ TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
   return tracked;
 }
 
-void Apply(const std::vector<std::pair<int, std::int32_t>>& matches,
-           std::vector<std::int32_t>& landmarks) {
+template <class LandmarkId>
+void Apply(const std::vector<std::pair<int, LandmarkId>>& matches,
+           std::vector<LandmarkId>& landmarks) {
   for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
 }
 
@@ -42,9 +43,10 @@ TrackedFrame Matched(const Frame& frame, const Relocalization& found) {
   return tracked;
 }
 
-int Count(const std::vector<std::int32_t>& landmarks) {
-  return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(),
-                                        [](std::int32_t id) { return id != kNoId; }));
+template <class LandmarkId>
+int Count(const std::vector<LandmarkId>& landmarks) {
+  return static_cast<int>(
+      std::count_if(landmarks.begin(), landmarks.end(), [](LandmarkId id) { return id != kNoId; }));
 }
 
 int Support(const std::vector<PointId>& points, const std::vector<LineId>& lines) {
@@ -66,13 +68,14 @@ SubmapId SubmapOf(const TrackedFrame& tracked, const Map& map) {
   for (const LineId id : tracked.lines) {
     if (const MapLine* line = map.line(id)) return seen_by(line);
   }
-  return 0;
+  return kFirstSubmap;
 }
 
-std::vector<bool> Taken(const std::vector<std::int32_t>& landmarks) {
+template <class LandmarkId>
+std::vector<bool> Taken(const std::vector<LandmarkId>& landmarks) {
   std::vector<bool> taken(landmarks.size());
   std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
-                 [](std::int32_t id) { return id != kNoId; });
+                 [](LandmarkId id) { return id != kNoId; });
   return taken;
 }
 
@@ -388,7 +391,7 @@ void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
   std::vector<bool> points, lines;
   for (const PointFeature& point : features.points) points.push_back(!moves(point.uv));
   for (const LineFeature& line : features.lines) lines.push_back(!Touches(line, moves));
-  const auto keep = [](const std::vector<bool>& kept, std::vector<std::int32_t>& landmarks) {
+  const auto keep = [](const std::vector<bool>& kept, auto& landmarks) {
     std::size_t n = 0;
     for (std::size_t i = 0; i < kept.size(); ++i) {
       if (kept[i]) landmarks[n++] = landmarks[i];
@@ -432,9 +435,9 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
   Apply(matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines),
                             &match.lines_in_view),
         tracked.lines);
-  const auto append = [](std::vector<std::int32_t>& in_view, const auto& first) {
+  const auto append = [](auto& in_view, const auto& first) {
     std::copy_if(first.begin(), first.end(), std::back_inserter(in_view),
-                 [](std::int32_t id) { return id != kNoId; });
+                 [](auto id) { return id != kNoId; });
   };
   append(match.points_in_view, first_points);
   append(match.lines_in_view, first_lines);

@@ -39,8 +39,8 @@ struct FrameFeatures {
   FeatureGrid point_grid;
   std::vector<LineFeature> lines;
   cv::Mat line_descriptors;  // M x 32 CV_8U, or empty
-  cv::Mat depth_grid;        // DepthGrid::Sample; empty where the features were loaded
-  cv::Mat gray_grid;         // DepthGrid::Average of the image, likewise
+  cv::Mat depth_grid;        // DepthGrid::Sample; empty where it is not known
+  cv::Mat gray_grid;         // DepthGrid::Average of the image; empty where the features were loaded
 };
 
 // The features that are to be kept, one flag each, in the same order. size: of the image.

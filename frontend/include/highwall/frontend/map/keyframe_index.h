@@ -67,7 +67,7 @@ class KeyFrameIndex {
   KeyFrameIndexOptions options_;
   DescriptorTables points_, lines_;
   std::size_t size_ = 0;
-  KeyFrameId end_ = 0;  // above every id that was added
+  std::size_t end_ = 0;  // above the index of every id that was added
 };
 
 }  // namespace highwall

@@ -67,7 +67,7 @@ struct KeyFrameMotion {
 
 struct KeyFrame {
   KeyFrameId id = kNoId;
-  SubmapId submap = 0;  // that it was made in
+  SubmapId submap = kFirstSubmap;  // that it was made in
   Frame frame;
   Pose T_WC;
   double found = 0.0;  // share of the landmarks in view that it saw when it was tracked; 0: unknown
@@ -81,8 +81,8 @@ struct KeyFrame {
 //
 // Keyframes are made in submaps: where tracking is lost for good, the next one begins. Each has a
 // world frame of its own until it is found to show a place of another; then both are joined: they
-// share one frame, and are named by the older of them, their root. The first submap, 0, is there
-// from the beginning.
+// share one frame, and are named by the older of them, their root. kFirstSubmap is there from the
+// beginning.
 class Map {
  public:
   // The same keyframes and landmarks under the same ids, features shared, without the index: a copy
@@ -90,7 +90,7 @@ class Map {
   Map Clone() const;
 
   // submap: one of the map, also one that is joined.
-  KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap = 0);
+  KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap = kFirstSubmap);
   MapPoint& AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index);
   MapLine& AddLine(const Segment3& segment_W, std::int64_t frame_index);
 
@@ -163,8 +163,8 @@ class Map {
   // Moves a submap with all that is joined with it.
   void Transform(const Pose& T_new_old, SubmapId submap);
   // [m/s^2] in the world frame of a submap; empty where no IMU told.
-  const std::optional<Eigen::Vector3d>& gravity_W(SubmapId submap = 0) const;
-  void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = 0);
+  const std::optional<Eigen::Vector3d>& gravity_W(SubmapId submap = kFirstSubmap) const;
+  void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = kFirstSubmap);
 
   // Descriptor, viewing direction and scale range of a point from its observations.
   void RefreshPoint(PointId id, const PyramidOptions& pyramid);
@@ -181,7 +181,7 @@ class Map {
     Pose T_parent;
   };
   struct Submap {
-    SubmapId root = 0;
+    SubmapId root = kFirstSubmap;
     KeyFrameId first = kNoId;                  // that was made in it
     std::size_t keyframes = 0;                 // live
     std::optional<Eigen::Vector3d> gravity_W;  // of a root

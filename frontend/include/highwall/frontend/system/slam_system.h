@@ -47,6 +47,7 @@ struct FrameResult {
   Pose T_WC;                   // causal estimate; meaningful where HasPose(state)
   SubmapId submap = kNoId;     // in whose world (Map::Root); kNoId without a pose
   bool begins_submap = false;  // the map goes on in a new one, from this frame
+  bool drops_submap = false;   // the one that was left was young, and is no more (SubmapOptions)
   int points = 0, lines = 0;   // features extracted
   int matched_points = 0, matched_lines = 0;
   // Directions of the pose that these leave open, the most open one first.
@@ -76,7 +77,8 @@ struct SlamCallbacks {
   // on_loop is given as well.
   std::function<void(const LoopReport&)> on_merge = {};
   // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
-  // everything, or when gravity was found. Whoever keeps poses or clouds asks the map again.
+  // everything, or when gravity was found; or a submap was dropped with its keyframes, which the
+  // map has no more. Whoever keeps poses or clouds asks the map again.
   std::function<void(const Map&)> on_map = {};
   // Every frame, lost ones included, after the above: what Track() returns.
   std::function<void(const FrameResult&)> on_frame = {};

@@ -1,0 +1,182 @@
+#include "finished_run.h"
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+
+#include "run_output.h"
+#include "run_report.h"
+
+namespace highwall::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A pose that was written and read again; another session's is farther off.
+constexpr double kSamePose = 1e-3;  // [m], and [rad]
+
+nlohmann::json ReadReport(const fs::path& folder) {
+  const fs::path path = folder / kReportFile;
+  std::ifstream stream(path);
+  if (!stream) {
+    throw IoError(folder,
+                  "is no finished run: it has no run.json (highwall slam --out, or "
+                  "highwall merge --out, writes one in the end)");
+  }
+  nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
+  if (!report.is_object()) throw IoError(path, "is damaged: run highwall slam again");
+  return report;
+}
+
+// The map of a run: that in its folder, else the one that it was told to save.
+fs::path MapOfRun(const fs::path& folder, const nlohmann::json& report) {
+  using Pointer = nlohmann::json::json_pointer;
+  if (report.value(Pointer("/options/localize_only"), false)) {
+    throw IoError(folder,
+                  "is a localization (highwall slam --localize), which makes no map: give the run "
+                  "that made its map");
+  }
+  const fs::path map = folder / kMapFile;
+  if (fs::exists(map)) return map;
+  const fs::path saved = report.value(Pointer("/options/saved_map"), std::string());
+  if (!saved.empty() && fs::exists(saved)) return saved;
+  throw IoError(map,
+                "is not there: run highwall slam again, which writes it, or give a map that "
+                "--save-map wrote in place of the run");
+}
+
+void AddFrames(const Trajectory& trajectory, const Map& map, Session* session) {
+  std::vector<AnchoredFrame> frames = AnchorFrames(trajectory, map);
+  if (frames.empty()) session->left_out += trajectory.size();
+  session->frames.insert(session->frames.end(), frames.begin(), frames.end());
+}
+
+// Of runs that were merged.
+std::vector<Session> ReadMergedSessions(const fs::path& folder, const nlohmann::json& report,
+                                        const Map& map) {
+  std::vector<Session> sessions;
+  for (const nlohmann::json& run : report.at("runs")) {
+    Session& session = sessions.emplace_back();
+    session.name = run.at("name");
+    for (const nlohmann::json& file : run.at("trajectories")) {
+      AddFrames(ReadTumTrajectory(folder / file.get<std::string>()), map, &session);
+    }
+  }
+  return sessions;
+}
+
+Session ReadSession(const fs::path& folder, const nlohmann::json& report, const Map& map) {
+  Session session;
+  session.name = folder.string();
+  const std::size_t worlds = report.value("submaps", nlohmann::json::array()).size();
+  for (std::size_t i = 0; i < std::max<std::size_t>(worlds, 1); ++i) {
+    // After the last adjustment of everything, which the map followed, where there was one.
+    const fs::path adjusted = folder / NameOfSubmap(kAdjustedFile, i);
+    const fs::path plain = folder / NameOfSubmap(kTrajectoryFile, i);
+    AddFrames(ReadTumTrajectory(fs::exists(adjusted) ? adjusted : plain), map, &session);
+  }
+  return session;
+}
+
+Trajectory KeyFrameTrajectory(const Map& map, SubmapId world) {
+  Trajectory trajectory;
+  for (const KeyFrameId id : map.KeyFramesOf(world)) {
+    trajectory.push_back({map.keyframe(id)->frame.stamp, map.keyframe(id)->T_WC});
+  }
+  std::ranges::stable_sort(trajectory, {}, &StampedPose::stamp);
+  return trajectory;
+}
+
+FinishedRun ReadFolder(const fs::path& folder) {
+  const nlohmann::json report = ReadReport(folder);
+  FinishedRun run;
+  run.path = folder;
+  try {
+    run.saved = LoadMap(MapOfRun(folder, report));
+    run.depth_noise = DepthNoiseOf(report);
+    if (report.contains("runs")) {
+      run.sessions = ReadMergedSessions(folder, report, run.saved.map);
+    } else {
+      run.sessions = {ReadSession(folder, report, run.saved.map)};
+    }
+  } catch (const nlohmann::json::exception&) {
+    throw IoError(folder / kReportFile, "is damaged: run highwall slam again");
+  } catch (const InvalidArgument& error) {
+    throw IoError(folder / kReportFile, error.what());
+  }
+  return run;
+}
+
+// A frame that is a keyframe.
+struct Anchor {
+  const StampedPose* frame;
+  KeyFrameId keyframe;
+};
+
+// In the order of time, all of one world: that of most, for in another a session that began at the
+// same time may have the same poses at first.
+std::vector<Anchor> FindAnchors(const Trajectory& frames, const Map& map) {
+  std::map<SubmapId, std::vector<Anchor>> by_world;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const KeyFrame& keyframe = *map.keyframe(id);
+    const auto at = std::ranges::equal_range(frames, keyframe.frame.stamp, {}, &StampedPose::stamp);
+    for (const StampedPose& frame : at) {
+      const Pose off = frame.pose.Inverse() * keyframe.T_WC;
+      if (off.p().norm() > kSamePose || off.Angle() > kSamePose) continue;
+      by_world[map.Root(keyframe.submap)].push_back({&frame, id});
+    }
+  }
+  if (by_world.empty()) return {};
+  std::vector<Anchor> anchors =
+      std::ranges::max_element(by_world, {}, [](const auto& w) { return w.second.size(); })->second;
+  std::ranges::stable_sort(anchors, {}, [](const Anchor& a) { return a.frame->stamp; });
+  return anchors;
+}
+
+}  // namespace
+
+bool IsSameCamera(const PinholeCamera& a, const PinholeCamera& b) {
+  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy &&
+         a.cx == b.cx && a.cy == b.cy;
+}
+
+std::vector<AnchoredFrame> AnchorFrames(const Trajectory& frames, const Map& map) {
+  const std::vector<Anchor> anchors = FindAnchors(frames, map);
+  if (anchors.empty()) return {};
+  const auto stamp_of = [](const Anchor& anchor) { return anchor.frame->stamp; };
+  std::vector<AnchoredFrame> anchored;
+  for (const StampedPose& frame : frames) {
+    auto nearest = std::ranges::lower_bound(anchors, frame.stamp, {}, stamp_of);
+    const bool has_before = nearest != anchors.begin();
+    if (nearest == anchors.end() || (has_before && frame.stamp - stamp_of(*std::prev(nearest)) <=
+                                                       stamp_of(*nearest) - frame.stamp)) {
+      --nearest;
+    }
+    anchored.push_back(
+        {frame.stamp, {nearest->keyframe, nearest->frame->pose.Inverse() * frame.pose}});
+  }
+  return anchored;
+}
+
+FinishedRun ReadFinishedRun(const fs::path& path) {
+  if (fs::is_directory(path)) return ReadFolder(path);
+  if (!fs::exists(path)) throw IoError(path, "is not there: give the folder of a finished run");
+  FinishedRun run;
+  run.path = path;
+  run.saved = LoadMap(path);
+  Session& session = run.sessions.emplace_back();
+  session.name = path.string();
+  for (const SubmapId root : run.saved.map.roots()) {
+    AddFrames(KeyFrameTrajectory(run.saved.map, root), run.saved.map, &session);
+  }
+  return run;
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,70 @@
+#include "map/add_map.h"
+
+#include <map>
+#include <unordered_map>
+
+namespace highwall {
+namespace {
+
+// New ids by the old ones.
+using Submaps = std::map<SubmapId, SubmapId>;
+using KeyFrames = std::unordered_map<KeyFrameId, KeyFrameId>;
+
+Submaps AddSubmaps(const Map& other, Map* map) {
+  Submaps submaps;
+  for (const KeyFrameId id : other.keyframe_ids()) submaps[other.keyframe(id)->submap] = kNoId;
+  for (auto& [old, added] : submaps) {
+    added = map->AddSubmap();
+    // The first keyframe of a world is never removed, so that its root is among them, and older.
+    map->Join(submaps.at(other.Root(old)), added);
+    if (other.Root(old) == old) map->SetGravity(other.gravity_W(old), added);
+  }
+  return submaps;
+}
+
+template <class LandmarkId>
+void Observe(const std::vector<Observation>& observations, const KeyFrames& keyframes,
+             LandmarkId id, bool (Map::*observe)(KeyFrameId, int, LandmarkId), Map* map) {
+  for (const Observation& o : observations) {
+    (map->*observe)(keyframes.at(o.keyframe), o.index, id);
+  }
+}
+
+// landmark: of another map. Takes over all but who sees it.
+template <class Landmark>
+void Copy(const Landmark& landmark, Landmark& added) {
+  const auto id = added.id;
+  added = landmark;
+  added.id = id;
+  added.observations.clear();
+}
+
+}  // namespace
+
+std::vector<KeyFrameId> AddMap(const Map& other, Map* map) {
+  const Submaps submaps = AddSubmaps(other, map);
+  std::vector<KeyFrameId> added;
+  KeyFrames keyframes;
+  for (const KeyFrameId id : other.keyframe_ids()) {
+    const KeyFrame& old = *other.keyframe(id);
+    KeyFrame& keyframe = map->AddKeyFrame(old.frame, old.T_WC, submaps.at(old.submap));
+    keyframe.found = old.found;
+    keyframes[id] = keyframe.id;
+    added.push_back(keyframe.id);
+  }
+  for (const PointId id : other.point_ids()) {
+    const MapPoint& old = *other.point(id);
+    MapPoint& point = map->AddPoint(old.p_W, old.first_frame);
+    Copy(old, point);
+    Observe(old.observations, keyframes, point.id, &Map::ObservePoint, map);
+  }
+  for (const LineId id : other.line_ids()) {
+    const MapLine& old = *other.line(id);
+    MapLine& line = map->AddLine(old.segment_W, old.first_frame);
+    Copy(old, line);
+    Observe(old.observations, keyframes, line.id, &Map::ObserveLine, map);
+  }
+  return added;
+}
+
+}  // namespace highwall

@@ -1,0 +1,187 @@
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/frontend/loops/merge_maps.h>
+
+#include "map/add_map.h"
+#include "support/id_literals.h"
+#include "support/loop_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::LoopScene;
+using testing::operator""_kf;
+
+MergeMapsOptions OneThread() {
+  MergeMapsOptions options;
+  options.loops.correction.threads = options.loops.bundle.threads = 1;
+  return options;
+}
+
+// A session round the ring (LoopScene), whose world lies elsewhere.
+struct SessionOfRing {
+  // begin, count: of the steps of the walk. seed: of the place.
+  SessionOfRing(int begin, int count, const Pose& T_world_ring, unsigned seed = 11)
+      : scene({.seed = seed, .submap_from = 0, .jump = begin}) {
+    for (int i = 0; i < count; ++i) scene.Add(i);
+    scene.map.Transform(T_world_ring);
+  }
+
+  LoopScene scene;
+};
+
+const Pose kMonday = Pose::FromTangent({3, 1, 0.5}, {0.1, 0.2, 0.3});
+const Pose kTuesday = Pose::FromTangent({-2, 4, 0}, {0, 0.1, -1.2});
+const Pose kWednesday = Pose::FromTangent({0, 0, 9}, {0.3, 0, 0});
+
+// Of the keyframes against where the first session has its world [m].
+double WorstError(const MergedMaps& merged, std::size_t map, const SessionOfRing& session,
+                  const Pose& T_world_ring) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < merged.keyframes[map].size(); ++i) {
+    const Pose truth = T_world_ring * session.scene.truth[i];
+    const Pose& T_WC = merged.map.keyframe(merged.keyframes[map][i])->T_WC;
+    worst = std::max(worst, (T_WC.p() - truth.p()).norm());
+  }
+  return worst;
+}
+
+int CountMerges(const MergedMaps& merged) {
+  return static_cast<int>(std::ranges::count_if(merged.loops, [](const LoopReport& report) {
+    return report.accepted && report.merge.has_value();
+  }));
+}
+
+// Corners are off by 0.7 px, 4 mm at three metres; the worst of some twenty pairs.
+constexpr double kAtTheSeam = 0.015;  // [m]
+// Adjusted, walks of six to nine metres drift by half a percent, one alone as well.
+constexpr double kDrift = 0.045;  // [m]
+
+// Keyframes that two sessions have made in one place, the second `lag` of its own later [m].
+double WorstSeam(const MergedMaps& merged, std::size_t a, std::size_t b, std::size_t lag) {
+  double worst = 0.0;
+  for (std::size_t i = lag; i < merged.keyframes[a].size() && i - lag < merged.keyframes[b].size();
+       ++i) {
+    const Pose off = merged.map.keyframe(merged.keyframes[a][i])->T_WC.Inverse() *
+                     merged.map.keyframe(merged.keyframes[b][i - lag])->T_WC;
+    worst = std::max(worst, off.p().norm());
+  }
+  return worst;
+}
+
+TEST(MergeMaps, TwoSessionsOfOnePlaceBecomeOneMapInTheWorldOfTheFirst) {
+  SessionOfRing monday(0, 24, kMonday), tuesday(10, 24, kTuesday);
+  std::vector<Map> maps;
+  maps.push_back(std::move(monday.scene.map));
+  maps.push_back(std::move(tuesday.scene.map));
+  const std::size_t points = maps[0].num_points() + maps[1].num_points();
+  std::size_t searched = 0;
+  const MergedMaps merged = MergeMaps(monday.scene.model_sensor, std::move(maps), OneThread(),
+                                      [&](std::size_t done, std::size_t total) {
+                                        EXPECT_EQ(done, ++searched);
+                                        EXPECT_EQ(total, 24U);
+                                      });
+  EXPECT_EQ(searched, 24U);
+  ASSERT_EQ(merged.keyframes.size(), 2U);
+  EXPECT_EQ(merged.keyframes[0].size(), 24U);
+  EXPECT_EQ(merged.keyframes[1].size(), 24U);
+  EXPECT_EQ(CountMerges(merged), 1);
+  ASSERT_EQ(merged.map.roots().size(), 1U);
+  EXPECT_LT(merged.map.num_points(), points - 300) << "what both have seen is one";
+  EXPECT_LT(WorstSeam(merged, 0, 1, 10), kAtTheSeam) << "one place is one";
+  EXPECT_LT(WorstError(merged, 0, monday, kMonday), kDrift);
+  EXPECT_LT(WorstError(merged, 1, tuesday, kMonday), kDrift) << "of what its world has moved by";
+}
+
+TEST(MergeMaps, SessionsOfTwoPlacesStayApartAndWhereTheyAre) {
+  SessionOfRing monday(0, 16, kMonday), elsewhere(4, 16, kTuesday, 77);
+  std::vector<Pose> before;
+  for (const KeyFrameId id : elsewhere.scene.map.keyframe_ids()) {
+    before.push_back(elsewhere.scene.map.keyframe(id)->T_WC);
+  }
+  std::vector<Map> maps;
+  maps.push_back(std::move(monday.scene.map));
+  maps.push_back(std::move(elsewhere.scene.map));
+  const MergedMaps merged = MergeMaps(monday.scene.model_sensor, std::move(maps), OneThread());
+  EXPECT_EQ(merged.map.roots().size(), 2U);
+  EXPECT_EQ(CountMerges(merged), 0);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(merged.map.keyframe(merged.keyframes[1][i])->T_WC.Matrix(), before[i].Matrix());
+  }
+}
+
+TEST(MergeMaps, ASessionJoinsTwoThatDoNotMeetEachOther) {
+  SessionOfRing begin(0, 14, kMonday), end(24, 14, kTuesday), between(6, 26, kWednesday);
+  std::vector<Map> maps;
+  maps.emplace_back();  // of a session that saw nothing
+  for (SessionOfRing* session : {&begin, &end, &between}) {
+    maps.push_back(std::move(session->scene.map));
+  }
+  const MergedMaps merged = MergeMaps(begin.scene.model_sensor, std::move(maps), OneThread());
+  EXPECT_TRUE(merged.keyframes[0].empty());
+  EXPECT_EQ(CountMerges(merged), 2);
+  EXPECT_EQ(merged.map.roots().size(), 1U);
+  EXPECT_LT(WorstSeam(merged, 1, 3, 6), kAtTheSeam);
+  EXPECT_LT(WorstSeam(merged, 3, 2, 18), kAtTheSeam);
+  EXPECT_LT(WorstError(merged, 1, begin, kMonday), kDrift);
+  EXPECT_LT(WorstError(merged, 2, end, kMonday), kDrift);
+}
+
+TEST(MergeMaps, NothingOfNothingIsNothing) {
+  EXPECT_EQ(MergeMaps({}, {}).map.num_keyframes(), 0U);
+  EXPECT_EQ(MergeMaps({}, std::vector<Map>(2)).keyframes.size(), 2U);
+}
+
+TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
+  SessionOfRing monday(0, 6, kMonday), tuesday(20, 6, kTuesday);
+  Map& map = monday.scene.map;
+  Map& other = tuesday.scene.map;
+  // Of the other: a submap of its own, one that is joined with the first, gaps.
+  const Frame frame = other.keyframe(0_kf)->frame;
+  const SubmapId joined = other.AddSubmap(), apart = other.AddSubmap();
+  other.AddKeyFrame(frame, Pose(), joined);
+  other.AddKeyFrame(frame, Pose(), apart);
+  other.Join(other.keyframe(0_kf)->submap, joined);
+  const Eigen::Vector3d down(0.0, 0.0, -9.8);
+  other.SetGravity(down, apart);
+  other.RemoveKeyFrame(2_kf, 1_kf);
+  other.keyframe(3_kf)->found = 0.625;
+  other.RemovePoint(other.point_ids().front());
+  const std::size_t keyframes = map.num_keyframes(), points = map.num_points();
+  const std::size_t lines = map.num_lines();
+  const MapPoint last_point = *map.point(map.point_ids().back());
+
+  const std::vector<KeyFrameId> added = AddMap(other, &map);
+  ASSERT_EQ(added.size(), other.num_keyframes());
+  EXPECT_EQ(map.num_keyframes(), keyframes + added.size());
+  EXPECT_EQ(map.num_points(), points + other.num_points());
+  EXPECT_EQ(map.num_lines(), lines + other.num_lines());
+  EXPECT_EQ(map.roots().size(), 3U);
+  EXPECT_EQ(map.RootOf(added[0]), map.RootOf(added[5])) << "joined";
+  EXPECT_NE(map.RootOf(added[0]), map.RootOf(added[6])) << "apart";
+  EXPECT_EQ(map.gravity_W(*map.RootOf(added[6])), down);
+  EXPECT_FALSE(map.gravity_W(*map.RootOf(added[0])));
+  EXPECT_EQ(map.keyframe(added[2])->found, 0.625) << "the third that is left";
+  EXPECT_EQ(map.point(last_point.id)->observations.size(), last_point.observations.size());
+
+  const KeyFrame &old = *other.keyframe(1_kf), &same = *map.keyframe(added[1]);
+  EXPECT_EQ(same.T_WC.Matrix(), old.T_WC.Matrix());
+  for (std::size_t f = 0; f < old.points.size(); ++f) {
+    ASSERT_EQ(old.points[f] == kNoId, same.points[f] == kNoId);
+    if (old.points[f] == kNoId) continue;
+    const MapPoint &a = *other.point(old.points[f]), &b = *map.point(same.points[f]);
+    EXPECT_EQ(a.p_W, b.p_W);
+    EXPECT_EQ(a.descriptor, b.descriptor);
+    EXPECT_EQ(a.observations.size(), b.observations.size());
+    EXPECT_EQ(b.id, same.points[f]);
+  }
+  EXPECT_EQ(map.index().size(), map.num_keyframes());
+}
+
+}  // namespace
+}  // namespace highwall
