@@ -73,19 +73,19 @@ OrderChange CutIn(std::vector<AbusedFrame> elsewhere) {
   HIGHWALL_REQUIRE(elsewhere.size() >= 2, "what is cut in must be two frames or more");
   return [elsewhere = std::move(elsewhere)](const Frames& frames, const CounterRandom&) {
     const auto middle = frames.begin() + std::ssize(frames) / 2;
-    Frames film(frames.begin(), middle);
+    Frames sequence(frames.begin(), middle);
     const Stamp begin = middle->stamp;
     const Stamp duration = elsewhere.back().stamp - elsewhere.front().stamp;
     const Stamp interval = duration / (std::ssize(elsewhere) - 1);
     for (AbusedFrame frame : elsewhere) {
       frame.stamp += begin - elsewhere.front().stamp;
-      film.push_back(frame);
+      sequence.push_back(frame);
     }
     for (auto frame = middle; frame != frames.end(); ++frame) {
-      film.push_back(*frame);
-      film.back().stamp += duration + interval;
+      sequence.push_back(*frame);
+      sequence.back().stamp += duration + interval;
     }
-    return film;
+    return sequence;
   };
 }
 

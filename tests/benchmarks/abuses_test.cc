@@ -178,20 +178,20 @@ TEST(FrameOrder, DoubledFramesShowTheOneBeforeWhileTheCameraMovesOn) {
 
 TEST(FrameOrder, AKidnappedCameraIsElsewhereInTheMiddle) {
   const Recording home(10), elsewhere(4, cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(200)));
-  const AbusedSequence film = Reordered(home, CutIn(FramesOf(elsewhere)));
-  ASSERT_EQ(film.size(), 14U);
-  ASSERT_EQ(film.groundtruth()->size(), 10U);
+  const AbusedSequence sequence = Reordered(home, CutIn(FramesOf(elsewhere)));
+  ASSERT_EQ(sequence.size(), 14U);
+  ASSERT_EQ(sequence.groundtruth()->size(), 10U);
   std::size_t at_home = 0;
   for (std::size_t i = 0; i < 14; ++i) {
-    EXPECT_EQ(film.stamp(i), StampOf(i));
-    EXPECT_EQ(film.IsElsewhere(i), i >= 5 && i < 9);
-    if (film.IsElsewhere(i)) {
-      EXPECT_EQ(LevelOf(*film.Load(i)), 200);
+    EXPECT_EQ(sequence.stamp(i), StampOf(i));
+    EXPECT_EQ(sequence.IsElsewhere(i), i >= 5 && i < 9);
+    if (sequence.IsElsewhere(i)) {
+      EXPECT_EQ(LevelOf(*sequence.Load(i)), 200);
       continue;
     }
-    EXPECT_EQ(LevelOf(*film.Load(i)), static_cast<int>(at_home));
-    EXPECT_EQ(film.groundtruth()->at(at_home).stamp, film.stamp(i));
-    EXPECT_EQ(film.groundtruth()->at(at_home).pose.p().x(), static_cast<double>(at_home));
+    EXPECT_EQ(LevelOf(*sequence.Load(i)), static_cast<int>(at_home));
+    EXPECT_EQ(sequence.groundtruth()->at(at_home).stamp, sequence.stamp(i));
+    EXPECT_EQ(sequence.groundtruth()->at(at_home).pose.p().x(), static_cast<double>(at_home));
     ++at_home;
   }
 }

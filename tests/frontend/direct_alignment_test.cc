@@ -23,8 +23,9 @@ const Pose kTruth = kReference * Pose::FromTangent({0.08, -0.06, 0.05}, {0.04, -
 
 std::optional<KnownPose> Align(const FrameFeatures& reference, const FrameFeatures& features,
                                const DirectAlignmentOptions& options = {}) {
-  return DirectAligner(kGrid, kNoise, {}, options)
-      .Align(reference, kReference, features, kReference);
+  const auto aligned = DirectAligner(kGrid, kNoise, {}, options)
+                           .Align(reference, kReference, features, kReference);
+  return aligned ? std::optional(aligned->pose) : std::nullopt;
 }
 
 TEST(DirectAligner, FindsThePoseOfAMovedCamera) {

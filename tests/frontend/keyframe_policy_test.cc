@@ -82,6 +82,12 @@ TEST_F(KeyFramePolicyWants, WhenTheLastOneIsLongAgo) {
   EXPECT_TRUE(policy.Wants(Tracked(100, 10, 0, 1.31), map, FromSeconds(0.3)));
 }
 
+TEST_F(KeyFramePolicyWants, NotOfAFrameThatSeesNoLandmarkUnlessItMust) {
+  const KeyFramePolicy policy({.max_gap = 1.0});
+  EXPECT_FALSE(policy.Wants(Tracked(0, 0, 300, 0.9), map, 0));
+  EXPECT_TRUE(policy.Wants(Tracked(0, 0, 300, 1.1), map, 0));
+}
+
 TEST_F(KeyFramePolicyWants, WhenMuchIsWaitingToBeMapped) {
   const KeyFramePolicy policy(
       {.min_share = 0.1, .max_gap = 100.0, .wanted_tracked = 60, .wanted_new = 20});

@@ -70,14 +70,17 @@ cv::Mat DepthGrid::Average(const cv::Mat& gray) const {
   const cv::Rect image(0, 0, gray.cols, gray.rows);
   cv::Mat cells(camera_.height, camera_.width, CV_8UC1);
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    const cv::Point corner = pixels_[i] - cv::Point(half, half);
-    const cv::Rect square = cv::Rect(corner, cv::Size(2 * half, 2 * half)) & image;
+    // Distortion may bring a cell beyond the image: the nearest pixels stand for it.
+    const cv::Point middle(std::clamp(pixels_[i].x, 0, gray.cols - 1),
+                           std::clamp(pixels_[i].y, 0, gray.rows - 1));
+    const cv::Rect square =
+        cv::Rect(middle - cv::Point(half, half), cv::Size(2 * half, 2 * half)) & image;
     std::int64_t sum = 0;
     for (int v = square.y; v < square.y + square.height; ++v) {
       const std::uint8_t* row = gray.ptr<std::uint8_t>(v);
       sum = std::accumulate(row + square.x, row + square.x + square.width, sum);
     }
-    const auto area = static_cast<std::int64_t>(std::max(1, square.area()));
+    const auto area = static_cast<std::int64_t>(square.area());
     cells.ptr<std::uint8_t>()[i] = static_cast<std::uint8_t>((sum + area / 2) / area);
   }
   return cells;

@@ -23,23 +23,25 @@ PointView ViewOf(const KeyFrame& keyframe, int index) {
 }
 
 // |r|^2 of one view over what is allowed; more than 1 does not fit.
-double Misfit(const MeasurementModel& model, const PointView& view, const Eigen::Vector3d& p_W) {
+double Misfit(const MeasurementModel& model, const InlierBounds& inliers, const PointView& view,
+              const Eigen::Vector3d& p_W) {
   Eigen::Vector3d r;
   if (!model.projection().Evaluate<3>(RgbdProjection::At(view.T_WC.data()),
                                       model.Rows(view.feature), p_W, &r, nullptr, nullptr)) {
     return std::numeric_limits<double>::infinity();
   }
-  return r.squaredNorm() / InlierBounds().Of(MeasurementModel::Dimension(view.feature));
+  return r.squaredNorm() / inliers.Of(MeasurementModel::Dimension(view.feature));
 }
 
 // The largest set of views that agree, worst ones left out one by one.
-std::optional<TriangulatedPoint> TriangulateAgreeing(const MeasurementModel& model, Track& track) {
+std::optional<TriangulatedPoint> TriangulateAgreeing(const MeasurementModel& model,
+                                                     const InlierBounds& inliers, Track& track) {
   while (track.views.size() >= 2) {
     const auto point = TriangulatePoint(model, track.views);
     if (!point) return std::nullopt;
     std::vector<double> misfits;
     for (const PointView& view : track.views) {
-      misfits.push_back(Misfit(model, view, point->p_W));
+      misfits.push_back(Misfit(model, inliers, view, point->p_W));
     }
     const auto worst = std::max_element(misfits.begin(), misfits.end());
     if (*worst <= 1.0) return point;
@@ -67,12 +69,15 @@ bool HasSoundDepth(const PointFeature& feature, double max_depth_sigma) {
 std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, const Map& map,
                                                 KeyFrameId id,
                                                 std::span<const KeyFrameId> neighbours,
-                                                const TriangulationOptions& options) {
+                                                const TriangulationOptions& options,
+                                                const InlierBounds& inliers) {
   const KeyFrame& keyframe = *map.keyframe(id);
   const FrameFeatures& features = *keyframe.frame.features;
   std::vector<bool> wanted(features.points.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = keyframe.points[i] == kNoId;
   std::vector<Track> tracks(wanted.size());
+  const EpipolarMatchOptions match{
+      .max_hamming = options.max_hamming, .ratio = options.ratio, .chi2 = inliers.Of(1)};
   for (const KeyFrameId n : neighbours) {
     const KeyFrame& neighbour = *map.keyframe(n);
     std::vector<bool> free(neighbour.points.size());
@@ -80,7 +85,7 @@ std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, c
                    [](PointId p) { return p == kNoId; });
     for (const auto& [own, other] :
          MatchEpipolar(model, {features, keyframe.T_WC, wanted},
-                       {*neighbour.frame.features, neighbour.T_WC, free}, options.match)) {
+                       {*neighbour.frame.features, neighbour.T_WC, free}, match)) {
       Track& track = tracks[static_cast<std::size_t>(own)];
       track.views.push_back(ViewOf(neighbour, other));
       track.observations.push_back({n, other});
@@ -93,7 +98,7 @@ std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, c
     const int own = static_cast<int>(i);
     track.views.insert(track.views.begin(), ViewOf(keyframe, own));
     track.observations.insert(track.observations.begin(), {id, own});
-    const auto point = TriangulateAgreeing(model, track);
+    const auto point = TriangulateAgreeing(model, inliers, track);
     if (!point || static_cast<int>(track.views.size()) < options.min_views) continue;
     if (!IsSound(*point, keyframe.T_WC, options.max_depth_sigma)) continue;
     found.push_back({point->p_W, std::move(track.observations)});

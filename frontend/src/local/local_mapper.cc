@@ -26,6 +26,17 @@ int Between(KeyFrameId older, KeyFrameId newer) {
   return newer.value() - older.value();
 }
 
+// The keyframes that share most landmarks with it.
+std::vector<KeyFrameId> Neighbours(const Map& map, KeyFrameId id, int most) {
+  constexpr int kMinShared = 10;
+  std::vector<KeyFrameId> neighbours;
+  for (const auto& [neighbour, shared] : map.Covisible(id, kMinShared)) {
+    if (static_cast<int>(neighbours.size()) == most) break;
+    neighbours.push_back(neighbour);
+  }
+  return neighbours;
+}
+
 }  // namespace
 
 // The adjustment around a keyframe, at once or on a thread of its own.
@@ -132,13 +143,9 @@ void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport&
 
 void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
                                     LocalMappingReport& report) {
-  std::vector<KeyFrameId> neighbours;
-  for (const auto& [neighbour, shared] : map.Covisible(keyframe.id, 10)) {
-    if (static_cast<int>(neighbours.size()) == options_.triangulation.keyframes) break;
-    neighbours.push_back(neighbour);
-  }
-  for (const DepthlessPoint& found :
-       FindDepthlessPoints(model_, map, keyframe.id, neighbours, options_.triangulation)) {
+  const auto neighbours = Neighbours(map, keyframe.id, options_.triangulation.keyframes);
+  for (const DepthlessPoint& found : FindDepthlessPoints(
+           model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
     const MapPoint& point = map.AddPoint(found.p_W, keyframe.frame.index);
     for (const Observation& o : found.observations) {
       map.ObservePoint(o.keyframe, o.index, point.id);
@@ -167,11 +174,7 @@ void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& 
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
-  std::vector<KeyFrameId> neighbours;
-  for (const auto& [neighbour, shared] : map.Covisible(id, 10)) {
-    if (static_cast<int>(neighbours.size()) == options_.fused_keyframes) break;
-    neighbours.push_back(neighbour);
-  }
+  const auto neighbours = Neighbours(map, id, options_.fused_keyframes);
   FusePoints(id, neighbours, map, report);
   FuseLines(id, neighbours, map);
 }

@@ -24,7 +24,9 @@ void TriangulationOptions::Validate() const {
   RequireNotNegative(keyframes, "TriangulationOptions::keyframes");
   RequireAtLeast(min_views, 2, "TriangulationOptions::min_views");
   RequirePositive(max_depth_sigma, "TriangulationOptions::max_depth_sigma");
-  match.Validate();
+  HIGHWALL_REQUIRE(max_hamming >= 0 && max_hamming <= 256,
+                   "TriangulationOptions::max_hamming must be in [0, 256]");
+  HIGHWALL_REQUIRE(ratio > 0.0 && ratio <= 1.0, "TriangulationOptions::ratio must be in (0, 1]");
 }
 
 void LocalMapperOptions::Validate() const {

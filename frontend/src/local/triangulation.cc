@@ -1,6 +1,8 @@
 #include "local/triangulation.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <ceres/tiny_solver.h>
@@ -37,6 +39,8 @@ class PointProblem {
       Eigen::Matrix3d dr_dp;
       if (!projection_.Evaluate<3>(views_[i], rows_[i], Eigen::Map<const Eigen::Vector3d>(p_W), &r,
                                    nullptr, jacobian != nullptr ? &dr_dp : nullptr)) {
+        // TinySolver does not look at what is returned: such a step must cost more than any.
+        std::fill_n(residuals, NumResiduals(), std::numeric_limits<double>::infinity());
         return false;
       }
       Eigen::Map<Eigen::Vector3d>(residuals + row) = r;

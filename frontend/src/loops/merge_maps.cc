@@ -30,6 +30,8 @@ MergedMaps Collect(std::vector<Map> maps) {
     } else if (merged.map.num_keyframes() == 0) {
       merged.keyframes.push_back(map.keyframe_ids());
       merged.map = std::move(map);
+      // As of all that is added: what the body did is not known to the model of a camera.
+      for (const KeyFrameId id : merged.keyframes.back()) merged.map.keyframe(id)->motion.reset();
     } else {
       merged.keyframes.push_back(AddMap(map, &merged.map));
       map = Map();  // as large as what was added

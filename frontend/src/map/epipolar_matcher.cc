@@ -6,14 +6,13 @@
 #include <limits>
 #include <optional>
 
-#include <highwall/frontend/map/inlier_bounds.h>
-
 #include "features/orb_matcher.h"
 
 namespace highwall {
 namespace {
 
 constexpr double kNoBaseline = 1e-6;  // [m]
+constexpr int kNone = std::numeric_limits<int>::max();
 
 // The line in b's image [px], of unit normal, on which what is along the ray of `uv` is seen.
 class EpipolarLines {
@@ -43,18 +42,18 @@ class EpipolarLines {
 
 struct Best {
   int feature = -1;
-  int hamming = std::numeric_limits<int>::max();
+  int hamming = kNone;
 };
 
 }  // namespace
 
 std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, const EpipolarView& a,
                                                const EpipolarView& b,
-                                               const ProjectionMatchOptions& options) {
+                                               const EpipolarMatchOptions& options) {
   const Pose T_BA = b.T_WC.Inverse() * a.T_WC;
   if (T_BA.p().norm() < kNoBaseline) return {};
   const EpipolarLines lines(model.camera(), T_BA);
-  const double bound = std::sqrt(InlierBounds().Of(1));
+  const double bound = std::sqrt(options.chi2);
   std::vector<int> candidates;
   for (std::size_t j = 0; j < b.wanted.size(); ++j) {
     if (b.wanted[j]) candidates.push_back(static_cast<int>(j));
@@ -67,7 +66,7 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
     if (!line) continue;
     const std::uint8_t* descriptor = a.features.point_descriptors.ptr(static_cast<int>(i));
     Best best;
-    int second = std::numeric_limits<int>::max();
+    int second = kNone;
     for (const int j : candidates) {
       const PointFeature& to = b.features.points[static_cast<std::size_t>(j)];
       if (std::abs(to.octave - from.octave) > 1) continue;
@@ -83,7 +82,7 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
       }
     }
     if (best.feature < 0 || best.hamming > options.max_hamming) continue;
-    if (second <= 256 && best.hamming > options.ratio * second) continue;
+    if (second != kNone && best.hamming >= options.ratio * second) continue;
     Best& taken = owner[static_cast<std::size_t>(best.feature)];
     if (best.hamming < taken.hamming) taken = {static_cast<int>(i), best.hamming};
   }

@@ -457,10 +457,12 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
   const DepthGrid grid(saved.camera);
   const bool has_submaps = version >= kFirstWithSubmaps;
   const std::uint32_t submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
+  std::vector<bool> populated(submaps, false);
   for (std::uint32_t i = reader.Count(72); i > 0; --i) {
     SubmapId submap = kFirstSubmap;
     if (has_submaps) reader(submap);
     reader.Require(submap.index() < submaps, "a keyframe is of no submap");
+    populated[submap.index()] = true;
     Frame frame;
     reader(frame.index);
     reader(frame.stamp);
@@ -473,6 +475,10 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
     const double found = version >= kFirstWithDepth ? ReadEvidence(reader, grid, *features) : 0.0;
     frame.features = features;
     map.AddKeyFrame(frame, CheckedPose(reader, block), submap).found = found;
+  }
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    reader.Require(populated[map.Root(map.keyframe(id)->submap).index()],
+                   "a submap is joined with one that has no keyframe");
   }
   for (std::uint32_t i = reader.Count(100); i > 0; --i) {
     ReadLandmark(

@@ -4,7 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <span>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include <ceres/tiny_solver.h>
@@ -34,7 +35,8 @@ struct Stage {
 };
 constexpr std::array<Stage, 3> kStages{{{4.0, 0.2}, {2.0, 0.08}, {0.0, 0.03}}};
 constexpr int kSteps = 15;           // of a stage, each with new associations
-constexpr double kConverged = 1e-5;  // [m, rad]
+constexpr double kConverged = 1e-5;  // [m, rad] of a step: the last
+constexpr double kSettled = 1e-3;    // [m, rad] no farther it may still go in the end
 
 // The grey levels of the reference and how they change, at fractions of cells.
 class GreyImage {
@@ -92,7 +94,10 @@ class AlignmentProblem {
 
   bool operator()(const double* x, double* residuals, double* jacobian) const {
     const Vector6 step = Eigen::Map<const Vector6>(x);
-    if (!step.allFinite()) return false;
+    if (!step.allFinite()) {
+      std::fill_n(residuals, NumResiduals(), std::numeric_limits<double>::infinity());
+      return false;
+    }
     const Pose T = T_RC_.Plus(step);
     const Eigen::Matrix3d R = T.R();
     const Eigen::Matrix3d step_jacobian = so3::RightJacobian(step.tail<3>());
@@ -119,14 +124,14 @@ class AlignmentProblem {
   }
 
  private:
-  // Zero where the reference does not see the point.
+  // What leaves the reference's view costs as much as what does not fit.
   double Grey(const Eigen::Matrix3d& R, const Eigen::Vector3d& p, const GreyPoint& point,
               Eigen::Matrix<double, 1, 6>* J) const {
     J->setZero();
     const Eigen::Vector3d p_R = R * point.p_C + p;
     double value = 0.0;
     Eigen::Vector2d gradient;
-    if (p_R.z() <= 0.0 || !grey_.At(camera_.Project(p_R), &value, &gradient)) return 0.0;
+    if (p_R.z() <= 0.0 || !grey_.At(camera_.Project(p_R), &value, &gradient)) return kHuber;
     const double iz = 1.0 / p_R.z();
     const Eigen::Vector2d g =
         point.weight * iz * gradient.cwiseProduct(Eigen::Vector2d(camera_.fx, camera_.fy));
@@ -196,17 +201,18 @@ class Alignment {
             const FrameFeatures& features, const Pose& T_RC)
       : grid_(grid), noise_(noise), reference_(reference), features_(features), T_RC_(T_RC) {}
 
-  // False where nothing holds the pose.
+  // False where nothing holds the pose, or it does not settle.
   bool Refine(const std::vector<SurfacePatch>& patches, const SurfaceMatcherOptions& surfaces,
               double blur) {
     const GreyImage reference(reference_.gray_grid, blur), own(features_.gray_grid, blur);
     for (int step = 0; step < kSteps; ++step) {
       const GreyPairs pairs = Pair(reference, own, surfaces);
       if (static_cast<int>(pairs.own.size()) < kMinPairs) return false;
-      const AlignmentProblem problem(
-          grid_, reference, T_RC_,
-          Weighed(MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, surfaces)),
-          Weighed(pairs));
+      std::vector<PointToPlaneRow> planes =
+          MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, surfaces);
+      planes_ = static_cast<int>(planes.size());
+      const AlignmentProblem problem(grid_, reference, T_RC_, Weighed(std::move(planes)),
+                                     Weighed(pairs));
       ceres::TinySolver<AlignmentProblem> solver;
       solver.options.max_num_iterations = 4;
       Vector6 x = Vector6::Zero();
@@ -214,8 +220,10 @@ class Alignment {
       if (!x.allFinite()) return false;
       T_RC_ = T_RC_.Plus(x);
       Measure(problem, x);
-      if (x.norm() < kConverged) break;
+      last_step_ = x.norm();
+      if (last_step_ < kConverged) break;
     }
+    if (last_step_ > kSettled) return false;
     const GreyPairs pairs = Pair(reference, own, surfaces);
     likeness_ = pairs.Compare();
     overlap_ = pairs.readings > 0 ? static_cast<double>(pairs.own.size()) / pairs.readings : 0.0;
@@ -223,6 +231,7 @@ class Alignment {
   }
 
   const Pose& T_RC() const { return T_RC_; }
+  int planes() const { return planes_; }
   double overlap() const { return overlap_; }
   double correlation() const { return likeness_.correlation; }
   // In the tangent at T_RC, by the noise that the rows show.
@@ -304,6 +313,8 @@ class Alignment {
   const FrameFeatures& features_;
   Pose T_RC_;
   GreyPairs::Likeness likeness_;
+  int planes_ = 0;
+  double last_step_ = 0.0;
   double overlap_ = 0.0;
   Matrix6 information_ = Matrix6::Zero();
 };
@@ -320,9 +331,9 @@ double MedianDepth(const cv::Mat& depth) {
 
 }  // namespace
 
-std::optional<KnownPose> DirectAligner::Align(const FrameFeatures& reference, const Pose& T_WR,
-                                              const FrameFeatures& features,
-                                              const Pose& T_WC) const {
+std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& reference,
+                                                    const Pose& T_WR, const FrameFeatures& features,
+                                                    const Pose& T_WC) const {
   if (reference.depth_grid.empty() || reference.gray_grid.empty()) return std::nullopt;
   const double depth = MedianDepth(features.depth_grid);
   if (depth <= 0.0 || features.gray_grid.empty()) return std::nullopt;
@@ -333,6 +344,7 @@ std::optional<KnownPose> DirectAligner::Align(const FrameFeatures& reference, co
     surfaces.gate = stage.gate;
     if (!alignment.Refine(patches, surfaces, stage.blur)) return std::nullopt;
   }
+  if (alignment.planes() < options_.min_rows) return std::nullopt;
   if (alignment.overlap() < options_.min_overlap) return std::nullopt;
   if (alignment.correlation() < options_.min_correlation) return std::nullopt;
   // A step of the position is one in R there, in W here.
@@ -346,7 +358,7 @@ std::optional<KnownPose> DirectAligner::Align(const FrameFeatures& reference, co
     return std::nullopt;
   }
   known.sqrt_information = information.llt().matrixU();
-  return known;
+  return DirectAlignment{known, depth};
 }
 
 }  // namespace highwall

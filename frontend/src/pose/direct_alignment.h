@@ -15,6 +15,11 @@
 
 namespace highwall {
 
+struct DirectAlignment {
+  KnownPose pose;
+  double depth = 0.0;  // [m] median of the frame's
+};
+
 // The pose of a camera against one view of the same place, from all of both images on the coarse
 // grid: readings of depth against the flat patches of the reference (point to plane), and grey
 // levels against its own, up to a gain and an offset. Needs no corner, and blur takes little of it.
@@ -28,9 +33,9 @@ class DirectAligner {
 
   // T_WC: rough. The pose with its information, in which readings that share their noise count as
   // one. Empty where the two have too little in common, where what they have in common is not
-  // alike, or where it leaves a direction open.
-  std::optional<KnownPose> Align(const FrameFeatures& reference, const Pose& T_WR,
-                                 const FrameFeatures& features, const Pose& T_WC) const;
+  // alike, where it does not settle, or where it leaves a direction open.
+  std::optional<DirectAlignment> Align(const FrameFeatures& reference, const Pose& T_WR,
+                                       const FrameFeatures& features, const Pose& T_WC) const;
 
  private:
   const DepthGrid& grid_;

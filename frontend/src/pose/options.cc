@@ -38,6 +38,7 @@ void SurfaceMatcherOptions::Validate() const {
 }
 
 void DirectAlignmentOptions::Validate() const {
+  RequireAtLeast(min_rows, 1, "DirectAlignmentOptions::min_rows");
   HIGHWALL_REQUIRE(min_overlap > 0.0 && min_overlap <= 1.0,
                    "DirectAlignmentOptions::min_overlap must be in (0, 1]");
   HIGHWALL_REQUIRE(min_correlation >= 0.0 && min_correlation < 1.0,

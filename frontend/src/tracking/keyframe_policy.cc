@@ -23,6 +23,8 @@ bool KeyFramePolicy::CanStart(const FrameFeatures& features) const {
 
 bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map, Stamp last_keyframe) const {
   if (ToSeconds(tracked.frame.stamp - last_keyframe) >= options_.max_gap) return true;
+  // It shares no landmark with any other: the map goes on there only if it must.
+  if (tracked.num_points + tracked.num_lines == 0) return false;
 
   int with_depth = 0, waiting = 0;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {

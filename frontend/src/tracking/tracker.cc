@@ -16,7 +16,8 @@
 namespace highwall {
 namespace {
 
-constexpr double kFollow = 0.05;  // share of a frame in what is usual
+constexpr double kFollow = 0.05;      // share of a frame in what is usual
+constexpr std::size_t kCompared = 3;  // keyframes whose depth must not contradict a frame's
 
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
   TrackedFrame tracked;
@@ -162,6 +163,7 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   // What all of the image holds tells nothing of landmarks.
   if (match->Support() == 0) return tracked;
   last_support_ = match->Support();
+  last_landmarks_ = frame.stamp;
   usual_found_ += (usual_found_ > 0.0 ? kFollow : 1.0) * (tracked.found - usual_found_);
   moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
                    tracked.reference, map);
@@ -186,29 +188,43 @@ std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& 
 
 std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, const Map& map,
                                                           LossClues* clues) const {
+  const KeyFrame* reference = map.keyframe(last_->reference);
+  // Each such pose hangs on the one before, or on a view that is left behind.
+  const double held = ToSeconds(frame.stamp - last_landmarks_);
+  if (reference == nullptr || held > ConstantVelocity::kLongestPrediction) return std::nullopt;
   const Pose expected = last_->T_WC * velocity_.Predict(SinceLast(frame));
-  std::optional<KnownPose> known;
-  if (const KeyFrame* reference = map.keyframe(last_->reference)) {
-    known = aligner_.Align(*reference->frame.features, reference->T_WC, *frame.features, expected);
+  auto aligned =
+      aligner_.Align(*reference->frame.features, reference->T_WC, *frame.features, expected);
+  if (!aligned) {
+    aligned = aligner_.Align(*last_->frame.features, last_->T_WC, *frame.features, expected);
   }
-  if (!known) {
-    known = aligner_.Align(*last_->frame.features, last_->T_WC, *frame.features, expected);
+  if (!aligned) return std::nullopt;
+  const KnownPose& known = aligned->pose;
+  auto match = TrackAbout(known, frame, map, clues);
+  if (!match) {
+    match = LocalMatch{Unmatched(frame, known.T_WC), {}, {}};
+    match->frame.reference = reference->id;
+    match->frame.information = known.sqrt_information.transpose() * known.sqrt_information;
+    match->frame.open = FindOpenDirections(match->frame.information, known.T_WC, aligned->depth,
+                                           options_.degeneracy);
   }
-  if (!known) return std::nullopt;
-  if (auto match = TrackAbout(*known, frame, map, clues)) return match;
-  LocalMatch match{Unmatched(frame, known->T_WC), {}, {}};
-  match.frame.reference = last_->reference;
-  match.frame.information = known->sqrt_information.transpose() * known->sqrt_information;
+  if (Contradicts(match->frame, AroundReference(map, kCompared), map)) return std::nullopt;
   return match;
+}
+
+std::vector<KeyFrameId> Tracker::AroundReference(const Map& map, std::size_t most) const {
+  std::vector<KeyFrameId> around{last_->reference};
+  for (const auto& [id, shared] : map.Covisible(last_->reference, 1)) {
+    if (around.size() == most) break;
+    around.push_back(id);
+  }
+  return around;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const KnownPose& known, const Frame& frame,
                                                        const Map& map, LossClues* clues) const {
-  std::vector<KeyFrameId> local{last_->reference};
-  for (const auto& [id, shared] : map.Covisible(last_->reference, 1)) {
-    if (static_cast<int>(local.size()) == options_.local_keyframes) break;
-    local.push_back(id);
-  }
+  const std::vector<KeyFrameId> local =
+      AroundReference(map, static_cast<std::size_t>(options_.local_keyframes));
   TrackedFrame rough = Unmatched(frame, known.T_WC);
   Apply(matcher_.MatchPoints(*frame.features, known.T_WC, map, PointsSeenBy(map, local, {}),
                              Taken(rough.points)),
@@ -252,6 +268,7 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   if (!last_) {
     // The first keyframe was not tracked: all it holds is what the next frame should find.
     last_support_ = Support(keyframe.points, keyframe.lines);
+    last_landmarks_ = tracked.frame.stamp;
     velocity_.Reset();
   }
   last_ = tracked;
@@ -474,13 +491,16 @@ bool Tracker::LooksAlikeOnly(const LocalMatch& match, const Map& map) const {
 }
 
 bool Tracker::Contradicts(const LocalMatch& match, const Map& map) const {
-  const TrackedFrame& tracked = match.frame;
-  constexpr std::size_t kViews = 3;
   std::vector<KeyFrameId> views;
-  for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
-    if (views.size() == kViews) break;
+  for (const auto& [id, shared] : map.Observers(match.frame.points, match.frame.lines)) {
+    if (views.size() == kCompared) break;
     views.push_back(id);
   }
+  return Contradicts(match.frame, views, map);
+}
+
+bool Tracker::Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameId> views,
+                          const Map& map) const {
   const auto contradiction = DepthContradiction(tracked.frame.features->depth_grid, tracked.T_WC,
                                                 views, map, moving_.grid(), model_.depth_noise());
   return contradiction && *contradiction > options_.recognized_contradiction;

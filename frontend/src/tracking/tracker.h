@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <highwall/core/pose.h>
@@ -29,6 +30,8 @@ class Tracker {
  public:
   // model: must outlive the tracker.
   Tracker(const MeasurementModel& model, const TrackerOptions& options);
+  Tracker(const Tracker&) = delete;
+  Tracker& operator=(const Tracker&) = delete;
 
   // predicted: the pose that an IMU tells, where there is one. Also counts in the map how often
   // landmarks were in view and found.
@@ -102,6 +105,9 @@ class Tracker {
   bool LooksAlikeOnly(const LocalMatch& match, const Map& map) const;
   // Does its depth contradict that of the keyframes whose landmarks it sees?
   bool Contradicts(const LocalMatch& match, const Map& map) const;
+  // Does its depth contradict that of these keyframes?
+  bool Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameId> views,
+                   const Map& map) const;
   // Pose from the matches of `tracked`; outliers are unmatched. False where too few remain.
   bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
              Aid aid) const;
@@ -110,6 +116,8 @@ class Tracker {
   // where they agree.
   std::optional<LocalMatch> AlignDirectly(const Frame& frame, const Map& map,
                                           LossClues* clues) const;
+  // The reference keyframe of the last frame and those that share most with it.
+  std::vector<KeyFrameId> AroundReference(const Map& map, std::size_t most) const;
   // The landmarks that the keyframe and its neighbours see, as far as they are found about `known`.
   std::optional<LocalMatch> TrackAbout(const KnownPose& known, const Frame& frame, const Map& map,
                                        LossClues* clues) const;
@@ -125,6 +133,7 @@ class Tracker {
   DirectAligner aligner_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
   int last_support_ = 0;              // of its pose
+  Stamp last_landmarks_ = 0;          // of the last frame that landmarks held
   double usual_found_ = 0.0;          // TrackedFrame::found of late; 0: not known
   ConstantVelocity velocity_;         // at it
 };

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <highwall/frontend/map/inlier_bounds.h>
-#include <highwall/frontend/map/options.h>
 
 namespace highwall {
 
@@ -26,7 +25,8 @@ struct TriangulationOptions {
   int keyframes = 10;            // >= 0: neighbours that they are looked for in; 0: none is made
   int min_views = 3;             // >= 2: keyframes that must agree; two alone agree by chance
   double max_depth_sigma = 0.1;  // > 0, of its depth: a point known worse waits for more parallax
-  ProjectionMatchOptions match{.max_hamming = 50, .ratio = 0.8};  // along the epipolar line
+  int max_hamming = 50;          // [bit] [0, 256]: of corners on each other's epipolar line
+  double ratio = 0.8;            // (0, 1]: best against second best there
 
   void Validate() const;
 };

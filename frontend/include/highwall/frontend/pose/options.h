@@ -48,6 +48,7 @@ struct SurfaceMatcherOptions {
 // Whole images against each other (DirectAligner).
 struct DirectAlignmentOptions {
   bool enabled = true;
+  int min_rows = 30;             // >= 1, on patches
   double min_overlap = 0.3;      // (0, 1]: of the frame's depth that the reference must see
   double min_correlation = 0.8;  // [0, 1): of the grey levels of both
   double max_sigma = 0.05;       // [m] > 0: a pose with a more open direction is none

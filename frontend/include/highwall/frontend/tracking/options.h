@@ -83,7 +83,9 @@ struct TrackerOptions {
 };
 
 struct KeyFramePolicyOptions {
-  int min_features = 200;    // >= 6: with depth, points plus four times lines, to start a map
+  // >= 6: with depth, points plus four times lines, to start a map: four times what a pose needs,
+  // for not all of them are found again.
+  int min_features = 100;
   double min_share = 0.75;   // (0, 1]: of the reference keyframe's landmarks found again
   double max_gap = 0.32;     // [s] > 0: since the last keyframe, ten frames of thirty a second
   int wanted_tracked = 100;  // >= 0: a keyframe is due when fewer points with depth are tracked
