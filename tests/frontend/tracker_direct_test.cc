@@ -32,10 +32,11 @@ class TrackerDirectTest : public testing::TrackerTest {
     tracked.T_WC = kStart;
     tracker.Anchor(tracked, *scene_map.map.keyframe(id));
   }
-  TrackedFrame TrackSmeared(Tracker& tracker, const testing::Light& light = {}) {
+  TrackedFrame TrackSmeared(Tracker& tracker, const testing::Light& light = {},
+                            const testing::BoxWorld& world = testing::kBoxes, int index = 1) {
     SyntheticView view;
-    view.features = std::make_shared<FrameFeatures>(SeeGrids(testing::kBoxes, kNext, light));
-    return Track(tracker, view);
+    view.features = std::make_shared<FrameFeatures>(SeeGrids(world, kNext, light));
+    return Track(tracker, view, index);
   }
 
   const Pose kStart = Pose::FromTangent({0.1, 0.0, -0.2}, {0.0, 0.02, 0.0});
@@ -64,6 +65,49 @@ TEST_F(TrackerDirectTest, AnotherPlaceIsNotHeld) {
   Tracker tracker(model, {});
   Start(tracker);
   EXPECT_EQ(TrackSmeared(tracker, {.phase = 1.7}).state, TrackingState::kLost);
+}
+
+TEST_F(TrackerDirectTest, AnotherDepthIsNotHeldHoweverAlikeTheLight) {
+  // The box stands on the other side: what either sees is before what the other does.
+  const testing::BoxWorld moved{.boxes = {testing::kBoxes.boxes[0].MovedBy({1.8, 0.0, 0.0})}};
+  TrackerOptions options;
+  options.direct.min_correlation = 0.0;
+  Tracker tracker(model, options);
+  Start(tracker);
+  EXPECT_EQ(TrackSmeared(tracker, {}, moved).state, TrackingState::kLost);
+  options.recognized_contradiction = 1.0;
+  Tracker unaware(model, options);
+  Start(unaware);
+  EXPECT_EQ(TrackSmeared(unaware, {}, moved).state, TrackingState::kTracking)
+      << "nothing else refuses it";
+}
+
+TEST_F(TrackerDirectTest, HoldsForHalfASecondAtMost) {
+  Tracker tracker(model, {});
+  Start(tracker);
+  for (int i = 1; i <= 15; ++i) {
+    EXPECT_EQ(TrackSmeared(tracker, {}, testing::kBoxes, i).state, TrackingState::kTracking) << i;
+  }
+  EXPECT_EQ(TrackSmeared(tracker, {}, testing::kBoxes, 16).state, TrackingState::kLost);
+}
+
+TEST_F(TrackerDirectTest, TheFewLandmarksThatAreLeftTakePart) {
+  TrackerOptions options;
+  options.surfaces.enabled = false;
+  Tracker tracker(model, options);
+  Start(tracker);
+  // Fewer than hold a pose by themselves (25), enough where it is known (12).
+  const SyntheticView sharp = Look(scene, testing::IdealSensor(), kNext);
+  auto features = std::make_shared<FrameFeatures>(SeeGrids(testing::kBoxes, kNext));
+  const auto few = static_cast<std::ptrdiff_t>(20);
+  features->points.assign(sharp.features->points.begin(), sharp.features->points.begin() + few);
+  features->point_descriptors = sharp.features->point_descriptors.rowRange(0, 20).clone();
+  testing::IndexPoints(*features, testing::IdealSensor().camera);
+  SyntheticView view;
+  view.features = features;
+  const TrackedFrame tracked = Track(tracker, view);
+  ExpectAt(tracked, kNext, 0.005);
+  EXPECT_GE(tracked.num_points, 12);
 }
 
 TEST_F(TrackerDirectTest, TheNextSharpFrameFindsTheLandmarksAgain) {
