@@ -235,6 +235,19 @@ TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithNone) {
   ExpectError("a submap is joined with none");
 }
 
+TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithOneWithoutKeyFrames) {
+  Map two;
+  two.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[0]);
+  two.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[1], two.AddSubmap());
+  SaveMap(path, IdealSensor().camera, two);
+  std::string bytes = Bytes();
+  const std::int32_t root = 0, submap = 1;
+  std::memcpy(bytes.data() + 24 + 40 + 4 + 5, &root, 4);              // of the second submap
+  std::memcpy(bytes.data() + 24 + 40 + (4 + 2 * 5) + 4, &submap, 4);  // of the first keyframe
+  Write(WithChecksum(bytes));
+  ExpectError("a submap is joined with one that has no keyframe");
+}
+
 TEST_F(MapIoTest, ACameraFindsItselfInALoadedMap) {
   Save();
   const SavedMap saved = LoadMap(path);
