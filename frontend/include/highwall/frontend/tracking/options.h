@@ -56,7 +56,7 @@ struct TrackerOptions {
   MovingObjectOptions moving{};
   DegeneracyOptions degeneracy{};
   SurfaceTrackingOptions surfaces{};
-  DirectAlignmentOptions direct{};  // of what nothing else holds, without an IMU
+  DirectAlignmentOptions direct{};  // of what nothing else holds, while no IMU predicts
   // Support (PoseSolverOptions) for a pose to be believed, >= 6: after the first match against the
   // last frame or keyframe, and after the local map.
   int min_motion_support = 15;
