@@ -38,7 +38,7 @@ TEST(TriangulatePoint, IsExactWithoutNoise) {
   const std::vector<PointView> views{View(p_W, At(0.0)), View(p_W, At(0.2)), View(p_W, At(0.5))};
   const auto point = TriangulatePoint(kModel, views);
   ASSERT_TRUE(point);
-  EXPECT_LT((point->p_W - p_W).norm(), 1e-9);  // Gauss-Newton from a start that is right as well
+  EXPECT_LT((point->p_W - p_W).norm(), 1e-9);  // from a start that is right as well
   EXPECT_LT(point->squared_error, 1e-12);
 }
 

@@ -21,8 +21,8 @@ struct DepthlessPoint {
 };
 
 // Corners of keyframe `id` without sound depth that are no landmark yet, found again in
-// neighbouring keyframes where they are none either: where two views at least agree on a point and
-// tell its distance to max_depth_sigma, it is returned. inliers: of views that agree.
+// neighbouring keyframes where they are none either: where min_views agree on a point and tell its
+// distance to max_depth_sigma, it is returned. inliers: of views that agree.
 std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, const Map& map,
                                                 KeyFrameId id,
                                                 std::span<const KeyFrameId> neighbours,

@@ -26,7 +26,7 @@ struct TriangulatedPoint {
 // The most likely point behind corners of two or more images whose poses are known: what their
 // noise says (MeasurementModel), depth included where there is one. Empty where the rays do not
 // meet before the cameras, or so nearly in parallel that no distance follows.
-// Start: the point nearest to all rays; then Gauss-Newton (Hartley, Zisserman, "Multiple View
+// Start: the point nearest to all rays; then Levenberg-Marquardt (Hartley, Zisserman, "Multiple View
 // Geometry", 2nd ed., section 12.5, with the covariance of section 5.2).
 std::optional<TriangulatedPoint> TriangulatePoint(const MeasurementModel& model,
                                                   std::span<const PointView> views);

@@ -183,17 +183,6 @@ struct GreyPairs {
   }
 };
 
-}  // namespace
-
-DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
-                             const SurfaceMatcherOptions& surfaces,
-                             const DirectAlignmentOptions& options)
-    : grid_(grid), noise_(noise), surfaces_(surfaces), options_(options) {
-  options_.Validate();
-}
-
-namespace {
-
 // One alignment as it goes on.
 class Alignment {
  public:
@@ -330,6 +319,13 @@ double MedianDepth(const cv::Mat& depth) {
 }
 
 }  // namespace
+
+DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
+                             const SurfaceMatcherOptions& surfaces,
+                             const DirectAlignmentOptions& options)
+    : grid_(grid), noise_(noise), surfaces_(surfaces), options_(options) {
+  options_.Validate();
+}
 
 std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& reference,
                                                     const Pose& T_WR, const FrameFeatures& features,

@@ -23,8 +23,8 @@ struct DirectAlignment {
 // The pose of a camera against one view of the same place, from all of both images on the coarse
 // grid: readings of depth against the flat patches of the reference (point to plane), and grey
 // levels against its own, up to a gain and an offset. Needs no corner, and blur takes little of it.
-// Coarse to fine, by Gauss-Newton with robust weights (Kerl, Sturm, Cremers, "Robust odometry
-// estimation for RGB-D cameras", ICRA 2013; Chen, Medioni 1992 for the planes).
+// Coarse to fine, by Levenberg-Marquardt with robust weights (Kerl, Sturm, Cremers, "Robust
+// odometry estimation for RGB-D cameras", ICRA 2013; Chen, Medioni 1992 for the planes).
 class DirectAligner {
  public:
   // grid: of all images; must outlive this.

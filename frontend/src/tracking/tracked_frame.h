@@ -34,7 +34,8 @@ struct TrackedFrame {
   int num_points = 0, num_lines = 0;  // matched
   double found = 0.0;                 // share of the local map's landmarks in view that it sees
   int num_planes = 0;                 // points of the image on flat patches of the reference
-  // What the matches alone say of the pose (PoseSolution).
+  // What the matches alone say of the pose (PoseSolution); without any, all of the image
+  // (DirectAligner).
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
   double error = 1.0;

@@ -77,7 +77,8 @@ class Tracker {
     int Support() const;
     void CountObservations(Map& map) const;
   };
-  // The pose of a frame: from the last one, recognized, or held by surfaces. clues: of what failed.
+  // The pose of a frame: from the last one, recognized, or held by surfaces or
+  // by all of the image. clues: of what failed.
   std::optional<LocalMatch> Find(const Frame& frame, const Map& map, const KnownPose* predicted,
                                  LossClues* clues) const;
   // From the last frame and, where that is in doubt, its reference keyframe.

@@ -74,8 +74,8 @@ struct TrackerOptions {
   int local_keyframes = 24;  // >= 1: most keyframes whose landmarks are searched
   // A place that is recognized, whatever the motion says, may be another one that looks alike: of
   // the landmarks in view at least this share of what frames usually find must be there, and no
-  // more than this share of the depth may be contradicted either way (DepthContradiction), in [0,
-  // 1].
+  // more than this share of the depth may be contradicted either way (DepthContradiction), both in
+  // [0, 1].
   double recognized_found = 0.5;
   double recognized_contradiction = 0.1;
 
