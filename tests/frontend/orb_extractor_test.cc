@@ -70,6 +70,52 @@ TEST(OrbExtractor, RejectsImagesThatAreEmptyOrNotGray) {
   EXPECT_THROW(extractor.Extract(cv::Mat(480, 640, CV_32FC1, cv::Scalar::all(0))), InvalidArgument);
 }
 
+// The same scene twice under noise of `sigma`.
+std::pair<cv::Mat, cv::Mat> TakenTwice(const cv::Mat& scene, double sigma, std::uint64_t seed) {
+  cv::RNG rng(seed);
+  const auto taken = [&] {
+    cv::Mat noise(scene.size(), CV_16S), image;
+    rng.fill(noise, cv::RNG::NORMAL, 0.0, sigma);
+    cv::add(scene, noise, image, cv::noArray(), CV_8U);
+    return image;
+  };
+  cv::Mat first = taken();
+  return {std::move(first), taken()};
+}
+
+// How many of a's corners b has as well, within 1.5 px of their level.
+std::size_t NumRepeated(const OrbFeatures& a, const OrbFeatures& b) {
+  return static_cast<std::size_t>(
+      std::count_if(a.keypoints.begin(), a.keypoints.end(), [&](const cv::KeyPoint& k) {
+        return std::any_of(b.keypoints.begin(), b.keypoints.end(), [&](const cv::KeyPoint& other) {
+          return other.octave == k.octave && cv::norm(other.pt - k.pt) < 1.5F * k.size / 31.0F;
+        });
+      }));
+}
+
+// Hardly a corner is as strong as min_fast_threshold. Corners of noise alone would fall together by
+// chance in 3 of 100; the usual corners of the same scene at four times the contrast do in 59.
+TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
+  const auto [first, second] = TakenTwice(TexturedImage(320, 240, 14.0, 5), 0.5, 6);
+  const OrbExtractor extractor({.pyramid = {.levels = 4}});
+  const OrbFeatures a = extractor.Extract(first), b = extractor.Extract(second);
+  const auto faint = std::count_if(a.keypoints.begin(), a.keypoints.end(), [](const auto& k) {
+    return k.response < static_cast<float>(OrbExtractorOptions{}.min_fast_threshold);
+  });
+  EXPECT_GE(faint, 900);
+  EXPECT_GE(NumRepeated(a, b), 300U);
+}
+
+// Where the usual thresholds give all the corners that are asked for, nothing else is looked for.
+TEST(OrbExtractor, LooksForNoFaintCornersWhereThereAreEnough) {
+  cv::Mat image(480, 640, CV_8U);
+  TexturedImage(320, 480, 127.0, 8).copyTo(image.colRange(0, 320));
+  TexturedImage(320, 480, 14.0, 9).copyTo(image.colRange(320, 640));
+  for (const cv::KeyPoint& k : OrbExtractor().Extract(image).keypoints) {
+    EXPECT_GE(k.response, static_cast<float>(OrbExtractorOptions{}.min_fast_threshold));
+  }
+}
+
 TEST(OrbExtractor, FindsNothingInBlankOrTinyImages) {
   const OrbExtractor extractor;
   EXPECT_TRUE(extractor.Extract(cv::Mat(480, 640, CV_8U, cv::Scalar(0))).keypoints.empty());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include <opencv2/core/utility.hpp>
@@ -12,6 +13,7 @@
 #include <highwall/core/error.h>
 
 #include "features/corner_refinement.h"
+#include "features/image_noise.h"
 #include "features/square_suppression.h"
 
 namespace highwall {
@@ -56,6 +58,10 @@ cv::Rect SearchArea(const cv::Mat& image) {
   return {kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder};
 }
 
+bool IsSearched(const cv::Mat& image) {
+  return std::min(image.cols, image.rows) >= kMinSide;
+}
+
 void AppendFast(const cv::Mat& image, const cv::Rect& area, int threshold,
                 std::vector<cv::KeyPoint>* corners) {
   const cv::Rect with_margin(area.x - kFastRadius, area.y - kFastRadius,
@@ -67,19 +73,14 @@ void AppendFast(const cv::Mat& image, const cv::Rect& area, int threshold,
   corners->insert(corners->end(), found.begin(), found.end());
 }
 
-// FAST over the whole level, then with the lower threshold in the cells that stayed empty; empty
-// neighbours in a row of cells are searched as one.
-std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractorOptions& options) {
-  std::vector<cv::KeyPoint> corners;
-  if (std::min(image.cols, image.rows) < kMinSide) return corners;
+// FAST in the cells of a level that have no corner yet; empty neighbours in a row of cells are
+// searched as one.
+void FillEmptyCells(const cv::Mat& image, int size, int threshold,
+                    std::vector<cv::KeyPoint>* corners) {
   const cv::Rect area = SearchArea(image);
-  AppendFast(image, area, options.fast_threshold, &corners);
-  if (options.min_fast_threshold == options.fast_threshold) return corners;
-
-  const int size = options.cell_size;
   const int columns = (area.width + size - 1) / size, rows = (area.height + size - 1) / size;
   std::vector<bool> occupied(static_cast<std::size_t>(columns * rows), false);
-  for (const cv::KeyPoint& corner : corners) {
+  for (const cv::KeyPoint& corner : *corners) {
     const int column = (static_cast<int>(corner.pt.x) - area.x) / size;
     const int row = (static_cast<int>(corner.pt.y) - area.y) / size;
     occupied[static_cast<std::size_t>(row * columns + column)] = true;
@@ -93,11 +94,39 @@ std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractor
       while (end < columns && is_empty(row, end)) ++end;
       if (end == first) continue;
       const cv::Rect cells(area.x + first * size, area.y + row * size, (end - first) * size, size);
-      AppendFast(image, cells & area, options.min_fast_threshold, &corners);
+      AppendFast(image, cells & area, threshold, corners);
       first = end;
     }
   }
+}
+
+// FAST over the whole level, then with the lower threshold where that finds nothing.
+std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractorOptions& options) {
+  std::vector<cv::KeyPoint> corners;
+  if (!IsSearched(image)) return corners;
+  AppendFast(image, SearchArea(image), options.fast_threshold, &corners);
+  if (options.min_fast_threshold < options.fast_threshold) {
+    FillEmptyCells(image, options.cell_size, options.min_fast_threshold, &corners);
+  }
   return corners;
+}
+
+// Down to the noise of the image where there is still none. About one corner in a cell is then of
+// noise alone, which no other image repeats; with 3 sigma fewer are, and fewer of the scene as well.
+void AppendFaintCorners(const cv::Mat& image, const OrbExtractorOptions& options,
+                        std::vector<cv::KeyPoint>* corners) {
+  constexpr double kSigmas = 2.0;
+  constexpr int kLeast = 2;  // [grey levels] above the steps of the image itself
+  if (!IsSearched(image)) return;
+  const int threshold =
+      std::max(kLeast, static_cast<int>(std::ceil(kSigmas * internal::NoiseSigma(image))));
+  if (threshold >= options.min_fast_threshold) return;
+  FillEmptyCells(image, options.cell_size, threshold, corners);
+}
+
+int NumCorners(const std::vector<std::vector<cv::KeyPoint>>& levels) {
+  return std::transform_reduce(levels.begin(), levels.end(), 0, std::plus<>(),
+                               [](const auto& level) { return static_cast<int>(level.size()); });
 }
 
 }  // namespace
@@ -196,24 +225,23 @@ OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
   HIGHWALL_REQUIRE(!gray.empty() && gray.type() == CV_8UC1,
                    "OrbExtractor::Extract: the image must be CV_8UC1 and not empty");
   const std::vector<cv::Mat> pyramid = impl_->BuildPyramid(gray);
-  const cv::Range all(0, static_cast<int>(pyramid.size()));
   std::vector<std::vector<cv::KeyPoint>> corners(pyramid.size());
-  cv::parallel_for_(all, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      const auto level = static_cast<std::size_t>(i);
-      corners[level] = DetectCorners(pyramid[level], impl_->options);
-    }
-  });
+  const auto each_level = [&](const auto& work) {
+    cv::parallel_for_(cv::Range(0, static_cast<int>(pyramid.size())), [&](const cv::Range& range) {
+      for (int i = range.start; i < range.end; ++i) work(static_cast<std::size_t>(i));
+    });
+  };
+  each_level([&](std::size_t i) { corners[i] = DetectCorners(pyramid[i], impl_->options); });
+  if (NumCorners(corners) < impl_->options.features) {
+    each_level([&](std::size_t i) {
+      AppendFaintCorners(pyramid[i], impl_->options, &corners[i]);
+    });
+  }
   const std::vector<int> budgets = impl_->Budgets(corners);
   std::vector<OrbFeatures> features(pyramid.size());
-  cv::parallel_for_(all, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      const auto level = static_cast<std::size_t>(i);
-      corners[level] =
-          internal::SelectEvenly(corners[level], budgets[level], SearchArea(pyramid[level]));
-      features[level] =
-          impl_->Describe(pyramid[level], gray.size(), level, std::move(corners[level]));
-    }
+  each_level([&](std::size_t i) {
+    corners[i] = internal::SelectEvenly(corners[i], budgets[i], SearchArea(pyramid[i]));
+    features[i] = impl_->Describe(pyramid[i], gray.size(), i, std::move(corners[i]));
   });
 
   OrbFeatures joined;

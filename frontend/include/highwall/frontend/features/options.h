@@ -19,7 +19,9 @@ struct OrbExtractorOptions {
   int features = 1000;  // most keypoints of an image, > 0
   PyramidOptions pyramid{};
   int fast_threshold = 20;     // [grey levels] of FAST, [1, 255]
-  int min_fast_threshold = 7;  // for cells where fast_threshold finds nothing, [1, fast_threshold]
+  // For cells where fast_threshold finds nothing, [1, fast_threshold]. Where the whole image has
+  // fewer than `features` corners even so, empty cells are searched down to the noise of the image.
+  int min_fast_threshold = 7;
   int cell_size = 32;          // [px of the level] side of such a cell, >= 8
   bool subpixel = true;        // refine corners below the pixel of their level
 
