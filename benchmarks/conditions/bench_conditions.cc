@@ -17,21 +17,21 @@ namespace highwall::bench {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> parts{"moving", "texture", "depth"};
+  std::vector<std::string> parts{"moving", "texture", "dark", "depth"};
   ConditionOptions conditions;
   bool json = false;
 };
 
 void AddOptions(CLI::App& app, Arguments& arguments) {
   ConditionOptions& conditions = arguments.conditions;
-  AddList(app, "--parts", arguments.parts, {"moving", "texture", "depth"});
+  AddList(app, "--parts", arguments.parts, {"moving", "texture", "dark", "depth"});
   AddList(app, "--scenes", conditions.scenes, {"mine", "road", "room"},
-          "; depth: road and room, texture: the road");
+          "; depth: road and room, texture: the road, dark: the mine");
   app.add_option("--seeds", conditions.seeds, "Sequences of each scene")
       ->check(apps::Between(1.0, 1000.0))
       ->capture_default_str();
   app.add_option("--duration", conditions.seconds,
-                 "Of a sequence [s] [default: moving 24, texture 33, depth 30]")
+                 "Of a sequence [s] [default: moving 24, texture 33, dark 45, depth 30]")
       ->check(apps::Between(0.5, 3600.0));
   app.add_option("--starts", conditions.starts,
                  "Frames where each sequence of moving begins; medians over them")
@@ -52,6 +52,7 @@ nlohmann::json Run(const Arguments& arguments) {
   nlohmann::json report;
   if (wanted.contains("moving")) report["moving"] = BenchMoving(arguments.conditions);
   if (wanted.contains("texture")) report["texture"] = BenchTexture(arguments.conditions);
+  if (wanted.contains("dark")) report["dark"] = BenchDark(arguments.conditions);
   if (wanted.contains("depth")) report["depth"] = BenchDepth(arguments.conditions);
   return report;
 }

@@ -25,6 +25,9 @@ nlohmann::json BenchMoving(const ConditionOptions& options);
 // A stretch of the road whose images have little contrast: who crosses it, with what.
 nlohmann::json BenchTexture(const ConditionOptions& options);
 
+// A stretch of the mine in deep shadow, likewise.
+nlohmann::json BenchDark(const ConditionOptions& options);
+
 // Depth that reads too long, and as it should: the scale that the IMU tells.
 nlohmann::json BenchDepth(const ConditionOptions& options);
 

@@ -44,7 +44,7 @@ TEST(BenchConditions, WrongUsageExitsWithOne) {
   EXPECT_EQ(Bench("--contrast 0").exit_code, 1);
 }
 
-TEST(BenchConditions, AFilmThatEndsBeforeTheLowTextureIsOneLine) {
+TEST(BenchConditions, AFilmThatEndsBeforeTheStretchIsOneLine) {
   testing::ExpectRefused(Bench("--parts texture --seeds 1 --duration 5"), 3,
                          {"ends before the stretch"});
 }

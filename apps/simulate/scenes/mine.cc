@@ -115,4 +115,9 @@ Simulation SimulateMine(const SimulationOptions& options) {
   return Film(std::move(terrain), options);
 }
 
+std::vector<Stretch> MineStretches(const SimulationOptions& options) {
+  const double speed = VehicleOptions().speed;
+  return LayOut(MakeStretches(speed), MakeCourse().length() / speed, options);
+}
+
 }  // namespace highwall::simulate

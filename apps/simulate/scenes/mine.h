@@ -1,6 +1,9 @@
 #pragma once
 
+#include <vector>
+
 #include "simulate/camera/simulation.h"
+#include "simulate/camera/stretch.h"
 
 namespace highwall::simulate {
 
@@ -10,5 +13,8 @@ namespace highwall::simulate {
 // with dust, the deep shadow of the wall, dust in the air, a washboard. The seed draws rock,
 // stones, bumps and places. Throws InvalidArgument.
 Simulation SimulateMine(const SimulationOptions& options);
+
+// The stretches of that simulation, without the work of building it.
+std::vector<Stretch> MineStretches(const SimulationOptions& options);
 
 }  // namespace highwall::simulate
