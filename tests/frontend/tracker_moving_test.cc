@@ -43,7 +43,11 @@ class TrackerWithABox : public TrackerTest {
       mark.p_W += shift;
       all.points.push_back(mark);
     }
-    SyntheticView view = Look(all, IdealSensor(), T_WC);
+    return WithDepth(Look(all, IdealSensor(), T_WC), T_WC, shift);
+  }
+  // With the depth of the box, moved so far, and of a wall and a floor behind it.
+  SyntheticView WithDepth(SyntheticView view, const Pose& T_WC,
+                          const Eigen::Vector3d& shift) const {
     auto features = std::make_shared<FrameFeatures>(*view.features);
     testing::BoxWorld world{.wall = 6.0, .floor = 3.0, .boxes = {}};
     world.boxes = {testing::Box{{-0.62, -0.4, kFront}, {-0.38, 0.4, kFront + 0.3}}.MovedBy(shift)};
@@ -80,6 +84,36 @@ TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
     EXPECT_LE(MarksIn(tracked), kMarks / 10) << i;
     // The rest of the scene stays, but for what the box hides or has just uncovered.
     EXPECT_GT(tracked.points.size(), 0.6 * static_cast<double>(view.points.size() - kMarks)) << i;
+  }
+}
+
+// The box stands, and the landmarks, which are all behind it, say a pose that is 5.5 cm off: the box
+// seems to have come nearer, by more than the 5 cm that noise and pose are allowed. Surfaces tell
+// that it has not.
+TEST_F(TrackerWithABox, NothingMovesWhereSurfacesLeaveAllInPlace) {
+  for (const bool surfaces : {true, false}) {
+    Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8},
+                            .surfaces = {.enabled = surfaces}});
+    const auto look = [&](const Pose& eye, const Pose& T_WC) {
+      return WithDepth(Look(scene, IdealSensor(), eye), T_WC, Eigen::Vector3d::Zero());
+    };
+    SceneMap still(scene);
+    TrackedFrame first;
+    first.T_WC = PoseOfFrame(0);
+    const SyntheticView start = look(first.T_WC, first.T_WC);
+    first.frame = MakeFrame(start, 0);
+    tracker.Anchor(first, *still.map.keyframe(still.Add(start, first.T_WC)));
+    for (int i = 1; i < 15; ++i) {
+      const SyntheticView view = look(PoseOfFrame(i), PoseOfFrame(i));
+      ASSERT_TRUE(tracker.Track(MakeFrame(view, i), still.map).moving.empty()) << i;
+    }
+    const Pose T_WC = PoseOfFrame(15), off = T_WC * Pose::FromTangent({0, 0, -0.055}, {0, 0, 0});
+    Scene few;
+    few.points.assign(scene.points.begin(), scene.points.begin() + 70);
+    const SyntheticView last = WithDepth(Look(few, IdealSensor(), off), T_WC, {0, 0, 0});
+    const TrackedFrame tracked = tracker.Track(MakeFrame(last, 15), still.map);
+    ASSERT_EQ(tracked.state, TrackingState::kTracking);
+    EXPECT_EQ(tracked.moving.empty(), surfaces);
   }
 }
 

@@ -393,14 +393,46 @@ bool Tracker::HasMoved(const TrackedFrame& rough, const Map& map, const DepthSur
                    options_.pose, options_.moving.landmarks);
 }
 
-void Tracker::SetMovingAside(TrackedFrame& rough, const Map& map) const {
+cv::Mat Tracker::FindMoving(const TrackedFrame& tracked, const Map& map) const {
+  return moving_.Find(tracked.frame.stamp, tracked.frame.features->depth_grid, tracked.T_WC, map,
+                      SubmapOf(tracked, map),
+                      [&](const DepthSurfaces& surfaces, int surface, const cv::Mat& moving) {
+                        return HasMoved(tracked, map, surfaces, surface, moving);
+                      });
+}
+
+int Tracker::SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const {
+  const FrameFeatures& features = *tracked.frame.features;
+  const auto moves = [&](const Eigen::Vector2d& uv) {
+    return moving.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
+  };
+  int points = 0, lines = 0;
+  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
+    points += tracked.points[i] != kNoId && !moves(features.points[i].uv) ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
+    lines += tracked.lines[i] != kNoId && !Touches(features.lines[i], moves) ? 1 : 0;
+  }
+  return highwall::Support(points, lines);
+}
+
+std::optional<Tracker::LocalMatch> Tracker::MatchAllStanding(TrackedFrame rough,
+                                                             const cv::Mat& moving, int support,
+                                                             const Map& map,
+                                                             const KnownPose* predicted,
+                                                             Aid aid) const {
+  constexpr double kShare = 0.5;
+  if (!options_.surfaces.enabled) return std::nullopt;
+  const auto still = MatchLocalMap(rough, map, predicted, Aid::kSurfaces);
+  if (!still || SupportBeside(still->frame, moving) < kShare * support) return std::nullopt;
+  // All that was tried is judged, for what moves is not where that pose looks for it.
+  rough.T_WC = still->frame.T_WC;
+  if (!FindMoving(rough, map).empty()) return std::nullopt;
+  return MatchLocalMap(std::move(rough), map, predicted, aid);
+}
+
+void Tracker::SetMovingAside(TrackedFrame& rough) const {
   const FrameFeatures& features = *rough.frame.features;
-  rough.moving =
-      moving_.Find(rough.frame.stamp, features.depth_grid, rough.T_WC, map, SubmapOf(rough, map),
-                   [&](const DepthSurfaces& surfaces, int surface, const cv::Mat& moving) {
-                     return HasMoved(rough, map, surfaces, surface, moving);
-                   });
-  if (rough.moving.empty()) return;
   const cv::Mat aside = WithBorder(rough.moving);
   const auto moves = [&](const Eigen::Vector2d& uv) {
     return aside.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
@@ -431,11 +463,28 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
                                                           const KnownPose* predicted, Aid aid,
                                                           LossClues* clues) const {
   if (!rough) return std::nullopt;
-  LocalMatch match{std::move(*rough), {}, {}};
+  const auto all = static_cast<double>(rough->points.size() + rough->lines.size());
+  clues->set_aside = 0.0;
+  const cv::Mat moving = FindMoving(*rough, map);
+  if (moving.empty()) return MatchLocalMap(std::move(*rough), map, predicted, aid);
+  TrackedFrame rest = *rough;
+  rest.moving = moving;
+  SetMovingAside(rest);
+  const auto left = static_cast<double>(rest.points.size() + rest.lines.size());
+  auto match = MatchLocalMap(std::move(rest), map, predicted, aid);
+  if (auto standing = MatchAllStanding(std::move(*rough), moving, match ? match->Support() : 0, map,
+                                       predicted, aid)) {
+    return standing;
+  }
+  clues->set_aside = 1.0 - left / all;
+  return match;
+}
+
+std::optional<Tracker::LocalMatch> Tracker::MatchLocalMap(TrackedFrame rough, const Map& map,
+                                                          const KnownPose* predicted,
+                                                          Aid aid) const {
+  LocalMatch match{std::move(rough), {}, {}};
   TrackedFrame& tracked = match.frame;
-  const auto all = static_cast<double>(tracked.points.size() + tracked.lines.size());
-  SetMovingAside(tracked, map);
-  clues->set_aside = 1.0 - static_cast<double>(tracked.points.size() + tracked.lines.size()) / all;
   std::vector<KeyFrameId> local;
   for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
     if (static_cast<int>(local.size()) == options_.local_keyframes) break;

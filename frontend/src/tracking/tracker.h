@@ -87,16 +87,29 @@ class Tracker {
   // Of a place that was recognized whatever the motion says; empty where it may be another one.
   std::optional<LocalMatch> Recognize(std::optional<TrackedFrame> rough, const Map& map,
                                       LossClues* clues) const;
-  // Adds what the local map holds to a frame with a rough pose; empty where too little fits.
+  // Adds what the local map holds to a frame with a rough pose, what moves set aside; empty where
+  // too little fits.
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
                                           const KnownPose* predicted, Aid aid,
                                           LossClues* clues) const;
+  std::optional<LocalMatch> MatchLocalMap(TrackedFrame rough, const Map& map,
+                                          const KnownPose* predicted, Aid aid) const;
   // Whether the landmarks on a surface of the depth grid contradict all others but those on
   // `moving`.
   bool HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
                 int surface, const cv::Mat& moving) const;
-  // Takes the features off a frame that are on something that moves.
-  void SetMovingAside(TrackedFrame& rough, const Map& map) const;
+  // What moves in a frame, seen from its pose (TrackedFrame::moving).
+  cv::Mat FindMoving(const TrackedFrame& tracked, const Map& map) const;
+  // The frame with nothing set aside, where what seems to move only does so because the rough pose
+  // is a little off: a pose that landmarks and surfaces give together leaves all in place, and of
+  // the landmarks elsewhere there is half of `support` at least.
+  std::optional<LocalMatch> MatchAllStanding(TrackedFrame rough, const cv::Mat& moving, int support,
+                                             const Map& map, const KnownPose* predicted,
+                                             Aid aid) const;
+  // Of the landmarks that are not on `moving`.
+  int SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const;
+  // Takes the features off a frame that are on what moves.
+  void SetMovingAside(TrackedFrame& rough) const;
   // Few of the first matches agree with their pose.
   bool IsDenied(const TrackedFrame& rough) const;
   bool IsDoubtful(const LocalMatch& match) const;
