@@ -9,6 +9,7 @@
 #include <highwall/core/stamp.h>
 
 #include "local/depthless_points.h"
+#include "map/landmark_fusion.h"
 
 namespace highwall {
 namespace {
@@ -174,57 +175,13 @@ void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& 
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
+  const KeyFrame& keyframe = *map.keyframe(id);
   const auto neighbours = Neighbours(map, id, options_.fused_keyframes);
-  FusePoints(id, neighbours, map, report);
-  FuseLines(id, neighbours, map);
-}
-
-void LocalMapper::FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
-                             LocalMappingReport& report) const {
-  const KeyFrame& keyframe = *map.keyframe(id);
-  const FrameFeatures& features = *keyframe.frame.features;
-  const auto points = PointsSeenBy(map, neighbours, keyframe.points);
-  // Matched features take part: two landmarks on one feature are one landmark.
-  const std::vector<bool> none_taken(features.points.size(), false);
-  for (const auto& [feature, p] :
-       matcher_.MatchPoints(features, keyframe.T_WC, map, points, none_taken)) {
-    if (!FitsDepth(features.points[static_cast<std::size_t>(feature)], keyframe.T_WC,
-                   map.point(p)->p_W)) {
-      continue;
-    }
-    const PointId own = keyframe.points[static_cast<std::size_t>(feature)];
-    if (own == kNoId) {
-      map.ObservePoint(id, feature, p);
-      continue;
-    }
-    ++report.fused_points;
-    if (map.point(own)->observations.size() >= map.point(p)->observations.size()) {
-      map.MergePoints(p, own);
-    } else {
-      map.MergePoints(own, p);
-      map.ObservePoint(id, feature, p);
-    }
-  }
-}
-
-void LocalMapper::FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const {
-  const KeyFrame& keyframe = *map.keyframe(id);
-  const auto lines = LinesSeenBy(map, neighbours, keyframe.lines);
-  std::vector<bool> taken(keyframe.lines.size());
-  for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = keyframe.lines[i] != kNoId;
-  for (const auto& [feature, l] :
-       matcher_.MatchLines(*keyframe.frame.features, keyframe.T_WC, map, lines, taken)) {
-    map.ObserveLine(id, feature, l);
-  }
-}
-
-bool LocalMapper::FitsDepth(const PointFeature& feature, const Pose& T_WC,
-                            const Eigen::Vector3d& p_W) const {
-  const ProjectionRows<3> rows = model_.Rows(feature);
-  Eigen::Vector3d r;
-  return model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), rows, p_W, &r, nullptr,
-                                         nullptr) &&
-         r.squaredNorm() <= options_.bundle.inliers.Of(MeasurementModel::Dimension(feature));
+  const MapFusion fusion = FuseLandmarks(
+      id, PointsSeenBy(map, neighbours, keyframe.points),
+      LinesSeenBy(map, neighbours, keyframe.lines), matcher_,
+      {.inliers = options_.bundle.inliers, .keep_more_observed = true, .merge_lines = false}, &map);
+  report.fused_points += static_cast<int>(fusion.points.size());
 }
 
 template <class Landmark>
