@@ -98,7 +98,6 @@ TEST(LoopDetectorOptions, ErrorsNameTheField) {
     }
   };
   EXPECT_NO_THROW(LoopDetectorOptions().Validate());
-  expect_error({.min_shared = 0}, "min_shared");
   expect_error({.candidates = 0}, "candidates");
   expect_error({.min_score = 2.0}, "min_score");
   expect_error({.score_share = -1.0}, "score_share");

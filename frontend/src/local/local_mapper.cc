@@ -9,6 +9,7 @@
 #include <highwall/core/stamp.h>
 
 #include "local/depthless_points.h"
+#include "map/covisibility.h"
 #include "map/landmark_fusion.h"
 
 namespace highwall {
@@ -25,17 +26,6 @@ bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
 // How many keyframes were made from one to the other.
 int Between(KeyFrameId older, KeyFrameId newer) {
   return newer.value() - older.value();
-}
-
-// The keyframes that share most landmarks with it.
-std::vector<KeyFrameId> Neighbours(const Map& map, KeyFrameId id, int most) {
-  constexpr int kMinShared = 10;
-  std::vector<KeyFrameId> neighbours;
-  for (const auto& [neighbour, shared] : map.Covisible(id, kMinShared)) {
-    if (static_cast<int>(neighbours.size()) == most) break;
-    neighbours.push_back(neighbour);
-  }
-  return neighbours;
 }
 
 }  // namespace
@@ -144,7 +134,8 @@ void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport&
 
 void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
                                     LocalMappingReport& report) {
-  const auto neighbours = Neighbours(map, keyframe.id, options_.triangulation.keyframes);
+  const auto neighbours =
+      Neighbours(map, keyframe.id, kSharedToSearch, options_.triangulation.keyframes);
   for (const DepthlessPoint& found : FindDepthlessPoints(
            model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
     const MapPoint& point = map.AddPoint(found.p_W, keyframe.frame.index);
@@ -176,7 +167,7 @@ void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& 
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
   const KeyFrame& keyframe = *map.keyframe(id);
-  const auto neighbours = Neighbours(map, id, options_.fused_keyframes);
+  const auto neighbours = Neighbours(map, id, kSharedToSearch, options_.fused_keyframes);
   const MapFusion fusion = FuseLandmarks(
       id, PointsSeenBy(map, neighbours, keyframe.points),
       LinesSeenBy(map, neighbours, keyframe.lines), matcher_,
@@ -224,7 +215,7 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
     if (k == nullptr || map.IsOrigin(k->id)) break;
     free.push_back(k->id);
   }
-  for (const auto& [neighbour, shared] : map.Covisible(id, 15)) {
+  for (const auto& [neighbour, shared] : map.Covisible(id, kSharedByPlace)) {
     if (static_cast<int>(free.size()) == options_.adjusted_keyframes) break;
     if (!map.IsOrigin(neighbour) && std::find(free.begin(), free.end(), neighbour) == free.end()) {
       free.push_back(neighbour);
@@ -255,7 +246,7 @@ void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
 
 LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
   Landmarks left;
-  const auto neighbours = map.Covisible(newest_, 15);
+  const auto neighbours = map.Covisible(newest_, kSharedByPlace);
   if (neighbours.empty()) return left;
   const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(options_.motion_span);
   for (const auto& [id, shared] : neighbours) {

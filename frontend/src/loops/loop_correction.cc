@@ -7,25 +7,17 @@
 #include <highwall/core/stopwatch.h>
 
 #include "loops/submap_merge.h"
+#include "map/covisibility.h"
+#include "map/landmark_fusion.h"
 
 namespace highwall {
 namespace {
 
-std::vector<KeyFrameId> Neighbourhood(const Map& map, KeyFrameId centre, int neighbours) {
-  constexpr int kMinShared = 15;
-  std::vector<KeyFrameId> keyframes{centre};
-  for (const auto& [id, shared] : map.Covisible(centre, kMinShared)) {
-    if (static_cast<int>(keyframes.size()) > neighbours) break;
-    keyframes.push_back(id);
-  }
-  return keyframes;
-}
-
 // Makes one what both sides of the loop have; the older side's landmarks stay.
 MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours, Map* map) {
   // Before they are joined: afterwards each is the other's neighbour.
-  const auto older = Neighbourhood(*map, loop.edge.match, neighbours);
-  const auto newer = Neighbourhood(*map, loop.edge.keyframe, neighbours);
+  const auto older = WithNeighbours(*map, loop.edge.match, kSharedByPlace, neighbours);
+  const auto newer = WithNeighbours(*map, loop.edge.keyframe, kSharedByPlace, neighbours);
   // The matches that the loop was found by.
   MapFusion all = FusionOf(*map->keyframe(loop.edge.keyframe), loop.points, loop.lines);
   Apply(all, map);

@@ -6,6 +6,7 @@
 #include <highwall/core/error.h>
 
 #include "loops/submap_merge.h"
+#include "map/covisibility.h"
 #include "pose/pose_observations.h"
 #include "pose/support.h"
 
@@ -169,10 +170,10 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
     if (k.index() < connected.size()) connected[k.index()] = true;
   };
   mark(id);
-  const auto neighbours = map.Covisible(id, options_.min_shared);
+  const auto neighbours = map.Covisible(id, kSharedByPlace);
   for (const auto& [neighbour, shared] : neighbours) {
     mark(neighbour);
-    for (const auto& [next, s] : map.Covisible(neighbour, options_.min_shared)) mark(next);
+    for (const auto& [next, s] : map.Covisible(neighbour, kSharedByPlace)) mark(next);
   }
   // A place must be about as alike as what is surely the same place.
   double best_neighbour = 0.0;
@@ -199,7 +200,7 @@ void LoopDetector::Refuse(const LoopEdge& edge, std::string reason) {
 
 LoopDetector::Place LoopDetector::PlaceOf(const Map& map, KeyFrameId keyframe) const {
   Place place{{keyframe}, 0};
-  for (const auto& [id, shared] : map.Covisible(keyframe, options_.min_shared)) {
+  for (const auto& [id, shared] : map.Covisible(keyframe, kSharedByPlace)) {
     place.keyframes.push_back(id);
   }
   std::sort(place.keyframes.begin(), place.keyframes.end());
@@ -226,11 +227,8 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
   auto found = relocalizer_.MatchKeyFrame(features, map, candidate, map.keyframe(candidate)->T_WC);
   if (!found) return std::nullopt;
 
-  std::vector<KeyFrameId> place{candidate};
-  for (const auto& [neighbour, shared] : map.Covisible(candidate, options_.min_shared)) {
-    if (static_cast<int>(place.size()) > options_.place_keyframes) break;
-    place.push_back(neighbour);
-  }
+  const std::vector<KeyFrameId> place =
+      WithNeighbours(map, candidate, kSharedByPlace, options_.place_keyframes);
   const auto own_points = Landmarks(found->points);
   const auto own_lines = Landmarks(found->lines);
   std::vector<PointId> points_in_view;

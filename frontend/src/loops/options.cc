@@ -19,7 +19,6 @@ void KeyFrameGraphOptions::Validate() const {
 }
 
 void LoopDetectorOptions::Validate() const {
-  RequireAtLeast(min_shared, 1, "LoopDetectorOptions::min_shared");
   RequireAtLeast(candidates, 1, "LoopDetectorOptions::candidates");
   HIGHWALL_REQUIRE(min_score >= 0.0 && min_score <= 1.0,
                    "LoopDetectorOptions::min_score must be in [0, 1]");

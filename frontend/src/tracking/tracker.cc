@@ -9,6 +9,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 
+#include "map/covisibility.h"
 #include "pose/depth_agreement.h"
 #include "pose/pose_observations.h"
 #include "pose/support.h"
@@ -213,12 +214,7 @@ std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, co
 }
 
 std::vector<KeyFrameId> Tracker::AroundReference(const Map& map, std::size_t most) const {
-  std::vector<KeyFrameId> around{last_->reference};
-  for (const auto& [id, shared] : map.Covisible(last_->reference, 1)) {
-    if (around.size() == most) break;
-    around.push_back(id);
-  }
-  return around;
+  return WithNeighbours(map, last_->reference, 1, static_cast<int>(most) - 1);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const KnownPose& known, const Frame& frame,

@@ -21,8 +21,8 @@ struct KeyFrameGraphOptions {
   // > 0; a loop beyond this is false: the squared distance of LoopChi2, and what a loop is left
   // with in the solved graph. 99.9 % of true ones are within where the drift is as above.
   double max_loop_chi2 = 22.458;
-  int min_shared = 50;  // >= 1: landmarks that make an edge between keyframes
-  int neighbours = 3;   // >= 0: most such edges of a keyframe to older ones
+  int min_shared = kSharedByEdge;  // >= 1: landmarks that make an edge between keyframes
+  int neighbours = 3;              // >= 0: most such edges of a keyframe to older ones
   // Where the map knows gravity, rotations keep its direction, W's z axis: four degrees of freedom
   // are left.
   bool hold_gravity = true;
@@ -32,7 +32,6 @@ struct KeyFrameGraphOptions {
 };
 
 struct LoopDetectorOptions {
-  int min_shared = 15;        // >= 1: landmarks that two keyframes of one place share
   int candidates = 3;         // >= 1: keyframes looked at, most alike first
   double min_score = 0.01;    // [0, 1]: of the index
   double score_share = 0.25;  // [0, 1]: of the score of the best neighbour in the map
