@@ -12,6 +12,7 @@
 #include <Eigen/Cholesky>
 #include <opencv2/imgproc.hpp>
 
+#include <highwall/core/median.h>
 #include <highwall/core/so3.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/frontend/pose/degeneracy.h>
@@ -152,12 +153,6 @@ double HuberFactor(double r) {
   return std::abs(r) <= kHuber ? 1.0 : std::sqrt(kHuber / std::abs(r));
 }
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Grey levels of the frame, and of the reference where it sees the same.
 struct GreyPairs {
   std::vector<Eigen::Vector3d> p_C;
@@ -271,7 +266,7 @@ class Alignment {
     for (std::size_t i = 0; i < pairs.own.size(); ++i) {
       errors.push_back(std::abs(pairs.other[i] - like.gain * pairs.own[i] - like.offset));
     }
-    const double sigma = std::max(kMinGreySigma, 1.4826 * MedianOf(errors));
+    const double sigma = std::max(kMinGreySigma, 1.4826 * UpperMedian(errors));
     std::vector<GreyPoint> points;
     for (std::size_t i = 0; i < errors.size(); ++i) {
       points.push_back({pairs.p_C[i], like.gain * pairs.own[i] + like.offset,
@@ -315,7 +310,7 @@ double MedianDepth(const cv::Mat& depth) {
       if (depth.at<float>(v, u) > 0.0F) readings.push_back(depth.at<float>(v, u));
     }
   }
-  return readings.empty() ? 0.0 : MedianOf(std::move(readings));
+  return readings.empty() ? 0.0 : UpperMedian(std::move(readings));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/core/median.h>
 #include <highwall/core/stamp.h>
 
 #include "map/covisibility.h"
@@ -297,11 +298,7 @@ double Tracker::Shift(const Frame& frame) const {
   }
   const Pose T = velocity_.Predict(SinceLast(frame));
   double angle = T.Angle();
-  if (!depths.empty()) {
-    const auto median = depths.begin() + std::ssize(depths) / 2;
-    std::nth_element(depths.begin(), median, depths.end());
-    angle += T.p().norm() / *median;
-  }
+  if (!depths.empty()) angle += T.p().norm() / UpperMedian(std::move(depths));
   return model_.camera().fx * angle;
 }
 
