@@ -120,10 +120,10 @@ std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyfram
     const bool agreed = Agrees(map, found->loop.edge);
     if (!beyond_doubt && !agreed) return std::nullopt;  // so far
     if (Contradicts(map, found->loop.edge)) return std::nullopt;
-    sighting_.reset();
+    merge_candidate_.reset();
     return std::move(found->loop);
   }
-  sighting_.reset();
+  merge_candidate_.reset();
   return std::nullopt;
 }
 
@@ -144,21 +144,23 @@ bool LoopDetector::Contradicts(const Map& map, const LoopEdge& edge) {
 bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
   const Pose& T_WC = map.keyframe(edge.keyframe)->T_WC;
   const Pose measured = map.keyframe(edge.match)->T_WC * edge.Z;
-  Sighting now{*map.RootOf(edge.keyframe), *map.RootOf(edge.match), measured * T_WC.Inverse(), 1};
-  if (sighting_ && sighting_->own == now.own && sighting_->other == now.other) {
+  MergeCandidate now{*map.RootOf(edge.keyframe), *map.RootOf(edge.match), measured * T_WC.Inverse(),
+                     1};
+  if (merge_candidate_ && merge_candidate_->own == now.own &&
+      merge_candidate_->other == now.other) {
     // Both are off by as much as a loop may be.
-    const Pose between = (sighting_->T_other_own * T_WC).Inverse() * measured;
+    const Pose between = (merge_candidate_->T_other_own * T_WC).Inverse() * measured;
     const double translation = between.p().norm() / graph_.loop_translation;
     const double rotation = between.Angle() / graph_.loop_rotation;
     const double chi2 = 0.5 * (translation * translation + rotation * rotation);
     if (chi2 <= graph_.max_loop_chi2) {
-      now.keyframes += sighting_->keyframes;
+      now.keyframes += merge_candidate_->keyframes;
     } else {
       Refuse(edge, "chi2 " + std::to_string(chi2) + " against the keyframe before exceeds " +
                        std::to_string(graph_.max_loop_chi2));
     }
   }
-  sighting_ = now;
+  merge_candidate_ = now;
   return now.keyframes >= options_.consistency;
 }
 
