@@ -13,6 +13,12 @@
 namespace highwall {
 namespace {
 
+constexpr double kMinScore = 0.01;    // of the index
+constexpr double kScoreShare = 0.25;  // of the score of the best neighbour in the map
+constexpr RelocalizerOptions kVerification{.min_inliers = 20, .ransac_iterations = 300};
+constexpr int kPlaceKeyFrames = 10;  // neighbours of the candidate whose landmarks are searched
+// Share of the depth of two submaps that their merge may contradict either way.
+constexpr double kMaxContradiction = 0.03;
 constexpr double kUsuallyFound = 0.5;  // KeyFrame::found, where it is not known
 
 bool Intersect(const std::vector<KeyFrameId>& a, const std::vector<KeyFrameId>& b) {
@@ -73,7 +79,7 @@ LoopDetector::LoopDetector(const MeasurementModel& model, const LoopDetectorOpti
     : model_(model),
       options_((options.Validate(), options)),
       graph_((graph.Validate(), graph)),
-      relocalizer_(model, options.verification),
+      relocalizer_(model, kVerification),
       matcher_(model),
       grid_(model.camera()) {}
 
@@ -135,9 +141,9 @@ bool LoopDetector::Contradicts(const Map& map, const LoopEdge& edge) {
     return true;
   }
   const auto share = MergeContradiction(map, *merge, grid_, model_.depth_noise());
-  if (!share || *share <= options_.max_contradiction) return false;
+  if (!share || *share <= kMaxContradiction) return false;
   Refuse(edge, "share of the depth that contradicts, " + std::to_string(*share) + ", exceeds " +
-                   std::to_string(options_.max_contradiction));
+                   std::to_string(kMaxContradiction));
   return true;
 }
 
@@ -184,7 +190,7 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
                                   [&](const auto& n) { return n.first == place.keyframe; });
     if (near) best_neighbour = std::max(best_neighbour, place.score);
   }
-  const double bound = std::max(options_.min_score, options_.score_share * best_neighbour);
+  const double bound = std::max(kMinScore, kScoreShare * best_neighbour);
   const auto world = map.RootOf(id);
   Candidates candidates;
   for (const PlaceScore& place : ranking) {
@@ -230,7 +236,7 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
   if (!found) return std::nullopt;
 
   const std::vector<KeyFrameId> place =
-      WithNeighbours(map, candidate, kSharedByPlace, options_.place_keyframes);
+      WithNeighbours(map, candidate, kSharedByPlace, kPlaceKeyFrames);
   const auto own_points = Landmarks(found->points);
   const auto own_lines = Landmarks(found->lines);
   std::vector<PointId> points_in_view;

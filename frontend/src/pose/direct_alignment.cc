@@ -29,6 +29,11 @@ constexpr double kHuber = 1.345;  // [sigma] 95 % efficient for Gaussian noise
 // [grey levels] What light does that gain and offset do not tell.
 constexpr double kMinGreySigma = 2.0;
 
+constexpr double kMinOverlap = 0.3;  // share of the frame's depth that the reference must see
+// Readings that share their noise: the patches of 9 x 9 cells, every second one, overlap
+// twenty-fold.
+constexpr double kSharedNoise = 20.0;
+
 // How far off the pose may still be: blur of the grey grids and gate of the surfaces.
 struct Stage {
   double blur;  // [cells] standard deviation; 0: none
@@ -336,13 +341,12 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
     if (!alignment.Refine(patches, surfaces, stage.blur)) return std::nullopt;
   }
   if (alignment.planes() < options_.min_rows) return std::nullopt;
-  if (alignment.overlap() < options_.min_overlap) return std::nullopt;
+  if (alignment.overlap() < kMinOverlap) return std::nullopt;
   if (alignment.correlation() < options_.min_correlation) return std::nullopt;
   // A step of the position is one in R there, in W here.
   Matrix6 to_R = Matrix6::Identity();
   to_R.topLeftCorner<3, 3>() = T_WR.R().transpose();
-  const Matrix6 information =
-      to_R.transpose() * alignment.information() * to_R / options_.shared_noise;
+  const Matrix6 information = to_R.transpose() * alignment.information() * to_R / kSharedNoise;
   KnownPose known{T_WR * alignment.T_RC()};
   if (!FindOpenDirections(information, known.T_WC, depth, {.max_sigma = options_.max_sigma})
            .empty()) {

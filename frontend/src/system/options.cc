@@ -6,7 +6,6 @@ namespace highwall {
 
 void SubmapOptions::Validate() const {
   RequireNotNegative(patience, "SubmapOptions::patience");
-  RequireAtLeast(min_keyframes, 1, "SubmapOptions::min_keyframes");
 }
 
 void SlamOptions::Validate() const {
