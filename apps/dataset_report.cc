@@ -8,10 +8,10 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/median.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/internal/median.h>
 
 #include "config.h"
 #include "imu_input.h"

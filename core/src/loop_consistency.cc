@@ -12,8 +12,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include <highwall/core/median.h>
-#include <highwall/core/se3.h>
+#include <highwall/internal/median.h>
+#include <highwall/internal/se3.h>
 #include "pose_graph_topology.h"
 
 namespace highwall::internal {

@@ -9,7 +9,7 @@
 #include <Eigen/SVD>
 
 #include <highwall/core/error.h>
-#include <highwall/core/median.h>
+#include <highwall/internal/median.h>
 
 namespace highwall {
 namespace {

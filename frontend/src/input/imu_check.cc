@@ -12,9 +12,9 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
-#include <highwall/core/median.h>
-#include <highwall/core/require.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/median.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/core/median.h>
+#include <highwall/internal/median.h>
 
 namespace highwall {
 namespace {

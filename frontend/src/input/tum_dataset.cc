@@ -13,8 +13,8 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/median.h>
 #include <highwall/frontend/input/imu_reader.h>
+#include <highwall/internal/median.h>
 
 #include "input/image_io.h"
 

@@ -4,9 +4,9 @@
 #include <stop_token>
 #include <utility>
 
-#include <highwall/core/background_worker.h>
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/background_worker.h>
 
 #include "local/depthless_points.h"
 #include "map/covisibility.h"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 #include "loops/submap_merge.h"
 #include "map/covisibility.h"

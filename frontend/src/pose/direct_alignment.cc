@@ -12,10 +12,10 @@
 #include <Eigen/Cholesky>
 #include <opencv2/imgproc.hpp>
 
-#include <highwall/core/median.h>
 #include <highwall/core/so3.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/frontend/pose/degeneracy.h>
+#include <highwall/internal/median.h>
 
 #include "pose/surface_matcher.h"
 

@@ -9,8 +9,8 @@
 #include <ceres/tiny_solver.h>
 
 #include <highwall/core/error.h>
-#include <highwall/core/median.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/median.h>
 
 #include "pose/support.h"
 

@@ -1,6 +1,6 @@
 #include <highwall/frontend/system/options.h>
 
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 

@@ -8,7 +8,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 namespace highwall {
 namespace {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/core/median.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/median.h>
 
 #include "map/covisibility.h"
 #include "pose/depth_agreement.h"
