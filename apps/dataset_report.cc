@@ -11,6 +11,7 @@
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/internal/median.h>
 
 #include "config.h"
 #include "imu_input.h"
@@ -256,9 +257,7 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
   report.longest_interval = ToSeconds(*longest);
   report.longest_interval_at = stamps[static_cast<std::size_t>(longest - intervals.begin())];
   report.duration = ToSeconds(stamps.back() - stamps.front());
-  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  const Stamp median = *middle;
+  const Stamp median = UpperMedian(intervals);
   report.rate = median > 0 ? 1.0 / ToSeconds(median) : 0.0;
   report.gaps = static_cast<std::size_t>(
       std::count_if(intervals.begin(), intervals.end(),

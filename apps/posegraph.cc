@@ -15,7 +15,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/g2o_io.h>
 #include <highwall/core/pose_graph.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 #include "commands.h"
 #include "posegraph_plot.h"

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 namespace highwall::apps {
 

@@ -171,7 +171,7 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand(
       "simulate", "Make an RGB-D-inertial dataset with exact truth, in the TUM layout");
-  command->add_option("SCENE", arguments->scene, "What to film: mine, road or room")
+  command->add_option("SCENE", arguments->scene, "The scene: mine, road or room")
       ->required()
       ->check(CLI::IsMember({"mine", "road", "room"}));
   command->add_option("--out", arguments->folder, "Folder to make; it must be absent or empty")

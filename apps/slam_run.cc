@@ -12,9 +12,9 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/core/stopwatch.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/map/map_io.h>
+#include <highwall/internal/stopwatch.h>
 #include <highwall/mapping/settling_keyframes.h>
 
 #include "depth_camera.h"

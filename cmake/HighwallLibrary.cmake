@@ -12,13 +12,18 @@ endfunction()
 # highwall_library(name SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
 # One module: target highwall_<name>, alias highwall::<name>, installed with its headers in the
 # export set highwall_<name> and the install component <name>. Headers are what lies below include/:
-# that is what public means here, and a list beside it could only differ.
+# that is what public means here, and a list beside it could only differ. Those below internal/ are
+# for the other modules of Highwall, and not installed.
 function(highwall_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
   add_library(highwall_${name} ${ARG_SOURCES})
   add_library(highwall::${name} ALIAS highwall_${name})
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS include/*.h)
   target_sources(highwall_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${headers})
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/internal)
+    target_include_directories(highwall_${name}
+      PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/internal>)
+  endif()
   target_compile_features(highwall_${name} PUBLIC cxx_std_20)
   target_link_libraries(highwall_${name} PUBLIC ${ARG_PUBLIC_LINK} PRIVATE ${ARG_PRIVATE_LINK})
   set_target_properties(highwall_${name} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION})

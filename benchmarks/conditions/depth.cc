@@ -5,17 +5,17 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_conditions.h"
-#include "film.h"
 #include "runs.h"
 #include "scenes.h"
+#include "simulated_sequence.h"
 
 namespace highwall::bench {
 namespace {
 
 // too_long: measured over true depth.
-Scores FindScale(const Film& film, double too_long) {
-  const apps::SlamRun run = RunOver(film, {}, true);
-  Scores scores = ScoreAll(film, run);
+Scores FindScale(const SimulatedSequence& sequence, double too_long) {
+  const apps::SlamRun run = RunOver(sequence, {}, true);
+  Scores scores = ScoreAll(sequence, run);
   if (!run.inertial || !run.inertial->depth_scale) return scores;
   const DepthScale& found = *run.inertial->depth_scale;
   scores["scale"] = found.scale;
@@ -33,12 +33,13 @@ nlohmann::json BenchDepth(const ConditionOptions& options) {
     if (scene == "mine") continue;
     for (int seed = 1; seed <= options.seeds; ++seed) {
       const double seconds = options.seconds.value_or(kSeconds);
-      Film film(Simulate(scene, scene == "room" ? SmallRoomOptions(seed, seconds)
-                                                : SmallFieldTestOptions(seed, seconds)));
-      table.Add(scene + ", depth as it is", seed, FindScale(film, 1.0));
-      film.ScaleDepth(options.too_long);
+      SimulatedSequence sequence(Simulate(scene, scene == "room"
+                                                     ? SmallRoomOptions(seed, seconds)
+                                                     : SmallFieldTestOptions(seed, seconds)));
+      table.Add(scene + ", depth as it is", seed, FindScale(sequence, 1.0));
+      sequence.ScaleDepth(options.too_long);
       table.Add(fmt::format("{}, depth times {:g}", scene, options.too_long), seed,
-                FindScale(film, options.too_long));
+                FindScale(sequence, options.too_long));
     }
   }
   return table.ToJson();

@@ -7,40 +7,41 @@
 #include <highwall/core/error.h>
 
 #include "bench_conditions.h"
-#include "film.h"
 #include "medians.h"
 #include "runs.h"
 #include "scenes.h"
+#include "simulated_sequence.h"
 
 namespace highwall::bench {
 namespace {
 
-Film FilmScene(const std::string& scene, int seed, double seconds, bool traffic) {
+SimulatedSequence SimulateScene(const std::string& scene, int seed, double seconds, bool traffic) {
   simulate::SimulationOptions options =
       scene == "room" ? SmallRoomOptions(seed, seconds) : SmallFieldTestOptions(seed, seconds);
   options.imu.enabled = false;
   options.traffic = traffic;
-  return Film(Simulate(scene, options));
+  return SimulatedSequence(Simulate(scene, options));
 }
 
-Scores RunOnce(const Film& film, bool set_aside) {
+Scores RunOnce(const SimulatedSequence& sequence, bool set_aside) {
   SlamOptions slam;
   slam.tracker.moving.enabled = set_aside;
-  const apps::SlamRun run = RunOver(film, slam, false);
-  Scores scores = ScoreAll(film, run);
+  const apps::SlamRun run = RunOver(sequence, slam, false);
+  Scores scores = ScoreAll(sequence, run);
   scores["matched_points"] = run.matched_points;
   scores["matched_lines"] = run.matched_lines;
   return scores;
 }
 
 // Medians over the frames where it begins; of lost frames the most.
-Scores Run(const Film& film, int starts, bool set_aside) {
-  HIGHWALL_REQUIRE(static_cast<std::size_t>(starts) < film.size(),
+Scores Run(const SimulatedSequence& sequence, int starts, bool set_aside) {
+  HIGHWALL_REQUIRE(static_cast<std::size_t>(starts) < sequence.size(),
                    "--starts must leave two frames of the sequence, or --duration be longer");
   std::vector<Scores> runs;
   double lost = 0.0;
   for (int first = 0; first < starts; ++first) {
-    runs.push_back(RunOnce(Film(film, static_cast<std::size_t>(first)), set_aside));
+    runs.push_back(
+        RunOnce(SimulatedSequence(sequence, static_cast<std::size_t>(first)), set_aside));
     lost = std::max(lost, runs.back().at("lost_frames"));
   }
   Scores scores = Medians(runs);
@@ -69,12 +70,12 @@ nlohmann::json BenchMoving(const ConditionOptions& options) {
       HIGHWALL_REQUIRE(scene != "room" || seconds <= 12.0 || (seconds > 20.0 && seconds <= 24.0),
                        "--duration of moving in the room must be up to 12, or 20 to 24 s: the "
                        "camera's path differs otherwise with and without a visitor");
-      const Scores still = Run(FilmScene(scene, seed, seconds, false), options.starts, true);
+      const Scores still = Run(SimulateScene(scene, seed, seconds, false), options.starts, true);
       table.Add(scene + ", still", seed, still);
-      const Film film = FilmScene(scene, seed, seconds, true);
-      table.Add(scene + ", traffic", seed, Against(still, Run(film, options.starts, true)));
+      const SimulatedSequence sequence = SimulateScene(scene, seed, seconds, true);
+      table.Add(scene + ", traffic", seed, Against(still, Run(sequence, options.starts, true)));
       table.Add(scene + ", traffic not set aside", seed,
-                Against(still, Run(film, options.starts, false)));
+                Against(still, Run(sequence, options.starts, false)));
     }
   }
   return table.ToJson();

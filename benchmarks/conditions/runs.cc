@@ -23,23 +23,24 @@ void Tell(const std::string& name, int seed, const Scores& scores) {
 
 }  // namespace
 
-apps::SlamRun RunOver(const Film& film, const SlamOptions& slam, bool imu) {
+apps::SlamRun RunOver(const SimulatedSequence& sequence, const SlamOptions& slam, bool imu) {
   apps::SlamRunOptions options;
   options.slam = Deterministic(slam);
   options.dense = false;
   options.prefetch = 0;
-  if (imu) options.imu = film.imu();
-  apps::SlamRun run = apps::RunSlam(film, film.sensor(), options);
+  if (imu) options.imu = sequence.imu();
+  apps::SlamRun run = apps::RunSlam(sequence, sequence.sensor(), options);
   apps::RequireWhole(run);
   return run;
 }
 
-Scores ScorePart(const Film& film, const apps::SlamRun& run, Stamp begin, Stamp end) {
-  const Trajectory truth = Between(*film.groundtruth(), begin, end);
+Scores ScorePart(const SimulatedSequence& sequence, const apps::SlamRun& run, Stamp begin,
+                 Stamp end) {
+  const Trajectory truth = Between(*sequence.groundtruth(), begin, end);
   const Trajectory estimate = Between(run.largest.trajectory, begin, end);
   Scores scores;
   scores["lost_frames"] = static_cast<double>(truth.size()) - static_cast<double>(estimate.size());
-  const double interval = ToSeconds(film.stamp(1) - film.stamp(0));
+  const double interval = ToSeconds(sequence.stamp(1) - sequence.stamp(0));
   try {
     scores["ape_rmse_m"] = AbsolutePoseError(truth, estimate).statistics.rmse;
     scores["rpe_1s_rmse_m"] =
@@ -50,8 +51,8 @@ Scores ScorePart(const Film& film, const apps::SlamRun& run, Stamp begin, Stamp 
   return scores;
 }
 
-Scores ScoreAll(const Film& film, const apps::SlamRun& run) {
-  return ScorePart(film, run, film.stamp(0), film.stamp(film.size() - 1));
+Scores ScoreAll(const SimulatedSequence& sequence, const apps::SlamRun& run) {
+  return ScorePart(sequence, run, sequence.stamp(0), sequence.stamp(sequence.size() - 1));
 }
 
 void Table::Add(const std::string& name, int seed, Scores scores) {

@@ -8,18 +8,19 @@
 
 #include <highwall/frontend/system/slam_system.h>
 
-#include "film.h"
 #include "medians.h"
+#include "simulated_sequence.h"
 #include "slam_run.h"
 
 namespace highwall::bench {
 
 // The system over a sequence as `highwall slam --deterministic --no-map` runs it.
-apps::SlamRun RunOver(const Film& film, const SlamOptions& slam, bool imu);
+apps::SlamRun RunOver(const SimulatedSequence& sequence, const SlamOptions& slam, bool imu);
 
 // ape_rmse_m, rpe_1s_rmse_m and lost_frames of the frames with stamps in [begin, end].
-Scores ScorePart(const Film& film, const apps::SlamRun& run, Stamp begin, Stamp end);
-Scores ScoreAll(const Film& film, const apps::SlamRun& run);
+Scores ScorePart(const SimulatedSequence& sequence, const apps::SlamRun& run, Stamp begin,
+                 Stamp end);
+Scores ScoreAll(const SimulatedSequence& sequence, const apps::SlamRun& run);
 
 // Figures of several seeds, by what was run.
 class Table {

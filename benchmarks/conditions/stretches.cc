@@ -9,9 +9,9 @@
 #include <simulate/scenes/mine.h>
 
 #include "bench_conditions.h"
-#include "film.h"
 #include "runs.h"
 #include "scenes.h"
+#include "simulated_sequence.h"
 
 namespace highwall::bench {
 namespace {
@@ -47,15 +47,15 @@ nlohmann::json CrossStretch(const ConditionOptions& options, const std::string& 
     const simulate::Stretch stretch = Find(
         kind, scene == "mine" ? simulate::MineStretches(field) : simulate::RoadStretches(field));
     const simulate::Simulation simulation = Simulate(scene, field);
-    const Film film(simulation, stretch.begin - kBefore);
+    const SimulatedSequence sequence(simulation, stretch.begin - kBefore);
     const Stamp start = simulation.StampOf(0);
     for (const Uses& uses : kUses) {
       SlamOptions slam;
       slam.frame.use_lines = uses.lines;
       slam.tracker.surfaces.enabled = uses.planes;
       table.Add(uses.name, seed,
-                ScorePart(film, RunOver(film, slam, false), start + FromSeconds(stretch.begin),
-                          start + FromSeconds(stretch.end)));
+                ScorePart(sequence, RunOver(sequence, slam, false),
+                          start + FromSeconds(stretch.begin), start + FromSeconds(stretch.end)));
     }
   }
   return table.ToJson();

@@ -13,9 +13,9 @@
 
 #include "bench_main.h"
 #include "cache_folder.h"
-#include "film.h"
 #include "medians.h"
 #include "option_checks.h"
+#include "parted_sequence.h"
 #include "progress.h"
 #include "run_report.h"
 #include "scores.h"
@@ -37,9 +37,10 @@ struct Arguments {
   bool json = false;
 };
 
-Run RunWithProgress(const Film& film, const std::string& label) {
+Run RunWithProgress(const PartedSequence& parted, const std::string& label) {
   apps::Progress progress(label);
-  return RunFilm(film, [&](std::size_t done, std::size_t total) { progress.Update(done, total); });
+  return RunSequence(parted,
+                     [&](std::size_t done, std::size_t total) { progress.Update(done, total); });
 }
 
 std::string Figure(const char* format, const std::optional<double>& value) {
@@ -173,12 +174,12 @@ void RequireEach(const RelocationScores& scores, Verdict* verdict) {
   verdict->Require(scores.false_loops == 0, "loops");
 }
 
-// A film, and what became of it.
+// A sequence, and what became of it.
 struct Shown {
   Shown(const Sequence& sequence, Ways ways, const std::string& label)
-      : film(sequence, ways), run(RunWithProgress(film, label)) {}
+      : parted(sequence, ways), run(RunWithProgress(parted, label)) {}
 
-  Film film;
+  PartedSequence parted;
   Run run;
 };
 
@@ -186,11 +187,11 @@ struct Shown {
 // the whole of it, which may close a loop more, and the same images in another order.
 void RunKidnap(const Sequence& sequence, Ways ways, const Shown& whole, const Shown& ordered,
                int seed, const std::string& label, Table* table) {
-  const auto [film, run] = Shown(sequence, ways, label);
-  const RelocationScores scores = ScoreRun(film, run);
-  const auto ape = ApeOverSameFrames(film, run, whole.film, whole.run);
-  const auto whole_ape = ApeOverSameFrames(whole.film, whole.run, film, run);
-  const auto ordered_ape = ApeOverSameFrames(ordered.film, ordered.run, film, run);
+  const auto [parted, run] = Shown(sequence, ways, label);
+  const RelocationScores scores = ScoreRun(parted, run);
+  const auto ape = ApeOverSameFrames(parted, run, whole.parted, whole.run);
+  const auto whole_ape = ApeOverSameFrames(whole.parted, whole.run, parted, run);
+  const auto ordered_ape = ApeOverSameFrames(ordered.parted, ordered.run, parted, run);
   const bool merged = scores.merged_s && scores.maps == 1;
 
   Verdict verdict;
@@ -257,9 +258,9 @@ nlohmann::json BenchTwins(const Arguments& arguments, const CacheFolder& cache) 
   Table table("twins");
   for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed) {
     const Sequence sequence = Render(arguments, true, seed, cache);
-    const Film film(sequence, Ways::kLeftOut);
-    const Run run = RunWithProgress(film, fmt::format("twins {}", seed));
-    const RelocationScores scores = ScoreRun(film, run);
+    const PartedSequence parted(sequence, Ways::kLeftOut);
+    const Run run = RunWithProgress(parted, fmt::format("twins {}", seed));
+    const RelocationScores scores = ScoreRun(parted, run);
     Verdict verdict;
     RequireEach(scores, &verdict);
     verdict.Require(scores.merges == 0, "merges");

@@ -10,8 +10,8 @@
 
 namespace highwall::bench {
 
-// By the truth alone: when do the parts of a film come together? A part that begins with what has
-// been seen before belongs to what showed it.
+// By the truth alone: when do the parts of a sequence come together? A part that begins with what
+// has been seen before belongs to what showed it.
 class Encounters {
  public:
   // Share of an image that makes it one of a known place.

@@ -29,22 +29,23 @@ Pose Align(const Trajectory& truth, const Trajectory& estimate) {
   return Pose(q, p_true - q * p_est);
 }
 
-// The poses of a film's trajectory, by the frame of its sequence.
-std::map<std::size_t, Pose> BySource(const Film& film, const Trajectory& trajectory) {
+// The poses of a parted sequence's trajectory, by the frame of its sequence.
+std::map<std::size_t, Pose> BySource(const PartedSequence& parted, const Trajectory& trajectory) {
   std::map<Stamp, std::size_t> sources;
-  for (const FilmFrame& frame : film.frames()) sources[frame.stamp] = frame.source;
+  for (const PartedFrame& frame : parted.frames()) sources[frame.stamp] = frame.source;
   std::map<std::size_t, Pose> poses;
   for (const StampedPose& pose : trajectory) poses[sources.at(pose.stamp)] = pose.pose;
   return poses;
 }
 
-std::optional<PlaceError> ErrorBetweenParts(const Film& film, const Trajectory& trajectory) {
+std::optional<PlaceError> ErrorBetweenParts(const PartedSequence& parted,
+                                            const Trajectory& trajectory) {
   Trajectory truth[2], estimate[2];
-  const auto poses = BySource(film, trajectory);
-  for (const FilmFrame& frame : film.frames()) {
+  const auto poses = BySource(parted, trajectory);
+  for (const PartedFrame& frame : parted.frames()) {
     const auto found = poses.find(frame.source);
     if (found == poses.end() || !frame.part || *frame.part > 1) continue;
-    truth[*frame.part].push_back({frame.stamp, film.sequence().T_WC(frame.source)});
+    truth[*frame.part].push_back({frame.stamp, parted.sequence().T_WC(frame.source)});
     estimate[*frame.part].push_back({frame.stamp, found->second});
   }
   if (estimate[0].empty() || estimate[1].empty()) return std::nullopt;
@@ -57,7 +58,7 @@ std::optional<PlaceError> ErrorBetweenParts(const Film& film, const Trajectory& 
 
 // A map has its world where its first frame put it; what is elsewhere by more than any drift within
 // a room was taken for another place.
-int Misplaced(const Film& film, const Run& run) {
+int Misplaced(const PartedSequence& parted, const Run& run) {
   constexpr double kFar = 0.5, kTurned = 0.2;  // [m], [rad]
   std::map<SubmapId, Pose> T_WS;
   int misplaced = 0;
@@ -65,14 +66,14 @@ int Misplaced(const Film& film, const Run& run) {
   for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
     const Outcome& outcome = run.outcomes[i];
     bool merged = false;
-    for (; meeting != run.meetings.end() && meeting->stamp <= film.frames()[i].stamp; ++meeting) {
+    for (; meeting != run.meetings.end() && meeting->stamp <= parted.frames()[i].stamp; ++meeting) {
       if (!meeting->merge) continue;
       merged = true;
       const SubmapMerge& merge = *meeting->merge;
       if (merge.moved == merge.root) T_WS[merge.root] = T_WS.at(merge.other);
     }
     if (!outcome.pose || merged) continue;  // with a merge: in either of the two
-    const Pose T_WC = film.sequence().T_WC(film.frames()[i].source);
+    const Pose T_WC = parted.sequence().T_WC(parted.frames()[i].source);
     const Pose T = T_WC * outcome.T_WC.Inverse();
     const Pose error = T_WS.try_emplace(outcome.submap, T).first->second * T.Inverse();
     // At the camera: far from the origin a small turn is a long way.
@@ -82,13 +83,13 @@ int Misplaced(const Film& film, const Run& run) {
 }
 
 // The longest time from where a part begins to its first pose, to its end where there is none.
-double LongestGone(const Film& film, const std::vector<Outcome>& outcomes) {
+double LongestGone(const PartedSequence& parted, const std::vector<Outcome>& outcomes) {
   double longest = 0.0;
   std::optional<int> part;
   Stamp begin = 0;
   bool gone = false;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    const FilmFrame& frame = film.frames()[i];
+    const PartedFrame& frame = parted.frames()[i];
     if (!frame.part) continue;
     if (frame.part != part) {
       part = frame.part;
@@ -103,12 +104,13 @@ double LongestGone(const Film& film, const std::vector<Outcome>& outcomes) {
 }
 
 // Of the first pose of each part but the first, where it is in a map of before.
-std::optional<double> MatchedAfterCut(const Film& film, const std::vector<Outcome>& outcomes) {
+std::optional<double> MatchedAfterCut(const PartedSequence& parted,
+                                      const std::vector<Outcome>& outcomes) {
   std::optional<double> least;
   std::optional<int> part = 0;
   std::set<SubmapId> known;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    const FilmFrame& frame = film.frames()[i];
+    const PartedFrame& frame = parted.frames()[i];
     if (!frame.part || !outcomes[i].pose) continue;
     if (frame.part != part && known.contains(outcomes[i].submap)) {
       least = std::min(least.value_or(1.0), outcomes[i].matched);
@@ -121,19 +123,20 @@ std::optional<double> MatchedAfterCut(const Film& film, const std::vector<Outcom
 
 }  // namespace
 
-Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)>& progress) {
+Run RunSequence(const PartedSequence& parted,
+                const std::function<void(std::size_t, std::size_t)>& progress) {
   Run run;
-  Session session(film.sequence().sensor(), film.Truth());
-  const PinholeCamera camera = film.sequence().sensor().camera;
-  for (const FilmFrame& frame : film.frames()) {
-    const RgbdImage image = film.Load(frame);
+  Session session(parted.sequence().sensor(), parted.Truth());
+  const PinholeCamera camera = parted.sequence().sensor().camera;
+  for (const PartedFrame& frame : parted.frames()) {
+    const RgbdImage image = parted.Load(frame);
     run.outcomes.push_back(session.Track(image));
     if (frame.part) {
-      run.encounters.Watch(
-          frame.stamp, *frame.part,
-          testing::SeenSurface::PointsOf(image.depth, camera, film.sequence().T_WC(frame.source)));
+      run.encounters.Watch(frame.stamp, *frame.part,
+                           testing::SeenSurface::PointsOf(image.depth, camera,
+                                                          parted.sequence().T_WC(frame.source)));
     }
-    progress(run.outcomes.size(), film.frames().size());
+    progress(run.outcomes.size(), parted.frames().size());
   }
   session.Finish();
   run.meetings = session.meetings();
@@ -142,21 +145,21 @@ Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)
   return run;
 }
 
-RelocationScores ScoreRun(const Film& film, const Run& run) {
+RelocationScores ScoreRun(const PartedSequence& parted, const Run& run) {
   RelocationScores scores;
-  scores.gone_s = LongestGone(film, run.outcomes);
-  scores.misplaced = Misplaced(film, run);
-  scores.matched_after_cut = MatchedAfterCut(film, run.outcomes);
+  scores.gone_s = LongestGone(parted, run.outcomes);
+  scores.misplaced = Misplaced(parted, run);
+  scores.matched_after_cut = MatchedAfterCut(parted, run.outcomes);
   for (std::size_t i = 0; i < run.outcomes.size(); ++i) {
     if (run.outcomes[i].pose) continue;
     ++scores.lost;
-    const bool covered = !film.frames()[i].part;
+    const bool covered = !parted.frames()[i].part;
     if (covered) ++scores.lost_covered;
     ++(covered ? scores.covered_reasons : scores.reasons)[run.outcomes[i].reason];
   }
   const auto& known = run.encounters.known_at_first();
   if (known.size() > 1) scores.known_at_first = known[1];
-  const Stamp first = film.frames().front().stamp;
+  const Stamp first = parted.frames().front().stamp;
   if (const auto met = run.encounters.met()) scores.due_s = ToSeconds(*met - first);
   for (const Meeting& meeting : run.meetings) {
     ++(meeting.merge ? scores.merges : scores.loops);
@@ -169,23 +172,24 @@ RelocationScores ScoreRun(const Film& film, const Run& run) {
   scores.maps = static_cast<int>(run.trajectories.size());
   if (run.trajectories.empty()) return scores;
   try {
-    scores.ape_mm = 1e3 * AbsolutePoseError(film.Truth(), run.trajectories.front()).statistics.rmse;
+    scores.ape_mm =
+        1e3 * AbsolutePoseError(parted.Truth(), run.trajectories.front()).statistics.rmse;
   } catch (const InvalidArgument&) {  // too few poses
   }
-  scores.parts = ErrorBetweenParts(film, run.trajectories.front());
+  scores.parts = ErrorBetweenParts(parted, run.trajectories.front());
   return scores;
 }
 
-std::optional<double> ApeOverSameFrames(const Film& film, const Run& run, const Film& other_film,
-                                        const Run& other) {
+std::optional<double> ApeOverSameFrames(const PartedSequence& parted, const Run& run,
+                                        const PartedSequence& other_parted, const Run& other) {
   if (run.trajectories.empty() || other.trajectories.empty()) return std::nullopt;
-  const auto poses = BySource(film, run.trajectories.front());
-  const auto others = BySource(other_film, other.trajectories.front());
+  const auto poses = BySource(parted, run.trajectories.front());
+  const auto others = BySource(other_parted, other.trajectories.front());
   Trajectory truth, estimate;
   for (const auto& [source, pose] : poses) {
     if (!others.contains(source)) continue;
-    const Stamp stamp = film.sequence().stamp(source);
-    truth.push_back({stamp, film.sequence().T_WC(source)});
+    const Stamp stamp = parted.sequence().stamp(source);
+    truth.push_back({stamp, parted.sequence().T_WC(source)});
     estimate.push_back({stamp, pose});
   }
   try {

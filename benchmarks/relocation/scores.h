@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "encounters.h"
-#include "film.h"
+#include "parted_sequence.h"
 #include "session.h"
 
 namespace highwall::bench {
 
-// A film from its first frame to its last.
+// A sequence from its first frame to its last.
 struct Run {
   std::vector<Outcome> outcomes;  // of every frame
   std::vector<Meeting> meetings;
@@ -22,7 +22,8 @@ struct Run {
 };
 
 // progress(done, total).
-Run RunFilm(const Film& film, const std::function<void(std::size_t, std::size_t)>& progress);
+Run RunSequence(const PartedSequence& parted,
+                const std::function<void(std::size_t, std::size_t)>& progress);
 
 // Where one thing lies by another, against the truth.
 struct PlaceError {
@@ -49,10 +50,10 @@ struct RelocationScores {
   std::map<std::string, int> reasons, covered_reasons;  // of frames without a pose
 };
 
-RelocationScores ScoreRun(const Film& film, const Run& run);
+RelocationScores ScoreRun(const PartedSequence& parted, const Run& run);
 
 // RMSE over the frames that both have a pose for [mm], of this run.
-std::optional<double> ApeOverSameFrames(const Film& film, const Run& run, const Film& other_film,
-                                        const Run& other);
+std::optional<double> ApeOverSameFrames(const PartedSequence& parted, const Run& run,
+                                        const PartedSequence& other_parted, const Run& other);
 
 }  // namespace highwall::bench

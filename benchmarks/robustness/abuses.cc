@@ -9,8 +9,9 @@
 namespace highwall::bench {
 
 std::vector<Abuse> AllAbuses(const Dataset* second) {
-  constexpr std::size_t kHalfSecond = 15, kSecond = 30, kAlways = SIZE_MAX;  // [frames]
-  constexpr std::size_t kKidnapped = 150;                                    // [frames]
+  // [frames]; of a camera at 30 Hz half a second and a second.
+  constexpr std::size_t kShortSpell = 15, kLongSpell = 30, kAlways = SIZE_MAX;
+  constexpr std::size_t kKidnapped = 150;  // [frames]
   std::vector<Abuse> abuses{
       {"untouched", {}, {}},
       {"every 2nd frame", EveryNth(2), {}},
@@ -29,13 +30,13 @@ std::vector<Abuse> AllAbuses(const Dataset* second) {
       {"blur 7 px", {}, MotionBlur(7.0)},
       {"blur 15 px", {}, MotionBlur(15.0)},
       {"blur 30 px", {}, MotionBlur(30.0)},
-      {"gamma 0.4 and 2.5 by turns", {}, GammaJumps(0.4, 2.5, kHalfSecond)},
+      {"gamma 0.4 and 2.5 by turns", {}, GammaJumps(0.4, 2.5, kShortSpell)},
       {"gamma 0.4 to 2.5 each frame", {}, RandomGamma(0.4, 2.5)},
-      {"exposure 1/8 to 8", {}, ExposureJumps(0.125, 8.0, kHalfSecond)},
+      {"exposure 1/8 to 8", {}, ExposureJumps(0.125, 8.0, kShortSpell)},
       {"noise 10", {}, ColourNoise(10.0)},
       {"noise 25", {}, ColourNoise(25.0)},
       {"half covered", {}, HalfCovered(kAlways)},
-      {"half covered, another half every s", {}, HalfCovered(kSecond)},
+      {"half covered, another half every s", {}, HalfCovered(kLongSpell)},
       {"depth holes 10 %", {}, DepthHoles(0.1)},
       {"depth holes 30 %", {}, DepthHoles(0.3)},
       {"depth holes 60 %", {}, DepthHoles(0.6)},

@@ -2,7 +2,7 @@
 
 #include <ctime>
 
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 namespace highwall::bench {
 

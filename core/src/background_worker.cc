@@ -1,4 +1,4 @@
-#include <highwall/core/background_worker.h>
+#include <highwall/internal/background_worker.h>
 
 #include <utility>
 

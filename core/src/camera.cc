@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 

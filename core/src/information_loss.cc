@@ -7,7 +7,7 @@
 #include <ceres/problem.h>
 #include <Eigen/QR>
 
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 #include "linearization.h"
 #include "row_system.h"
 

@@ -12,7 +12,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include <highwall/core/se3.h>
+#include <highwall/internal/median.h>
+#include <highwall/internal/se3.h>
 #include "pose_graph_topology.h"
 
 namespace highwall::internal {
@@ -211,9 +212,7 @@ double VarianceFactor(PoseGraphSpace space, double max_chi2, const std::vector<L
     if (cycle.chi2 < max_chi2) closing.push_back(cycle.chi2);
   }
   if (closing.size() < kEnough) return 1.0;
-  const auto middle = closing.begin() + static_cast<std::ptrdiff_t>(closing.size() / 2);
-  std::nth_element(closing.begin(), middle, closing.end());
-  return std::min(1.0, *middle / median_chi2);
+  return std::min(1.0, UpperMedian(std::move(closing)) / median_chi2);
 }
 
 }  // namespace

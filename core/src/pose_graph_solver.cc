@@ -8,8 +8,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/pose_graph.h>
-#include <highwall/core/require.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/require.h>
+#include <highwall/internal/stopwatch.h>
 #include "loop_consistency.h"
 #include "pose_graph_problem.h"
 #include "pose_graph_topology.h"

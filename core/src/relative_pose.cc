@@ -2,8 +2,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
-#include <highwall/core/se3.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/se3.h>
 
 namespace highwall {
 namespace {

@@ -1,4 +1,4 @@
-#include <highwall/core/se3.h>
+#include <highwall/internal/se3.h>
 
 #include <cmath>
 

@@ -10,7 +10,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/information_loss.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 #include "sliding_window_file.h"
 
 namespace highwall {

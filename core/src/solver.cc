@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 

@@ -9,6 +9,7 @@
 #include <Eigen/SVD>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/median.h>
 
 namespace highwall {
 namespace {
@@ -31,9 +32,7 @@ Stamp MedianInterval(const Trajectory& trajectory) {
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     intervals.push_back(trajectory[i].stamp - trajectory[i - 1].stamp);
   }
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+  return UpperMedian(std::move(intervals));
 }
 
 // Sum of the intervals that are no longer than max_gap [s].

@@ -1,4 +1,4 @@
-#include <highwall/core/worker_team.h>
+#include <highwall/internal/worker_team.h>
 
 #include <utility>
 

@@ -4,9 +4,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
-#include <highwall/core/require.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/require.h>
 
 #include "imu_integrator.h"
 

@@ -4,7 +4,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {

@@ -1,7 +1,7 @@
 #include <highwall/factors/zero_velocity.h>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {

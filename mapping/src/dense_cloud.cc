@@ -10,7 +10,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 #include "cloud_block.h"
 #include "keyframe_rounds.h"

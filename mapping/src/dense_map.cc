@@ -1,7 +1,8 @@
 #include <highwall/mapping/dense_map.h>
 
-#include <highwall/mapping/ground_plane.h>
 #include <highwall/mapping/map_comparison.h>
+
+#include "ground_plane.h"
 
 namespace highwall {
 

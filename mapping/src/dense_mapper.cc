@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/core/background_worker.h>
 #include <highwall/core/error.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/background_worker.h>
+#include <highwall/internal/stopwatch.h>
 #include <highwall/mapping/dense_cloud.h>
 #include <highwall/mapping/depth_filter.h>
 #include <highwall/mapping/depth_unprojector.h>

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 #include <highwall/mapping/keyframe_cloud.h>
 
 namespace highwall {

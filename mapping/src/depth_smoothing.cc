@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {

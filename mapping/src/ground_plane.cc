@@ -1,4 +1,4 @@
-#include <highwall/mapping/ground_plane.h>
+#include "ground_plane.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 #include "keyframe_rounds.h"
 #include "octomap_builder_impl.h"

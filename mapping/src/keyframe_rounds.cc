@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 namespace highwall::internal {
 

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 #include "kd_tree.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 #include "octomap_builder_impl.h"
 #include "octree_io.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include <highwall/core/worker_team.h>
+#include <highwall/internal/worker_team.h>
 #include <highwall/mapping/octomap_builder.h>
 
 #include "scan_octree.h"

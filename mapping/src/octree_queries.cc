@@ -11,7 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 #include "octomap_builder_impl.h"
 

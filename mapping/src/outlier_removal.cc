@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 #include <highwall/mapping/keyframe_cloud.h>
 
 #include "kd_tree.h"

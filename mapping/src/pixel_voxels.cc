@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-#include <highwall/core/target_clones.h>
+#include <highwall/internal/target_clones.h>
 
 namespace highwall::internal {
 namespace {

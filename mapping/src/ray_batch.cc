@@ -1,6 +1,6 @@
 #include "ray_batch.h"
 
-#include <highwall/core/target_clones.h>
+#include <highwall/internal/target_clones.h>
 
 namespace highwall::internal {
 

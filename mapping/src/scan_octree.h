@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include <highwall/core/worker_team.h>
+#include <highwall/internal/worker_team.h>
 #include <octomap/OcTree.h>
 
 #include "voxel_brick.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/occupancy_grid.h>
 

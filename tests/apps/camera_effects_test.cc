@@ -43,8 +43,8 @@ Rendering MakeChecker(float depth) {
   return checker;
 }
 
-Simulation FilmAWall(const SimulationOptions& options, const std::vector<Stretch>& stretches = {},
-                     MovingScene moving = {}) {
+Simulation SimulateWall(const SimulationOptions& options,
+                        const std::vector<Stretch>& stretches = {}, MovingScene moving = {}) {
   Scene scene;
   const int texture = scene.AddTexture(
       std::make_unique<NoiseTexture>(Rgb(0.6, 0.5, 0.4), 0.5f, ValueNoise{.wavelength = 0.2f}));
@@ -228,12 +228,12 @@ TEST(Stretches, OfASceneComeBackEveryLapAndEndWithTheSequence) {
   options.duration = 10.0;
   options.blackouts = {{.begin = 3.0, .duration = 2.0}, {.begin = 11.0, .duration = 1.0}};
   // Laps of 4 s, behind by a second of rest and half a second of acceleration.
-  const Simulation film = FilmAWall(options, {{StretchKind::kDust, 1.0, 2.0}});
-  ASSERT_EQ(film.stretches().size(), 3u);
-  EXPECT_EQ(film.stretches()[0].begin, 2.5);
-  EXPECT_EQ(film.stretches()[1].kind, StretchKind::kBlackout);
-  EXPECT_EQ(film.stretches()[2].begin, 6.5);
-  for (const Stretch& stretch : film.stretches()) {
+  const Simulation simulation = SimulateWall(options, {{StretchKind::kDust, 1.0, 2.0}});
+  ASSERT_EQ(simulation.stretches().size(), 3u);
+  EXPECT_EQ(simulation.stretches()[0].begin, 2.5);
+  EXPECT_EQ(simulation.stretches()[1].kind, StretchKind::kBlackout);
+  EXPECT_EQ(simulation.stretches()[2].begin, 6.5);
+  for (const Stretch& stretch : simulation.stretches()) {
     EXPECT_GE(stretch.begin, 0.0);
     EXPECT_LT(stretch.begin, stretch.end);
     EXPECT_LE(stretch.end, options.duration);
@@ -243,14 +243,14 @@ TEST(Stretches, OfASceneComeBackEveryLapAndEndWithTheSequence) {
 TEST(Simulation, ACoveredLensSeesNothing) {
   SimulationOptions options = SmallOptions();
   options.blackouts = {{.begin = 1.0, .duration = 1.0}};
-  const Simulation film = FilmAWall(options);
+  const Simulation simulation = SimulateWall(options);
   for (const int i : {30, 45, 60}) {
-    const SimulatedFrame frame = film.Render(i);
+    const SimulatedFrame frame = simulation.Render(i);
     EXPECT_EQ(cv::norm(frame.bgr, cv::NORM_INF), 0.0);
     EXPECT_EQ(cv::countNonZero(frame.depth), 0);
   }
   for (const int i : {29, 61}) {
-    const SimulatedFrame frame = film.Render(i);
+    const SimulatedFrame frame = simulation.Render(i);
     EXPECT_GT(cv::mean(frame.bgr)[0], 50.0);
     EXPECT_GT(cv::countNonZero(frame.depth), 160 * 120 / 2);
   }
@@ -271,10 +271,11 @@ TEST(Simulation, WhatMovesIsInFrontOfWhatIsFartherAndBehindWhatIsNearer) {
   options.sensor.noise = SensorNoise::kOff;
   options.exposure.mode = ExposureMode::kIdeal;
   const auto approach = [](double t) { return MakePlate(2.5 - t); };  // the wall is 2 m away
-  const SimulatedFrame without = FilmAWall(options, {}, approach).Render(21);
+  const SimulatedFrame without = SimulateWall(options, {}, approach).Render(21);
   options.traffic = true;
-  const Simulation film = FilmAWall(options, {}, approach);
-  const SimulatedFrame behind = film.Render(3), before = film.Render(21);  // 2.4 m and 1.8 m
+  const Simulation simulation = SimulateWall(options, {}, approach);
+  const SimulatedFrame behind = simulation.Render(3),
+                       before = simulation.Render(21);  // 2.4 m and 1.8 m
   EXPECT_NEAR(behind.depth.at<float>(60, 80), 2.0f, 1e-6f);
   EXPECT_NEAR(before.depth.at<float>(60, 80), 1.8f, 1e-6f);
   cv::Mat moved = before.depth != without.depth;
@@ -283,8 +284,8 @@ TEST(Simulation, WhatMovesIsInFrontOfWhatIsFartherAndBehindWhatIsNearer) {
 }
 
 TEST(Simulation, DeepShadowIsTakenLongAndWithGain) {
-  const Simulation film = FilmAWall(SmallOptions(), {{StretchKind::kLowLight, 1.0, 3.0}});
-  const SimulatedFrame light = film.Render(60), dark = film.Render(105);
+  const Simulation simulation = SimulateWall(SmallOptions(), {{StretchKind::kLowLight, 1.0, 3.0}});
+  const SimulatedFrame light = simulation.Render(60), dark = simulation.Render(105);
   EXPECT_LT(light.exposure.time, 0.0201);
   EXPECT_EQ(light.exposure.gain, 1.0);
   EXPECT_NEAR(dark.exposure.time, 0.02, 1e-12);
@@ -296,9 +297,9 @@ TEST(Simulation, PoseOfARollingShutterIsThatOfTheMiddleRow) {
   options.sensor.noise = SensorNoise::kOff;
   options.exposure.mode = ExposureMode::kIdeal;
   options.camera.height = 121;  // an odd number: the middle one exists
-  const SimulatedFrame global = FilmAWall(options).Render(70);
+  const SimulatedFrame global = SimulateWall(options).Render(70);
   options.line_delay = 1e-4;
-  const SimulatedFrame rolling = FilmAWall(options).Render(70);
+  const SimulatedFrame rolling = SimulateWall(options).Render(70);
   EXPECT_EQ((rolling.T_WC.p() - global.T_WC.p()).norm(), 0.0);
   EXPECT_EQ(cv::norm(rolling.bgr.row(60), global.bgr.row(60), cv::NORM_INF), 0.0);
   EXPECT_GT(cv::norm(rolling.bgr.row(0), global.bgr.row(0), cv::NORM_INF), 0.0);

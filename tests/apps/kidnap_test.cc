@@ -35,12 +35,12 @@ class Kidnap : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, Kidnap, ::testing::Range<std::uint64_t>(1, 9));
 
 TEST_P(Kidnap, ComesToAPlaceItHasNotSeenAndBack) {
-  const PartedSimulation film = SimulateKidnap(SmallOptions(GetParam()));
-  const Simulation& simulation = film.simulation;
+  const PartedSimulation parted = SimulateKidnap(SmallOptions(GetParam()));
+  const Simulation& simulation = parted.simulation;
   SeenSurface first;
   bool carried = false, known_again = false;
   for (int i = 0; i < simulation.size(); ++i) {
-    const auto part = film.PartAt(TimeOf(simulation, i));
+    const auto part = parted.PartAt(TimeOf(simulation, i));
     if (!part) continue;
     const SimulatedFrame frame = simulation.Render(i);
     const auto points = SeenSurface::PointsOf(frame.depth, simulation.options().camera, frame.T_WC);
@@ -60,8 +60,8 @@ TEST_P(Kidnap, ComesToAPlaceItHasNotSeenAndBack) {
 }
 
 TEST_P(Kidnap, WalksAsSomebodyDoesOnTheWaysAsWell) {
-  const PartedSimulation film = SimulateKidnap(SmallOptions(GetParam()));
-  const Simulation& simulation = film.simulation;
+  const PartedSimulation parted = SimulateKidnap(SmallOptions(GetParam()));
+  const Simulation& simulation = parted.simulation;
   const double interval = 1.0 / simulation.options().fps;
   for (int i = 1; i < simulation.size(); ++i) {
     const Pose step = simulation.T_WC(simulation.StampOf(i - 1)).Inverse() *
@@ -75,14 +75,14 @@ TEST(Kidnap, LastsAsLongAsItSaysAndTakesEveryWayBack) {
   std::set<WayBack> ways_back;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     ways_back.insert(WayBackOf(seed));
-    const PartedSimulation film = SimulateKidnap(SmallOptions(seed));
-    ASSERT_EQ(film.ways.size(), WayBackOf(seed) == WayBack::kPutBack ? 2u : 1u);
-    EXPECT_GE(film.ways[0].begin, 6.0);
-    EXPECT_LE(film.ways[0].begin, 8.0);
-    EXPECT_GE(film.simulation.options().duration, film.ways.back().end + 8.0);
-    EXPECT_EQ(film.PartAt(0.0), 0);
-    EXPECT_EQ(film.PartAt(film.ways[0].begin), std::nullopt);
-    EXPECT_EQ(film.PartAt(film.ways[0].end), 1);
+    const PartedSimulation parted = SimulateKidnap(SmallOptions(seed));
+    ASSERT_EQ(parted.ways.size(), WayBackOf(seed) == WayBack::kPutBack ? 2u : 1u);
+    EXPECT_GE(parted.ways[0].begin, 6.0);
+    EXPECT_LE(parted.ways[0].begin, 8.0);
+    EXPECT_GE(parted.simulation.options().duration, parted.ways.back().end + 8.0);
+    EXPECT_EQ(parted.PartAt(0.0), 0);
+    EXPECT_EQ(parted.PartAt(parted.ways[0].begin), std::nullopt);
+    EXPECT_EQ(parted.PartAt(parted.ways[0].end), 1);
   }
   EXPECT_EQ(ways_back.size(), 3u);
 }
@@ -123,11 +123,11 @@ TEST(TwinRooms, AreClosedAndTheWalkStaysInThem) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     const TwinRooms twins = MakeTwinRooms(seed);
     const Raycaster raycaster(twins.scene.mesh);
-    const PartedSimulation film = SimulateTwinRooms(SmallOptions(seed));
-    for (int i = 0; i < film.simulation.size(); ++i) {
-      const auto part = film.PartAt(TimeOf(film.simulation, i));
+    const PartedSimulation parted = SimulateTwinRooms(SmallOptions(seed));
+    for (int i = 0; i < parted.simulation.size(); ++i) {
+      const auto part = parted.PartAt(TimeOf(parted.simulation, i));
       if (!part) continue;
-      const Pose T_WC = film.simulation.T_WC(film.simulation.StampOf(i));
+      const Pose T_WC = parted.simulation.T_WC(parted.simulation.StampOf(i));
       const TwinRooms::Room& room = twins.rooms[static_cast<std::size_t>(*part)];
       const Eigen::Array2d off = (T_WC.p() - room.middle).head<2>().array().abs();
       EXPECT_TRUE((off < room.half.array() - 0.9).all()) << "at " << T_WC.p().transpose();

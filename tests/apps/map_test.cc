@@ -21,10 +21,10 @@ namespace {
 using nlohmann::json;
 using testing::Outcome;
 
-// A filmed room, and the map of its exact poses.
+// A recorded room, and the map of its exact poses.
 class MapCommand : public ::testing::Test {
  protected:
-  void SetUp() override { testing::FilmSmallRoom(Dataset(), 20); }
+  void SetUp() override { testing::WriteSmallRoom(Dataset(), 20); }
 
   std::string Path(const std::string& name) const { return folder_.path() / name; }
   std::string Dataset() const { return Path("room"); }

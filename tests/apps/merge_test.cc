@@ -39,8 +39,8 @@ class MergeTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<testing::TemporaryDirectory>("_merge");
-    Film(5, "room", 7.0);
-    Film(6, "elsewhere", 3.0);
+    WriteSequence(5, "room", 7.0);
+    WriteSequence(6, "elsewhere", 3.0);
     Cut("room", "monday", 0, 40, 0.0);
     Cut("room", "tuesday", 25, 70, kLater);
     Cut("room", "meanwhile", 25, 70, 0.0);
@@ -48,7 +48,7 @@ class MergeTest : public ::testing::Test {
   }
   static void TearDownTestSuite() { folder_.reset(); }
 
-  static void Film(unsigned seed, const std::string& name, double seconds) {
+  static void WriteSequence(unsigned seed, const std::string& name, double seconds) {
     simulate::SimulationOptions options;
     options.seed = seed;
     options.duration = seconds;
@@ -60,10 +60,10 @@ class MergeTest : public ::testing::Test {
                                     simulate::MakeRoomTrajectory(10.0, seed), options);
     simulate::WriteTum(room, *folder_ / name);
   }
-  // Frames of a film as a recording of their own, `later` [s].
-  static void Cut(const std::string& film, const std::string& session, int begin, int end,
+  // Frames of a sequence as a recording of their own, `later` [s].
+  static void Cut(const std::string& sequence, const std::string& session, int begin, int end,
                   double later) {
-    const fs::path from = *folder_ / film, to = *folder_ / session;
+    const fs::path from = *folder_ / sequence, to = *folder_ / session;
     fs::create_directories(to);
     fs::create_directory_symlink(from / "rgb", to / "rgb");
     fs::create_directory_symlink(from / "depth", to / "depth");

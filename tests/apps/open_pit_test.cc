@@ -19,17 +19,18 @@ namespace {
 // Building a scene takes most of a second, and every test runs alone: few tests that look at much.
 class OpenPit : public ::testing::TestWithParam<std::string> {
  protected:
-  static Simulation Film(const SimulationOptions& options) {
+  static Simulation Simulate(const SimulationOptions& options) {
     return GetParam() == "mine" ? SimulateMine(options) : SimulateRoad(options);
   }
   // By rotation, within half a second about t, exposed as the image at t is [px of 640 x 480].
-  static double LongestBlur(const Simulation& film, double t) {
-    const Stamp middle = film.StampOf(0) + FromSeconds(t);
-    const double exposure = film.Render(static_cast<int>(t * film.options().fps)).exposure.time;
+  static double LongestBlur(const Simulation& simulation, double t) {
+    const Stamp middle = simulation.StampOf(0) + FromSeconds(t);
+    const double exposure =
+        simulation.Render(static_cast<int>(t * simulation.options().fps)).exposure.time;
     double fastest = 0.0;  // [rad/s]
     for (int k = -25; k < 25; ++k) {
       const Stamp begin = middle + k * 10'000'000;
-      const Pose turn = film.T_WC(begin).Inverse() * film.T_WC(begin + 2'000'000);
+      const Pose turn = simulation.T_WC(begin).Inverse() * simulation.T_WC(begin + 2'000'000);
       fastest = std::max(fastest, turn.Angle() / 0.002);
     }
     return 615.0 * fastest * exposure;
@@ -41,11 +42,11 @@ TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
   SimulationOptions options = FieldTestOptions();
   options.duration = Lap() + 5.0;
   options.imu.ideal = true;
-  const Simulation film = Film(options);
-  const auto at = [&](double t) { return film.T_WC(film.StampOf(0) + FromSeconds(t)); };
+  const Simulation simulation = Simulate(options);
+  const auto at = [&](double t) { return simulation.T_WC(simulation.StampOf(0) + FromSeconds(t)); };
   EXPECT_EQ((at(0.0).p() - at(1.0).p()).norm(), 0.0);  // it starts from rest
 
-  const Raycaster raycaster(film.scene().mesh);
+  const Raycaster raycaster(simulation.scene().mesh);
   for (double t = 2.0; t < options.duration; t += 0.1) {
     const Pose here = at(t);
     // Over a second: bumps swing the camera to and fro.
@@ -66,23 +67,23 @@ TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
     double sum = 0.0;
     int count = 0;
     for (double t = begin; t < end; t += 0.02, ++count) {
-      const TrueState a = film.StateAt(film.StampOf(0) + FromSeconds(t));
-      const TrueState b = film.StateAt(film.StampOf(0) + FromSeconds(t + 0.02));
+      const TrueState a = simulation.StateAt(simulation.StampOf(0) + FromSeconds(t));
+      const TrueState b = simulation.StateAt(simulation.StampOf(0) + FromSeconds(t + 0.02));
       sum += (b.state.v_WB - a.state.v_WB).squaredNorm() / (0.02 * 0.02);
     }
     return std::sqrt(sum / count);
   };
-  const Stretch& bumpy = film.stretches().front();
+  const Stretch& bumpy = simulation.stretches().front();
   ASSERT_EQ(bumpy.kind, StretchKind::kBumpy);
   EXPECT_GT(roughness(bumpy.begin + 0.5, bumpy.end - 0.5), 2.0 * roughness(2.0, bumpy.begin));
-  for (const Stretch& stretch : film.stretches()) EXPECT_LE(stretch.end, options.duration);
+  for (const Stretch& stretch : simulation.stretches()) EXPECT_LE(stretch.end, options.duration);
   if (GetParam() == "mine") return;
   const std::vector<Stretch> told = RoadStretches(options);
-  ASSERT_EQ(told.size(), film.stretches().size());
+  ASSERT_EQ(told.size(), simulation.stretches().size());
   for (std::size_t i = 0; i < told.size(); ++i) {
-    EXPECT_EQ(told[i].kind, film.stretches()[i].kind) << i;
-    EXPECT_EQ(told[i].begin, film.stretches()[i].begin) << i;
-    EXPECT_EQ(told[i].end, film.stretches()[i].end) << i;
+    EXPECT_EQ(told[i].kind, simulation.stretches()[i].kind) << i;
+    EXPECT_EQ(told[i].begin, simulation.stretches()[i].begin) << i;
+    EXPECT_EQ(told[i].end, simulation.stretches()[i].end) << i;
   }
 }
 
@@ -91,11 +92,12 @@ TEST_P(OpenPit, SameSeedSameBytesWhateverTheThreads) {
   options.camera = {
       .width = 160, .height = 120, .fx = 153.75, .fy = 153.75, .cx = 79.5, .cy = 59.5};
   options.imu.enabled = false;
-  const SimulatedFrame one = Film(options).Render(100, 1), four = Film(options).Render(100, 4);
+  const SimulatedFrame one = Simulate(options).Render(100, 1),
+                       four = Simulate(options).Render(100, 4);
   EXPECT_EQ(std::memcmp(one.bgr.data, four.bgr.data, one.bgr.total() * 3), 0);
   EXPECT_EQ(std::memcmp(one.depth.data, four.depth.data, one.depth.total() * 4), 0);
   options.seed = 2;
-  const SimulatedFrame other = Film(options).Render(100);
+  const SimulatedFrame other = Simulate(options).Render(100);
   EXPECT_GT(cv::norm(one.bgr, other.bgr, cv::NORM_L1) / (160 * 120 * 3), 5.0);
 }
 
@@ -105,7 +107,7 @@ TEST_P(OpenPit, IsRichInFeaturesExceptUnderDust) {
   options.imu.enabled = false;
   options.camera = {
       .width = 320, .height = 240, .fx = 307.5, .fy = 307.5, .cx = 159.5, .cy = 119.5};
-  const Simulation film = Film(options);
+  const Simulation simulation = Simulate(options);
   const auto orb = cv::ORB::create(3000);
   const auto lsd = cv::createLineSegmentDetector();
   struct Count {
@@ -114,7 +116,8 @@ TEST_P(OpenPit, IsRichInFeaturesExceptUnderDust) {
   };
   const auto count = [&](double t) {
     cv::Mat grey;
-    cv::cvtColor(film.Render(static_cast<int>(t * options.fps)).bgr, grey, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(simulation.Render(static_cast<int>(t * options.fps)).bgr, grey,
+                 cv::COLOR_BGR2GRAY);
     std::vector<cv::KeyPoint> corners;
     orb->detect(grey, corners);
     std::vector<cv::Vec4f> segments;
@@ -129,14 +132,14 @@ TEST_P(OpenPit, IsRichInFeaturesExceptUnderDust) {
     EXPECT_GE(rich.corners, 600u) << t;
     EXPECT_GE(rich.segments, 10) << t;
   }
-  const auto middle_of = [&film](StretchKind kind) {
-    const auto found = std::find_if(film.stretches().begin(), film.stretches().end(),
+  const auto middle_of = [&simulation](StretchKind kind) {
+    const auto found = std::find_if(simulation.stretches().begin(), simulation.stretches().end(),
                                     [kind](const Stretch& s) { return s.kind == kind; });
-    return found == film.stretches().end() ? 0.0 : 0.5 * (found->begin + found->end);
+    return found == simulation.stretches().end() ? 0.0 : 0.5 * (found->begin + found->end);
   };
   EXPECT_LE(count(middle_of(StretchKind::kLowTexture)).corners, count(5.0).corners / 3);
-  EXPECT_GT(LongestBlur(film, middle_of(StretchKind::kBlurred)), 4.0);
-  EXPECT_LT(LongestBlur(film, 5.0), 1.5);
+  EXPECT_GT(LongestBlur(simulation, middle_of(StretchKind::kBlurred)), 4.0);
+  EXPECT_LT(LongestBlur(simulation, 5.0), 1.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, OpenPit, ::testing::Values("road", "mine"),

@@ -283,7 +283,7 @@ TEST(SimulateCommand, MovesTheClockOfTheImuAndRestsAtFirst) {
   for (const ImuSample& sample : imu.samples) EXPECT_EQ(sample.gyroscope.norm(), 0.0);
 }
 
-TEST(SimulateCommand, FilmsTheRoadWithADepthCameraInTheOpen) {
+TEST(SimulateCommand, RecordsTheRoadWithADepthCameraInTheOpen) {
   const TemporaryDirectory folder;
   const fs::path road = folder.path() / "road";
   const Outcome run = Highwall("simulate road --duration 3 --fps 1 --scale 0.25 --blackout 1:0.5 " +

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "simulate/scenes/room.h"
 #include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 #include "support/run_program.h"
 
 namespace highwall {
@@ -21,7 +21,7 @@ constexpr double kTooLong = 1.08;
 
 class SlamDepthScale : public ::testing::Test {
  protected:
-  void Film(double seconds, double rest) const {
+  void WriteSequence(double seconds, double rest) const {
     simulate::SimulationOptions options;
     options.camera = {
         .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
@@ -62,7 +62,7 @@ class SlamDepthScale : public ::testing::Test {
 };
 
 TEST_F(SlamDepthScale, ReportsADepthThatReadsTooLongAndWhatToDo) {
-  Film(20.0, 0.0);
+  WriteSequence(20.0, 0.0);
   Miscalibrate();
   const Outcome bad = Slam();
   ASSERT_EQ(bad.exit_code, 0) << bad.err;
@@ -72,7 +72,7 @@ TEST_F(SlamDepthScale, ReportsADepthThatReadsTooLongAndWhatToDo) {
 }
 
 TEST_F(SlamDepthScale, SaysNothingOfACameraAtRest) {
-  Film(3.0, 3.0);
+  WriteSequence(3.0, 3.0);
   Miscalibrate();
   const Outcome outcome = Slam();
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -16,8 +16,8 @@
 #include <highwall/core/trajectory.h>
 
 #include "simulate/output/imu_files.h"
-#include "simulate/scenes/room.h"
 #include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 #include "support/faulty_readings.h"
 #include "support/run_program.h"
 
@@ -100,14 +100,14 @@ void ExpectSaidOnce(const std::vector<ImuSample>& readings, const std::vector<st
 TEST(SlamProgramFaults, LoseNoOutputAndAreSaidOnce) {
   const TemporaryDirectory folder;
   const simulate::Simulation walk = MakeWalk();
-  const fs::path film = folder / "film", dataset = folder / "dataset", run = folder / "run";
-  simulate::WriteTum(walk, film);
+  const fs::path sequence = folder / "sequence", dataset = folder / "dataset", run = folder / "run";
+  simulate::WriteTum(walk, sequence);
   for (int seed = 0; seed < testing::FaultRuns(8); ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 rng(static_cast<unsigned>(seed));
     fs::remove_all(dataset);
     fs::remove_all(run);
-    fs::copy(film, dataset, fs::copy_options::recursive);
+    fs::copy(sequence, dataset, fs::copy_options::recursive);
     std::vector<ImuSample> readings = walk.ImuSamples();
     testing::InjectSome(rng, readings);
     WriteText(dataset / "imu.csv", simulate::ImuCsv(readings));

@@ -35,7 +35,7 @@ class SlamOutput : public ::testing::Test {
  protected:
   fs::path dataset() const { return folder_ / "dataset"; }
   fs::path run() const { return folder_ / "run"; }
-  void Film(int frames) const { testing::FilmSmallRoom(dataset(), frames); }
+  void WriteSequence(int frames) const { testing::WriteSmallRoom(dataset(), frames); }
 
   // In lockstep: every run gives the same.
   std::vector<std::string> Arguments() const {
@@ -58,7 +58,7 @@ class SlamOutput : public ::testing::Test {
 };
 
 TEST_F(SlamOutput, AMissingFolderOfASavedMapIsMade) {
-  Film(6);
+  WriteSequence(6);
   const fs::path map = folder_ / "maps" / "of" / "room.hwmap";
   const Outcome outcome = Slam("--no-map --save-map " + map.string());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -77,7 +77,7 @@ TEST_F(SlamOutput, AFolderOfASavedMapThatCannotBeMadeIsRefusedBeforeTheWork) {
 
 // Files that do not fit are missing and named, with the reason; all others are as they would be.
 TEST_F(SlamOutput, AFullDiskCostsNoMoreThanWhatDoesNotFit) {
-  Film(8);
+  WriteSequence(8);
   const fs::path map = folder_ / "room.hwmap";
   const std::string options = "--adjust-all --save-map " + map.string();
   ASSERT_EQ(Slam(options).exit_code, 0);
@@ -116,7 +116,7 @@ TEST_F(SlamOutput, AFullDiskCostsNoMoreThanWhatDoesNotFit) {
 
 // Killed when so many poses are in the file, over a complete earlier run.
 TEST_F(SlamOutput, AKilledRunLeavesItsPosesAndKeyframesAndNothingElse) {
-  Film(30);
+  WriteSequence(30);
   ASSERT_EQ(Slam("--no-map").exit_code, 0);
   const Trajectory reference = ReadTumTrajectory(run() / "trajectory_causal.txt");
   ASSERT_EQ(reference.size(), 30U);
@@ -152,7 +152,7 @@ TEST_F(SlamOutput, AKilledRunLeavesItsPosesAndKeyframesAndNothingElse) {
 // At ten moments from the start to the end, one after the other in one folder: a report is there
 // only with all that it reports, and a run that is not killed finds nothing in its way.
 TEST_F(SlamOutput, WhereThereIsAReportTheRunIsComplete) {
-  Film(10);
+  WriteSequence(10);
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(Slam().exit_code, 0);
   const auto duration = std::chrono::steady_clock::now() - start;

@@ -39,7 +39,7 @@ class SlamSwitch : public ::testing::Test {
 };
 
 TEST_F(SlamSwitch, FeaturesDetectorOutliersAndWeightingEachGiveAnotherTrajectory) {
-  testing::FilmSmallRoom(dataset(), 8);
+  testing::WriteSmallRoom(dataset(), 8);
   const std::string plain = ReadText(Run("--no-map") / "trajectory.txt");
   for (const char* with : {"--features points", "--features lines", "--line-detector lsd",
                            "--line-outliers paper", "--weighting paper"}) {
@@ -49,7 +49,7 @@ TEST_F(SlamSwitch, FeaturesDetectorOutliersAndWeightingEachGiveAnotherTrajectory
 }
 
 TEST_F(SlamSwitch, LinesOrPointsAloneMakeAMapOfThem) {
-  testing::FilmSmallRoom(dataset(), 4);
+  testing::WriteSmallRoom(dataset(), 4);
   const json points = Report(Run("--no-map --features points"))["landmarks"];
   EXPECT_GT(points["points"], 0);
   EXPECT_EQ(points["lines"], 0);
@@ -59,7 +59,7 @@ TEST_F(SlamSwitch, LinesOrPointsAloneMakeAMapOfThem) {
 }
 
 TEST_F(SlamSwitch, TheResolutionIsTheOctreesAndTouchesNoPose) {
-  testing::FilmSmallRoom(dataset(), 4);
+  testing::WriteSmallRoom(dataset(), 4);
   const fs::path fine = Run("--resolution 0.1"), coarse = Run("--resolution 0.2");
   EXPECT_EQ(OctomapBuilder::Read(coarse / "map.bt").options().resolution, 0.2);
   EXPECT_LT(fs::file_size(coarse / "map.bt"), fs::file_size(fine / "map.bt"));
@@ -68,21 +68,21 @@ TEST_F(SlamSwitch, TheResolutionIsTheOctreesAndTouchesNoPose) {
 }
 
 TEST_F(SlamSwitch, WhatMovesIsSetAsideUnlessThatIsOff) {
-  simulate::SimulationOptions film = testing::SmallRoomFilm();
-  film.fps = 8.0;
-  film.duration = 3.0;
-  film.traffic = true;
-  simulate::WriteTum(simulate::SimulateRoom(film), dataset());
+  simulate::SimulationOptions options = testing::SmallRoomOptions();
+  options.fps = 8.0;
+  options.duration = 3.0;
+  options.traffic = true;
+  simulate::WriteTum(simulate::SimulateRoom(options), dataset());
   const fs::path on = Run("--no-map"), off = Run("--no-map --moving-objects off");
   EXPECT_FALSE(ReadText(on / "trajectory.txt") == ReadText(off / "trajectory.txt"));
 }
 
 // Once round the room and a little on.
 TEST_F(SlamSwitch, LoopsAreClosedUnlessTheyAreOff) {
-  simulate::SimulationOptions film = testing::SmallRoomFilm();
-  film.fps = 6.0;
-  film.duration = 13.0;
-  simulate::WriteTum(simulate::SimulateRoom(film), dataset());
+  simulate::SimulationOptions options = testing::SmallRoomOptions();
+  options.fps = 6.0;
+  options.duration = 13.0;
+  simulate::WriteTum(simulate::SimulateRoom(options), dataset());
   const json with = Report(Run("--no-map"))["loops"];
   EXPECT_GE(with["closed"].get<int>() + with["refused"].get<int>(), 1);
   const json without = Report(Run("--no-map --no-loops"))["loops"];

@@ -56,7 +56,7 @@ class SlamCommand : public ::testing::Test {
     return Slam("--dataset " + dataset().string() + " --out " + run().string() + " " + options);
   }
 
-  void Film(int frames) const { testing::FilmSmallRoom(dataset(), frames); }
+  void WriteSequence(int frames) const { testing::WriteSmallRoom(dataset(), frames); }
 
   // A dataset of 64 x 48 pixels whose files are whole; its images are blank.
   void WriteBlank(const testing::GeneratedTum& tum = {}) const {
@@ -166,7 +166,7 @@ void ExpectGrid(const fs::path& run, const json& grid) {
 
 TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   constexpr std::size_t kFrames = 40;
-  Film(kFrames);
+  WriteSequence(kFrames);
   const Outcome outcome = SlamOnDataset("--resolution 0.1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
@@ -198,7 +198,7 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
 }
 
 TEST_F(SlamCommand, DeterministicRunsAreEqualToTheByte) {
-  Film(20);
+  WriteSequence(20);
   const std::string results[] = {"trajectory.txt", "keyframes.txt", "cloud.ply", "map.bt",
                                  "grid.pgm"};
   ASSERT_EQ(SlamOnDataset("--deterministic").exit_code, 0);
@@ -213,7 +213,7 @@ TEST_F(SlamCommand, DeterministicRunsAreEqualToTheByte) {
 
 TEST_F(SlamCommand, LiveItKeepsThePaceOfTheStampsAndCountsWhatItDrops) {
   constexpr std::size_t kFrames = 20;
-  Film(kFrames);
+  WriteSequence(kFrames);
   const Outcome outcome = SlamOnDataset("--live --no-map --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
@@ -226,7 +226,7 @@ TEST_F(SlamCommand, LiveItKeepsThePaceOfTheStampsAndCountsWhatItDrops) {
 }
 
 TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
-  Film(30);
+  WriteSequence(30);
   const fs::path map = dataset().parent_path() / "room.hwmap";
   ASSERT_EQ(SlamOnDataset("--no-map --save-map " + map.string()).exit_code, 0);
   const Trajectory first = ReadTumTrajectory(run() / "trajectory.txt");
@@ -256,7 +256,7 @@ TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
 }
 
 TEST_F(SlamCommand, LocalizesInASavedMapThatStaysAsItIs) {
-  Film(30);
+  WriteSequence(30);
   const fs::path map = dataset().parent_path() / "room.hwmap";
   ASSERT_EQ(SlamOnDataset("--no-map --save-map " + map.string()).exit_code, 0);
   const Trajectory first = ReadTumTrajectory(run() / "trajectory.txt");
@@ -287,7 +287,7 @@ TEST_F(SlamCommand, LocalizesInASavedMapThatStaysAsItIs) {
 }
 
 TEST_F(SlamCommand, WritesTheCausalAndTheAdjustedTrajectoryBesideTheFirst) {
-  Film(20);
+  WriteSequence(20);
   ASSERT_EQ(SlamOnDataset("--no-map --adjust-all").exit_code, 0);
   const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
   for (const char* name : {"trajectory.txt", "trajectory_causal.txt", "trajectory_adjusted.txt"}) {
@@ -300,7 +300,7 @@ TEST_F(SlamCommand, WritesTheCausalAndTheAdjustedTrajectoryBesideTheFirst) {
 }
 
 TEST_F(SlamCommand, JsonIsOneObjectAndTheSameAsTheFile) {
-  Film(5);
+  WriteSequence(5);
   const Outcome outcome = SlamOnDataset("--json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(json::parse(outcome.out), json::parse(ReadText(run() / "run.json")));
@@ -309,10 +309,10 @@ TEST_F(SlamCommand, JsonIsOneObjectAndTheSameAsTheFile) {
 // The camera turns by several bricks of a wall from frame to frame: seen without a prediction, many
 // lines fit one brick further on.
 TEST_F(SlamCommand, AWallThatRepeatsItselfMovesNoCamera) {
-  // The slower the film, the farther the first prediction from the truth.
-  for (const char* film : {"--duration 0.3 --fps 10", "--duration 0.5 --fps 8"}) {
+  // The slower the sequence, the farther the first prediction from the truth.
+  for (const char* sequence : {"--duration 0.3 --fps 10", "--duration 0.5 --fps 8"}) {
     fs::remove_all(dataset());
-    ASSERT_EQ(testing::RunProgram(HIGHWALL_BINARY, "simulate room " + std::string(film) +
+    ASSERT_EQ(testing::RunProgram(HIGHWALL_BINARY, "simulate room " + std::string(sequence) +
                                                        " --out " + dataset().string())
                   .exit_code,
               0);
@@ -325,13 +325,13 @@ TEST_F(SlamCommand, AWallThatRepeatsItselfMovesNoCamera) {
                                (run() / "trajectory.txt").string());
       ASSERT_EQ(error.exit_code, 0) << error.err;
       // A brick further on is 0.25 m; the right pose is good to some millimetres.
-      EXPECT_LT(json::parse(error.out)["stats"]["max"], 0.01) << film << ", " << weighting;
+      EXPECT_LT(json::parse(error.out)["stats"]["max"], 0.01) << sequence << ", " << weighting;
     }
   }
 }
 
 TEST_F(SlamCommand, AMapOfAnEarlierRunDoesNotStayBesideANewTrajectory) {
-  Film(6);
+  WriteSequence(6);
   ASSERT_EQ(SlamOnDataset().exit_code, 0);
   ASSERT_TRUE(fs::exists(run() / "map.bt"));
   ASSERT_EQ(SlamOnDataset("--no-map").exit_code, 0);
@@ -428,7 +428,7 @@ TEST_F(SlamCommand, RefusesAFolderInPlaceOfAMapBeforeTheWork) {
 }
 
 TEST_F(SlamCommand, RefusesAnOctreeThatWouldNotFitInMemory) {
-  Film(2);
+  WriteSequence(2);
   const Outcome outcome = SlamOnDataset("--resolution 0.001");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(Contains(outcome.err, "choose a coarser --resolution")) << outcome.err;
@@ -470,14 +470,14 @@ TEST_F(SlamCommand, QuotesNoControlCharactersOfAFile) {
 }
 
 TEST_F(SlamCommand, SkipsUnreadableImagesAndCarriesOn) {
-  Film(8);
+  WriteSequence(8);
   WriteText(Images("rgb")[3], "no picture");
   fs::remove(Images("depth")[5]);
   ExpectSkipped({Images("rgb")[3].string() + ": is not an image", ": cannot be read"}, 8);
 }
 
 TEST_F(SlamCommand, SkipsTruncatedImagesAndCarriesOn) {
-  Film(8);
+  WriteSequence(8);
   Truncate(Images("rgb")[2]);
   Truncate(Images("depth")[6]);
   ExpectSkipped({Images("rgb")[2].string() + ": is truncated",
@@ -486,20 +486,20 @@ TEST_F(SlamCommand, SkipsTruncatedImagesAndCarriesOn) {
 }
 
 TEST_F(SlamCommand, SkipsDepthOfAnotherSizeAndCarriesOn) {
-  Film(8);
+  WriteSequence(8);
   cv::imwrite(Images("depth")[4].string(), cv::Mat(48, 64, CV_16UC1, cv::Scalar(5000)));
   ExpectSkipped({Images("depth")[4].string() + ": is 64 x 48, but its colour image is 320 x 240"},
                 8);
 }
 
 TEST_F(SlamCommand, SkipsAFrameWithoutDepthAndCarriesOn) {
-  Film(8);
+  WriteSequence(8);
   cv::imwrite(Images("depth")[4].string(), cv::Mat::zeros(240, 320, CV_16UC1));
   ExpectSkipped({Images("depth")[4].string() + ": holds no depth: all zero"}, 8);
 }
 
 TEST_F(SlamCommand, WarnsOfADepthFactorThatIsUnlikely) {
-  Film(5);
+  WriteSequence(5);
   std::string calibration = ReadText(dataset() / "calibration.yaml");
   const std::size_t at = calibration.find("depth_factor: 5000");
   ASSERT_NE(at, std::string::npos);

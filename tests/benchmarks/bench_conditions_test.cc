@@ -44,12 +44,12 @@ TEST(BenchConditions, WrongUsageExitsWithOne) {
   EXPECT_EQ(Bench("--contrast 0").exit_code, 1);
 }
 
-TEST(BenchConditions, AFilmThatEndsBeforeTheStretchIsOneLine) {
+TEST(BenchConditions, ASequenceThatEndsBeforeTheStretchIsOneLine) {
   testing::ExpectRefused(Bench("--parts texture --seeds 1 --duration 5"), 3,
                          {"ends before the stretch"});
 }
 
-TEST(BenchConditions, RefusesToBeginBeyondTheFilm) {
+TEST(BenchConditions, RefusesToBeginBeyondTheSequence) {
   testing::ExpectRefused(Bench("--parts moving --scenes room --seeds 1 --duration 0.6 --starts 6"),
                          3, {"--starts must leave two frames"});
 }

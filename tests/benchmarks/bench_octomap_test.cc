@@ -15,7 +15,7 @@ using nlohmann::json;
 
 TEST(BenchOctomap, MeasuresEachModeOfStockInOneRunAndItsFastestIsNamed) {
   const testing::TemporaryDirectory folder;
-  testing::FilmSmallRoom(folder / "room", 6);
+  testing::WriteSmallRoom(folder / "room", 6);
   const testing::Outcome outcome = testing::RunProgram(
       HIGHWALL_BENCH_OCTOMAP, "--dataset " + (folder / "room").string() +
                                   " --resolution 0.05 --stride 2 --rounds 0 --json");

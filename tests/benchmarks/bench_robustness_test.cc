@@ -22,8 +22,8 @@ constexpr int kFrames = 12;
 
 class BenchRobustness : public ::testing::Test {
  protected:
-  void Film(const std::string& sequence, int frames = kFrames) const {
-    testing::FilmSmallRoom(folder_.path() / sequence, frames);
+  void WriteSequence(const std::string& sequence, int frames = kFrames) const {
+    testing::WriteSmallRoom(folder_.path() / sequence, frames);
   }
   std::filesystem::path Folder(const std::string& sequence) const { return folder_ / sequence; }
   // The figures go to Table(), unless told otherwise.
@@ -60,8 +60,8 @@ std::string Printed(const char* format, double value) {
 }
 
 TEST_F(BenchRobustness, EveryColumnIsWhatIsKnownOfTheSequence) {
-  Film("room");
-  Film("other", 5);
+  WriteSequence("room");
+  WriteSequence("other", 5);
   // An image that cannot be read makes no pose; nothing else is lost in so short a walk.
   std::vector<std::filesystem::path> images;
   for (const auto& file : std::filesystem::directory_iterator(Folder("room") / "rgb")) {
@@ -123,8 +123,8 @@ TEST_F(BenchRobustness, EveryColumnIsWhatIsKnownOfTheSequence) {
 
 // The first five frames of the same walk are no other place: the map is right to know them.
 TEST_F(BenchRobustness, FramesElsewhereAreCountedApart) {
-  Film("room");
-  Film("other", 5);
+  WriteSequence("room");
+  WriteSequence("other", 5);
   const Outcome outcome = Bench("--dataset room --second other --only kidnapped");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json median = Table()["sequences"]["room"]["kidnapped"]["median"];
@@ -138,7 +138,7 @@ TEST_F(BenchRobustness, FramesElsewhereAreCountedApart) {
 }
 
 TEST_F(BenchRobustness, SeveralRunsHaveSeveralSeedsAndOneSeedTheSameBytes) {
-  Film("room", 6);
+  WriteSequence("room", 6);
   const std::string options = "--dataset room --max-frames 5 --only 'noise 25'";
   ASSERT_EQ(Bench(options + " --seed 4 --runs 3").exit_code, 0);
   const json three = Table()["sequences"]["room"]["noise 25"];
@@ -150,7 +150,7 @@ TEST_F(BenchRobustness, SeveralRunsHaveSeveralSeedsAndOneSeedTheSameBytes) {
 }
 
 TEST_F(BenchRobustness, WhereNothingIsTrackedThereIsNoError) {
-  Film("room", 4);
+  WriteSequence("room", 4);
   // Nearer than a metre there is nothing.
   const Outcome outcome = Bench("--dataset room --only 'depth to 1 m'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -164,7 +164,7 @@ TEST_F(BenchRobustness, WhereNothingIsTrackedThereIsNoError) {
 
 TEST_F(BenchRobustness, WhatCannotBeScoredIsOneLineAndExitCodeTwo) {
   testing::ExpectRefused(Bench("--dataset nowhere"), 2, {"nowhere"});
-  Film("room", 2);
+  WriteSequence("room", 2);
   testing::ExpectRefused(Bench("--dataset room --dataset ./room/"), 2,
                          {"has the name of another dataset"});
   testing::ExpectRefused(Bench("--dataset room --second nowhere"), 2, {"nowhere"});

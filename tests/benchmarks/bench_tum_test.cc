@@ -21,8 +21,8 @@ using testing::Outcome;
 
 class BenchTum : public ::testing::Test {
  protected:
-  void Film(const std::string& sequence, int frames) const {
-    testing::FilmSmallRoom(folder_.path() / sequence, frames);
+  void WriteSequence(const std::string& sequence, int frames) const {
+    testing::WriteSmallRoom(folder_.path() / sequence, frames);
   }
 
   std::filesystem::path Folder(const std::string& sequence) const { return folder_ / sequence; }
@@ -36,7 +36,7 @@ class BenchTum : public ::testing::Test {
 };
 
 TEST_F(BenchTum, JsonHoldsEveryRunAndTheirMedians) {
-  Film("room", 6);
+  WriteSequence("room", 6);
   const Outcome outcome = Bench("--sequences room --runs 2 --features points,both --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
@@ -63,7 +63,7 @@ TEST_F(BenchTum, JsonHoldsEveryRunAndTheirMedians) {
 }
 
 TEST_F(BenchTum, AFrameThatCannotBeReadIsNotCovered) {
-  Film("room", 5);
+  WriteSequence("room", 5);
   const std::filesystem::directory_iterator image(Folder("room") / "rgb");
   testing::WriteText(image->path(), "no picture");
   const Outcome outcome = Bench("--sequences room --runs 1 --features both --json");
@@ -76,7 +76,7 @@ TEST_F(BenchTum, AFrameThatCannotBeReadIsNotCovered) {
 // One wrong figure of a run, all others being right, breaks one of these.
 TEST_F(BenchTum, FiguresOfARunAgreeWithEachOther) {
   constexpr int kFrames = 6;
-  Film("room", kFrames);
+  WriteSequence("room", kFrames);
   const Outcome outcome = Bench("--sequences room --runs 3 --features both --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json entry = json::parse(outcome.out)["sequences"]["room"]["both"];
@@ -120,8 +120,8 @@ std::string Cell(const std::string& header, const std::string& row, const std::s
 }
 
 TEST_F(BenchTum, TableHoldsTheFiguresOfEachSequence) {
-  Film("first", 2);
-  Film("second", 6);
+  WriteSequence("first", 2);
+  WriteSequence("second", 6);
   const std::string options = "--sequences first,second --runs 1 --features both --deterministic";
   const Outcome outcome = Bench(options), in_json = Bench(options + " --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -20,8 +20,8 @@
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 
+#include "point_observation.h"
 #include "random_states.h"
-#include "sighting.h"
 
 namespace highwall {
 namespace {
@@ -83,7 +83,7 @@ TEST(FactorGraph, SolvesAPoseAgainstKnownPointsWithAUsersAutoDiffCost) {
     const auto point = graph.AddVariable(x);
     graph.Fix(point);
     EXPECT_TRUE(graph.IsFixed(point));
-    graph.AddFactor(MakeSighting(truth.Inverse() * x), pose, point);
+    graph.AddFactor(MakeObservation(truth.Inverse() * x), pose, point);
   }
   const SolveSummary summary =
       graph.Solve({.function_tolerance = 0.0, .parameter_tolerance = 1e-14});
@@ -122,7 +122,7 @@ TEST(FactorGraph, EveryLinearSolverFindsTheSameBundle) {
       point_ids.push_back(graph.AddLandmark(Point(x + noise.Vector(0.1))));
     for (std::size_t i = 0; i < poses.size(); ++i) {
       for (std::size_t j = 0; j < points.size(); ++j) {
-        graph.AddFactor(MakeSighting(poses[i].Inverse() * points[j]), pose_ids[i], point_ids[j]);
+        graph.AddFactor(MakeObservation(poses[i].Inverse() * points[j]), pose_ids[i], point_ids[j]);
       }
     }
     const SolveSummary summary =
@@ -145,7 +145,7 @@ TEST(FactorGraph, SchurSurvivesFixedLandmarks) {
     const Point x = random.Vector(2.0);
     const auto point = graph.AddLandmark(x);
     graph.Fix(point);
-    graph.AddFactor(MakeSighting(x), pose, point);
+    graph.AddFactor(MakeObservation(x), pose, point);
   }
   const SolveSummary summary = graph.Solve({.linear_solver = LinearSolver::kSparseSchur});
   EXPECT_TRUE(summary.IsUsable()) << summary.message;
@@ -170,9 +170,9 @@ TEST(FactorGraph, RefusesWhatDoesNotFitBeforeCeresSeesIt) {
   const auto pose = graph.AddVariable(Pose());
   const auto point = graph.AddVariable(Point(0, 0, 1));
   const auto other = graph.AddVariable(Pose());
-  EXPECT_THROW(graph.AddFactor(MakeSighting({0, 0, 0}), pose), InvalidArgument);
-  EXPECT_THROW(graph.AddFactor(MakeSighting({0, 0, 0}), pose, point, point), InvalidArgument);
-  EXPECT_THROW(graph.AddFactor(MakeSighting({0, 0, 0}), point, pose), InvalidArgument);
+  EXPECT_THROW(graph.AddFactor(MakeObservation({0, 0, 0}), pose), InvalidArgument);
+  EXPECT_THROW(graph.AddFactor(MakeObservation({0, 0, 0}), pose, point, point), InvalidArgument);
+  EXPECT_THROW(graph.AddFactor(MakeObservation({0, 0, 0}), point, pose), InvalidArgument);
   EXPECT_THROW(graph.AddFactor(std::unique_ptr<ceres::CostFunction>(), pose), InvalidArgument);
   EXPECT_THROW(
       graph.AddFactor(std::make_unique<RelativePose>(Pose(), Matrix6::Identity()), other, other),
@@ -420,7 +420,7 @@ TEST(FactorGraph, ASystemThatIsSingularPrintsNothing) {
     const auto point = graph.AddLandmark(Point(0, 0, 0));
     const Pose apart = Pose::FromTangent({1, 0, 0}, {0, 0, 1});
     graph.AddFactor(std::make_unique<RelativePose>(apart, Matrix6::Identity()), a, b);
-    graph.AddFactor(MakeSighting(Point(0, 0, 1)), a, point);
+    graph.AddFactor(MakeObservation(Point(0, 0, 1)), a, point);
     EXPECT_EQ(PrintedBy([&] { graph.Solve({.linear_solver = solver}); }), "");
   }
 }

@@ -19,8 +19,8 @@
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/testing/jacobian_check.h>
 
+#include "point_observation.h"
 #include "random_states.h"
-#include "sighting.h"
 
 namespace highwall {
 namespace {
@@ -61,7 +61,7 @@ struct Scene {
 
   void See(std::size_t i, std::size_t j, ceres::LossFunction* loss = nullptr) {
     const Eigen::Vector3d z = poses[i].Inverse() * truth[j] + random.Vector(0.05);
-    problem.AddResidualBlock(MakeSighting(z).release(), loss, pose(i), point(j));
+    problem.AddResidualBlock(MakeObservation(z).release(), loss, pose(i), point(j));
   }
   void SeeEverything() {
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -189,7 +189,7 @@ TEST(Marginalization, AppliesRobustLossesAsCeresDoes) {
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < 12; ++j) {
       const Eigen::Vector3d z = scene.poses[i].Inverse() * scene.truth[j];
-      problem.AddResidualBlock(MakeSighting(z).release(), losses[(i + j) % 4], scene.pose(i),
+      problem.AddResidualBlock(MakeObservation(z).release(), losses[(i + j) % 4], scene.pose(i),
                                scene.point(j));
     }
   }

@@ -12,7 +12,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/g2o_io.h>
-#include <highwall/core/se3.h>
+#include <highwall/internal/se3.h>
 
 #include "support/false_loops.h"
 #include "support/pose_graph_scenes.h"

@@ -9,9 +9,9 @@
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/manifolds.h>
 #include <highwall/core/prior.h>
-#include <highwall/core/se3.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/testing/jacobian_check.h>
+#include <highwall/internal/se3.h>
 
 #include "random_states.h"
 

@@ -1,4 +1,4 @@
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 #include <limits>
 #include <string>

@@ -1,4 +1,4 @@
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 #include <chrono>
 #include <thread>

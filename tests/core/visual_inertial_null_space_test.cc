@@ -13,8 +13,8 @@
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/so3.h>
 
+#include "point_observation.h"
 #include "random_states.h"
-#include "sighting.h"
 
 // A visual-inertial window of poses, velocities and points, without any absolute measurement:
 // gravity gives roll and pitch; position and yaw stay unobservable for ever.
@@ -114,7 +114,7 @@ class Window {
     for (std::size_t i = points_.size() - std::min<std::size_t>(6, points_.size());
          i < points_.size(); ++i) {
       const Eigen::Vector3d z = truth.T.Inverse() * truths_[i] + random_.Vector(0.05);
-      graph_.AddFactor(MakeSighting(z, 50.0), poses_.back(), points_[i]);
+      graph_.AddFactor(MakeObservation(z, 50.0), poses_.back(), points_[i]);
     }
   }
 

@@ -238,8 +238,8 @@ TEST_F(BundleAdjustmentBounds, EachIsJudgedByTheBoundOfItsRows) {
 }
 
 TEST_F(BundleAdjustmentBounds, TwoSigmasAreKeptAndEightAreNot) {
-  // The other three sights of a landmark leave at least half of the error to the broken one: four
-  // sigmas, beyond every bound; the bounds of 95 % are 2.4 sigmas and more.
+  // The other three observations of a landmark leave at least half of the error to the broken one:
+  // four sigmas, beyond every bound; the bounds of 95 % are 2.4 sigmas and more.
   Break(2.0);
   EXPECT_EQ(Kept(thorough), std::vector<bool>(4, true));
   Break(6.0);
@@ -281,8 +281,8 @@ TEST_F(BundleAdjustment, OfGoodObservationsAboutOneInAHundredIsAnOutlier) {
   }
   ASSERT_GT(observations, 3000);
   const double share = static_cast<double>(outliers) / observations;
-  // 5 % lie beyond the bounds at the truth; the fit, whose landmarks have but four sights, leaves
-  // one in a hundred. The standard deviation of that share is 0.2 %.
+  // 5 % lie beyond the bounds at the truth; the fit, whose landmarks have but four observations,
+  // leaves one in a hundred. The standard deviation of that share is 0.2 %.
   EXPECT_GT(share, 0.003);
   EXPECT_LT(share, 0.02);
 }

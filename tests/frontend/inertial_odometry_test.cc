@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/factors/adaptive_imu_weight.h>
 
 #include "inertial_scene.h"
 
@@ -176,7 +177,7 @@ TEST(InertialOdometry, PredictsWithinItsOwnCovariance) {
     e << truth.p() - T.p(), so3::Log(T.q().conjugate() * truth.q());
     sum += (drive.prediction->sqrt_information * e).squaredNorm();
   }
-  // Inflated by prediction_inflation, which makes 6 / 4 of 6; neighbours are correlated.
+  // Its covariance is inflated four times, which makes 6 / 4 of 6; neighbours are correlated.
   EXPECT_LT(sum / kImages, 6.0);
   EXPECT_GT(sum / kImages, 0.1);
 }
@@ -562,13 +563,10 @@ TEST(InertialOptions, ErrorsNameTheField) {
   EXPECT_NO_THROW(InertialOptions().Validate());
   expect_error({.weighting = {.fixed_weight = 0.0}}, "fixed_weight");
   expect_error({.initializer = {.interval = 0.0}}, "interval");
-  expect_error({.retry_interval = 0.0}, "retry_interval");
+  expect_error({.window_states = 1}, "window_states");
   expect_error({.max_attempts = 0}, "max_attempts");
   expect_error({.visual_noise = {.scale = 0.0}}, "scale");
-  expect_error({.prediction_inflation = 0.5}, "prediction_inflation");
   expect_error({.max_dead_reckoning = 0.0}, "max_dead_reckoning");
-  expect_error({.restart_velocity_sigma = 0.0}, "restart_velocity_sigma");
-  expect_error({.stationary_speed = 0.0}, "stationary_speed");
   ImuCalibration calibration;
   calibration.rate = 0.0;
   EXPECT_THROW(InertialOdometry{calibration}, InvalidArgument);

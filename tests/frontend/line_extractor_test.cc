@@ -117,7 +117,6 @@ TEST(LineExtractorOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_EQ(message({}), "");
   EXPECT_NE(message({.min_length = 0.0}).find("min_length"), std::string::npos);
   EXPECT_NE(message({.max_lines = 0}).find("max_lines"), std::string::npos);
-  EXPECT_NE(message({.merge_gap = -1.0}).find("merge_gap"), std::string::npos);
 }
 
 // An edge that something small hides a part of, in a large image: 14 px of 1280, as 7 of 640.

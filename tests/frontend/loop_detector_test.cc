@@ -98,12 +98,8 @@ TEST(LoopDetectorOptions, ErrorsNameTheField) {
     }
   };
   EXPECT_NO_THROW(LoopDetectorOptions().Validate());
-  expect_error({.min_shared = 0}, "min_shared");
   expect_error({.candidates = 0}, "candidates");
-  expect_error({.min_score = 2.0}, "min_score");
-  expect_error({.score_share = -1.0}, "score_share");
   expect_error({.consistency = 0}, "consistency");
-  expect_error({.place_keyframes = -1}, "place_keyframes");
   expect_error({.min_support = 5}, "min_support");
   expect_error({.min_found = 1.1}, "min_found");
 }

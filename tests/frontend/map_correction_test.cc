@@ -122,43 +122,6 @@ TEST_F(MapCorrectionTest, WhatWasFoundWrongInTheCopyIsForgotten) {
   EXPECT_EQ(keyframe.lines[0], kNoId);
 }
 
-TEST_F(MapCorrectionTest, TwofoldLandmarksBecomeOne) {
-  const PointId from = map().keyframe(1_kf)->points.back(), into = map().keyframe(0_kf)->points[0];
-  const LineId line = map().keyframe(0_kf)->lines[0];
-  ASSERT_NE(from, into);
-  MapFusion fusion;
-  fusion.points = {{from, into}, {from, into}, {PointId(12345), into}};
-  fusion.lines = {{LineId(54321), line}};
-  fusion.point_observations = {{99_kf, 0, into}};
-  Apply(fusion, &map());
-  EXPECT_EQ(map().point(from), nullptr);
-  ASSERT_NE(map().point(into), nullptr);
-  EXPECT_NE(map().line(line), nullptr);
-}
-
-TEST_F(MapCorrectionTest, FindsLandmarksOfAnotherPartInAKeyFrame) {
-  // A second map of the same scene in the same world: what a loop looks like once it is closed.
-  const MeasurementModel model(IdealSensor(), {});
-  const MapMatcher matcher(model);
-  SceneMap other(scene);
-  other.map = map().Clone();
-  const KeyFrameId id = other.Add(Look(scene, IdealSensor(), kPoses[1]), kPoses[1]);
-  const KeyFrame& keyframe = *other.map.keyframe(id);
-  const std::vector<KeyFrameId> old{0_kf, 1_kf};
-  const auto points = PointsSeenBy(other.map, old, keyframe.points);
-  const auto lines = LinesSeenBy(other.map, old, keyframe.lines);
-  const MapFusion fusion = FindInKeyFrame(other.map, id, points, lines, matcher, model);
-  EXPECT_GT(fusion.points.size(), keyframe.points.size() / 2);
-  EXPECT_GT(fusion.lines.size(), 3u);
-  EXPECT_TRUE(fusion.point_observations.empty()) << "every feature had a landmark";
-  for (const auto& [from, into] : fusion.points) {
-    EXPECT_LT((other.map.point(from)->p_W - other.map.point(into)->p_W).norm(), 0.02);
-  }
-  const std::size_t before = other.map.num_points();
-  Apply(fusion, &other.map);
-  EXPECT_EQ(other.map.num_points(), before - fusion.points.size());
-}
-
 TEST_F(MapCorrectionTest, ACloneIsAMapOfItsOwn) {
   Map clone = map().Clone();
   clone.keyframe(0_kf)->T_WC = kMove;

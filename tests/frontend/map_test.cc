@@ -92,7 +92,7 @@ TEST(Map, KeepsAnObservationOnBothSides) {
   EXPECT_EQ(map.line(l)->observations[0].index, 1);
 }
 
-TEST(Map, RefusesASecondSightAndATakenFeature) {
+TEST(Map, RefusesASecondObservationAndATakenFeature) {
   Map map;
   const KeyFrameId k = map.AddKeyFrame(FrameOf(2), Pose()).id;
   const PointId p = map.AddPoint({0, 0, 1}, 0).id, q = map.AddPoint({0, 0, 2}, 0).id;
@@ -154,7 +154,7 @@ TEST(Map, MergesObservationsAndCountsInTheOrderOfKeyFrames) {
   EXPECT_EQ(point.visible, 6);
   EXPECT_EQ(point.found, 4);
   ASSERT_EQ(point.observations.size(), 4u);
-  const int features[4] = {0, 1, 0, 1};  // keyframe 1 keeps its own sight of `into`
+  const int features[4] = {0, 1, 0, 1};  // keyframe 1 keeps its own observation of `into`
   for (int i = 0; i < 4; ++i) {
     const Observation& o = point.observations[static_cast<std::size_t>(i)];
     EXPECT_EQ(o.keyframe, KeyFrameId(i));
@@ -181,7 +181,7 @@ TEST(Map, MergesLinesAsItDoesPoints) {
   EXPECT_EQ(map.line(into)->observations.size(), 3u);
   EXPECT_EQ(map.line(into)->found, 2);
   EXPECT_EQ(map.keyframe(0_kf)->lines[0], into);
-  EXPECT_EQ(map.keyframe(1_kf)->lines[0], kNoId) << "it has its own sight of `into`";
+  EXPECT_EQ(map.keyframe(1_kf)->lines[0], kNoId) << "it has its own observation of `into`";
 }
 
 TEST(Map, MergingWithItselfOrNothingChangesNothing) {

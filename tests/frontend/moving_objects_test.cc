@@ -352,12 +352,7 @@ TEST(MovingObjectOptions, ErrorsNameTheField) {
     }
   };
   EXPECT_NO_THROW(MovingObjectOptions().Validate());
-  expect_error({.sigmas = 0.0}, "sigmas");
-  expect_error({.relative = -0.1}, "relative");
-  expect_error({.link = 0.0}, "link");
-  expect_error({.min_votes = 0}, "min_votes");
   expect_error({.settled = 0.0}, "settled");
-  expect_error({.min_core = 0}, "min_core");
   expect_error({.max_share = 1.1}, "max_share");
   expect_error({.interval = 0.0}, "interval");
   expect_error({.history = 0.1}, "history");

@@ -60,7 +60,6 @@ TEST(OrbExtractor, NamesTheOptionThatIsOutOfRange) {
   EXPECT_NE(message({.pyramid = {.scale_factor = 1.0}}).find("scale_factor"), std::string::npos);
   EXPECT_NE(message({.fast_threshold = 0}).find("fast_threshold"), std::string::npos);
   EXPECT_NE(message({.min_fast_threshold = 21}).find("min_fast_threshold"), std::string::npos);
-  EXPECT_NE(message({.cell_size = 4}).find("cell_size"), std::string::npos);
 }
 
 TEST(OrbExtractor, RejectsImagesThatAreEmptyOrNotGray) {

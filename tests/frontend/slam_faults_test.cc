@@ -35,7 +35,7 @@ SlamOptions LightOptions() {
   return options;
 }
 
-struct Film {
+struct Sequence {
   std::vector<RgbdImage> images;
   std::vector<ImuSample> readings;
   Trajectory truth;
@@ -43,15 +43,15 @@ struct Film {
 };
 
 // Two and a half seconds of a walk, rendered once.
-const Film& Walk() {
-  static const Film film = [] {
+const Sequence& Walk() {
+  static const Sequence sequence = [] {
     simulate::SimulationOptions options;
     options.seed = 3;
     options.fps = kFps;
     options.duration = kFrames / kFps;
     options.camera = TinyCamera();
     const simulate::Simulation room = simulate::SimulateRoom(options);
-    Film made;
+    Sequence made;
     for (int i = 0; i < room.size(); ++i) {
       const simulate::SimulatedFrame frame = room.Render(i);
       made.images.push_back({frame.stamp, frame.bgr, frame.depth});
@@ -62,7 +62,7 @@ const Film& Walk() {
         .T_BC = options.imu.T_BC, .noise = options.imu.noise, .rate = options.imu.rate};
     return made;
   }();
-  return film;
+  return sequence;
 }
 
 // What may become of an image: its stamp stays.

@@ -100,11 +100,9 @@ TEST(SurfaceMatcher, RowsSpreadOverTheDirectionsOfTheNormals) {
 TEST(SurfaceMatcher, RefusesBadOptions) {
   EXPECT_THROW(SurfaceMatcherOptions{.stride = 0}.Validate(), InvalidArgument);
   EXPECT_THROW(SurfaceMatcherOptions{.radius = 0}.Validate(), InvalidArgument);
-  EXPECT_THROW(SurfaceMatcherOptions{.link = 0.0}.Validate(), InvalidArgument);
   EXPECT_THROW(SurfaceMatcherOptions{.min_share = 1.1}.Validate(), InvalidArgument);
   EXPECT_THROW(SurfaceMatcherOptions{.max_incidence = 1.6}.Validate(), InvalidArgument);
   EXPECT_THROW(SurfaceMatcherOptions{.max_tilt = 0.0}.Validate(), InvalidArgument);
-  EXPECT_THROW(SurfaceMatcherOptions{.max_rows = 0}.Validate(), InvalidArgument);
 }
 
 }  // namespace

@@ -392,7 +392,7 @@ TEST(TrackerOptions, ErrorsNameTheField) {
   expect_error({.local_keyframes = 0}, "local_keyframes");
   expect_error({.pose = {.rounds = 0}}, "rounds");
   expect_error({.relocalizer = {.candidates = 0}}, "candidates");
-  expect_error({.moving = {.link = 0.0}}, "link");
+  expect_error({.moving = {.settled = 0.0}}, "settled");
 }
 
 // A dozen points in view and no lines, before a wall, a floor and a box.

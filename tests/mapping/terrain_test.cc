@@ -10,11 +10,11 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
-#include <highwall/mapping/ground_plane.h>
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/occupancy_grid.h>
 #include <highwall/mapping/octree_size.h>
 
+#include "ground_plane.h"
 #include "support/grid_planner.h"
 
 namespace highwall {

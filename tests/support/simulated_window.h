@@ -9,11 +9,11 @@
 
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
-#include <highwall/core/se3.h>
 #include <highwall/core/sliding_window_smoother.h>
 #include <highwall/core/so3.h>
 #include <highwall/factors/line_reprojection.h>
 #include <highwall/factors/point_reprojection.h>
+#include <highwall/internal/se3.h>
 
 // A camera that moves past points and lines, for tests and benchmarks of the smoother.
 namespace highwall {

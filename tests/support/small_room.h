@@ -8,7 +8,7 @@
 namespace highwall::testing {
 
 // A walk through the room, 30 frames a second, as a Kinect with a quarter of the pixels sees it.
-inline simulate::SimulationOptions SmallRoomFilm() {
+inline simulate::SimulationOptions SmallRoomOptions() {
   simulate::SimulationOptions options;
   options.imu.enabled = false;
   options.camera = {
@@ -17,8 +17,8 @@ inline simulate::SimulationOptions SmallRoomFilm() {
 }
 
 // Its first frames: a TUM dataset.
-inline void FilmSmallRoom(const std::filesystem::path& dataset, int frames) {
-  simulate::SimulationOptions options = SmallRoomFilm();
+inline void WriteSmallRoom(const std::filesystem::path& dataset, int frames) {
+  simulate::SimulationOptions options = SmallRoomOptions();
   options.duration = frames / options.fps;
   simulate::WriteTum(simulate::SimulateRoom(options), dataset);
 }

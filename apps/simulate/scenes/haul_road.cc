@@ -74,7 +74,7 @@ Simulation SimulateRoad(const SimulationOptions& options) {
               scene);
   AddRoadside(course, surface, {}, terrain.random.Bits(), scene);
   AddDebris(course, surface, {}, textures.stone, terrain.random.Bits(), scene);
-  return Film(std::move(terrain), options);
+  return MakeSimulation(std::move(terrain), options);
 }
 
 std::vector<Stretch> RoadStretches(const SimulationOptions& options) {

@@ -95,8 +95,8 @@ class Walk {
   std::vector<Place> turns_;
 };
 
-PartedSimulation Film(Scene scene, const Walk& walk, std::vector<Interval> ways,
-                      SimulationOptions options, RandomSequence* random) {
+PartedSimulation MakeParted(Scene scene, const Walk& walk, std::vector<Interval> ways,
+                            SimulationOptions options, RandomSequence* random) {
   options.duration = walk.duration();
   return {Simulation(std::move(scene), walk.Trajectory(random), options), std::move(ways)};
 }
@@ -155,7 +155,7 @@ PartedSimulation SimulateKidnap(const SimulationOptions& options) {
       walk.Turn(-sense * (last_gap + kInto), 7.0);
       break;
   }
-  return Film(MakeRoom(options.seed), walk, std::move(ways), options, &random);
+  return MakeParted(MakeRoom(options.seed), walk, std::move(ways), options, &random);
 }
 
 PartedSimulation SimulateTwinRooms(const SimulationOptions& options) {
@@ -168,7 +168,7 @@ PartedSimulation SimulateTwinRooms(const SimulationOptions& options) {
   const Interval way =
       walk.Carry(random.Uniform(-kPi, kPi), twins.rooms[1].middle, twins.rooms[1].half);
   walk.Turn(sweep(), random.Uniform(11.0, 13.0));
-  return Film(std::move(twins.scene), walk, {way}, options, &random);
+  return MakeParted(std::move(twins.scene), walk, {way}, options, &random);
 }
 
 }  // namespace highwall::simulate

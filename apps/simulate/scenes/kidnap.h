@@ -19,8 +19,8 @@ struct Interval {
 
 struct PartedSimulation {
   Simulation simulation;
-  // The ways from one part to the next. A film that leaves them out or hides them is of a camera
-  // that was kidnapped; one that shows them is of the same walk without.
+  // The ways from one part to the next. A sequence that leaves them out or hides them is of a
+  // camera that was kidnapped; one that shows them is of the same walk without.
   std::vector<Interval> ways;
 
   // Of which part a time [s] since the first frame is: 0, 1, ...; none on a way.

@@ -112,7 +112,7 @@ Simulation SimulateMine(const SimulationOptions& options) {
   AddDebris(course, surface,
             {.pebbles = 0.0, .boulders = 2.5, .right = -1.15, .left = 2.95, .reach = 4.0},
             textures.stone, terrain.random.Bits(), scene);
-  return Film(std::move(terrain), options);
+  return MakeSimulation(std::move(terrain), options);
 }
 
 std::vector<Stretch> MineStretches(const SimulationOptions& options) {

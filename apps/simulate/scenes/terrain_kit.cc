@@ -40,7 +40,7 @@ Terrain::Terrain(Course line, std::vector<Stretch> hard_parts, const VehicleOpti
       surface(stretches, vehicle.speed, course.length(), Seed()),
       strata(static_cast<float>(course.length()), Seed()) {}
 
-Simulation Film(Terrain terrain, const SimulationOptions& options) {
+Simulation MakeSimulation(Terrain terrain, const SimulationOptions& options) {
   BakeSunlight({}, &terrain.scene);
   SplineTrajectory drive =
       Drive(terrain.course, terrain.surface, terrain.vehicle, terrain.random.Bits());

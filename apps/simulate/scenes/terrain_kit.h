@@ -36,7 +36,7 @@ struct Terrain {
 };
 
 // What the vehicle sees on its laps once the scene is complete and lit by the sun.
-Simulation Film(Terrain terrain, const SimulationOptions& options);
+Simulation MakeSimulation(Terrain terrain, const SimulationOptions& options);
 
 // Indices of the textures of a scene in the open.
 struct TerrainTextures {

@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/stopwatch.h>
-#include <highwall/core/worker_team.h>
+#include <highwall/internal/stopwatch.h>
+#include <highwall/internal/worker_team.h>
 
 #include "features/segment_depth.h"
 

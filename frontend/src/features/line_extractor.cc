@@ -17,7 +17,10 @@
 namespace highwall {
 namespace {
 
-constexpr int kMinSide = 16;    // [px] of an image that is searched at all
+constexpr int kMinSide = 16;  // [px] of an image that is searched at all
+// Largest gap between fragments of one edge that are joined, as a share of the longer image side;
+// kEnds at least.
+constexpr double kMergeGap = 0.015625;
 constexpr double kEnds = 10.0;  // [px] that two fragments lose at their ends, whatever the size
 
 std::vector<cv::Vec4f> DetectLsd(const cv::Mat& gray) {
@@ -107,8 +110,8 @@ LineFeatures LineExtractor::Extract(const cv::Mat& gray) {
   const float min_fragment = std::max(8.0F, 0.5F * min_length);
   segments = Orient(impl_->Detect(gray, min_fragment), gray, gradient, min_fragment);
   if (options.merge) {
-    segments = internal::MergeCollinear(
-        std::move(segments), static_cast<float>(std::max(kEnds, options.merge_gap * side)));
+    segments = internal::MergeCollinear(std::move(segments),
+                                        static_cast<float>(std::max(kEnds, kMergeGap * side)));
   }
   std::erase_if(segments, [&](const LineSegment& line) { return line.Length() < min_length; });
   std::stable_sort(segments.begin(), segments.end(),

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {
@@ -32,29 +32,23 @@ void OrbExtractorOptions::Validate() const {
                    "OrbExtractorOptions::fast_threshold must be in [1, 255]");
   HIGHWALL_REQUIRE(min_fast_threshold >= 1 && min_fast_threshold <= fast_threshold,
                    "OrbExtractorOptions::min_fast_threshold must be in [1, fast_threshold]");
-  RequireAtLeast(cell_size, 8, "OrbExtractorOptions::cell_size");
 }
 
 void LineExtractorOptions::Validate() const {
   HIGHWALL_REQUIRE(min_length > 0.0 && min_length <= 1.0,
                    "LineExtractorOptions::min_length must be in (0, 1]");
   RequirePositive(max_lines, "LineExtractorOptions::max_lines");
-  HIGHWALL_REQUIRE(merge_gap >= 0.0 && merge_gap <= 1.0,
-                   "LineExtractorOptions::merge_gap must be in [0, 1]");
 }
 
 void SegmentDepthOptions::Validate() const {
   HIGHWALL_REQUIRE(samples >= 4 && samples <= 64,
                    "SegmentDepthOptions::samples must be in [4, 64]");
-  RequirePositive(half_width, "SegmentDepthOptions::half_width");
   RequirePositive(min_depth, "SegmentDepthOptions::min_depth");
   HIGHWALL_REQUIRE(max_depth > min_depth, "SegmentDepthOptions::max_depth must exceed min_depth");
   HIGHWALL_REQUIRE(min_valid > 0.0 && min_valid <= 1.0,
                    "SegmentDepthOptions::min_valid must be in (0, 1]");
   HIGHWALL_REQUIRE(min_inliers > 0.0 && min_inliers <= 1.0,
                    "SegmentDepthOptions::min_inliers must be in (0, 1]");
-  RequirePositive(inlier_sigmas, "SegmentDepthOptions::inlier_sigmas");
-  RequirePositive(max_rms, "SegmentDepthOptions::max_rms");
   RequirePositive(ransac_iterations, "SegmentDepthOptions::ransac_iterations");
   noise.Validate();
 }

@@ -23,6 +23,7 @@ constexpr int kPatchRadius = 15;  // [px] of the intensity centroid, Rublee et a
 constexpr int kPatchSize = 31;    // [px] of the descriptor
 constexpr int kBorder = 17;       // [px] corners closer to the edge of a level are not used
 constexpr int kFastRadius = 3;    // [px] cv::FAST leaves out this border of its image
+constexpr int kCellSize = 32;     // [px of the level] searched again where FAST finds nothing
 constexpr int kMinSide = 2 * kBorder + 8;  // [px] of a level that is searched at all
 
 // Half the chord of the circular patch in each row.
@@ -106,13 +107,14 @@ std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractor
   if (!IsSearched(image)) return corners;
   AppendFast(image, SearchArea(image), options.fast_threshold, &corners);
   if (options.min_fast_threshold < options.fast_threshold) {
-    FillEmptyCells(image, options.cell_size, options.min_fast_threshold, &corners);
+    FillEmptyCells(image, kCellSize, options.min_fast_threshold, &corners);
   }
   return corners;
 }
 
 // Down to the noise of the image where there is still none. About one corner in a cell is then of
-// noise alone, which no other image repeats; with 3 sigma fewer are, and fewer of the scene as well.
+// noise alone, which no other image repeats; with 3 sigma fewer are, and fewer of the scene as
+// well.
 void AppendFaintCorners(const cv::Mat& image, const OrbExtractorOptions& options,
                         std::vector<cv::KeyPoint>* corners) {
   constexpr double kSigmas = 2.0;
@@ -121,7 +123,7 @@ void AppendFaintCorners(const cv::Mat& image, const OrbExtractorOptions& options
   const int threshold =
       std::max(kLeast, static_cast<int>(std::ceil(kSigmas * internal::NoiseSigma(image))));
   if (threshold >= options.min_fast_threshold) return;
-  FillEmptyCells(image, options.cell_size, threshold, corners);
+  FillEmptyCells(image, kCellSize, threshold, corners);
 }
 
 int NumCorners(const std::vector<std::vector<cv::KeyPoint>>& levels) {
@@ -233,9 +235,7 @@ OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
   };
   each_level([&](std::size_t i) { corners[i] = DetectCorners(pyramid[i], impl_->options); });
   if (NumCorners(corners) < impl_->options.features) {
-    each_level([&](std::size_t i) {
-      AppendFaintCorners(pyramid[i], impl_->options, &corners[i]);
-    });
+    each_level([&](std::size_t i) { AppendFaintCorners(pyramid[i], impl_->options, &corners[i]); });
   }
   const std::vector<int> budgets = impl_->Budgets(corners);
   std::vector<OrbFeatures> features(pyramid.size());

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include <highwall/core/error.h>
-#include <highwall/core/target_clones.h>
+#include <highwall/internal/target_clones.h>
 
 namespace highwall {
 namespace {

@@ -14,10 +14,13 @@ namespace {
 
 constexpr int kMaxSamples = 64;  // as SegmentDepthOptions::samples may be
 constexpr int kPixelsPerSide = 2;
+constexpr double kHalfWidth = 2.0;     // [px] farthest pixel from the segment to each side
+constexpr double kInlierSigmas = 3.0;  // residual of a measurement that fits the line
+constexpr double kMaxRms = 1.5;        // of the inliers' residuals, in sigmas
 
 struct Sample {
   double t;              // along the segment, 0 at s, 1 at e
-  double w;              // across it, in steps of half_width / kPixelsPerSide
+  double w;              // across it, in steps of kHalfWidth / kPixelsPerSide
   double rho;            // [1/m] inverse depth
   double inverse_sigma;  // [m] of rho
 };
@@ -73,7 +76,7 @@ Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
   for (int i = 0; i < options.samples; ++i) {
     const double t = (i + 0.5) / options.samples;
     for (int k = 1; k <= kPixelsPerSide; ++k) {
-      Eigen::Vector2d uv = s + t * d + (k * options.half_width / kPixelsPerSide) * n;
+      Eigen::Vector2d uv = s + t * d + (k * kHalfWidth / kPixelsPerSide) * n;
       if (distorted) {
         const Eigen::Vector2d m =
             camera.Distort({(uv.x() - camera.cx) / camera.fx, (uv.y() - camera.cy) / camera.fy});
@@ -91,7 +94,7 @@ Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
 
 // The best model through two samples of one side by the truncated squared residuals.
 InverseDepth Ransac(const Samples& samples, const SegmentDepthOptions& options) {
-  const double limit = options.inlier_sigmas * options.inlier_sigmas;
+  const double limit = kInlierSigmas * kInlierSigmas;
   InverseDepth best;
   double best_score = std::numeric_limits<double>::infinity();
   std::uint32_t state = options.seed;
@@ -125,11 +128,11 @@ InverseDepth Ransac(const Samples& samples, const SegmentDepthOptions& options) 
 // One weighted least squares step over the inliers of fit->model. False where they do not
 // determine it. Neighbouring pixels share their noise: the four of one place count as one
 // measurement in the covariance.
-bool Solve(const Samples& samples, Slope slope, const SegmentDepthOptions& options, Fit* fit) {
+bool Solve(const Samples& samples, Slope slope, Fit* fit) {
   Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
   Eigen::Vector3d y = Eigen::Vector3d::Zero();
   for (const Sample& sample : samples) {
-    if (std::abs(fit->model.Residual(sample)) > options.inlier_sigmas) continue;
+    if (std::abs(fit->model.Residual(sample)) > kInlierSigmas) continue;
     const double weight = sample.inverse_sigma * sample.inverse_sigma;
     const Eigen::Vector3d row(1.0, sample.t, slope == Slope::kFitted ? sample.w : 0.0);
     N += (weight * row) * row.transpose();
@@ -145,19 +148,18 @@ bool Solve(const Samples& samples, Slope slope, const SegmentDepthOptions& optio
   return true;
 }
 
-Fit Refine(const Samples& samples, const InverseDepth& model, Slope slope,
-           const SegmentDepthOptions& options) {
+Fit Refine(const Samples& samples, const InverseDepth& model, Slope slope) {
   constexpr int kRounds = 2;
   Fit fit;
   fit.model = model;
   for (int round = 0; round < kRounds; ++round) {
-    if (!Solve(samples, slope, options, &fit)) return Fit();
+    if (!Solve(samples, slope, &fit)) return Fit();
   }
   int inliers = 0;
   double sum_sigmas = 0.0, sum = 0.0;
   for (const Sample& sample : samples) {
     const double residual = fit.model.Residual(sample);
-    if (std::abs(residual) > options.inlier_sigmas) continue;
+    if (std::abs(residual) > kInlierSigmas) continue;
     ++inliers;
     sum_sigmas += residual * residual;
     const double metres = residual / (sample.inverse_sigma * sample.rho * sample.rho);
@@ -171,19 +173,18 @@ Fit Refine(const Samples& samples, const InverseDepth& model, Slope slope,
 }
 
 // Both sides as one plane, starting from the fits to each (sides[0] at w < 0, sides[1] at w > 0).
-Fit RefineTogether(const std::array<Samples, 2>& sides, const std::array<Fit, 2>& fits,
-                   const SegmentDepthOptions& options) {
+Fit RefineTogether(const std::array<Samples, 2>& sides, const std::array<Fit, 2>& fits) {
   constexpr double kMeanDistance = 0.5 * (1 + kPixelsPerSide);  // of a side's pixels, in w
   const InverseDepth &p = fits[0].model, &q = fits[1].model;
   const InverseDepth middle{0.5 * (p.a + q.a), 0.5 * (p.b + q.b),
                             (q.At(0.5) - p.At(0.5)) / (2.0 * kMeanDistance)};
   Samples both = sides[0];
   both.Add(sides[1]);
-  return Refine(both, middle, Slope::kFitted, options);
+  return Refine(both, middle, Slope::kFitted);
 }
 
 bool IsGood(const Fit& fit, const SegmentDepthOptions& options) {
-  return fit.inlier_share >= options.min_inliers && fit.rms_sigmas <= options.max_rms;
+  return fit.inlier_share >= options.min_inliers && fit.rms_sigmas <= kMaxRms;
 }
 
 // Standard deviation of the depth at t: sigma_z = z^2 sigma_rho.
@@ -212,14 +213,14 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
   for (std::size_t i = 0; i < 2; ++i) {
     sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, camera, options);
     measured[i] = sides[i].size() >= options.min_valid * kPixelsPerSide * options.samples;
-    if (measured[i]) fits[i] = Refine(sides[i], Ransac(sides[i], options), Slope::kZero, options);
+    if (measured[i]) fits[i] = Refine(sides[i], Ransac(sides[i], options), Slope::kZero);
   }
   if (!measured[0] && !measured[1]) return std::nullopt;
 
   SegmentDepth result;
   Fit fit;
   if (measured[0] && measured[1]) {
-    fit = RefineTogether(sides, fits, options);
+    fit = RefineTogether(sides, fits);
     if (!IsGood(fit, options)) {
       fit = fits[fits[1].model.At(0.5) > fits[0].model.At(0.5)];  // the nearer
       result.depth_edge = true;

@@ -8,8 +8,6 @@ namespace highwall {
 
 ImuWeight::ImuWeight(const ImuWeightingOptions& options)
     : options_((options.Validate(), options)),
-      paper_(options.paper),
-      consistent_(options.consistent),
       weight_(options.policy == ImuWeighting::kFixed ? options.fixed_weight : 1.0) {}
 
 double ImuWeight::Update(const ImuWeightInput& input) {

@@ -9,6 +9,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/factors/zero_velocity.h>
 #include <highwall/frontend/input/imu_check.h>
 
 #include "inertial/imu_vibration.h"
@@ -20,6 +21,17 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
+// Of the walks of the biases: what the map gets wrong along the way looks like biases that move
+// faster than those of the sensor do.
+constexpr double kWalkInflation = 4.0;
+// Of the prediction's covariance before it guides the search for landmarks.
+constexpr double kPredictionInflation = 4.0;
+constexpr double kRetryInterval = 0.5;  // [s] between attempts to initialize
+// [m/s] After readings were missing: of the velocity that the displacement of two images shows.
+constexpr double kRestartVelocitySigma = 0.5;
+constexpr StationaryOptions kStationary;
+constexpr double kStationarySpeed = 0.03;  // [m/s]; at rest the estimate must be slower as well
+
 constexpr const char* kNoStart = "what is known of the motion does not make a start";
 
 // The shortest rotation that takes `up` to z.
@@ -27,9 +39,9 @@ Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
 }
 
-ImuCalibration WithFasterWalks(ImuCalibration calibration, double factor) {
-  calibration.noise.gyroscope_walk *= factor;
-  calibration.noise.accelerometer_walk *= factor;
+ImuCalibration WithFasterWalks(ImuCalibration calibration) {
+  calibration.noise.gyroscope_walk *= kWalkInflation;
+  calibration.noise.accelerometer_walk *= kWalkInflation;
   return calibration;
 }
 
@@ -61,11 +73,9 @@ std::string Explain(const InitializationReport& report) {
 
 }  // namespace
 
-InertialOdometry::Impl::Impl(const ImuCalibration& calibration,
-                                   const InertialOptions& options)
-    : calibration_(WithFasterWalks((calibration.Validate(), calibration),
-                                   (options.Validate(), options.walk_inflation))),
-      options_(options),
+InertialOdometry::Impl::Impl(const ImuCalibration& calibration, const InertialOptions& options)
+    : calibration_(WithFasterWalks((calibration.Validate(), calibration))),
+      options_((options.Validate(), options)),
       buffer_(options.buffer),
       initializer_(calibration_, options.initializer, options.estimate_time_offset),
       weight_(options.weighting),
@@ -107,7 +117,7 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   common << Eigen::Vector3d::Constant(options_.visual_noise.position),
       Eigen::Vector3d::Constant(options_.visual_noise.rotation);
   const Matrix6 covariance =
-      options_.prediction_inflation *
+      kPredictionInflation *
       (J * camera.covariance * J.transpose() + Matrix6(common.cwiseProduct(common).asDiagonal()));
   return KnownPose{T_WO_ * camera.T_WC, SqrtInformation(covariance)};
 }
@@ -152,8 +162,7 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
     return;
   }
   initializer_.Add(observation.image, *observation.visual);
-  if (last_attempt_ &&
-      ToSeconds(observation.image - *last_attempt_) < options_.retry_interval - 5e-4) {
+  if (last_attempt_ && ToSeconds(observation.image - *last_attempt_) < kRetryInterval - 5e-4) {
     report.reason = reason_;
     return;
   }
@@ -194,7 +203,8 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
 
 bool InertialOdometry::Impl::Start(const InertialPrior& prior) {
   try {
-    window_.emplace(calibration_, options_.window, prior, options_.estimate_time_offset);
+    window_.emplace(calibration_, SlidingWindowOptions{.max_states = options_.window_states}, prior,
+                    options_.estimate_time_offset);
   } catch (const InvalidArgument&) {  // a covariance that is none, an estimate beyond all numbers
     return false;
   }
@@ -203,7 +213,7 @@ bool InertialOdometry::Impl::Start(const InertialPrior& prior) {
 }
 
 InitializationReport InertialOdometry::Impl::SolveWithSign(const VisualPose& visual,
-                                                     InertialReport& report) const {
+                                                           InertialReport& report) const {
   InitializationReport solution = initializer_.Solve(buffer_);
   // A slow body fits both signs of gravity nearly as well, one of them with the world upside down.
   const bool upside_down =
@@ -304,7 +314,7 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   estimate.covariance.bottomLeftCorner<6, 9>().setZero();
   Eigen::Matrix<double, 9, 1> sigma;
   sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Constant(0.005),
-      Eigen::Vector3d::Constant(options_.restart_velocity_sigma);
+      Eigen::Vector3d::Constant(kRestartVelocitySigma);
   estimate.covariance.topLeftCorner<9, 9>() = sigma.cwiseProduct(sigma).asDiagonal();
   Vector6 walk;
   walk << Eigen::Vector3d::Constant(calibration_.noise.gyroscope_walk),
@@ -320,7 +330,7 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
 }
 
 void InertialOdometry::Impl::Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
-                                InertialReport& report) const {
+                                      InertialReport& report) const {
   const Matrix6 information = visual_O.sqrt_information.transpose() * visual_O.sqrt_information;
   const Eigen::LLT<Matrix6> llt(information);
   // With a direction open there is no innovation in it.
@@ -336,10 +346,10 @@ void InertialOdometry::Impl::Innovate(const InertialEstimate& predicted, const V
 
 bool InertialOdometry::Impl::Rests(const ImuPreintegration& imu) const {
   const Stamp end = imu.end();
-  const Stamp start = end - FromSeconds(1.5 * options_.stationary.min_duration);
-  if (window_->newest().state.v_WB.norm() > options_.stationary_speed) return false;
+  const Stamp start = end - FromSeconds(1.5 * kStationary.min_duration);
+  if (window_->newest().state.v_WB.norm() > kStationarySpeed) return false;
   const auto interval = buffer_.Between(start, end);
-  return interval && !interval->HasGap() && IsStationary(interval->samples, options_.stationary);
+  return interval && !interval->HasGap() && IsStationary(interval->samples, kStationary);
 }
 
 void InertialOdometry::Impl::MoveMap(const Pose& T_new_old) {

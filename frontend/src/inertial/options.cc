@@ -3,14 +3,12 @@
 #include <cmath>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 
 void ImuWeightingOptions::Validate() const {
   RequirePositiveFinite(fixed_weight, "ImuWeightingOptions::fixed_weight");
-  paper.Validate();
-  consistent.Validate();
 }
 
 void InertialInitializerOptions::Validate() const {
@@ -41,22 +39,10 @@ void VisualNoise::Validate() const {
 void InertialOptions::Validate() const {
   weighting.Validate();
   initializer.Validate();
-  window.Validate();
   buffer.Validate();
   visual_noise.Validate();
-  stationary.Validate();
-  const auto require = [](double value, const char* field) {
-    HIGHWALL_REQUIRE(std::isfinite(value) && value > 0.0,
-                     std::string("InertialOptions::") + field + " must be positive");
-  };
-  require(retry_interval, "retry_interval");
-  require(max_dead_reckoning, "max_dead_reckoning");
-  require(restart_velocity_sigma, "restart_velocity_sigma");
-  require(stationary_speed, "stationary_speed");
-  HIGHWALL_REQUIRE(walk_inflation >= 1.0 && std::isfinite(walk_inflation),
-                   "InertialOptions::walk_inflation must be at least 1");
-  HIGHWALL_REQUIRE(prediction_inflation >= 1.0 && std::isfinite(prediction_inflation),
-                   "InertialOptions::prediction_inflation must be at least 1");
+  RequirePositiveFinite(max_dead_reckoning, "InertialOptions::max_dead_reckoning");
+  RequireAtLeast(window_states, 2, "InertialOptions::window_states");
   RequireAtLeast(max_attempts, 1, "InertialOptions::max_attempts");
 }
 

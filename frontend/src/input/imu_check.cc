@@ -7,12 +7,14 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/median.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {
@@ -201,9 +203,7 @@ class Checker {
   void CheckAccelerometerUnit() {
     std::vector<double> norms;
     for (const ImuSample& sample : usable_) norms.push_back(sample.accelerometer.norm());
-    const auto middle = norms.begin() + std::ssize(norms) / 2;
-    std::nth_element(norms.begin(), middle, norms.end());
-    const double norm = *middle;
+    const double norm = UpperMedian(std::move(norms));
     constexpr double kLowest = 5.0, kHighest = 20.0;  // [m/s^2] of a camera that is carried
     if (norm >= kLowest && norm <= kHighest) return;
     const std::string median = "accelerometer: the median norm is " + Number(norm);
@@ -277,13 +277,8 @@ class Checker {
       as_degrees.push_back(GravityError(begin, end, kRadiansPerDegree));
     }
     if (as_radians.size() < kLeastWindows) return false;
-    const auto median = [](std::vector<double>* values) {
-      const auto middle = values->begin() + std::ssize(*values) / 2;
-      std::nth_element(values->begin(), middle, values->end());
-      return *middle;
-    };
-    const double radians = median(&as_radians);
-    return radians > kError && median(&as_degrees) < 0.25 * radians;
+    const double radians = UpperMedian(std::move(as_radians));
+    return radians > kError && UpperMedian(std::move(as_degrees)) < 0.25 * radians;
   }
 
   std::span<const ImuSample> samples_;

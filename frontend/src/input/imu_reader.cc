@@ -8,8 +8,10 @@
 #include <fstream>
 #include <limits>
 #include <string_view>
+#include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/median.h>
 
 namespace highwall {
 namespace {
@@ -173,10 +175,7 @@ double MedianStep(const RawRecording& recording) {
     steps.push_back(static_cast<double>(b.whole - a.whole) +
                     static_cast<double>(b.nano - a.nano) / static_cast<double>(kNano));
   }
-  if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + std::ssize(steps) / 2;
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return steps.empty() ? 0.0 : UpperMedian(std::move(steps));
 }
 
 // 10 to 10,000 readings a second: three orders of magnitude, the distance of two units.

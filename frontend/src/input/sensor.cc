@@ -5,8 +5,8 @@
 #include <string>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
 #include <highwall/frontend/input/sensor_profile.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 namespace {

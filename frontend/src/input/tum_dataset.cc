@@ -8,11 +8,13 @@
 #include <string_view>
 #include <system_error>
 #include <tuple>
+#include <utility>
 
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/imu_reader.h>
+#include <highwall/internal/median.h>
 
 #include "input/image_io.h"
 
@@ -58,13 +60,6 @@ void CollectDepths(const cv::Mat& depth, std::vector<float>* depths) {
       if (depth.at<float>(v, u) > 0.0F) depths->push_back(depth.at<float>(v, u));
     }
   }
-}
-
-// At least one value.
-double Median(std::vector<float>* values) {
-  const auto middle = values->begin() + std::ssize(*values) / 2;
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 }  // namespace
@@ -187,7 +182,7 @@ void TumDataset::Probe() {
                                   (found.empty() ? "no depth image holds any depth"
                                                  : "the first: " + found.front().what));
   }
-  median_depth_ = Median(&depths);
+  median_depth_ = UpperMedian(std::move(depths));
   if (const auto factor = LikelyDepthFactor(median_depth_, options_.depth_factor)) {
     AddWarning(directory_.string() + ": the median depth is " + Number(median_depth_) +
                " m with depth factor " + Number(options_.depth_factor) +

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -25,12 +24,8 @@ PointView ViewOf(const KeyFrame& keyframe, int index) {
 // |r|^2 of one view over what is allowed; more than 1 does not fit.
 double Misfit(const MeasurementModel& model, const InlierBounds& inliers, const PointView& view,
               const Eigen::Vector3d& p_W) {
-  Eigen::Vector3d r;
-  if (!model.projection().Evaluate<3>(RgbdProjection::At(view.T_WC.data()),
-                                      model.Rows(view.feature), p_W, &r, nullptr, nullptr)) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return r.squaredNorm() / inliers.Of(MeasurementModel::Dimension(view.feature));
+  return model.Chi2(view.feature, view.T_WC, p_W) /
+         inliers.Of(MeasurementModel::Dimension(view.feature));
 }
 
 // The largest set of views that agree, worst ones left out one by one.

@@ -4,11 +4,13 @@
 #include <stop_token>
 #include <utility>
 
-#include <highwall/core/background_worker.h>
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/background_worker.h>
 
 #include "local/depthless_points.h"
+#include "map/covisibility.h"
+#include "map/landmark_fusion.h"
 
 namespace highwall {
 namespace {
@@ -24,17 +26,6 @@ bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
 // How many keyframes were made from one to the other.
 int Between(KeyFrameId older, KeyFrameId newer) {
   return newer.value() - older.value();
-}
-
-// The keyframes that share most landmarks with it.
-std::vector<KeyFrameId> Neighbours(const Map& map, KeyFrameId id, int most) {
-  constexpr int kMinShared = 10;
-  std::vector<KeyFrameId> neighbours;
-  for (const auto& [neighbour, shared] : map.Covisible(id, kMinShared)) {
-    if (static_cast<int>(neighbours.size()) == most) break;
-    neighbours.push_back(neighbour);
-  }
-  return neighbours;
 }
 
 }  // namespace
@@ -143,7 +134,8 @@ void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport&
 
 void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
                                     LocalMappingReport& report) {
-  const auto neighbours = Neighbours(map, keyframe.id, options_.triangulation.keyframes);
+  const auto neighbours =
+      Neighbours(map, keyframe.id, kSharedToSearch, options_.triangulation.keyframes);
   for (const DepthlessPoint& found : FindDepthlessPoints(
            model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
     const MapPoint& point = map.AddPoint(found.p_W, keyframe.frame.index);
@@ -174,57 +166,13 @@ void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& 
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
-  const auto neighbours = Neighbours(map, id, options_.fused_keyframes);
-  FusePoints(id, neighbours, map, report);
-  FuseLines(id, neighbours, map);
-}
-
-void LocalMapper::FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
-                             LocalMappingReport& report) const {
   const KeyFrame& keyframe = *map.keyframe(id);
-  const FrameFeatures& features = *keyframe.frame.features;
-  const auto points = PointsSeenBy(map, neighbours, keyframe.points);
-  // Matched features take part: two landmarks on one feature are one landmark.
-  const std::vector<bool> none_taken(features.points.size(), false);
-  for (const auto& [feature, p] :
-       matcher_.MatchPoints(features, keyframe.T_WC, map, points, none_taken)) {
-    if (!FitsDepth(features.points[static_cast<std::size_t>(feature)], keyframe.T_WC,
-                   map.point(p)->p_W)) {
-      continue;
-    }
-    const PointId own = keyframe.points[static_cast<std::size_t>(feature)];
-    if (own == kNoId) {
-      map.ObservePoint(id, feature, p);
-      continue;
-    }
-    ++report.fused_points;
-    if (map.point(own)->observations.size() >= map.point(p)->observations.size()) {
-      map.MergePoints(p, own);
-    } else {
-      map.MergePoints(own, p);
-      map.ObservePoint(id, feature, p);
-    }
-  }
-}
-
-void LocalMapper::FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const {
-  const KeyFrame& keyframe = *map.keyframe(id);
-  const auto lines = LinesSeenBy(map, neighbours, keyframe.lines);
-  std::vector<bool> taken(keyframe.lines.size());
-  for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = keyframe.lines[i] != kNoId;
-  for (const auto& [feature, l] :
-       matcher_.MatchLines(*keyframe.frame.features, keyframe.T_WC, map, lines, taken)) {
-    map.ObserveLine(id, feature, l);
-  }
-}
-
-bool LocalMapper::FitsDepth(const PointFeature& feature, const Pose& T_WC,
-                            const Eigen::Vector3d& p_W) const {
-  const ProjectionRows<3> rows = model_.Rows(feature);
-  Eigen::Vector3d r;
-  return model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), rows, p_W, &r, nullptr,
-                                         nullptr) &&
-         r.squaredNorm() <= options_.bundle.inliers.Of(MeasurementModel::Dimension(feature));
+  const auto neighbours = Neighbours(map, id, kSharedToSearch, options_.fused_keyframes);
+  const MapFusion fusion = FuseLandmarks(
+      id, PointsSeenBy(map, neighbours, keyframe.points),
+      LinesSeenBy(map, neighbours, keyframe.lines), matcher_,
+      {.inliers = options_.bundle.inliers, .keep_more_observed = true, .merge_lines = false}, &map);
+  report.fused_points += static_cast<int>(fusion.points.size());
 }
 
 template <class Landmark>
@@ -267,7 +215,7 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
     if (k == nullptr || map.IsOrigin(k->id)) break;
     free.push_back(k->id);
   }
-  for (const auto& [neighbour, shared] : map.Covisible(id, 15)) {
+  for (const auto& [neighbour, shared] : map.Covisible(id, kSharedByPlace)) {
     if (static_cast<int>(free.size()) == options_.adjusted_keyframes) break;
     if (!map.IsOrigin(neighbour) && std::find(free.begin(), free.end(), neighbour) == free.end()) {
       free.push_back(neighbour);
@@ -298,7 +246,7 @@ void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
 
 LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
   Landmarks left;
-  const auto neighbours = map.Covisible(newest_, 15);
+  const auto neighbours = map.Covisible(newest_, kSharedByPlace);
   if (neighbours.empty()) return left;
   const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(options_.motion_span);
   for (const auto& [id, shared] : neighbours) {

@@ -4,7 +4,6 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -59,9 +58,6 @@ class LocalMapper {
   // Finds the landmarks of neighbouring keyframes that this one observes without having been
   // tracked to them.
   void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
-  void FusePoints(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map,
-                  LocalMappingReport& report) const;
-  void FuseLines(KeyFrameId id, std::span<const KeyFrameId> neighbours, Map& map) const;
   void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
   // Of those around the newest, after its adjustment. Returns the landmarks that they observed.
   Landmarks CullKeyFrames(Map& map, LocalMappingReport& report) const;
@@ -71,8 +67,6 @@ class LocalMapper {
   // Begins the adjustment of the keyframe and its neighbours.
   void AdjustAround(KeyFrameId id, const Map& map);
   void RefreshPoints(KeyFrameId id, Map& map) const;
-  // The feature, its depth included, may be an observation of p_W.
-  bool FitsDepth(const PointFeature& feature, const Pose& T_WC, const Eigen::Vector3d& p_W) const;
 
   template <class Landmark>
   bool Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const;

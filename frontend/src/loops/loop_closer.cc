@@ -5,8 +5,8 @@
 #include <stop_token>
 #include <utility>
 
-#include <highwall/core/background_worker.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/background_worker.h>
 
 #include "loops/map_correction.h"
 

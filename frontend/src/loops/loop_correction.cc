@@ -4,68 +4,28 @@
 #include <string>
 
 #include <highwall/core/error.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 #include "loops/submap_merge.h"
+#include "map/covisibility.h"
+#include "map/landmark_fusion.h"
 
 namespace highwall {
 namespace {
 
-std::vector<KeyFrameId> Neighbourhood(const Map& map, KeyFrameId centre, int neighbours) {
-  constexpr int kMinShared = 15;
-  std::vector<KeyFrameId> keyframes{centre};
-  for (const auto& [id, shared] : map.Covisible(centre, kMinShared)) {
-    if (static_cast<int>(keyframes.size()) > neighbours) break;
-    keyframes.push_back(id);
-  }
-  return keyframes;
-}
-
-void Append(const MapFusion& more, MapFusion* fusion) {
-  const auto append = [](const auto& from, auto& to) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  append(more.points, fusion->points);
-  append(more.lines, fusion->lines);
-  append(more.point_observations, fusion->point_observations);
-  append(more.line_observations, fusion->line_observations);
-}
-
-// The matches that the loop was found by.
-MapFusion FusionOf(const Loop& loop, const Map& map) {
-  MapFusion fusion;
-  const KeyFrame& keyframe = *map.keyframe(loop.edge.keyframe);
-  const auto add = [&](const auto& matches, const auto& own, auto& merged, auto& sights) {
-    for (const auto& [feature, landmark] : matches) {
-      const auto id = own[static_cast<std::size_t>(feature)];
-      if (id == kNoId) {
-        sights.push_back({keyframe.id, feature, landmark});
-      } else if (id != landmark) {
-        merged.emplace_back(id, landmark);
-      }
-    }
-  };
-  add(loop.points, keyframe.points, fusion.points, fusion.point_observations);
-  add(loop.lines, keyframe.lines, fusion.lines, fusion.line_observations);
-  return fusion;
-}
-
 // Makes one what both sides of the loop have; the older side's landmarks stay.
-MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, const MeasurementModel& model,
-                    int neighbours, Map* map) {
+MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours, Map* map) {
   // Before they are joined: afterwards each is the other's neighbour.
-  const auto older = Neighbourhood(*map, loop.edge.match, neighbours);
-  const auto newer = Neighbourhood(*map, loop.edge.keyframe, neighbours);
-  MapFusion all = FusionOf(loop, *map);
+  const auto older = WithNeighbours(*map, loop.edge.match, kSharedByPlace, neighbours);
+  const auto newer = WithNeighbours(*map, loop.edge.keyframe, kSharedByPlace, neighbours);
+  // The matches that the loop was found by.
+  MapFusion all = FusionOf(*map->keyframe(loop.edge.keyframe), loop.points, loop.lines);
   Apply(all, map);
   for (const KeyFrameId id : newer) {
     const KeyFrame& keyframe = *map->keyframe(id);
     if (std::find(older.begin(), older.end(), id) != older.end()) continue;
-    const MapFusion fusion =
-        FindInKeyFrame(*map, id, PointsSeenBy(*map, older, keyframe.points),
-                       LinesSeenBy(*map, older, keyframe.lines), matcher, model);
-    Apply(fusion, map);
-    Append(fusion, &all);
+    all.Append(FuseLandmarks(id, PointsSeenBy(*map, older, keyframe.points),
+                             LinesSeenBy(*map, older, keyframe.lines), matcher, {}, map));
   }
   return all;
 }
@@ -128,8 +88,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   result.pose_graph_ms = watch.Milliseconds();
 
   const Stopwatch fusion_watch;
-  const MapMatcher matcher(model);
-  result.fusion = FuseSides(loop, matcher, model, options.fused_keyframes, map);
+  result.fusion = FuseSides(loop, MapMatcher(model), options.fused_keyframes, map);
   result.fusion_ms = fusion_watch.Milliseconds();
   result.accepted = true;
   return result;

@@ -6,12 +6,19 @@
 #include <highwall/core/error.h>
 
 #include "loops/submap_merge.h"
+#include "map/covisibility.h"
 #include "pose/pose_observations.h"
 #include "pose/support.h"
 
 namespace highwall {
 namespace {
 
+constexpr double kMinScore = 0.01;    // of the index
+constexpr double kScoreShare = 0.25;  // of the score of the best neighbour in the map
+constexpr RelocalizerOptions kVerification{.min_inliers = 20, .ransac_iterations = 300};
+constexpr int kPlaceKeyFrames = 10;  // neighbours of the candidate whose landmarks are searched
+// Share of the depth of two submaps that their merge may contradict either way.
+constexpr double kMaxContradiction = 0.03;
 constexpr double kUsuallyFound = 0.5;  // KeyFrame::found, where it is not known
 
 bool Intersect(const std::vector<KeyFrameId>& a, const std::vector<KeyFrameId>& b) {
@@ -72,7 +79,7 @@ LoopDetector::LoopDetector(const MeasurementModel& model, const LoopDetectorOpti
     : model_(model),
       options_((options.Validate(), options)),
       graph_((graph.Validate(), graph)),
-      relocalizer_(model, options.verification),
+      relocalizer_(model, kVerification),
       matcher_(model),
       grid_(model.camera()) {}
 
@@ -119,10 +126,10 @@ std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyfram
     const bool agreed = Agrees(map, found->loop.edge);
     if (!beyond_doubt && !agreed) return std::nullopt;  // so far
     if (Contradicts(map, found->loop.edge)) return std::nullopt;
-    sighting_.reset();
+    merge_candidate_.reset();
     return std::move(found->loop);
   }
-  sighting_.reset();
+  merge_candidate_.reset();
   return std::nullopt;
 }
 
@@ -134,30 +141,32 @@ bool LoopDetector::Contradicts(const Map& map, const LoopEdge& edge) {
     return true;
   }
   const auto share = MergeContradiction(map, *merge, grid_, model_.depth_noise());
-  if (!share || *share <= options_.max_contradiction) return false;
+  if (!share || *share <= kMaxContradiction) return false;
   Refuse(edge, "share of the depth that contradicts, " + std::to_string(*share) + ", exceeds " +
-                   std::to_string(options_.max_contradiction));
+                   std::to_string(kMaxContradiction));
   return true;
 }
 
 bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
   const Pose& T_WC = map.keyframe(edge.keyframe)->T_WC;
   const Pose measured = map.keyframe(edge.match)->T_WC * edge.Z;
-  Sighting now{*map.RootOf(edge.keyframe), *map.RootOf(edge.match), measured * T_WC.Inverse(), 1};
-  if (sighting_ && sighting_->own == now.own && sighting_->other == now.other) {
+  MergeCandidate now{*map.RootOf(edge.keyframe), *map.RootOf(edge.match), measured * T_WC.Inverse(),
+                     1};
+  if (merge_candidate_ && merge_candidate_->own == now.own &&
+      merge_candidate_->other == now.other) {
     // Both are off by as much as a loop may be.
-    const Pose between = (sighting_->T_other_own * T_WC).Inverse() * measured;
+    const Pose between = (merge_candidate_->T_other_own * T_WC).Inverse() * measured;
     const double translation = between.p().norm() / graph_.loop_translation;
     const double rotation = between.Angle() / graph_.loop_rotation;
     const double chi2 = 0.5 * (translation * translation + rotation * rotation);
     if (chi2 <= graph_.max_loop_chi2) {
-      now.keyframes += sighting_->keyframes;
+      now.keyframes += merge_candidate_->keyframes;
     } else {
       Refuse(edge, "chi2 " + std::to_string(chi2) + " against the keyframe before exceeds " +
                        std::to_string(graph_.max_loop_chi2));
     }
   }
-  sighting_ = now;
+  merge_candidate_ = now;
   return now.keyframes >= options_.consistency;
 }
 
@@ -169,10 +178,10 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
     if (k.index() < connected.size()) connected[k.index()] = true;
   };
   mark(id);
-  const auto neighbours = map.Covisible(id, options_.min_shared);
+  const auto neighbours = map.Covisible(id, kSharedByPlace);
   for (const auto& [neighbour, shared] : neighbours) {
     mark(neighbour);
-    for (const auto& [next, s] : map.Covisible(neighbour, options_.min_shared)) mark(next);
+    for (const auto& [next, s] : map.Covisible(neighbour, kSharedByPlace)) mark(next);
   }
   // A place must be about as alike as what is surely the same place.
   double best_neighbour = 0.0;
@@ -181,7 +190,7 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
                                   [&](const auto& n) { return n.first == place.keyframe; });
     if (near) best_neighbour = std::max(best_neighbour, place.score);
   }
-  const double bound = std::max(options_.min_score, options_.score_share * best_neighbour);
+  const double bound = std::max(kMinScore, kScoreShare * best_neighbour);
   const auto world = map.RootOf(id);
   Candidates candidates;
   for (const PlaceScore& place : ranking) {
@@ -199,7 +208,7 @@ void LoopDetector::Refuse(const LoopEdge& edge, std::string reason) {
 
 LoopDetector::Place LoopDetector::PlaceOf(const Map& map, KeyFrameId keyframe) const {
   Place place{{keyframe}, 0};
-  for (const auto& [id, shared] : map.Covisible(keyframe, options_.min_shared)) {
+  for (const auto& [id, shared] : map.Covisible(keyframe, kSharedByPlace)) {
     place.keyframes.push_back(id);
   }
   std::sort(place.keyframes.begin(), place.keyframes.end());
@@ -226,11 +235,8 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
   auto found = relocalizer_.MatchKeyFrame(features, map, candidate, map.keyframe(candidate)->T_WC);
   if (!found) return std::nullopt;
 
-  std::vector<KeyFrameId> place{candidate};
-  for (const auto& [neighbour, shared] : map.Covisible(candidate, options_.min_shared)) {
-    if (static_cast<int>(place.size()) > options_.place_keyframes) break;
-    place.push_back(neighbour);
-  }
+  const std::vector<KeyFrameId> place =
+      WithNeighbours(map, candidate, kSharedByPlace, kPlaceKeyFrames);
   const auto own_points = Landmarks(found->points);
   const auto own_lines = Landmarks(found->lines);
   std::vector<PointId> points_in_view;

@@ -56,7 +56,7 @@ class LoopDetector {
     int votes = 0;
   };
   // Where one submap is in the world of another, as keyframes in a row have told.
-  struct Sighting {
+  struct MergeCandidate {
     SubmapId own = kNoId, other = kNoId;  // roots
     Pose T_other_own;
     int keyframes = 0;
@@ -93,7 +93,7 @@ class LoopDetector {
   MapMatcher matcher_;
   DepthGrid grid_;
   std::vector<Place> places_;  // that the last keyframe named
-  std::optional<Sighting> sighting_;
+  std::optional<MergeCandidate> merge_candidate_;
   std::vector<RefusedLoop> refused_;
 };
 

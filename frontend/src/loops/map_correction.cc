@@ -46,15 +46,6 @@ class Moves {
   std::unordered_map<KeyFrameId, Pose> moves_;
 };
 
-// May the feature be a sight of p_W?
-bool Fits(const MeasurementModel& model, const PointFeature& feature, const Pose& T_WC,
-          const Eigen::Vector3d& p_W) {
-  Eigen::Vector3d r;
-  return model.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), model.Rows(feature), p_W,
-                                        &r, nullptr, nullptr) &&
-         r.squaredNorm() <= InlierBounds().Of(MeasurementModel::Dimension(feature));
-}
-
 }  // namespace
 
 MapGeometry GeometryOf(const Map& map, SubmapId submap) {
@@ -92,17 +83,6 @@ void Apply(const MapCorrection& correction, Map* map) {
   Forget(outliers, map);
 }
 
-void Apply(const MapFusion& fusion, Map* map) {
-  for (const auto& [from, into] : fusion.points) map->MergePoints(from, into);
-  for (const auto& [from, into] : fusion.lines) map->MergeLines(from, into);
-  for (const auto& sight : fusion.point_observations) {
-    map->ObservePoint(sight.keyframe, sight.feature, sight.landmark);
-  }
-  for (const auto& sight : fusion.line_observations) {
-    map->ObserveLine(sight.keyframe, sight.feature, sight.landmark);
-  }
-}
-
 void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
                    Map* map) {
   HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(), "MoveKeyFrames: a pose for every keyframe");
@@ -111,38 +91,6 @@ void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<P
     correction.after.keyframes.emplace(keyframes[i], T_WC[i]);
   }
   Apply(correction, map);
-}
-
-MapFusion FindInKeyFrame(const Map& map, KeyFrameId id, std::span<const PointId> points,
-                         std::span<const LineId> lines, const MapMatcher& matcher,
-                         const MeasurementModel& model) {
-  MapFusion fusion;
-  const KeyFrame& keyframe = *map.keyframe(id);
-  const FrameFeatures& features = *keyframe.frame.features;
-  // Matched features take part: two landmarks on one feature are one landmark.
-  const std::vector<bool> points_free(features.points.size(), false);
-  for (const auto& [feature, point] :
-       matcher.MatchPoints(features, keyframe.T_WC, map, points, points_free)) {
-    const auto f = static_cast<std::size_t>(feature);
-    if (!Fits(model, features.points[f], keyframe.T_WC, map.point(point)->p_W)) continue;
-    const PointId own = keyframe.points[f];
-    if (own == kNoId) {
-      fusion.point_observations.push_back({id, feature, point});
-    } else if (own != point) {
-      fusion.points.emplace_back(own, point);
-    }
-  }
-  const std::vector<bool> lines_free(features.lines.size(), false);
-  for (const auto& [feature, line] :
-       matcher.MatchLines(features, keyframe.T_WC, map, lines, lines_free)) {
-    const LineId own = keyframe.lines[static_cast<std::size_t>(feature)];
-    if (own == kNoId) {
-      fusion.line_observations.push_back({id, feature, line});
-    } else if (own != line) {
-      fusion.lines.emplace_back(own, line);
-    }
-  }
-  return fusion;
 }
 
 }  // namespace highwall

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,10 +10,9 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/map/map.h>
-#include <highwall/frontend/map/measurement_model.h>
 
 #include "local/bundle_adjustment.h"
-#include "map/map_matcher.h"
+#include "map/landmark_fusion.h"
 
 namespace highwall {
 
@@ -27,20 +24,6 @@ struct MapGeometry {
 };
 // Of a submap and all that is joined with it.
 MapGeometry GeometryOf(const Map& map, SubmapId submap = kFirstSubmap);
-
-// Which landmarks turned out to be one, and what keyframes observe besides.
-struct MapFusion {
-  template <class LandmarkId>
-  struct Found {
-    KeyFrameId keyframe;
-    int feature = 0;
-    LandmarkId landmark;
-  };
-  std::vector<std::pair<PointId, PointId>> points;  // (from, into)
-  std::vector<std::pair<LineId, LineId>> lines;
-  std::vector<Found<PointId>> point_observations;
-  std::vector<Found<LineId>> line_observations;
-};
 
 // What was found out on a copy of a map, for the map itself, which has gone on since.
 struct MapCorrection {
@@ -56,20 +39,9 @@ struct MapCorrection {
 // to that: it and the copy may have moved by the same error.
 void Apply(const MapCorrection& correction, Map* map);
 
-// Merges and adds observations; what is no more is passed over.
-void Apply(const MapFusion& fusion, Map* map);
-
 // Moves keyframe keyframes[i], all of them live and ascending, to T_WC[i]. Landmarks follow the
 // first of these keyframes that observes them.
 void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
                    Map* map);
-
-// Looks for landmarks among the features of a keyframe by projection. A feature that saw another
-// landmark joins the two; one that saw none sees this. The given landmarks stay, those that the
-// keyframe had go into them. What does not fit the reading (chi-square, depth included) is no
-// match. model: of `matcher`.
-MapFusion FindInKeyFrame(const Map& map, KeyFrameId keyframe, std::span<const PointId> points,
-                         std::span<const LineId> lines, const MapMatcher& matcher,
-                         const MeasurementModel& model);
 
 }  // namespace highwall

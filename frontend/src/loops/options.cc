@@ -1,7 +1,7 @@
 #include <highwall/frontend/loops/options.h>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 
@@ -19,22 +19,13 @@ void KeyFrameGraphOptions::Validate() const {
 }
 
 void LoopDetectorOptions::Validate() const {
-  RequireAtLeast(min_shared, 1, "LoopDetectorOptions::min_shared");
   RequireAtLeast(candidates, 1, "LoopDetectorOptions::candidates");
-  HIGHWALL_REQUIRE(min_score >= 0.0 && min_score <= 1.0,
-                   "LoopDetectorOptions::min_score must be in [0, 1]");
-  HIGHWALL_REQUIRE(score_share >= 0.0 && score_share <= 1.0,
-                   "LoopDetectorOptions::score_share must be in [0, 1]");
   RequireAtLeast(consistency, 1, "LoopDetectorOptions::consistency");
-  verification.Validate();
-  RequireNotNegative(place_keyframes, "LoopDetectorOptions::place_keyframes");
   RequireAtLeast(min_support, 6, "LoopDetectorOptions::min_support");
   HIGHWALL_REQUIRE(min_found >= 0.0 && min_found <= 1.0,
                    "LoopDetectorOptions::min_found must be in [0, 1]");
   HIGHWALL_REQUIRE(min_found_apart >= 0.0 && min_found_apart <= 1.0,
                    "LoopDetectorOptions::min_found_apart must be in [0, 1]");
-  HIGHWALL_REQUIRE(max_contradiction >= 0.0 && max_contradiction <= 1.0,
-                   "LoopDetectorOptions::max_contradiction must be in [0, 1]");
   HIGHWALL_REQUIRE(overwhelming >= 1.0, "LoopDetectorOptions::overwhelming must be at least 1");
 }
 

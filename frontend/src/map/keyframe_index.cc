@@ -8,7 +8,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/core/target_clones.h>
+#include <highwall/internal/target_clones.h>
 
 namespace highwall {
 namespace {

@@ -172,7 +172,7 @@ template <class Landmark>
 void CheckCounts(const Reader& reader, const Landmark& landmark) {
   reader.Require(IsBetween(1, landmark.visible, kMostObservations) &&
                      IsBetween(0, landmark.found, kMostObservations),
-                 "a landmark's sights are not counted");
+                 "a landmark's observations are not counted");
   reader.Require(IsBetween(-kLatest, landmark.first_frame, kLatest),
                  "a landmark's first frame is beyond all");
 }

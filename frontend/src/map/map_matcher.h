@@ -24,6 +24,8 @@ class MapMatcher {
   // model: must outlive the matcher; its options say how to search.
   explicit MapMatcher(const MeasurementModel& model) : model_(model) {}
 
+  const MeasurementModel& model() const { return model_; }
+
   // Landmarks seen by `last` (feature -> point): the level and the orientation they had there are
   // the ones expected. radius_scale: factor on motion_radius.
   PointMatches MatchLast(const FrameFeatures& features, const Pose& T_WC, const Map& map,

@@ -1,6 +1,7 @@
 #include <highwall/frontend/map/measurement_model.h>
 
 #include <cmath>
+#include <limits>
 
 #include <highwall/core/error.h>
 
@@ -74,6 +75,14 @@ ProjectionRows<3> MeasurementModel::Rows(const PointFeature& feature) const {
   rows.A << left.A, Eigen::RowVector3d::Zero();
   rows.b << left.b, 0.0;
   return rows;
+}
+
+double MeasurementModel::Chi2(const PointFeature& feature, const Pose& T_WC,
+                              const Eigen::Vector3d& p_W) const {
+  Eigen::Vector3d r;
+  const bool inside = projection_.Evaluate<3>(RgbdProjection::At(T_WC.data()), Rows(feature), p_W,
+                                              &r, nullptr, nullptr);
+  return inside ? r.squaredNorm() : std::numeric_limits<double>::infinity();
 }
 
 std::array<ProjectionRows<2>, 2> MeasurementModel::Rows(const LineFeature& feature) const {

@@ -1,7 +1,7 @@
 #include <highwall/frontend/map/options.h>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 

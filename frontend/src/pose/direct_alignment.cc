@@ -15,6 +15,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/frontend/pose/degeneracy.h>
+#include <highwall/internal/median.h>
 
 #include "pose/surface_matcher.h"
 
@@ -27,6 +28,11 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr double kHuber = 1.345;  // [sigma] 95 % efficient for Gaussian noise
 // [grey levels] What light does that gain and offset do not tell.
 constexpr double kMinGreySigma = 2.0;
+
+constexpr double kMinOverlap = 0.3;  // share of the frame's depth that the reference must see
+// Readings that share their noise: the patches of 9 x 9 cells, every second one, overlap
+// twenty-fold.
+constexpr double kSharedNoise = 20.0;
 
 // How far off the pose may still be: blur of the grey grids and gate of the surfaces.
 struct Stage {
@@ -152,12 +158,6 @@ double HuberFactor(double r) {
   return std::abs(r) <= kHuber ? 1.0 : std::sqrt(kHuber / std::abs(r));
 }
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Grey levels of the frame, and of the reference where it sees the same.
 struct GreyPairs {
   std::vector<Eigen::Vector3d> p_C;
@@ -271,7 +271,7 @@ class Alignment {
     for (std::size_t i = 0; i < pairs.own.size(); ++i) {
       errors.push_back(std::abs(pairs.other[i] - like.gain * pairs.own[i] - like.offset));
     }
-    const double sigma = std::max(kMinGreySigma, 1.4826 * MedianOf(errors));
+    const double sigma = std::max(kMinGreySigma, 1.4826 * UpperMedian(errors));
     std::vector<GreyPoint> points;
     for (std::size_t i = 0; i < errors.size(); ++i) {
       points.push_back({pairs.p_C[i], like.gain * pairs.own[i] + like.offset,
@@ -315,7 +315,7 @@ double MedianDepth(const cv::Mat& depth) {
       if (depth.at<float>(v, u) > 0.0F) readings.push_back(depth.at<float>(v, u));
     }
   }
-  return readings.empty() ? 0.0 : MedianOf(std::move(readings));
+  return readings.empty() ? 0.0 : UpperMedian(std::move(readings));
 }
 
 }  // namespace
@@ -341,13 +341,12 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
     if (!alignment.Refine(patches, surfaces, stage.blur)) return std::nullopt;
   }
   if (alignment.planes() < options_.min_rows) return std::nullopt;
-  if (alignment.overlap() < options_.min_overlap) return std::nullopt;
+  if (alignment.overlap() < kMinOverlap) return std::nullopt;
   if (alignment.correlation() < options_.min_correlation) return std::nullopt;
   // A step of the position is one in R there, in W here.
   Matrix6 to_R = Matrix6::Identity();
   to_R.topLeftCorner<3, 3>() = T_WR.R().transpose();
-  const Matrix6 information =
-      to_R.transpose() * alignment.information() * to_R / options_.shared_noise;
+  const Matrix6 information = to_R.transpose() * alignment.information() * to_R / kSharedNoise;
   KnownPose known{T_WR * alignment.T_RC()};
   if (!FindOpenDirections(information, known.T_WC, depth, {.max_sigma = options_.max_sigma})
            .empty()) {

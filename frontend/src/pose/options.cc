@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 
@@ -24,28 +24,20 @@ void DegeneracyOptions::Validate() const {
 void SurfaceMatcherOptions::Validate() const {
   RequireAtLeast(stride, 1, "SurfaceMatcherOptions::stride");
   RequireAtLeast(radius, 1, "SurfaceMatcherOptions::radius");
-  RequirePositive(link, "SurfaceMatcherOptions::link");
   HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,
                    "SurfaceMatcherOptions::min_share must be in (0, 1]");
-  RequirePositive(planar_sigmas, "SurfaceMatcherOptions::planar_sigmas");
-  RequireNotNegative(roughness, "SurfaceMatcherOptions::roughness");
   HIGHWALL_REQUIRE(max_incidence > 0.0 && max_incidence < 0.5 * std::numbers::pi,
                    "SurfaceMatcherOptions::max_incidence must be in (0, pi/2)");
   RequirePositive(max_tilt, "SurfaceMatcherOptions::max_tilt");
   RequirePositive(gate_sigmas, "SurfaceMatcherOptions::gate_sigmas");
   RequireNotNegative(gate, "SurfaceMatcherOptions::gate");
-  RequireAtLeast(max_rows, 1, "SurfaceMatcherOptions::max_rows");
 }
 
 void DirectAlignmentOptions::Validate() const {
   RequireAtLeast(min_rows, 1, "DirectAlignmentOptions::min_rows");
-  HIGHWALL_REQUIRE(min_overlap > 0.0 && min_overlap <= 1.0,
-                   "DirectAlignmentOptions::min_overlap must be in (0, 1]");
   HIGHWALL_REQUIRE(min_correlation >= 0.0 && min_correlation < 1.0,
                    "DirectAlignmentOptions::min_correlation must be in [0, 1)");
   RequirePositive(max_sigma, "DirectAlignmentOptions::max_sigma");
-  HIGHWALL_REQUIRE(shared_noise >= 1.0 && std::isfinite(shared_noise),
-                   "DirectAlignmentOptions::shared_noise must be at least 1 and finite");
 }
 
 void LandmarkMotionOptions::Validate() const {

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include <ceres/tiny_solver.h>
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/median.h>
 
 #include "pose/support.h"
 
@@ -235,10 +237,7 @@ class PoseProblem {
       const Segment3& segment_W = lines_[i].segment_W;
       depths.push_back((T_CW * Eigen::Vector3d(0.5 * (segment_W.p() + segment_W.q()))).z());
     }
-    if (depths.empty()) return 0.0;
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    return *middle;
+    return depths.empty() ? 0.0 : UpperMedian(std::move(depths));
   }
 
  private:

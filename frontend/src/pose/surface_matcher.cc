@@ -15,6 +15,13 @@
 namespace highwall {
 namespace {
 
+constexpr double kLink = 0.1;  // a patch ends where depth departs by this share of itself
+// Most cells of a patch depart from the plane by no more than so much depth noise, or by so many m,
+// whichever is more.
+constexpr double kPlanarSigmas = 2.0;
+constexpr double kRoughness = 0.01;
+constexpr int kMaxRows = 300;
+
 Eigen::Vector3d PointOf(const cv::Mat& depth, const DepthGrid& grid, const cv::Point& cell) {
   return (depth.at<float>(cell) * grid.Ray(cell)).cast<double>();
 }
@@ -32,7 +39,7 @@ std::optional<SurfacePatch> FitPatch(const cv::Mat& depth, const DepthGrid& grid
     for (int du = -options.radius; du <= options.radius; ++du) {
       const cv::Point cell(middle.x + du, middle.y + dv);
       const auto z_cell = static_cast<double>(depth.at<float>(cell));
-      if (z_cell <= 0.0 || std::abs(z_cell - z) > options.link * z) continue;
+      if (z_cell <= 0.0 || std::abs(z_cell - z) > kLink * z) continue;
       const Eigen::Vector3d d = PointOf(depth, grid, cell) - origin;
       sum += d;
       squares.noalias() += d * d.transpose();
@@ -53,7 +60,7 @@ std::optional<SurfacePatch> FitPatch(const cv::Mat& depth, const DepthGrid& grid
   const double rms = std::sqrt(std::max(eigen.eigenvalues()(0), 0.0));
   // Noise is along the ray.
   const double sigma = noise.Sigma(z) * cosine;
-  if (rms > std::max(options.planar_sigmas * sigma, options.roughness)) return std::nullopt;
+  if (rms > std::max(kPlanarSigmas * sigma, kRoughness)) return std::nullopt;
   // Readings near each other share much of their noise: a patch is not better known than one.
   patch.sigma = std::max(rms, sigma);
   const double spread = std::sqrt(count * eigen.eigenvalues()(1));
@@ -117,7 +124,7 @@ std::vector<PointToPlaneRow> MatchPatches(const std::vector<SurfacePatch>& patch
     if (distance > options.gate_sigmas * sigma + options.gate) continue;
     rows.push_back({patch.n, patch.a, p_C, 1.0 / sigma});
   }
-  return SpreadOverNormals(rows, options.max_rows);
+  return SpreadOverNormals(rows, kMaxRows);
 }
 
 std::vector<PointToPlaneRow> SpreadOverNormals(const std::vector<PointToPlaneRow>& rows,

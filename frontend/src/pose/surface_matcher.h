@@ -30,7 +30,7 @@ std::vector<SurfacePatch> FindPatches(const cv::Mat& depth, const DepthGrid& gri
 
 // Rows for the pose of a camera whose depth grid is `depth`, against patches in W: each patch and
 // the reading of the cell that sees it from the rough pose T_WC (projective association), where
-// that lies within the gate. moving: cells to leave out, may be empty. No more than max_rows of
+// that lies within the gate. moving: cells to leave out, may be empty. No more than 300 of
 // them, spread over the directions of the normals (SpreadOverNormals).
 std::vector<PointToPlaneRow> MatchPatches(const std::vector<SurfacePatch>& patches_W,
                                           const cv::Mat& depth, const cv::Mat& moving,

@@ -1,12 +1,11 @@
 #include <highwall/frontend/system/options.h>
 
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 
 void SubmapOptions::Validate() const {
   RequireNotNegative(patience, "SubmapOptions::patience");
-  RequireAtLeast(min_keyframes, 1, "SubmapOptions::min_keyframes");
 }
 
 void SlamOptions::Validate() const {

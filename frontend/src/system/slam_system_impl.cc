@@ -8,7 +8,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
-#include <highwall/core/stopwatch.h>
+#include <highwall/internal/stopwatch.h>
 
 namespace highwall {
 namespace {
@@ -36,7 +36,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {
     last_given_keyframe_ = ids.back();
-    submap_keyframes_ = options_.submaps.min_keyframes;  // as old as need be
+    submap_keyframes_ = kMinSubmapKeyFrames;  // as old as need be
   }
 }
 

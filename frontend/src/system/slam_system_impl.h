@@ -39,6 +39,9 @@ class SlamSystem::Impl {
   const InertialOdometry* inertial() const { return inertial_ ? &*inertial_ : nullptr; }
 
  private:
+  // A submap that is lost with fewer, and joined with no other, is dropped: it began in blur.
+  static constexpr int kMinSubmapKeyFrames = 5;
+
   struct Tracked {
     Stamp stamp = 0;
     AnchoredPose pose;

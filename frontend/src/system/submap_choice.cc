@@ -13,7 +13,7 @@ void SlamSystem::Impl::ChooseSubmap(TrackedFrame& tracked, FrameResult& result) 
     if (map_.Root(found_in) != map_.Root(submap_)) {
       LeaveSubmap(result);
       submap_ = found_in;
-      submap_keyframes_ = options_.submaps.min_keyframes;  // as old as need be: it was kept
+      submap_keyframes_ = kMinSubmapKeyFrames;  // as old as need be: it was kept
       last_keyframe_ = kNoId;
       if (inertial_) inertial_->Restart();
     }
@@ -25,7 +25,7 @@ bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) const {
   if (tracked.state == TrackingState::kLost) {
     if (!options_.submaps.enabled || options_.localize_only) return false;
     // What did not live long is not waited for any longer.
-    const double lived = submap_keyframes_ < options_.submaps.min_keyframes
+    const double lived = submap_keyframes_ < kMinSubmapKeyFrames
                              ? ToSeconds(*posed_ - submap_begin_)
                              : options_.submaps.patience;
     const double waited = ToSeconds(tracked.frame.stamp - *posed_);
@@ -52,7 +52,7 @@ void SlamSystem::Impl::BeginSubmap(TrackedFrame& tracked, FrameResult& result) {
 
 void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   const bool joined = map_.Root(submap_) != submap_;
-  if (submap_keyframes_ >= options_.submaps.min_keyframes || joined) return;
+  if (submap_keyframes_ >= kMinSubmapKeyFrames || joined) return;
   // What is being joined is kept: the frames in it are found again.
   if (loop_closer_.IsClosing()) return;
   mapper_.Cancel();

@@ -13,15 +13,21 @@
 namespace highwall {
 namespace {
 
+constexpr double kSigmas = 3.0;     // of depth noise by which two depths must differ ...
+constexpr double kRelative = 0.03;  // ... and this share of the depth, for errors of the pose
+constexpr double kLink = 0.05;  // neighbouring cells are one surface up to this share of the depth
+constexpr int kMinVotes = 2;    // frames that contradict a point
+constexpr int kMinCore = 6;     // [cells] that lie within a moving cluster; edges have none
+
 // By how much two depths must differ to be two surfaces, given the farther one: their noise and an
 // error of the pose.
 class Margin {
  public:
-  Margin(const DepthNoise& noise, const MovingObjectOptions& options)
-      : offset_(static_cast<float>(std::numbers::sqrt2 * options.sigmas * noise.offset)),
-        quadratic_(static_cast<float>(std::numbers::sqrt2 * options.sigmas * noise.quadratic)),
+  explicit Margin(const DepthNoise& noise)
+      : offset_(static_cast<float>(std::numbers::sqrt2 * kSigmas * noise.offset)),
+        quadratic_(static_cast<float>(std::numbers::sqrt2 * kSigmas * noise.quadratic)),
         reference_(static_cast<float>(noise.reference)),
-        relative_(static_cast<float>(options.relative)) {}
+        relative_(static_cast<float>(kRelative)) {}
 
   float operator()(float z) const {
     return offset_ + quadratic_ * (z - reference_) * (z - reference_) + relative_ * z;
@@ -143,10 +149,9 @@ Verdicts Label(const PosedDepth& view, std::span<const PosedDepth> references,
         settled = settled || vote == Vote::kSettle;
       }
       const int votes = contradict + gone;
-      verdicts.labels.at<std::uint8_t>(v, u) = votes >= options.min_votes && votes > confirm
-                                                   ? kMoves
-                                               : settled ? kStands
-                                                         : kUnknown;
+      verdicts.labels.at<std::uint8_t>(v, u) = votes >= kMinVotes && votes > confirm ? kMoves
+                                               : settled                             ? kStands
+                                                                                     : kUnknown;
       verdicts.seen.at<std::uint8_t>(v, u) = contradict > 0 ? 1 : 0;
     }
   }
@@ -237,14 +242,13 @@ class Clusters {
 };
 
 // The clusters of cells that the references contradict. mask: 0 so far.
-void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts,
-                  const MovingObjectOptions& options, cv::Mat& mask) {
-  Clusters clusters(depth, verdicts.labels, options.link);
+void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts, cv::Mat& mask) {
+  Clusters clusters(depth, verdicts.labels, kLink);
   for (int v = 0; v < mask.rows; ++v) {
     for (int u = 0; u < mask.cols; ++u) {
       if (!clusters.IsFree({u, v}, kMoves)) continue;
       Cluster cluster = clusters.Grow({u, v});
-      if (cluster.core < options.min_core) continue;
+      if (cluster.core < kMinCore) continue;
       const std::size_t contradicted = cluster.cells.size();
       clusters.Extend(cluster);
       for (std::size_t i = 0; i < cluster.cells.size(); ++i) {
@@ -267,7 +271,7 @@ bool MovedBefore(const SurfaceClues& clues, const cv::Point& cell, float z) {
 void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClues& clues,
                   const MovingObjectOptions& options, cv::Mat& mask) {
   if (clues.moving.empty() && !clues.moved) return;
-  const DepthSurfaces surfaces = FindSurfaces(depth, options.link);
+  const DepthSurfaces surfaces = FindSurfaces(depth, kLink);
   std::vector<int> stand(surfaces.sizes.size()), moved(surfaces.sizes.size());
   for (int v = 0; v < labels.rows; ++v) {
     for (int u = 0; u < labels.cols; ++u) {
@@ -321,9 +325,9 @@ cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> reference
   HIGHWALL_REQUIRE(clues.moving.empty() || (clues.moving.size() == view.depth.size() &&
                                             clues.depth.size() == view.depth.size()),
                    "FindMoving: SurfaceClues::depth and moving must be grids as the view's");
-  const Verdicts verdicts = Label(view, references, grid, Margin(noise, options), options);
+  const Verdicts verdicts = Label(view, references, grid, Margin(noise), options);
   cv::Mat mask = cv::Mat::zeros(view.depth.size(), CV_8UC1);
-  MarkClusters(view.depth, verdicts, options, mask);
+  MarkClusters(view.depth, verdicts, mask);
   MarkSurfaces(view.depth, verdicts.labels, clues, options, mask);
   const int masked = cv::countNonZero(mask);
   if (masked == 0 || masked > options.max_share * cv::countNonZero(view.depth > 0.0)) return {};

@@ -1,7 +1,7 @@
 #include <highwall/frontend/tracking/options.h>
 
 #include <highwall/core/error.h>
-#include <highwall/core/require.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 
@@ -17,13 +17,8 @@ void RelocalizerOptions::Validate() const {
 }
 
 void MovingObjectOptions::Validate() const {
-  RequirePositive(sigmas, "MovingObjectOptions::sigmas");
-  RequireNotNegative(relative, "MovingObjectOptions::relative");
-  RequirePositive(link, "MovingObjectOptions::link");
-  RequireAtLeast(min_core, 1, "MovingObjectOptions::min_core");
   HIGHWALL_REQUIRE(max_share > 0.0 && max_share <= 1.0,
                    "MovingObjectOptions::max_share must be in (0, 1]");
-  RequireAtLeast(min_votes, 1, "MovingObjectOptions::min_votes");
   RequirePositive(settled, "MovingObjectOptions::settled");
   RequirePositive(interval, "MovingObjectOptions::interval");
   HIGHWALL_REQUIRE(history > interval, "MovingObjectOptions::history must exceed interval");

@@ -8,7 +8,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/median.h>
 
+#include "map/covisibility.h"
 #include "pose/depth_agreement.h"
 #include "pose/pose_observations.h"
 #include "pose/support.h"
@@ -213,12 +215,7 @@ std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, co
 }
 
 std::vector<KeyFrameId> Tracker::AroundReference(const Map& map, std::size_t most) const {
-  std::vector<KeyFrameId> around{last_->reference};
-  for (const auto& [id, shared] : map.Covisible(last_->reference, 1)) {
-    if (around.size() == most) break;
-    around.push_back(id);
-  }
-  return around;
+  return WithNeighbours(map, last_->reference, 1, static_cast<int>(most) - 1);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const KnownPose& known, const Frame& frame,
@@ -301,11 +298,7 @@ double Tracker::Shift(const Frame& frame) const {
   }
   const Pose T = velocity_.Predict(SinceLast(frame));
   double angle = T.Angle();
-  if (!depths.empty()) {
-    const auto median = depths.begin() + std::ssize(depths) / 2;
-    std::nth_element(depths.begin(), median, depths.end());
-    angle += T.p().norm() / *median;
-  }
+  if (!depths.empty()) angle += T.p().norm() / UpperMedian(std::move(depths));
   return model_.camera().fx * angle;
 }
 

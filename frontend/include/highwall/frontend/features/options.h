@@ -18,12 +18,11 @@ struct PyramidOptions {
 struct OrbExtractorOptions {
   int features = 1000;  // most keypoints of an image, > 0
   PyramidOptions pyramid{};
-  int fast_threshold = 20;     // [grey levels] of FAST, [1, 255]
+  int fast_threshold = 20;  // [grey levels] of FAST, [1, 255]
   // For cells where fast_threshold finds nothing, [1, fast_threshold]. Where the whole image has
   // fewer than `features` corners even so, empty cells are searched down to the noise of the image.
   int min_fast_threshold = 7;
-  int cell_size = 32;          // [px of the level] side of such a cell, >= 8
-  bool subpixel = true;        // refine corners below the pixel of their level
+  bool subpixel = true;  // refine corners below the pixel of their level
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -39,12 +38,11 @@ const char* ToString(LineDetector detector);
 
 struct LineExtractorOptions {
   LineDetector detector = LineDetector::kEdLines;
-  double min_length = 0.04;     // shortest segment, as a share of the longer image side, (0, 1]
-  int max_lines = 150;          // the longest are kept, > 0
-  bool merge = true;            // join collinear fragments of one edge
-  double merge_gap = 0.015625;  // largest gap between them, likewise, [0, 1]; 10 px at least
-  bool refine = true;           // fit each segment to the sub-pixel peaks of the gradient across it
-  bool descriptors = true;      // compute LBD
+  double min_length = 0.04;  // shortest segment, as a share of the longer image side, (0, 1]
+  int max_lines = 150;       // the longest are kept, > 0
+  bool merge = true;         // join collinear fragments of one edge
+  bool refine = true;        // fit each segment to the sub-pixel peaks of the gradient across it
+  bool descriptors = true;   // compute LBD
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -52,13 +50,10 @@ struct LineExtractorOptions {
 
 struct SegmentDepthOptions {
   int samples = 24;            // places along the segment, [4, 64]; four depth pixels at each
-  double half_width = 2.0;     // [px] farthest pixel from the segment to each side, > 0
   double min_depth = 0.05;     // [m] a nearer value is no measurement, > 0
   double max_depth = 20.0;     // [m] neither is a farther one, > min_depth
   double min_valid = 0.5;      // share of the samples of a side that must be measurements, (0, 1]
   double min_inliers = 0.6;    // share of the measurements that must fit the line, (0, 1]
-  double inlier_sigmas = 3.0;  // residual of such a measurement in sigmas, > 0
-  double max_rms = 1.5;        // of the inliers' residuals, in sigmas, > 0
   int ransac_iterations = 16;  // for each side, > 0
   std::uint32_t seed = 1;      // of the drawn pairs: equal input gives equal output
   DepthNoise noise = {};       // of the sensor

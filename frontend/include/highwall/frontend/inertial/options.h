@@ -1,13 +1,11 @@
 #pragma once
 
-#include <highwall/core/sliding_window_smoother.h>
-#include <highwall/factors/adaptive_imu_weight.h>
 #include <highwall/factors/imu_buffer.h>
-#include <highwall/factors/zero_velocity.h>
 
 namespace highwall {
 
-// How the inertial residuals are weighed against the visual ones (docs/equations.md, section 4).
+// How the inertial residuals are weighed against the visual ones (docs/equations.md, section 4);
+// the classes are of factors, their options as they are there.
 enum class ImuWeighting {
   kPaper,       // by the motion: PaperImuWeight
   kConsistent,  // 1, less where the innovations are too large: ConsistentImuWeight
@@ -20,8 +18,6 @@ const char* ToString(ImuWeighting policy);
 struct ImuWeightingOptions {
   ImuWeighting policy = ImuWeighting::kConsistent;
   double fixed_weight = 1.0;  // > 0; of kFixed
-  PaperImuWeightOptions paper{};
-  ConsistentImuWeightOptions consistent{};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -61,21 +57,11 @@ struct InertialOptions {
   ImuWeightingOptions weighting{};
   bool estimate_time_offset = true;
   InertialInitializerOptions initializer{};
-  double retry_interval = 0.5;  // [s] > 0; between attempts to initialize
-  int max_attempts = 20;        // >= 1; that end in a contradiction, then the IMU is given up
-  SlidingWindowOptions window{.max_states = 10};
+  int max_attempts = 20;  // >= 1; that end in a contradiction, then the IMU is given up
   ImuBufferOptions buffer{};
+  int window_states = 10;  // >= 2; images that are estimated together
   VisualNoise visual_noise{};
-  // Of the walks of the biases, >= 1: what the map gets wrong along the way looks like biases that
-  // move faster than those of the sensor do.
-  double walk_inflation = 4.0;
-  // Of the prediction's covariance before it guides the search for landmarks, >= 1.
-  double prediction_inflation = 4.0;
   double max_dead_reckoning = 5.0;  // [s] > 0; without any image, then the frame is lost
-  // After readings were missing: of the velocity that the displacement of two images shows.
-  double restart_velocity_sigma = 0.5;  // [m/s] > 0
-  StationaryOptions stationary{};
-  double stationary_speed = 0.03;  // [m/s] > 0; the estimate must be slower as well
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

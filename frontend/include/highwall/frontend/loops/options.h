@@ -21,8 +21,8 @@ struct KeyFrameGraphOptions {
   // > 0; a loop beyond this is false: the squared distance of LoopChi2, and what a loop is left
   // with in the solved graph. 99.9 % of true ones are within where the drift is as above.
   double max_loop_chi2 = 22.458;
-  int min_shared = 50;  // >= 1: landmarks that make an edge between keyframes
-  int neighbours = 3;   // >= 0: most such edges of a keyframe to older ones
+  int min_shared = kSharedByEdge;  // >= 1: landmarks that make an edge between keyframes
+  int neighbours = 3;              // >= 0: most such edges of a keyframe to older ones
   // Where the map knows gravity, rotations keep its direction, W's z axis: four degrees of freedom
   // are left.
   bool hold_gravity = true;
@@ -32,14 +32,9 @@ struct KeyFrameGraphOptions {
 };
 
 struct LoopDetectorOptions {
-  int min_shared = 15;        // >= 1: landmarks that two keyframes of one place share
-  int candidates = 3;         // >= 1: keyframes looked at, most alike first
-  double min_score = 0.01;    // [0, 1]: of the index
-  double score_share = 0.25;  // [0, 1]: of the score of the best neighbour in the map
-  int consistency = 3;        // >= 1: keyframes in a row that name one place before it is verified
-  RelocalizerOptions verification{.min_inliers = 20, .ransac_iterations = 300};
-  int place_keyframes = 10;  // >= 0: neighbours of the candidate whose landmarks are searched
-  int min_support = 50;      // >= 6: inlier points plus twice the lines, after that search
+  int candidates = 3;    // >= 1: keyframes looked at, most alike first
+  int consistency = 3;   // >= 1: keyframes in a row that name one place before it is verified
+  int min_support = 50;  // >= 6: inlier points plus twice the lines, after that search
   // [0, 1]: their share of the landmarks in view, against what the keyframe found in its own
   // surroundings: a blurred image finds few of either. Half are taken to be found at home where
   // that is not known.
@@ -49,8 +44,6 @@ struct LoopDetectorOptions {
   // >= 1: there one keyframe tells enough that has so many times the support, and finds as much as
   // at home; of less, `consistency` keyframes in a row must tell the same transform.
   double overwhelming = 2.0;
-  // [0, 1]: share of the depth of two submaps that their merge may contradict either way.
-  double max_contradiction = 0.03;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

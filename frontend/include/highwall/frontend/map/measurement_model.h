@@ -43,6 +43,8 @@ class MeasurementModel {
   // Rows of a point; the third is zero where it has no depth (Dimension 2 instead of 3).
   ProjectionRows<3> Rows(const PointFeature& feature) const;
   static int Dimension(const PointFeature& feature) { return feature.depth > 0.0 ? 3 : 2; }
+  // |r|^2 of a point's rows, p_W [m] seen from T_WC; infinite where it is nearer than min_depth.
+  double Chi2(const PointFeature& feature, const Pose& T_WC, const Eigen::Vector3d& p_W) const;
   // Rows of a line's two ends in the end-point form; the second row of each is zero without depth,
   // and, with paper weighting, for a segment that the virtual right camera sees end-on.
   std::array<ProjectionRows<2>, 2> Rows(const LineFeature& feature) const;

@@ -5,6 +5,11 @@
 
 namespace highwall {
 
+// How many landmarks two keyframes share at least
+inline constexpr int kSharedToSearch = 10;  // for those of one to be looked for in the other
+inline constexpr int kSharedByPlace = 15;   // to be of one place: adjusted and culled together
+inline constexpr int kSharedByEdge = 50;    // for an edge of the pose graph to tie them
+
 struct ProjectionMatchOptions {
   int max_hamming = 100;         // [bit] 0 to 256
   double ratio = 0.9;            // (0, 1]: best against second best of the same pyramid level

@@ -29,17 +29,13 @@ struct DegeneracyOptions {
 struct SurfaceMatcherOptions {
   int stride = 2;              // [cells] >= 1, between the middles of patches
   int radius = 4;              // [cells] >= 1: a patch has 2 radius + 1 cells to a side
-  double link = 0.1;           // > 0: a patch ends where depth departs by this share of itself
   double min_share = 0.7;      // (0, 1]: cells of a patch that must be of its surface
-  double planar_sigmas = 2.0;  // > 0: most depart from the plane by no more than depth noise, or by
-  double roughness = 0.01;     // [m] >= 0, whichever is more
   double max_incidence = 1.3;  // [rad] (0, pi/2): between the ray and the normal
   // [rad] > 0: standard deviation of a normal. Normals that are less certain hold a pose in
   // directions of which the surface says nothing.
   double max_tilt = 0.05;
   double gate_sigmas = 4.0;  // > 0: a point farther off the plane is of something else, plus
   double gate = 0.03;        // [m] >= 0, the error of the pose
-  int max_rows = 300;        // >= 1
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -49,12 +45,8 @@ struct SurfaceMatcherOptions {
 struct DirectAlignmentOptions {
   bool enabled = true;
   int min_rows = 30;             // >= 1, on patches
-  double min_overlap = 0.3;      // (0, 1]: of the frame's depth that the reference must see
   double min_correlation = 0.8;  // [0, 1): of the grey levels of both
   double max_sigma = 0.05;       // [m] > 0: a pose with a more open direction is none
-  // >= 1: readings that share their noise; the patches of 9 x 9 cells, every second one, overlap
-  // twenty-fold.
-  double shared_noise = 20.0;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

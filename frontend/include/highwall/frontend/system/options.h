@@ -15,9 +15,6 @@ struct SubmapOptions {
   // [s] >= 0: without a pose, before the next frame that can begins a submap; a submap that did not
   // live so long is given up as fast.
   double patience = 0.3;
-  // >= 1: a submap that is lost with fewer keyframes than that, and joined with no other, is
-  // dropped: it began in blur.
-  int min_keyframes = 5;
 
   void Validate() const;
 };

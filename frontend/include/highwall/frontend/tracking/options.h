@@ -22,17 +22,12 @@ struct RelocalizerOptions {
 
 struct MovingObjectOptions {
   bool enabled = true;
-  double sigmas = 3.0;     // > 0: of depth noise by which two depths must differ ...
-  double relative = 0.03;  // >= 0: ... and this share of the depth, for errors of the pose
-  double link = 0.05;      // > 0: neighbouring cells are one surface up to this share of the depth
-  int min_votes = 2;       // >= 1: frames that contradict a point
-  double settled = 1.5;    // [s] > 0: what was seen in place this long before or after stands
-  int min_core = 6;        // >= 1 [cells] that lie within a moving cluster; edges have none
-  double max_share = 0.6;  // (0, 1]: where more of the image seems to move, the pose is to blame
-  double interval = 0.5;   // [s] > 0: between the frames that are remembered
-  double history = 4.0;    // [s] > interval: how long they are
-  int min_surface = 40;    // >= 1 [cells] of a surface that is judged by its landmarks
-  double max_surface = 0.5;           // (0, 1]: share of the image that it may have
+  double settled = 1.5;      // [s] > 0: what was seen in place this long before or after stands
+  double max_share = 0.6;    // (0, 1]: where more of the image seems to move, the pose is to blame
+  double interval = 0.5;     // [s] > 0: between the frames that are remembered
+  double history = 4.0;      // [s] > interval: how long they are
+  int min_surface = 40;      // >= 1 [cells] of a surface that is judged by its landmarks
+  double max_surface = 0.5;  // (0, 1]: share of the image that it may have
   LandmarkMotionOptions landmarks{};  // when they tell that a surface moves
 
   void Validate() const;

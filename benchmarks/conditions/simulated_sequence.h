@@ -12,13 +12,13 @@
 namespace highwall::bench {
 
 // Frames of a simulation, rendered once and kept in memory, so that several runs see the same.
-class Film final : public Dataset {
+class SimulatedSequence final : public Dataset {
  public:
   // From `begin` [s] after the first frame to the last.
-  explicit Film(const simulate::Simulation& simulation, double begin = 0.0);
+  explicit SimulatedSequence(const simulate::Simulation& simulation, double begin = 0.0);
 
   // Another without its first frames; first <= its size; the images are shared.
-  Film(const Film& film, std::size_t first);
+  SimulatedSequence(const SimulatedSequence& sequence, std::size_t first);
 
   std::size_t size() const override { return images_.size(); }
   Stamp stamp(std::size_t index) const override { return images_[index].stamp; }

@@ -1,4 +1,4 @@
-#include "film.h"
+#include "parted_sequence.h"
 
 #include <ranges>
 #include <utility>
@@ -63,7 +63,8 @@ std::optional<int> Sequence::PartOf(std::size_t frame) const {
   return parted_.PartAt(ToSeconds(stamp(frame) - stamp(0)));
 }
 
-Film::Film(const Sequence& sequence, Ways ways) : sequence_(sequence), ways_(ways) {
+PartedSequence::PartedSequence(const Sequence& sequence, Ways ways)
+    : sequence_(sequence), ways_(ways) {
   Stamp left_out = 0;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const std::optional<int> part = sequence.PartOf(i);
@@ -76,10 +77,10 @@ Film::Film(const Sequence& sequence, Ways ways) : sequence_(sequence), ways_(way
   if (ways == Ways::kNotNeeded) PutInKnownOrder();
 }
 
-void Film::PutInKnownOrder() {
-  std::vector<std::vector<FilmFrame>> parts;
+void PartedSequence::PutInKnownOrder() {
+  std::vector<std::vector<PartedFrame>> parts;
   std::vector<Stamp> stamps;
-  for (const FilmFrame& frame : frames_) {
+  for (const PartedFrame& frame : frames_) {
     stamps.push_back(frame.stamp);
     parts.resize(static_cast<std::size_t>(*frame.part) + 1);
     parts.back().push_back(frame);
@@ -106,23 +107,23 @@ void Film::PutInKnownOrder() {
   for (std::size_t i = 0; i < stamps.size(); ++i) frames_[i].stamp = stamps[i];
 }
 
-RgbdImage Film::Load(const FilmFrame& frame) const {
+RgbdImage PartedSequence::Load(const PartedFrame& frame) const {
   if (ways_ == Ways::kCovered && !frame.part) return Covered(frame);
   RgbdImage image = sequence_.Load(frame.source);
   image.stamp = frame.stamp;
   return image;
 }
 
-Trajectory Film::Truth() const {
+Trajectory PartedSequence::Truth() const {
   Trajectory truth;
-  for (const FilmFrame& frame : frames_) {
+  for (const PartedFrame& frame : frames_) {
     truth.push_back({frame.stamp, sequence_.T_WC(frame.source)});
   }
   return truth;
 }
 
 // Next to black, with the noise of a sensor that is as bright as in the room.
-RgbdImage Film::Covered(const FilmFrame& frame) const {
+RgbdImage PartedSequence::Covered(const PartedFrame& frame) const {
   constexpr float kBlack = 4.0F, kNoise = 2.0F;  // [grey levels] mean and sigma
   constexpr float kHand = 0.25F;                 // [m] of a cover that is near
   constexpr int kBlob = 16;                      // [px] of garbage that hangs together

@@ -1,4 +1,4 @@
-#include "film.h"
+#include "simulated_sequence.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace highwall::bench {
 
-Film::Film(const simulate::Simulation& simulation, double begin)
+SimulatedSequence::SimulatedSequence(const simulate::Simulation& simulation, double begin)
     : sensor_{.camera = simulation.options().camera,
               .depth_noise = simulation.options().sensor.Noise()} {
   constexpr Stamp kBefore = 500'000'000;  // [ns]
@@ -26,13 +26,14 @@ Film::Film(const simulate::Simulation& simulation, double begin)
                        [&](const ImuSample& sample) { return sample.stamp >= first - kBefore; });
 }
 
-Film::Film(const Film& film, std::size_t first)
-    : sensor_(film.sensor_),
-      imu_(film.imu_),
-      images_(film.images_.begin() + static_cast<std::ptrdiff_t>(first), film.images_.end()),
-      truth_(film.truth_.begin() + static_cast<std::ptrdiff_t>(first), film.truth_.end()) {}
+SimulatedSequence::SimulatedSequence(const SimulatedSequence& sequence, std::size_t first)
+    : sensor_(sequence.sensor_),
+      imu_(sequence.imu_),
+      images_(sequence.images_.begin() + static_cast<std::ptrdiff_t>(first),
+              sequence.images_.end()),
+      truth_(sequence.truth_.begin() + static_cast<std::ptrdiff_t>(first), sequence.truth_.end()) {}
 
-void Film::ScaleDepth(double factor) {
+void SimulatedSequence::ScaleDepth(double factor) {
   for (RgbdImage& image : images_) image.depth *= factor;
 }
 

@@ -54,7 +54,7 @@ class Sequence {
   std::unique_ptr<TumDataset> images_;
 };
 
-// What a film makes of the ways between the parts.
+// What a parted sequence makes of the ways between the parts.
 enum class Ways {
   kShown,    // nobody is kidnapped
   kLeftOut,  // the stamps close up
@@ -72,32 +72,32 @@ enum class Cover {
   kGarbage,  // anything
 };
 
-struct FilmFrame {
+struct PartedFrame {
   std::size_t source = 0;  // of the sequence
   Stamp stamp = 0;
   std::optional<int> part;  // none on the way
 };
 
-// The frames of a sequence as a film shows them.
-class Film {
+// The frames of a sequence as a parted sequence shows them.
+class PartedSequence {
  public:
   // sequence: must outlive this.
-  Film(const Sequence& sequence, Ways ways);
+  PartedSequence(const Sequence& sequence, Ways ways);
 
   const Sequence& sequence() const { return sequence_; }
-  const std::vector<FilmFrame>& frames() const { return frames_; }
-  RgbdImage Load(const FilmFrame& frame) const;
+  const std::vector<PartedFrame>& frames() const { return frames_; }
+  RgbdImage Load(const PartedFrame& frame) const;
   Cover cover() const { return static_cast<Cover>(sequence_.seed() % 3); }
-  // T_WC of every frame, at the film's stamps.
+  // T_WC of every frame, at its stamps.
   Trajectory Truth() const;
 
  private:
   void PutInKnownOrder();
-  RgbdImage Covered(const FilmFrame& frame) const;
+  RgbdImage Covered(const PartedFrame& frame) const;
 
   const Sequence& sequence_;
   Ways ways_;
-  std::vector<FilmFrame> frames_;
+  std::vector<PartedFrame> frames_;
 };
 
 }  // namespace highwall::bench

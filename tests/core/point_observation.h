@@ -10,7 +10,7 @@ namespace highwall {
 
 // A point seen in three dimensions, as a user's AutoDiff cost on a Pose and a point:
 // r = w (R(q)^T (x - p) - z).
-struct Sighting {
+struct PointObservation {
   Eigen::Vector3d z;
   double weight = 1.0;
 
@@ -24,9 +24,10 @@ struct Sighting {
   }
 };
 
-inline std::unique_ptr<ceres::CostFunction> MakeSighting(const Eigen::Vector3d& z,
-                                                         double weight = 1.0) {
-  return std::make_unique<ceres::AutoDiffCostFunction<Sighting, 3, 7, 3>>(new Sighting{z, weight});
+inline std::unique_ptr<ceres::CostFunction> MakeObservation(const Eigen::Vector3d& z,
+                                                            double weight = 1.0) {
+  return std::make_unique<ceres::AutoDiffCostFunction<PointObservation, 3, 7, 3>>(
+      new PointObservation{z, weight});
 }
 
 }  // namespace highwall
