@@ -1,6 +1,7 @@
 #include <highwall/frontend/inertial/inertial_odometry.h>
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -565,13 +566,19 @@ TEST(InertialOptions, ErrorsNameTheField) {
   expect_error({.retry_interval = 0.0}, "retry_interval");
   expect_error({.max_attempts = 0}, "max_attempts");
   expect_error({.visual_noise = {.scale = 0.0}}, "scale");
+  expect_error({.walk_inflation = 0.5}, "walk_inflation");
   expect_error({.prediction_inflation = 0.5}, "prediction_inflation");
   expect_error({.max_dead_reckoning = 0.0}, "max_dead_reckoning");
   expect_error({.restart_velocity_sigma = 0.0}, "restart_velocity_sigma");
   expect_error({.stationary_speed = 0.0}, "stationary_speed");
+  InertialOptions as_told;
+  as_told.walk_inflation = 1.0;
+  EXPECT_NO_THROW(as_told.Validate());
   ImuCalibration calibration;
-  calibration.rate = 0.0;
-  EXPECT_THROW(InertialOdometry{calibration}, InvalidArgument);
+  for (const double bad : {0.0, std::numeric_limits<double>::infinity()}) {
+    calibration.rate = bad;
+    EXPECT_THROW(InertialOdometry{calibration}, InvalidArgument) << bad;
+  }
 }
 
 TEST(InertialStatus, HasNames) {
