@@ -60,10 +60,15 @@ std::optional<double> FloorHeight(const OctomapBuilder& map, const Eigen::Quater
   const auto weight = [&](std::int64_t level) {
     return count_at(level - 1) + count_at(level) + count_at(level + 1);
   };
+  // An empty level between two full ones is no floor, though it has both for neighbours.
+  const auto weight_of_full = [&](std::int64_t level) {
+    return levels.contains(level) ? weight(level) : 0;
+  };
   int fullest = 0;
   for (const auto& [level, count] : levels) fullest = std::max(fullest, weight(level));
   for (const auto& [level, count] : levels) {
-    const bool peak = weight(level) >= weight(level - 1) && weight(level) >= weight(level + 1);
+    const bool peak =
+        weight(level) >= weight_of_full(level - 1) && weight(level) >= weight_of_full(level + 1);
     if (!peak || weight(level) < min_share * fullest) continue;
     const double shift = count_at(level + 1) - count_at(level - 1);
     return (static_cast<double>(level) + 0.5 + shift / weight(level)) * resolution;

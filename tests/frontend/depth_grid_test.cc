@@ -41,6 +41,18 @@ TEST(DepthGrid, APortraitImageHasTheCellsOfItsLandscape) {
   EXPECT_EQ(cv::countNonZero(cells), 60 * 80);
 }
 
+TEST(DepthGrid, ItsSizeIsKnownWithoutIt) {
+  for (const cv::Size& image : {cv::Size(640, 480), cv::Size(480, 640), cv::Size(640, 12),
+                                cv::Size(1, 1000), cv::Size(97, 79)}) {
+    const PinholeCamera camera{.width = image.width, .height = image.height};
+    const DepthGrid grid(camera);
+    EXPECT_EQ(DepthGrid::SizeFor(camera), cv::Size(grid.camera().width, grid.camera().height));
+  }
+  EXPECT_EQ(DepthGrid::SizeFor({.width = 640, .height = 12}), cv::Size(80, 1));
+  EXPECT_EQ(DepthGrid::SizeFor({.width = 1, .height = 1000}), cv::Size(1, 80)) << "at least one";
+  EXPECT_THROW(DepthGrid::SizeFor({.width = 0}), InvalidArgument);
+}
+
 TEST(DepthGrid, SamplesTheMedianAndLeavesOutWhatIsNotMeasured) {
   const DepthGrid grid{PinholeCamera()};
   cv::Mat depth(480, 640, CV_32FC1, 2.0F);

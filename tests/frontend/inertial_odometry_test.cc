@@ -1,6 +1,7 @@
 #include <highwall/frontend/inertial/inertial_odometry.h>
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -568,8 +569,10 @@ TEST(InertialOptions, ErrorsNameTheField) {
   expect_error({.visual_noise = {.scale = 0.0}}, "scale");
   expect_error({.max_dead_reckoning = 0.0}, "max_dead_reckoning");
   ImuCalibration calibration;
-  calibration.rate = 0.0;
-  EXPECT_THROW(InertialOdometry{calibration}, InvalidArgument);
+  for (const double bad : {0.0, std::numeric_limits<double>::infinity()}) {
+    calibration.rate = bad;
+    EXPECT_THROW(InertialOdometry{calibration}, InvalidArgument) << bad;
+  }
 }
 
 TEST(InertialStatus, HasNames) {

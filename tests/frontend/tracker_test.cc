@@ -389,6 +389,10 @@ TEST(TrackerOptions, ErrorsNameTheField) {
   expect_error({.min_motion_support = 5}, "min_motion_support");
   expect_error({.min_support = 5}, "min_support");
   expect_error({.doubtful_agreement = 1.1}, "doubtful_agreement");
+  for (const double bad : {-0.1, 1.1}) {
+    expect_error({.doubtful_share = bad}, "doubtful_share");
+    expect_error({.doubtful_drop = bad}, "doubtful_drop");
+  }
   expect_error({.local_keyframes = 0}, "local_keyframes");
   expect_error({.pose = {.rounds = 0}}, "rounds");
   expect_error({.relocalizer = {.candidates = 0}}, "candidates");

@@ -1,5 +1,6 @@
 #include "fuzz.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cstdint>
@@ -44,6 +45,30 @@ void WriteSeeds(const std::filesystem::path& folder) {
   }
 }
 
+// The file that is read, kept open from one input to the next: to open and empty it anew costs as
+// much as many a reader does.
+class InputFile {
+ public:
+  explicit InputFile(const std::filesystem::path& path)
+      : path_(path), file_(open(path.c_str(), O_WRONLY | O_CREAT, 0600)) {}
+  ~InputFile() { close(file_); }
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  void Hold(std::string_view bytes) const {
+    if (ftruncate(file_, std::ssize(bytes)) != 0 ||
+        pwrite(file_, bytes.data(), bytes.size(), 0) != std::ssize(bytes)) {
+      std::perror(path_.c_str());
+      std::_Exit(2);
+    }
+  }
+
+ private:
+  std::filesystem::path path_;
+  int file_;
+};
+
 }  // namespace
 
 std::string ReadBytes(const std::filesystem::path& path) {
@@ -69,13 +94,18 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace highwall::fuzz;
-  static const std::filesystem::path path = ScratchFolder() / kTarget.file_name;
+  static const InputFile file(ScratchFolder() / kTarget.file_name);
   const std::string_view input(reinterpret_cast<const char*>(data), size);
-  WriteBytes(path, kTarget.file == nullptr ? std::string(input) : kTarget.file(input));
+  if (kTarget.file == nullptr) {
+    file.Hold(input);
+  } else {
+    file.Hold(kTarget.file(input));
+  }
   try {
-    kTarget.read(path);
+    kTarget.read(file.path());
   } catch (const highwall::IoError& refused) {
-    if (kTarget.names_file && !std::string_view(refused.what()).starts_with(path.native())) {
+    const std::string_view message = refused.what();
+    if (kTarget.names_file && !message.starts_with(file.path().native())) {
       std::fprintf(stderr, "refused without the file's name: %s\n", refused.what());
       std::abort();
     }

@@ -2,9 +2,11 @@
 #include <highwall/frontend/map/map_io.h>
 #include <highwall/frontend/map/measurement_model.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 
+#include "features/depth_grid.h"
 #include "fuzz.h"
 #include "support/crc32.h"
 
@@ -13,8 +15,16 @@ namespace {
 
 constexpr std::size_t kHeaderSize = 24;  // docs/map_file.md
 
+// So flat that its grid of depth is as small as inputs are.
+PinholeCamera FlatCamera() {
+  PinholeCamera camera;
+  camera.height = 12;
+  camera.cy = 6.0;
+  return camera;
+}
+
 // Two views of two points and a line.
-Map SmallMap() {
+Map SmallMap(const cv::Mat& depth_grid = {}) {
   auto features = std::make_shared<FrameFeatures>();
   for (const double u : {100.0, 300.0}) {
     PointFeature point;
@@ -32,6 +42,7 @@ Map SmallMap() {
   depth.inlier_share = 1.0;
   features->lines.push_back({{{10.0f, 10.0f}, {200.0f, 12.0f}}, depth});
   features->line_descriptors = cv::Mat(1, 32, CV_8U, cv::Scalar(9));
+  features->depth_grid = depth_grid;
   Map map;
   const KeyFrameId a = map.AddKeyFrame({0, 1'000, features}, Pose()).id;
   const KeyFrameId b =
@@ -48,9 +59,19 @@ Map SmallMap() {
   return map;
 }
 
-std::string Content(const Map& map) {
-  return Written([&](const auto& path) { SaveMap(path, PinholeCamera(), map); })
-      .substr(kHeaderSize);
+// With the depth around each view, and another world that knows up.
+Map TwoWorlds() {
+  Map map = SmallMap(cv::Mat(DepthGrid::SizeFor(FlatCamera()), CV_32FC1, cv::Scalar(2.0)));
+  const SubmapId other = map.AddSubmap();
+  map.AddKeyFrame({2, 3'000, std::make_shared<FrameFeatures>()}, Pose(), other).found = 30.0;
+  map.SetGravity(Eigen::Vector3d(0, 0, -9.81), other);
+  return map;
+}
+
+// The version, then what the file holds behind its header.
+std::string Input(char version, const PinholeCamera& camera, const Map& map) {
+  return version +
+         Written([&](const auto& path) { SaveMap(path, camera, map); }).substr(kHeaderSize);
 }
 
 // What a run does first with what was loaded must not throw.
@@ -88,14 +109,22 @@ const Target kTarget{
     .file_name = "saved.hwmap",
     .seeds =
         [] {
-          return std::vector<std::string>{Content(SmallMap()), Content(Map())};
+          std::vector<std::string> seeds;
+          for (const char version : {1, 2, 3}) {
+            seeds.push_back(Input(version, PinholeCamera(), SmallMap()));
+            seeds.push_back(Input(version, FlatCamera(), TwoWorlds()));
+            seeds.push_back(Input(version, PinholeCamera(), Map()));
+          }
+          return seeds;
         },
     // The header is made right: a checksum says nothing of who wrote it.
     .file =
-        [](std::string_view content) {
+        [](std::string_view input) {
           std::string file = "HWMAP\r\n\x1a";
           file.resize(kHeaderSize);
-          const std::uint32_t version = 3, crc = testing::Crc32(content);
+          const std::string_view content = input.substr(std::min<std::size_t>(1, input.size()));
+          const std::uint32_t version = input.empty() ? 3 : static_cast<unsigned char>(input[0]);
+          const std::uint32_t crc = testing::Crc32(content);
           const std::uint64_t size = content.size();
           std::memcpy(file.data() + 8, &version, 4);
           std::memcpy(file.data() + 12, &crc, 4);

@@ -81,9 +81,14 @@ TEST(DepthFilter, ForgetsRemovedFrames) {
 
 TEST(DepthFilter, RefusesDepthOfAnotherSizeAndHoldsItNot) {
   DepthFilter filter(SmallCamera(), 0.01);
-  KeyframeImage small = Wall(1, 2.0f);
-  small.depth = small.depth(cv::Rect(0, 0, 80, 60));
-  EXPECT_THROW(filter.Push(small), InvalidArgument);
+  const KeyframeImage whole = Wall(1, 2.0f);
+  const int width = whole.depth.cols, height = whole.depth.rows;
+  for (const cv::Size& size :
+       {cv::Size(80, 60), cv::Size(width, height - 1), cv::Size(width - 1, height)}) {
+    KeyframeImage small = whole;
+    small.depth = small.depth(cv::Rect({0, 0}, size));
+    EXPECT_THROW(filter.Push(small), InvalidArgument) << size.width << " x " << size.height;
+  }
   EXPECT_FALSE(filter.Push(Wall(2, 2.0f)));
 }
 

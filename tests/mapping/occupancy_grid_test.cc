@@ -116,6 +116,22 @@ TEST(FloorHeight, LiesBetweenTwoLevelsAsTheyShareTheFloor) {
   EXPECT_NEAR(*floor, 0.025 + 0.25 * 0.05, 2e-3);  // cells of the border may count or not
 }
 
+TEST(FloorHeight, AHoleOfTwoLevelsIsNotTheFloor) {
+  // 2 x 2 m in the voxels of 0.10 to 0.15 m, and beside it 0.3 x 2 m in those of 0.00 to 0.05 m:
+  // the level between them is empty, and must not hide both.
+  OctomapBuilder map({.resolution = 0.05, .max_range = 10.0});
+  Points points_W;
+  for (double x = -0.99; x < 1.3; x += 0.02) {
+    for (double y = -0.99; y < 1.0; y += 0.02) {
+      points_W.push_back(Eigen::Vector3d(x, y, x < 1.0 ? 0.12 : 0.02).cast<float>());
+    }
+  }
+  for (int i = 0; i < 3; ++i) map.InsertWorld(points_W, Eigen::Vector3f(0, 0, 3));
+  const auto floor = FloorHeight(map);
+  ASSERT_TRUE(floor.has_value());
+  EXPECT_DOUBLE_EQ(*floor, 0.125);
+}
+
 TEST(UprightRotation, TurnsUpToZ) {
   for (const Eigen::Vector3d& up :
        {Eigen::Vector3d(0, -2, 0), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0.3, 0.4, 0.5)}) {

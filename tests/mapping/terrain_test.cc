@@ -182,6 +182,22 @@ TEST(TraversabilityGrid, LowObstaclesBlockAndHighOnesDoNot) {
   EXPECT_EQ(TraversabilityGrid(OctomapBuilder()).width, 0);
 }
 
+// A kerb of 0.4 m, which is 11 degrees over the radius of a slope.
+TEST(TraversabilityGrid, AKerbBlocksWhicheverWayItRuns) {
+  for (const bool along_x : {true, false}) {
+    const OccupancyGrid grid = TraversabilityGrid(
+        Survey([&](double x, double y) { return (along_x ? y : x) > 6.01 ? 0.45 : 0.05; }));
+    for (double along = 2.05; along < 10.0; along += 0.5) {
+      int blocked = 0;
+      for (double across = 5.55; across < 6.5; across += 0.1) {
+        const Eigen::Vector2d place(along_x ? along : across, along_x ? across : along);
+        blocked += grid.Query(place) == GridCell::kOccupied;
+      }
+      EXPECT_EQ(blocked, 2) << along << " m along it, a cell on either side";
+    }
+  }
+}
+
 TEST(TraversabilityOptions, RefusesValuesOutOfRange) {
   EXPECT_NO_THROW(TraversabilityOptions{}.Validate());
   EXPECT_THROW((TraversabilityOptions{.max_slope = 90.0}.Validate()), InvalidArgument);

@@ -11,12 +11,28 @@
 
 namespace highwall {
 
+namespace {
+
+double CellSize(const PinholeCamera& camera) {
+  return static_cast<double>(std::max(camera.width, camera.height)) / DepthGrid::kCells;
+}
+
+}  // namespace
+
+cv::Size DepthGrid::SizeFor(const PinholeCamera& camera) {
+  camera.Validate();
+  const double cell_size = CellSize(camera);
+  return {std::max(1, static_cast<int>(camera.width / cell_size)),
+          std::max(1, static_cast<int>(camera.height / cell_size))};
+}
+
 DepthGrid::DepthGrid(const PinholeCamera& camera)
     : image_camera_((camera.Validate(), camera)),
       camera_(camera.WithoutDistortion()),
-      cell_size_(static_cast<double>(std::max(camera.width, camera.height)) / kCells) {
-  camera_.width = std::max(1, static_cast<int>(camera.width / cell_size_));
-  camera_.height = std::max(1, static_cast<int>(camera.height / cell_size_));
+      cell_size_(CellSize(camera)) {
+  const cv::Size size = SizeFor(camera);
+  camera_.width = size.width;
+  camera_.height = size.height;
   camera_.fx /= cell_size_;
   camera_.fy /= cell_size_;
   camera_.cx = (camera.cx + 0.5) / cell_size_ - 0.5;

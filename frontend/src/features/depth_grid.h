@@ -19,6 +19,8 @@ class DepthGrid {
 
   // camera: of the depth images, with its distortion. Throws InvalidArgument if it is not valid.
   explicit DepthGrid(const PinholeCamera& camera);
+  // Its columns and rows, without making it; throws alike.
+  static cv::Size SizeFor(const PinholeCamera& camera);
 
   // Whose pixels are the cells, without distortion.
   const PinholeCamera& camera() const { return camera_; }

@@ -338,13 +338,13 @@ void WriteEvidence(Writer& writer, const KeyFrame& keyframe) {
   }
 }
 
-double ReadEvidence(Reader& reader, const DepthGrid& grid, FrameFeatures& features) {
+// size: of the grid of depth, in cells.
+double ReadEvidence(Reader& reader, const cv::Size& size, FrameFeatures& features) {
   double found = 0.0;
   reader(found);
   reader.Require(IsBetween(0.0, found, kLargest), "a keyframe has found less than nothing");
   const std::uint32_t cells = reader.Count(sizeof(float));
   if (cells == 0) return found;
-  const cv::Size size(grid.camera().width, grid.camera().height);
   reader.Require(cells == static_cast<std::uint32_t>(size.area()),
                  "its depth is not that of its camera");
   features.depth_grid.create(size, CV_32FC1);
@@ -454,7 +454,7 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
   Fields(reader, saved.camera);
   Check(reader, saved.camera);
   Map& map = saved.map;
-  const DepthGrid grid(saved.camera);
+  const cv::Size grid_size = DepthGrid::SizeFor(saved.camera);
   const bool has_submaps = version >= kFirstWithSubmaps;
   const std::uint32_t submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
   std::vector<bool> populated(submaps, false);
@@ -472,7 +472,8 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
     std::array<double, Pose::kSize> block;
     reader.Bytes(block.data(), sizeof(block));
     const auto features = ReadFeatures(reader, saved.camera);
-    const double found = version >= kFirstWithDepth ? ReadEvidence(reader, grid, *features) : 0.0;
+    const double found =
+        version >= kFirstWithDepth ? ReadEvidence(reader, grid_size, *features) : 0.0;
     frame.features = features;
     map.AddKeyFrame(frame, CheckedPose(reader, block), submap).found = found;
   }
