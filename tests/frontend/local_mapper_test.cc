@@ -168,7 +168,7 @@ TEST_F(LocalMapperTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeT
 }
 
 TEST_F(LocalMapperTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
-  LocalMapper mapper(model, {});
+  LocalMapper mapper(model, {.triangulation = {.lines = true}});
   std::vector<int> triangulated;
   for (const double x : {0.0, 0.25, 0.5, 0.75}) {
     const LocalMappingReport report = Insert(mapper, LookWithoutDepthOfLines(x), At(x));
@@ -194,7 +194,7 @@ TEST_F(LocalMapperTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKeyFramesSee
 }
 
 TEST_F(LocalMapperTest, WithoutTriangulationTheyMakeNone) {
-  LocalMapper mapper(model, {.triangulation = {.keyframes = 0}});
+  LocalMapper mapper(model, {.triangulation = {.keyframes = 0, .lines = true}});
   for (const double x : {0.0, 0.25, 0.5}) {
     SyntheticView view = LookWithoutDepthOfLines(x);
     auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -208,10 +208,26 @@ TEST_F(LocalMapperTest, WithoutTriangulationTheyMakeNone) {
   EXPECT_EQ(map.num_lines(), 0U);
 }
 
-TEST_F(LocalMapperTest, LinesAloneMayBeLeftOutOfTriangulation) {
-  LocalMapper mapper(model, {.triangulation = {.lines = false}});
+TEST_F(LocalMapperTest, UnlessTheyAreAskedForSegmentsAreTriangulatedWhereThereAreNoCorners) {
+  LocalMapper mapper(model, {});
   for (const double x : {0.0, 0.25, 0.5}) Insert(mapper, LookWithoutDepthOfLines(x), At(x));
   EXPECT_EQ(map.num_lines(), 0U);
+
+  // Segments that have depth make the keyframes neighbours.
+  Map lines_alone;
+  std::swap(map, lines_alone);
+  LocalMapper of_lines(model, {});
+  int triangulated = 0;
+  for (const double x : {0.0, 0.25, 0.5}) {
+    SyntheticView view = Look({{}, scene.lines}, IdealSensor(), At(x));
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (std::size_t i = 0; i < view.lines.size(); ++i) {
+      if (view.lines[i] % 2 == 0) features->lines[i].segment_C.reset();
+    }
+    view.features = features;
+    triangulated += Insert(of_lines, view, At(x)).triangulated_lines;
+  }
+  EXPECT_GT(triangulated, 3);
 }
 
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {

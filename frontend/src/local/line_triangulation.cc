@@ -16,7 +16,7 @@
 namespace highwall {
 namespace {
 
-// [m^2] Where the planes of all views leave an end no more than this of its distance, it has none.
+// [m^2] The cameras are no farther than a micrometre from the planes: no end has a distance.
 constexpr double kInOnePlane = 1e-12;
 
 Eigen::Vector3d Ray(const PinholeCamera& camera, const Eigen::Vector2f& uv) {
@@ -33,8 +33,8 @@ struct FirstView {
   Eigen::Vector3d s, e, across;
 };
 
-// A view as the problem needs it; C is the first view.
-struct OtherView {
+// A view as the problem needs it; C is the camera of the first view.
+struct SeenFrom {
   Eigen::Matrix3d R_VC;
   Eigen::Vector3d p_VC;
   std::array<Eigen::Vector3d, 2> ends;  // rays
@@ -63,16 +63,17 @@ class LineProblem {
 
   int NumResiduals() const { return 2 * static_cast<int>(views_.size()); }
 
-  // n: moment of the line in a view, to a scale; where the rows are not finite such a step costs
-  // more than any, for TinySolver does not look at what is returned.
+  // TinySolver does not look at what is returned: a step whose rows are not finite must cost more
+  // than any.
   bool operator()(const double* x, double* residuals, double* jacobian) const {
     const Eigen::Vector3d s = first_.s + x[0] * first_.across, e = first_.e + x[1] * first_.across;
     Eigen::Map<Jacobian> J(jacobian, jacobian != nullptr ? NumResiduals() : 0, 4);
     Eigen::Map<Eigen::VectorXd> r(residuals, NumResiduals());
     Eigen::Index row = 0;
-    for (const OtherView& view : views_) {
+    for (const SeenFrom& view : views_) {
       const Eigen::Vector3d p = view.R_VC * s + x[2] * view.p_VC;  // times z: at infinity as well
       const Eigen::Vector3d q = view.R_VC * e + x[3] * view.p_VC;
+      // Moment of the line in the view, to a scale that cancels.
       const Eigen::Vector3d n = p.cross(q), k = S_.cwiseProduct(n), a = view.R_VC * first_.across;
       const double inverse_h = 1.0 / std::sqrt(n.dot(k));
       Eigen::Matrix<double, 3, 4> dn_dx;
@@ -98,7 +99,7 @@ class LineProblem {
     for (const int end : {0, 1}) {
       double a = 0.0, b = 0.0;
       for (std::size_t i = 1; i < views_.size(); ++i) {
-        const OtherView& view = views_[i];
+        const SeenFrom& view = views_[i];
         const Eigen::Vector3d n = view.ends[0].cross(view.ends[1]).normalized();
         const double along = n.dot(view.p_VC);
         a += along * along;
@@ -119,7 +120,7 @@ class LineProblem {
   const FirstView first_;
   const Eigen::Vector3d S_;  // diag(1/fx^2, 1/fy^2, 0)
   const double weight_;      // [1/px]
-  std::vector<OtherView> views_;
+  std::vector<SeenFrom> views_;
 };
 
 // Every camera has what it saw of it before it.

@@ -19,8 +19,8 @@ struct LineView {
   LineSegment segment;  // [px] at least 1 px long
 };
 
-// A line as its first view has it: how far from the segment's ends s and e its image passes, across
-// the segment to the left of the way from s to e as x is to y, and how far away it is there.
+// A line as its first view has it: how far from the segment's ends s and e its image passes, along
+// (-d_y, d_x) of the unit direction d from s to e, and how far away it is there.
 struct SeenLine {
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();         // [px] at s, at e
   Eigen::Vector2d inverse_depth = Eigen::Vector2d::Zero();  // [1/m] 1/z at s, at e
@@ -40,10 +40,10 @@ struct TriangulatedLine {
 // would be behind a camera, or where its distance stays open: the planes through the cameras and
 // their segments are one, since the cameras moved along the line or within its plane. Where they
 // are nearly one the covariance says so. Start: where the rays of the first view's ends meet the
-// planes of the others; then Gauss-Newton. (Bartoli, Sturm, "Structure-from-motion using lines",
-// CVIU 2005, section 3: the linear start and why it does not suffice. The four numbers are those of
-// an inverse-depth point at either end: Civera, Davison, Montiel, "Inverse depth parametrization
-// for monocular SLAM", T-RO 2008.)
+// planes of the others; then Levenberg-Marquardt. (Bartoli, Sturm, "Structure-from-motion using
+// lines", CVIU 2005, section 3: the linear start and why it does not suffice. The four numbers are
+// those of an inverse-depth point at either end: Civera, Davison, Montiel, "Inverse depth
+// parametrization for monocular SLAM", T-RO 2008.)
 std::optional<TriangulatedLine> TriangulateLine(const MeasurementModel& model,
                                                 std::span<const LineView> views);
 

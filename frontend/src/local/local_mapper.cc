@@ -171,7 +171,7 @@ void LocalMapper::CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingRe
 }
 
 void LocalMapper::TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
-  if (!options_.triangulation.lines) return;
+  if (!options_.triangulation.lines && !keyframe.points.empty()) return;
   const auto neighbours = Neighbours(map, keyframe.id, options_.triangulation.keyframes);
   for (const DepthlessLine& found : FindDepthlessLines(
            model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {

@@ -25,7 +25,7 @@ struct TriangulationOptions {
   int keyframes = 10;            // >= 0: neighbours that they are looked for in; 0: none is made
   int min_views = 3;             // >= 2: keyframes that must agree; two alone agree by chance
   int min_line_views = 3;        // >= 3: of a line; two planes through segments always meet in one
-  bool lines = true;             // false: of corners alone
+  bool lines = false;            // of segments also where a keyframe has corners: docs/lines.md
   double max_depth_sigma = 0.1;  // > 0, of its depth: one known worse waits for more parallax
   int max_hamming = 50;          // [bit] [0, 256]: of corners on each other's epipolar line
   double ratio = 0.8;            // (0, 1]: best against second best there
