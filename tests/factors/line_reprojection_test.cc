@@ -8,6 +8,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 #include <highwall/core/error.h>
 #include <highwall/core/line3.h>
@@ -191,6 +192,68 @@ TEST(LineReprojection, DoesNotChangeWhenTheWorldFrameMoves) {
                 1e-10);
     }
   }
+}
+
+// Without depth nothing tells how large the world is; with it every other size shows.
+TEST(LineReprojection, RowsWithoutDepthDoNotChangeWhenTheWorldGrows) {
+  std::mt19937 rng(19);
+  const twins::Rig rig = TestRig();
+  const RgbdProjection projection(rig.camera, Pose());  // the body is the camera
+  for (int i = 0; i < 20; ++i) {
+    const Pose T_WB = RandomPose(rng);
+    const Segment3 segment = T_WB * Segment3({Uniform(rng, -1, 0), -0.5, 2.0}, {0.5, 0.4, 3.0});
+    const RgbdSegment seen{{300.0, 200.0, 20.0}, {400.0, Uniform(rng, 220, 300), 10.0}};
+    const Pose grown_pose = Pose(T_WB.q(), 1.7 * T_WB.p());
+    const Segment3 grown(1.7 * segment.p(), 1.7 * segment.q());
+    const std::vector<Block> ends{ToBlock(T_WB), ToBlock(segment)};
+    const std::vector<Block> grown_ends{ToBlock(grown_pose), ToBlock(grown)};
+    const std::vector<Block> line{ToBlock(T_WB), ToBlock(LineOf(segment))};
+    const std::vector<Block> grown_line{ToBlock(grown_pose), ToBlock(LineOf(grown))};
+    const LineReprojection left(SegmentRows(seen.s.head<2>(), seen.e.head<2>(), 1.0), projection);
+    const OrthonormalLineReprojection left_line(seen.s.head<2>(), seen.e.head<2>(), 1.0,
+                                                projection);
+    const OrthonormalLineReprojectionRgbd with_depth(seen, {}, Weighting::kCovariance, projection);
+    EXPECT_GT(Residual(left, ends).norm(), 0.1);
+    // Pixels of order 500 in double precision.
+    EXPECT_LT((Residual(left, ends) - Residual(left, grown_ends)).norm(), 1e-9);
+    EXPECT_LT((Residual(left_line, line) - Residual(left_line, grown_line)).norm(), 1e-9);
+    EXPECT_GT((Residual(with_depth, line) - Residual(with_depth, grown_line)).norm(), 0.1);
+  }
+}
+
+// Each view's two rows say in which plane through its camera the line lies: two of its four degrees
+// of freedom. Another view says the other two, unless it has the same plane.
+TEST(OrthonormalLineReprojection, AViewWithoutDepthHoldsThePlaneThroughCameraAndLine) {
+  const RgbdProjection projection(PinholeCamera{}, Pose());
+  const Segment3 segment({-0.4, 0.3, 2.0}, {0.5, -0.2, 2.6});
+  const Eigen::Vector3d along = segment.q() - segment.p();
+  const OrthonormalLine line = LineOf(segment);
+  const auto rank = [&](const std::vector<Eigen::Vector3d>& cameras) {
+    Eigen::MatrixXd J(2 * static_cast<Eigen::Index>(cameras.size()), 4);
+    Eigen::Matrix<double, 6, 4, Eigen::RowMajor> plus;
+    kLineManifold.PlusJacobian(line.data(), plus.data());
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const Pose T_WB(Eigen::Quaterniond::Identity(), cameras[i]);
+      const PinholeCamera camera;
+      const OrthonormalLineReprojection factor(camera.Project(segment.p() - cameras[i]),
+                                               camera.Project(segment.q() - cameras[i]), 1.0,
+                                               projection);
+      const double* blocks[] = {T_WB.data(), line.data()};
+      Eigen::Vector2d r;
+      Eigen::Matrix<double, 2, 6, Eigen::RowMajor> ambient;
+      double* jacobians[] = {nullptr, ambient.data()};
+      factor.Evaluate(blocks, r.data(), jacobians);
+      J.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = ambient * plus;
+    }
+    Eigen::FullPivLU<Eigen::MatrixXd> lu(J);
+    lu.setThreshold(1e-9);
+    return lu.rank();
+  };
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero(), aside(0.1, 0.3, 0.0);
+  EXPECT_EQ(rank({origin}), 2);
+  EXPECT_EQ(rank({origin, aside}), 4);
+  EXPECT_EQ(rank({origin, 0.2 * along, 0.3 * along}), 2) << "along the line";
+  EXPECT_EQ(rank({origin, 0.1 * segment.p(), 0.2 * segment.q()}), 2) << "within its plane";
 }
 
 TEST(LineReprojection, DoesNotChangeWhenTheObservedEndsSlideAlongTheLine) {

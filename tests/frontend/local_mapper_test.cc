@@ -74,6 +74,13 @@ class LocalMapperTest : public ::testing::Test {
   LocalMappingReport InsertAt(LocalMapper& mapper, double x) {
     return Insert(mapper, Look(scene, IdealSensor(), At(x)), At(x));
   }
+  SyntheticView LookWithoutDepthOfLines(double x) const {
+    SyntheticView view = Look(scene, IdealSensor(), At(x));
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (LineFeature& line : features->lines) line.segment_C.reset();
+    view.features = features;
+    return view;
+  }
 
   const MeasurementModel model{IdealSensor(), {}};
   const Scene scene = MakeScene(23, 300, 40);
@@ -160,16 +167,68 @@ TEST_F(LocalMapperTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeT
   EXPECT_GT(checked, 30);
 }
 
+TEST_F(LocalMapperTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
+  LocalMapper mapper(model, {});
+  std::vector<int> triangulated;
+  for (const double x : {0.0, 0.25, 0.5, 0.75}) {
+    const LocalMappingReport report = Insert(mapper, LookWithoutDepthOfLines(x), At(x));
+    EXPECT_EQ(report.new_lines, 0) << "from depth";
+    triangulated.push_back(report.triangulated_lines);
+  }
+  EXPECT_EQ(triangulated[0] + triangulated[1], 0) << "two planes meet whatever they show";
+  EXPECT_GT(triangulated[2], 10);
+  int checked = 0;
+  for (std::size_t i = 0; i < scene.lines.size(); ++i) {
+    const MapLine* line = map.line(line_ids[i]);
+    if (line == nullptr) continue;
+    ++checked;
+    EXPECT_GE(line->observations.size(), 3U);
+    EXPECT_TRUE(line->has_descriptor);
+    const Segment3& truth = scene.lines[i].segment_W;
+    const PluckerLine line_W = PluckerLine::FromPoints(truth.p(), truth.q());
+    // Exact features: what the adjustment leaves.
+    EXPECT_LT(line_W.Distance(line->segment_W.p()), 2e-3) << i;
+    EXPECT_LT(line_W.Distance(line->segment_W.q()), 2e-3) << i;
+  }
+  EXPECT_GT(checked, 10);
+}
+
 TEST_F(LocalMapperTest, WithoutTriangulationTheyMakeNone) {
   LocalMapper mapper(model, {.triangulation = {.keyframes = 0}});
   for (const double x : {0.0, 0.25, 0.5}) {
-    SyntheticView view = Look(scene, IdealSensor(), At(x));
+    SyntheticView view = LookWithoutDepthOfLines(x);
     auto features = std::make_shared<FrameFeatures>(*view.features);
     for (PointFeature& point : features->points) point.depth = point.depth_sigma = 0.0;
     view.features = features;
-    EXPECT_EQ(Insert(mapper, view, At(x)).triangulated_points, 0);
+    const LocalMappingReport report = Insert(mapper, view, At(x));
+    EXPECT_EQ(report.triangulated_points, 0);
+    EXPECT_EQ(report.triangulated_lines, 0);
   }
   EXPECT_EQ(map.num_points(), 0U);
+  EXPECT_EQ(map.num_lines(), 0U);
+}
+
+TEST_F(LocalMapperTest, SegmentsAreTriangulatedOnlyWherePointsAreScarce) {
+  LocalMapper mapper(model, {.triangulation = {.scarce_points = 0}});
+  for (const double x : {0.0, 0.25, 0.5}) Insert(mapper, LookWithoutDepthOfLines(x), At(x));
+  EXPECT_EQ(map.num_lines(), 0U);
+
+  // Every third has depth: those make the keyframes neighbours.
+  const Scene many_lines = MakeScene(24, 0, 150);
+  line_ids.assign(many_lines.lines.size(), kNoId);
+  map = Map();
+  LocalMapper of_lines(model, {});
+  int triangulated = 0;
+  for (const double x : {0.0, 0.25, 0.5}) {
+    SyntheticView view = Look(many_lines, IdealSensor(), At(x));
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (std::size_t i = 0; i < view.lines.size(); ++i) {
+      if (view.lines[i] % 3 != 0) features->lines[i].segment_C.reset();
+    }
+    view.features = features;
+    triangulated += Insert(of_lines, view, At(x)).triangulated_lines;
+  }
+  EXPECT_GT(triangulated, 20);
 }
 
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {

@@ -196,6 +196,40 @@ TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
   EXPECT_TRUE(loaded.keyframe(0_kf)->frame.features->depth_grid.empty()) << "it had none";
 }
 
+TEST_F(MapIoTest, LandmarksThatNoKeyFrameKnowsTheDepthOfAreKept) {
+  const Map& with_depth = map();
+  Map without;
+  const LineId line = without.AddLine(Segment3({-0.3, 0.1, 2.0}, {0.4, 0.2, 2.5}), 0).id;
+  const PointId point = without.AddPoint({0.1, 0.2, 2.0}, 0).id;
+  for (const KeyFrameId id : with_depth.keyframe_ids()) {
+    const KeyFrame& keyframe = *with_depth.keyframe(id);
+    Frame frame = keyframe.frame;
+    FrameFeatures features = *frame.features;
+    for (PointFeature& feature : features.points) feature.depth = feature.depth_sigma = 0.0;
+    for (LineFeature& feature : features.lines) feature.segment_C.reset();
+    frame.features = std::make_shared<const FrameFeatures>(std::move(features));
+    const KeyFrameId added = without.AddKeyFrame(frame, keyframe.T_WC).id;
+    EXPECT_TRUE(without.ObserveLine(added, 2, line));
+    EXPECT_TRUE(without.ObservePoint(added, 3, point));
+  }
+  SaveMap(path, IdealSensor().camera, without);
+  const Map loaded = LoadMap(path).map;
+  ASSERT_EQ(loaded.num_lines(), 1U);
+  ASSERT_EQ(loaded.num_points(), 1U);
+  const MapLine& same = *loaded.line(loaded.line_ids().front());
+  EXPECT_EQ(same.segment_W.p(), without.line(line)->segment_W.p());
+  ASSERT_EQ(same.observations.size(), without.line(line)->observations.size());
+  EXPECT_EQ(loaded.point(loaded.point_ids().front())->observations.size(),
+            same.observations.size());
+  for (const Observation& o : same.observations) {
+    const FrameFeatures& features = *loaded.keyframe(o.keyframe)->frame.features;
+    const LineFeature& seen = features.lines[static_cast<std::size_t>(o.index)];
+    EXPECT_FALSE(seen.segment_C);
+    EXPECT_EQ(MeasurementModel::Dimension(seen), 2);
+    EXPECT_EQ(features.points[3].depth, 0.0);
+  }
+}
+
 TEST_F(MapIoTest, RefusesDepthThatNoImageHas) {
   const cv::Mat depth(60, 80, CV_32FC1, cv::Scalar(1.0));
   ASSERT_EQ(DepthGrid(IdealSensor().camera).camera().height, depth.rows);

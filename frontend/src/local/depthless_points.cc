@@ -5,17 +5,12 @@
 #include <optional>
 #include <utility>
 
+#include "local/agreeing_views.h"
 #include "local/triangulation.h"
 #include "map/epipolar_matcher.h"
 
 namespace highwall {
 namespace {
-
-// The views of one corner, and the observations that they are.
-struct Track {
-  std::vector<PointView> views;
-  std::vector<Observation> observations;
-};
 
 PointView ViewOf(const KeyFrame& keyframe, int index) {
   return {keyframe.T_WC, keyframe.frame.features->points[static_cast<std::size_t>(index)]};
@@ -26,26 +21,6 @@ double Misfit(const MeasurementModel& model, const InlierBounds& inliers, const 
               const Eigen::Vector3d& p_W) {
   return model.Chi2(view.feature, view.T_WC, p_W) /
          inliers.Of(MeasurementModel::Dimension(view.feature));
-}
-
-// The largest set of views that agree, worst ones left out one by one.
-std::optional<TriangulatedPoint> TriangulateAgreeing(const MeasurementModel& model,
-                                                     const InlierBounds& inliers, Track& track) {
-  while (track.views.size() >= 2) {
-    const auto point = TriangulatePoint(model, track.views);
-    if (!point) return std::nullopt;
-    std::vector<double> misfits;
-    for (const PointView& view : track.views) {
-      misfits.push_back(Misfit(model, inliers, view, point->p_W));
-    }
-    const auto worst = std::max_element(misfits.begin(), misfits.end());
-    if (*worst <= 1.0) return point;
-    // The first is the corner that is looked for.
-    const auto other = std::max_element(misfits.begin() + 1, misfits.end()) - misfits.begin();
-    track.views.erase(track.views.begin() + other);
-    track.observations.erase(track.observations.begin() + other);
-  }
-  return std::nullopt;
 }
 
 // The distance is known from the newest view on.
@@ -70,7 +45,7 @@ std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, c
   const FrameFeatures& features = *keyframe.frame.features;
   std::vector<bool> wanted(features.points.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = keyframe.points[i] == kNoId;
-  std::vector<Track> tracks(wanted.size());
+  std::vector<Track<PointView>> tracks(wanted.size());
   const EpipolarMatchOptions match{
       .max_hamming = options.max_hamming, .ratio = options.ratio, .chi2 = inliers.Of(1)};
   for (const KeyFrameId n : neighbours) {
@@ -81,21 +56,25 @@ std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, c
     for (const auto& [own, other] :
          MatchEpipolar(model, {features, keyframe.T_WC, wanted},
                        {*neighbour.frame.features, neighbour.T_WC, free}, match)) {
-      Track& track = tracks[static_cast<std::size_t>(own)];
-      track.views.push_back(ViewOf(neighbour, other));
-      track.observations.push_back({n, other});
+      tracks[static_cast<std::size_t>(own)].Add(ViewOf(neighbour, other), {n, other});
     }
   }
   std::vector<DepthlessPoint> found;
+  const auto triangulate = [&](std::span<const PointView> views) {
+    return TriangulatePoint(model, views);
+  };
+  const auto misfits = [&](const TriangulatedPoint& point, std::span<const PointView> views) {
+    std::vector<double> all;
+    for (const PointView& view : views) all.push_back(Misfit(model, inliers, view, point.p_W));
+    return all;
+  };
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    Track& track = tracks[i];
+    Track<PointView>& track = tracks[i];
     if (track.views.empty()) continue;
     const int own = static_cast<int>(i);
-    track.views.insert(track.views.begin(), ViewOf(keyframe, own));
-    track.observations.insert(track.observations.begin(), {id, own});
-    const auto point = TriangulateAgreeing(model, inliers, track);
-    if (!point || static_cast<int>(track.views.size()) < options.min_views) continue;
-    if (!IsSound(*point, keyframe.T_WC, options.max_depth_sigma)) continue;
+    track.AddFirst(ViewOf(keyframe, own), {id, own});
+    const auto point = EstimateAgreeing(track, options.min_views, triangulate, misfits);
+    if (!point || !IsSound(*point, keyframe.T_WC, options.max_depth_sigma)) continue;
     found.push_back({point->p_W, std::move(track.observations)});
   }
   return found;

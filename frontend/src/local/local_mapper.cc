@@ -8,6 +8,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/internal/background_worker.h>
 
+#include "local/depthless_lines.h"
 #include "local/depthless_points.h"
 #include "map/covisibility.h"
 #include "map/landmark_fusion.h"
@@ -88,6 +89,9 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   CreatePoints(keyframe, map, report);
   TriangulatePoints(keyframe, map, report);
   CreateLines(keyframe, map, report);
+  if (tracked.num_points < options_.triangulation.scarce_points) {
+    TriangulateLines(keyframe, map, report);
+  }
   RefreshPoints(keyframe.id, map);
   if (map.NumKeyFramesOf(tracked.submap) > 1) {
     AdjustAround(keyframe.id, map);
@@ -147,22 +151,41 @@ void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
   }
 }
 
-void LocalMapper::CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
+void LocalMapper::CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
   const FrameFeatures& features = *keyframe.frame.features;
   for (std::size_t i = 0; i < features.lines.size(); ++i) {
     if (keyframe.lines[i] != kNoId || !features.lines[i].segment_C) continue;
     const SegmentDepth& fit = *features.lines[i].segment_C;
     const Segment3 segment_C(fit.p_C, fit.q_C);
     if (segment_C.Length() < options_.min_line_length) continue;
-    MapLine& line = map.AddLine(keyframe.T_WC * segment_C, keyframe.frame.index);
-    if (!features.line_descriptors.empty()) {
-      line.descriptor = DescriptorRow(features.line_descriptors, static_cast<int>(i));
-      line.has_descriptor = true;
-    }
-    map.ObserveLine(keyframe.id, static_cast<int>(i), line.id);
-    recent_lines_.emplace_back(line.id, keyframe.id);
+    const int index = static_cast<int>(i);
+    map.ObserveLine(keyframe.id, index, AddLine(keyframe, index, keyframe.T_WC * segment_C, map));
     ++report.new_lines;
   }
+}
+
+void LocalMapper::TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
+  const auto neighbours =
+      Neighbours(map, keyframe.id, kSharedToSearch, options_.triangulation.keyframes);
+  for (const DepthlessLine& found : FindDepthlessLines(
+           model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
+    if (found.segment_W.Length() < options_.min_line_length) continue;
+    const LineId line = AddLine(keyframe, found.observations.front().index, found.segment_W, map);
+    for (const Observation& o : found.observations) map.ObserveLine(o.keyframe, o.index, line);
+    ++report.triangulated_lines;
+  }
+}
+
+LineId LocalMapper::AddLine(const KeyFrame& keyframe, int index, const Segment3& segment_W,
+                            Map& map) {
+  MapLine& line = map.AddLine(segment_W, keyframe.frame.index);
+  const cv::Mat& descriptors = keyframe.frame.features->line_descriptors;
+  if (!descriptors.empty()) {
+    line.descriptor = DescriptorRow(descriptors, index);
+    line.has_descriptor = true;
+  }
+  recent_lines_.emplace_back(line.id, keyframe.id);
+  return line.id;
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {

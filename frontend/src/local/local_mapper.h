@@ -52,9 +52,12 @@ class LocalMapper {
   };
 
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  // Of corners whose depth is missing.
+  void CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  // Of corners and of segments whose depth is missing.
   void TriangulatePoints(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  void CreateLines(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  void TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
+  // A landmark that looks like segment `index` of the keyframe.
+  LineId AddLine(const KeyFrame& keyframe, int index, const Segment3& segment_W, Map& map);
   // Finds the landmarks of neighbouring keyframes that this one observes without having been
   // tracked to them.
   void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;

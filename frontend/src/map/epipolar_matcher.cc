@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 
 #include "features/orb_matcher.h"
+#include "map/best_pairs.h"
 
 namespace highwall {
 namespace {
 
 constexpr double kNoBaseline = 1e-6;  // [m]
-constexpr int kNone = std::numeric_limits<int>::max();
 
 // The line in b's image [px], of unit normal, on which what is along the ray of `uv` is seen.
 class EpipolarLines {
@@ -40,11 +39,6 @@ class EpipolarLines {
   Eigen::Matrix3d essential_;
 };
 
-struct Best {
-  int feature = -1;
-  int hamming = kNone;
-};
-
 }  // namespace
 
 std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, const EpipolarView& a,
@@ -58,39 +52,25 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
   for (std::size_t j = 0; j < b.wanted.size(); ++j) {
     if (b.wanted[j]) candidates.push_back(static_cast<int>(j));
   }
-  std::vector<Best> owner(b.wanted.size());  // of b's features
+  BestPairs pairs(b.wanted.size());
   for (std::size_t i = 0; i < a.wanted.size(); ++i) {
     if (!a.wanted[i]) continue;
     const PointFeature& from = a.features.points[i];
     const auto line = lines.Of(from.uv);
     if (!line) continue;
     const std::uint8_t* descriptor = a.features.point_descriptors.ptr(static_cast<int>(i));
-    Best best;
-    int second = kNone;
+    BestPartner best;
     for (const int j : candidates) {
       const PointFeature& to = b.features.points[static_cast<std::size_t>(j)];
       if (std::abs(to.octave - from.octave) > 1) continue;
       const double distance = std::abs(line->head<2>().dot(to.uv) + line->z());
       const double sigma = std::hypot(model.PointSigma(from.octave), model.PointSigma(to.octave));
       if (distance > bound * sigma) continue;
-      const int hamming = HammingDistance(descriptor, b.features.point_descriptors.ptr(j));
-      if (hamming < best.hamming) {
-        second = best.hamming;
-        best = {j, hamming};
-      } else {
-        second = std::min(second, hamming);
-      }
+      best.Offer(j, HammingDistance(descriptor, b.features.point_descriptors.ptr(j)));
     }
-    if (best.feature < 0 || best.hamming > options.max_hamming) continue;
-    if (second != kNone && best.hamming >= options.ratio * second) continue;
-    Best& taken = owner[static_cast<std::size_t>(best.feature)];
-    if (best.hamming < taken.hamming) taken = {static_cast<int>(i), best.hamming};
+    if (best.IsClear(options.max_hamming, options.ratio)) pairs.Take(static_cast<int>(i), best);
   }
-  std::vector<std::pair<int, int>> pairs;
-  for (std::size_t j = 0; j < owner.size(); ++j) {
-    if (owner[j].feature >= 0) pairs.emplace_back(owner[j].feature, static_cast<int>(j));
-  }
-  return pairs;
+  return pairs.Pairs();
 }
 
 }  // namespace highwall

@@ -18,7 +18,7 @@ struct LocalMappingReport {
   KeyFrameId keyframe = kNoId;
   BundleAdjustmentReport bundle;  // in the background: what Update() returns instead
   int new_points = 0, new_lines = 0, fused_points = 0;
-  int triangulated_points = 0;  // not among the new ones: they had no depth
+  int triangulated_points = 0, triangulated_lines = 0;  // not among the new: they had no depth
   int culled_points = 0, culled_lines = 0;
   std::vector<KeyFrameId> culled_keyframes;
 };

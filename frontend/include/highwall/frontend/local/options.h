@@ -20,11 +20,15 @@ struct BundleAdjustmentOptions {
   void Validate() const;
 };
 
-// Landmarks from corners without depth, by the parallax between keyframes.
+// Landmarks from corners and segments without depth, by the parallax between keyframes.
 struct TriangulationOptions {
   int keyframes = 10;            // >= 0: neighbours that they are looked for in; 0: none is made
   int min_views = 3;             // >= 2: keyframes that must agree; two alone agree by chance
-  double max_depth_sigma = 0.1;  // > 0, of its depth: a point known worse waits for more parallax
+  int min_line_views = 3;        // >= 3: of a line; two planes through segments always meet in one
+  // >= 0: of segments only where a keyframe was tracked by fewer points; beside many they are too
+  // few to help (docs/lines.md).
+  int scarce_points = 100;
+  double max_depth_sigma = 0.1;  // > 0, of its depth: one known worse waits for more parallax
   int max_hamming = 50;          // [bit] [0, 256]: of corners on each other's epipolar line
   double ratio = 0.8;            // (0, 1]: best against second best there
 

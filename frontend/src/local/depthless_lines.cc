@@ -1,0 +1,71 @@
+#include "local/depthless_lines.h"
+
+#include <cstddef>
+#include <utility>
+
+#include "local/agreeing_views.h"
+#include "local/line_triangulation.h"
+#include "map/epipolar_line_matcher.h"
+
+namespace highwall {
+namespace {
+
+LineView ViewOf(const KeyFrame& keyframe, int index) {
+  return {keyframe.T_WC, keyframe.frame.features->lines[static_cast<std::size_t>(index)].segment};
+}
+
+// The segments that are no landmark and have no depth to become one.
+std::vector<bool> WithoutLandmark(const KeyFrame& keyframe) {
+  std::vector<bool> without(keyframe.lines.size());
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    without[i] = keyframe.lines[i] == kNoId && !keyframe.frame.features->lines[i].segment_C;
+  }
+  return without;
+}
+
+// The distance of both ends is known.
+bool IsSound(const SeenLine& line, double max_depth_sigma) {
+  const Eigen::Array2d sigma = line.covariance.diagonal().tail<2>().array().sqrt();
+  return (sigma <= max_depth_sigma * line.inverse_depth.array()).all();
+}
+
+}  // namespace
+
+std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, const Map& map,
+                                              KeyFrameId id, std::span<const KeyFrameId> neighbours,
+                                              const TriangulationOptions& options,
+                                              const InlierBounds& inliers) {
+  const KeyFrame& keyframe = *map.keyframe(id);
+  const std::vector<bool> wanted = WithoutLandmark(keyframe);
+  std::vector<Track<LineView>> tracks(wanted.size());
+  for (const KeyFrameId n : neighbours) {
+    const KeyFrame& neighbour = *map.keyframe(n);
+    const std::vector<bool> free = WithoutLandmark(neighbour);
+    for (const auto& [own, other] :
+         MatchEpipolarLines(model, {*keyframe.frame.features, keyframe.T_WC, wanted},
+                            {*neighbour.frame.features, neighbour.T_WC, free}, inliers.Of(1))) {
+      tracks[static_cast<std::size_t>(own)].Add(ViewOf(neighbour, other), {n, other});
+    }
+  }
+  const auto triangulate = [&](std::span<const LineView> views) {
+    return TriangulateLine(model, views);
+  };
+  const auto misfits = [&](const TriangulatedLine& line, std::span<const LineView>) {
+    std::vector<double> all = line.squared_errors;
+    for (double& misfit : all) misfit /= inliers.Of(2);
+    return all;
+  };
+  std::vector<DepthlessLine> found;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    Track<LineView>& track = tracks[i];
+    if (track.views.empty()) continue;
+    const int own = static_cast<int>(i);
+    track.AddFirst(ViewOf(keyframe, own), {id, own});
+    const auto line = EstimateAgreeing(track, options.min_line_views, triangulate, misfits);
+    if (!line || !IsSound(line->seen, options.max_depth_sigma)) continue;
+    found.push_back({line->segment_W, std::move(track.observations)});
+  }
+  return found;
+}
+
+}  // namespace highwall
