@@ -12,23 +12,14 @@
 
 #include "map/covisibility.h"
 #include "pose/depth_agreement.h"
-#include "pose/pose_observations.h"
 #include "pose/support.h"
+#include "tracking/landmark_observations.h"
 
 namespace highwall {
 namespace {
 
 constexpr double kFollow = 0.05;      // share of a frame in what is usual
 constexpr std::size_t kCompared = 3;  // keyframes whose depth must not contradict a frame's
-
-TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
-  TrackedFrame tracked;
-  tracked.frame = frame;
-  tracked.T_WC = T_WC;
-  tracked.points.assign(frame.features->points.size(), kNoId);
-  tracked.lines.assign(frame.features->lines.size(), kNoId);
-  return tracked;
-}
 
 template <class LandmarkId>
 void Apply(const std::vector<std::pair<int, LandmarkId>>& matches,
@@ -60,68 +51,12 @@ int Support(const TrackedFrame& tracked) {
   return Support(tracked.points, tracked.lines);
 }
 
-// Whose landmarks it was matched with, one at least.
-SubmapId SubmapOf(const TrackedFrame& tracked, const Map& map) {
-  const auto seen_by = [&](const auto* landmark) {
-    return map.keyframe(landmark->observations.front().keyframe)->submap;
-  };
-  for (const PointId id : tracked.points) {
-    if (const MapPoint* point = map.point(id)) return seen_by(point);
-  }
-  for (const LineId id : tracked.lines) {
-    if (const MapLine* line = map.line(id)) return seen_by(line);
-  }
-  return kFirstSubmap;
-}
-
 template <class LandmarkId>
 std::vector<bool> Taken(const std::vector<LandmarkId>& landmarks) {
   std::vector<bool> taken(landmarks.size());
   std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
                  [](LandmarkId id) { return id != kNoId; });
   return taken;
-}
-
-// One of the ends or the middle of a line is where `is_on` says.
-template <class IsOn>
-bool Touches(const LineFeature& line, const IsOn& is_on) {
-  const Eigen::Vector2d s = line.segment.s.cast<double>(), e = line.segment.e.cast<double>();
-  return is_on(s) || is_on(e) || is_on(0.5 * (s + e));
-}
-
-// The landmarks that a frame was found to see, and the features that see them.
-struct LandmarkObservations {
-  std::vector<PosePoint> points;
-  std::vector<PoseLine> lines;
-  std::vector<std::size_t> point_features, line_features;
-};
-
-// What is no longer in the map, or not in front of the camera, is unmatched.
-LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map,
-                                   TrackedFrame& tracked) {
-  const FrameFeatures& features = *tracked.frame.features;
-  LandmarkObservations seen;
-  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    const MapPoint* point = map.point(tracked.points[i]);
-    if (point == nullptr) {
-      tracked.points[i] = kNoId;
-      continue;
-    }
-    seen.points.push_back(MakePosePoint(model, *point, features.points[i]));
-    seen.point_features.push_back(i);
-  }
-  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    const MapLine* line = map.line(tracked.lines[i]);
-    std::optional<PoseLine> pose_line;
-    if (line != nullptr) pose_line = MakePoseLine(model, *line, features.lines[i], tracked.T_WC);
-    if (!pose_line) {
-      tracked.lines[i] = kNoId;
-      continue;
-    }
-    seen.lines.push_back(*pose_line);
-    seen.line_features.push_back(i);
-  }
-  return seen;
 }
 
 }  // namespace
@@ -131,7 +66,7 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options)
       options_(options),
       matcher_(model),
       relocalizer_(model, options.relocalizer),
-      moving_(model.camera(), model.depth_noise(), options.moving),
+      moving_(model, options.moving, options.pose),
       aligner_(moving_.grid(), model.depth_noise(), options.surfaces.matcher, options.direct) {
   options_.Validate();
 }
@@ -167,8 +102,8 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   last_support_ = match->Support();
   last_landmarks_ = frame.stamp;
   usual_found_ += (usual_found_ > 0.0 ? kFollow : 1.0) * (tracked.found - usual_found_);
-  moving_.Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
-                   tracked.reference, map);
+  moving_.objects().Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
+                             tracked.reference, map);
   return tracked;
 }
 
@@ -351,64 +286,6 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   return tracked;
 }
 
-bool Tracker::HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
-                       int surface, const cv::Mat& moving) const {
-  const FrameFeatures& features = *rough.frame.features;
-  const auto is_on = [&](const Eigen::Vector2d& uv) {
-    return surfaces.labels.at<int>(moving_.grid().CellOf(uv)) == surface;
-  };
-  const auto moves = [&](const Eigen::Vector2d& uv) {
-    return moving.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
-  };
-  std::vector<PosePoint> judged;
-  int judged_lines = 0;
-  TrackedFrame others = Unmatched(rough.frame, rough.T_WC);
-  for (std::size_t i = 0; i < rough.tried_points.size(); ++i) {
-    const MapPoint* point = map.point(rough.tried_points[i]);
-    if (point == nullptr) continue;
-    if (is_on(features.points[i].uv)) {
-      judged.push_back(MakePosePoint(model_, *point, features.points[i]));
-    } else if (!moves(features.points[i].uv)) {
-      others.points[i] = point->id;
-    }
-  }
-  if (static_cast<int>(judged.size()) < options_.moving.landmarks.min_points) return false;
-  for (std::size_t i = 0; i < rough.tried_lines.size(); ++i) {
-    if (rough.tried_lines[i] == kNoId) continue;
-    if (Touches(features.lines[i], is_on)) {
-      ++judged_lines;
-    } else if (!Touches(features.lines[i], moves)) {
-      others.lines[i] = rough.tried_lines[i];
-    }
-  }
-  const LandmarkObservations seen = LandmarksSeen(model_, map, others);
-  return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen.points, seen.lines,
-                   options_.pose, options_.moving.landmarks);
-}
-
-cv::Mat Tracker::FindMoving(const TrackedFrame& tracked, const Map& map) const {
-  return moving_.Find(tracked.frame.stamp, tracked.frame.features->depth_grid, tracked.T_WC, map,
-                      SubmapOf(tracked, map),
-                      [&](const DepthSurfaces& surfaces, int surface, const cv::Mat& moving) {
-                        return HasMoved(tracked, map, surfaces, surface, moving);
-                      });
-}
-
-int Tracker::SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const {
-  const FrameFeatures& features = *tracked.frame.features;
-  const auto moves = [&](const Eigen::Vector2d& uv) {
-    return moving.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
-  };
-  int points = 0, lines = 0;
-  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    points += tracked.points[i] != kNoId && !moves(features.points[i].uv) ? 1 : 0;
-  }
-  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    lines += tracked.lines[i] != kNoId && !Touches(features.lines[i], moves) ? 1 : 0;
-  }
-  return highwall::Support(points, lines);
-}
-
 std::optional<Tracker::LocalMatch> Tracker::MatchAllStanding(TrackedFrame rough,
                                                              const cv::Mat& moving, int support,
                                                              const Map& map,
@@ -417,38 +294,16 @@ std::optional<Tracker::LocalMatch> Tracker::MatchAllStanding(TrackedFrame rough,
   constexpr double kShare = 0.5;
   if (!options_.surfaces.enabled) return std::nullopt;
   const auto still = MatchLocalMap(rough, map, predicted, Aid::kSurfaces);
-  if (!still || SupportBeside(still->frame, moving) < kShare * support) return std::nullopt;
+  if (!still || moving_.SupportBeside(still->frame, moving) < kShare * support) return std::nullopt;
   // All that was tried is judged, for what moves is not where that pose looks for it.
   rough.T_WC = still->frame.T_WC;
-  if (!FindMoving(rough, map).empty()) return std::nullopt;
+  if (!moving_.Find(rough, map).empty()) return std::nullopt;
   return MatchLocalMap(std::move(rough), map, predicted, aid);
 }
 
-void Tracker::SetMovingAside(TrackedFrame& rough) const {
-  const FrameFeatures& features = *rough.frame.features;
-  const cv::Mat aside = WithBorder(rough.moving);
-  const auto moves = [&](const Eigen::Vector2d& uv) {
-    return aside.at<std::uint8_t>(moving_.grid().CellOf(uv)) != 0;
-  };
-  std::vector<bool> points, lines;
-  for (const PointFeature& point : features.points) points.push_back(!moves(point.uv));
-  for (const LineFeature& line : features.lines) lines.push_back(!Touches(line, moves));
-  const auto keep = [](const std::vector<bool>& kept, auto& landmarks) {
-    std::size_t n = 0;
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      if (kept[i]) landmarks[n++] = landmarks[i];
-    }
-    landmarks.resize(n);
-  };
-  keep(points, rough.points);
-  keep(lines, rough.lines);
-  const PinholeCamera& camera = model_.camera();
-  rough.frame.features = Select(features, points, lines, {camera.width, camera.height});
-}
-
 cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
-  return moving_.Find(keyframe.frame.stamp, keyframe.frame.features->depth_grid, keyframe.T_WC, map,
-                      keyframe.submap);
+  return moving_.objects().Find(keyframe.frame.stamp, keyframe.frame.features->depth_grid,
+                                keyframe.T_WC, map, keyframe.submap);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
@@ -458,11 +313,11 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
   if (!rough) return std::nullopt;
   const auto all = static_cast<double>(rough->points.size() + rough->lines.size());
   clues->set_aside = 0.0;
-  const cv::Mat moving = FindMoving(*rough, map);
+  const cv::Mat moving = moving_.Find(*rough, map);
   if (moving.empty()) return MatchLocalMap(std::move(*rough), map, predicted, aid);
   TrackedFrame rest = *rough;
   rest.moving = moving;
-  SetMovingAside(rest);
+  moving_.SetAside(rest);
   const auto left = static_cast<double>(rest.points.size() + rest.lines.size());
   auto match = MatchLocalMap(std::move(rest), map, predicted, aid);
   if (auto standing = MatchAllStanding(std::move(*rough), moving, match ? match->Support() : 0, map,

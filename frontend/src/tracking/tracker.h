@@ -16,7 +16,7 @@
 #include "pose/pose_solver.h"
 #include "pose/surface_matcher.h"
 #include "tracking/constant_velocity.h"
-#include "tracking/moving_objects.h"
+#include "tracking/moving_features.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
 
@@ -94,22 +94,12 @@ class Tracker {
                                           LossClues* clues) const;
   std::optional<LocalMatch> MatchLocalMap(TrackedFrame rough, const Map& map,
                                           const KnownPose* predicted, Aid aid) const;
-  // Whether the landmarks on a surface of the depth grid contradict all others but those on
-  // `moving`.
-  bool HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
-                int surface, const cv::Mat& moving) const;
-  // What moves in a frame, seen from its pose (TrackedFrame::moving).
-  cv::Mat FindMoving(const TrackedFrame& tracked, const Map& map) const;
   // The frame with nothing set aside, where what seems to move only does so because the rough pose
   // is a little off: a pose that landmarks and surfaces give together leaves all in place, and of
   // the landmarks elsewhere there is half of `support` at least.
   std::optional<LocalMatch> MatchAllStanding(TrackedFrame rough, const cv::Mat& moving, int support,
                                              const Map& map, const KnownPose* predicted,
                                              Aid aid) const;
-  // Of the landmarks that are not on `moving`.
-  int SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const;
-  // Takes the features off a frame that are on what moves.
-  void SetMovingAside(TrackedFrame& rough) const;
   // Few of the first matches agree with their pose.
   bool IsDenied(const TrackedFrame& rough) const;
   bool IsDoubtful(const LocalMatch& match) const;
@@ -143,7 +133,7 @@ class Tracker {
   TrackerOptions options_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;
-  MovingObjects moving_;
+  MovingFeatures moving_;
   DirectAligner aligner_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
   int last_support_ = 0;              // of its pose
