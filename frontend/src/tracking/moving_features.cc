@@ -101,6 +101,7 @@ int MovingFeatures::SupportBeside(const TrackedFrame& tracked, const cv::Mat& mo
 }
 
 void MovingFeatures::SetAside(TrackedFrame& rough) const {
+  if (rough.moving.empty()) return;
   const FrameFeatures& features = *rough.frame.features;
   const cv::Mat aside = WithBorder(rough.moving);
   const auto moves = [&](const Eigen::Vector2d& uv) {

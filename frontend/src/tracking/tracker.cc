@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include <opencv2/core.hpp>
+
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/internal/median.h>
@@ -57,6 +59,10 @@ std::vector<bool> Taken(const std::vector<LandmarkId>& landmarks) {
   std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
                  [](LandmarkId id) { return id != kNoId; });
   return taken;
+}
+
+int NumCells(const cv::Mat& mask) {
+  return mask.empty() ? 0 : cv::countNonZero(mask);
 }
 
 }  // namespace
@@ -286,19 +292,20 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   return tracked;
 }
 
-std::optional<Tracker::LocalMatch> Tracker::MatchAllStanding(TrackedFrame rough,
-                                                             const cv::Mat& moving, int support,
-                                                             const Map& map,
-                                                             const KnownPose* predicted,
-                                                             Aid aid) const {
-  constexpr double kShare = 0.5;
+std::optional<TrackedFrame> Tracker::Steadied(TrackedFrame rough, int support, const Map& map,
+                                              const KnownPose* predicted) const {
+  constexpr double kAgree = 0.5, kLeft = 0.5;
   if (!options_.surfaces.enabled) return std::nullopt;
-  const auto still = MatchLocalMap(rough, map, predicted, Aid::kSurfaces);
-  if (!still || moving_.SupportBeside(still->frame, moving) < kShare * support) return std::nullopt;
+  const cv::Mat moving = std::exchange(rough.moving, cv::Mat());
+  const auto steady = MatchLocalMap(rough, map, predicted, Aid::kSurfaces);
+  if (!steady || moving_.SupportBeside(steady->frame, moving) < kAgree * support) {
+    return std::nullopt;
+  }
   // All that was tried is judged, for what moves is not where that pose looks for it.
-  rough.T_WC = still->frame.T_WC;
-  if (!moving_.Find(rough, map).empty()) return std::nullopt;
-  return MatchLocalMap(std::move(rough), map, predicted, aid);
+  rough.T_WC = steady->frame.T_WC;
+  rough.moving = moving_.Find(rough, map);
+  if (NumCells(rough.moving) > kLeft * NumCells(moving)) return std::nullopt;
+  return rough;
 }
 
 cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
@@ -312,20 +319,16 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
                                                           LossClues* clues) const {
   if (!rough) return std::nullopt;
   const auto all = static_cast<double>(rough->points.size() + rough->lines.size());
-  clues->set_aside = 0.0;
-  const cv::Mat moving = moving_.Find(*rough, map);
-  if (moving.empty()) return MatchLocalMap(std::move(*rough), map, predicted, aid);
-  TrackedFrame rest = *rough;
-  rest.moving = moving;
-  moving_.SetAside(rest);
-  const auto left = static_cast<double>(rest.points.size() + rest.lines.size());
-  auto match = MatchLocalMap(std::move(rest), map, predicted, aid);
-  if (auto standing = MatchAllStanding(std::move(*rough), moving, match ? match->Support() : 0, map,
-                                       predicted, aid)) {
-    return standing;
-  }
-  clues->set_aside = 1.0 - left / all;
-  return match;
+  const auto match_rest = [&](TrackedFrame rest) {
+    moving_.SetAside(rest);
+    clues->set_aside = 1.0 - static_cast<double>(rest.points.size() + rest.lines.size()) / all;
+    return MatchLocalMap(std::move(rest), map, predicted, aid);
+  };
+  rough->moving = moving_.Find(*rough, map);
+  auto match = match_rest(*rough);
+  if (rough->moving.empty()) return match;
+  auto steadied = Steadied(std::move(*rough), match ? match->Support() : 0, map, predicted);
+  return steadied ? match_rest(std::move(*steadied)) : match;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::MatchLocalMap(TrackedFrame rough, const Map& map,

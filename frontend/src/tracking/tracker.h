@@ -94,12 +94,11 @@ class Tracker {
                                           LossClues* clues) const;
   std::optional<LocalMatch> MatchLocalMap(TrackedFrame rough, const Map& map,
                                           const KnownPose* predicted, Aid aid) const;
-  // The frame with nothing set aside, where what seems to move only does so because the rough pose
-  // is a little off: a pose that landmarks and surfaces give together leaves all in place, and of
-  // the landmarks elsewhere there is half of `support` at least.
-  std::optional<LocalMatch> MatchAllStanding(TrackedFrame rough, const cv::Mat& moving, int support,
-                                             const Map& map, const KnownPose* predicted,
-                                             Aid aid) const;
+  // The frame at a pose that landmarks and surfaces give together, where most of what seems to move
+  // only does so because the rough pose is a little off. Of the landmarks elsewhere half of
+  // `support` at least must agree. Empty where no such pose leaves less to move.
+  std::optional<TrackedFrame> Steadied(TrackedFrame rough, int support, const Map& map,
+                                       const KnownPose* predicted) const;
   // Few of the first matches agree with their pose.
   bool IsDenied(const TrackedFrame& rough) const;
   bool IsDoubtful(const LocalMatch& match) const;
