@@ -282,12 +282,12 @@ TEST_F(DepthlessLinesTest, SegmentsThatAreLandmarksOrHaveDepthAreNone) {
 
 TEST_F(DepthlessLinesTest, AViewThatDeniesTheLineIsLeftOut) {
   AddSideBySide(5);
-  EXPECT_GT(Find({.min_line_views = 5}).size(), 5U);
+  EXPECT_GT(Find({.min_views = 5}).size(), 5U);
   // The pose of one is wrong: rolled, for a line that runs as the camera is shifted notices
   // nothing.
   map.keyframe(ids[1])->T_WC = At(0.2) * Pose::FromTangent({0, 0, 0}, {0, 0, 0.3});
-  EXPECT_TRUE(Find({.min_line_views = 5}).empty());
-  const auto found = Find({.min_line_views = 4});
+  EXPECT_TRUE(Find({.min_views = 5}).empty());
+  const auto found = Find({.min_views = 4});
   EXPECT_GT(found.size(), 5U);
   for (const DepthlessLine& line : found) {
     for (const Observation& o : line.observations) EXPECT_NE(o.keyframe, ids[1]);

@@ -135,6 +135,7 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
     feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
     feature.octave = keypoint.octave;
     feature.angle = keypoint.angle;
+    feature.faint = keypoint.response < static_cast<float>(options_.orb.min_fast_threshold);
     features.points.push_back(feature);
     // The grid holds undistorted positions: that is where projections fall.
     keypoint.pt =

@@ -1,10 +1,11 @@
 #include "features/image_noise.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <iterator>
+#include <utility>
 #include <vector>
+
+#include <highwall/internal/median.h>
 
 namespace highwall::internal {
 
@@ -19,13 +20,12 @@ double NoiseSigma(const cv::Mat& gray) {
     const std::uint8_t* below = gray.ptr<std::uint8_t>(v + 1);
     const auto bend = [](const std::uint8_t* p) { return p[-1] - 2 * p[0] + p[1]; };
     for (int u = 1; u + 1 < gray.cols; u += kColumnStep) {
+      if (row[u] == 0 || row[u] == 255) continue;
       residuals.push_back(std::abs(bend(above + u) - 2 * bend(row + u) + bend(below + u)));
     }
   }
   if (residuals.empty()) return 0.0;
-  const auto median = residuals.begin() + std::ssize(residuals) / 2;
-  std::nth_element(residuals.begin(), median, residuals.end());
-  return *median / (kMaskNorm * kMedianOverSigma);
+  return UpperMedian(std::move(residuals)) / (kMaskNorm * kMedianOverSigma);
 }
 
 }  // namespace highwall::internal

@@ -112,16 +112,14 @@ std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractor
   return corners;
 }
 
-// Down to the noise of the image where there is still none. About one corner in a cell is then of
-// noise alone, which no other image repeats; with 3 sigma fewer are, and fewer of the scene as
-// well.
-void AppendFaintCorners(const cv::Mat& image, const OrbExtractorOptions& options,
+// Down to the noise of the image where there is still none. noise: sigma on this level [grey
+// levels].
+void AppendFaintCorners(const cv::Mat& image, double noise, const OrbExtractorOptions& options,
                         std::vector<cv::KeyPoint>* corners) {
   constexpr double kSigmas = 2.0;
   constexpr int kLeast = 2;  // [grey levels] above the steps of the image itself
   if (!IsSearched(image)) return;
-  const int threshold =
-      std::max(kLeast, static_cast<int>(std::ceil(kSigmas * internal::NoiseSigma(image))));
+  const int threshold = std::max(kLeast, static_cast<int>(std::ceil(kSigmas * noise)));
   if (threshold >= options.min_fast_threshold) return;
   FillEmptyCells(image, kCellSize, threshold, corners);
 }
@@ -235,7 +233,11 @@ OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
   };
   each_level([&](std::size_t i) { corners[i] = DetectCorners(pyramid[i], impl_->options); });
   if (NumCorners(corners) < impl_->options.features) {
-    each_level([&](std::size_t i) { AppendFaintCorners(pyramid[i], impl_->options, &corners[i]); });
+    const double noise = internal::NoiseSigma(gray);
+    // Each resize averages pixels: of a level the noise is no more than this.
+    each_level([&](std::size_t i) {
+      AppendFaintCorners(pyramid[i], noise / impl_->scales[i], impl_->options, &corners[i]);
+    });
   }
   const std::vector<int> budgets = impl_->Budgets(corners);
   std::vector<OrbFeatures> features(pyramid.size());

@@ -1,5 +1,6 @@
 #include "local/depthless_lines.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -55,13 +56,15 @@ std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, con
     for (double& misfit : all) misfit /= inliers.Of(2);
     return all;
   };
+  constexpr int kLeastViews = 3;
   std::vector<DepthlessLine> found;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     Track<LineView>& track = tracks[i];
     if (track.views.empty()) continue;
     const int own = static_cast<int>(i);
     track.AddFirst(ViewOf(keyframe, own), {id, own});
-    const auto line = EstimateAgreeing(track, options.min_line_views, triangulate, misfits);
+    const auto line =
+        EstimateAgreeing(track, std::max(options.min_views, kLeastViews), triangulate, misfits);
     if (!line || !IsSound(line->seen, options.max_depth_sigma)) continue;
     found.push_back({line->segment_W, std::move(track.observations)});
   }

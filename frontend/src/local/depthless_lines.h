@@ -17,9 +17,9 @@ struct DepthlessLine {
 };
 
 // Segments of keyframe `id` without depth that are no landmark yet, found again in neighbouring
-// keyframes where they are none either: where options.min_line_views of them agree on a line and
-// tell the distance of both its ends to max_depth_sigma, it is returned. inliers: how far views may
-// be from it.
+// keyframes where they are none either: where options.min_views of them, three at least, agree on a
+// line and tell the distance of both its ends to max_depth_sigma, it is returned. inliers: how far
+// views may be from it.
 std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, const Map& map,
                                               KeyFrameId id, std::span<const KeyFrameId> neighbours,
                                               const TriangulationOptions& options,

@@ -23,8 +23,7 @@ void BundleAdjustmentOptions::Validate() const {
 void TriangulationOptions::Validate() const {
   RequireNotNegative(keyframes, "TriangulationOptions::keyframes");
   RequireAtLeast(min_views, 2, "TriangulationOptions::min_views");
-  RequireAtLeast(min_line_views, 3, "TriangulationOptions::min_line_views");
-  RequireAtLeast(scarce_points, 0, "TriangulationOptions::scarce_points");
+  RequireNotNegative(scarce_points, "TriangulationOptions::scarce_points");
   RequirePositive(max_depth_sigma, "TriangulationOptions::max_depth_sigma");
   HIGHWALL_REQUIRE(max_hamming >= 0 && max_hamming <= 256,
                    "TriangulationOptions::max_hamming must be in [0, 256]");

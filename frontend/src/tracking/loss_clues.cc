@@ -46,7 +46,9 @@ LossReason ReasonOf(const FrameFeatures& features, const LossClues& clues,
     return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), has_depth));
   };
   const auto min_features = static_cast<std::size_t>(needs.min_features);
-  if (Support(features.points.size(), features.lines.size()) < min_features) {
+  const auto sound = std::count_if(features.points.begin(), features.points.end(),
+                                   [](const PointFeature& p) { return !p.faint; });
+  if (Support(static_cast<std::size_t>(sound), features.lines.size()) < min_features) {
     if (features.brightness < kDark * needs.min_corner) return LossReason::kDark;
     if (features.sharpness < kBlurred * needs.usual_sharpness) return LossReason::kBlurred;
     return LossReason::kPlain;

@@ -295,10 +295,13 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
 std::optional<TrackedFrame> Tracker::Steadied(TrackedFrame rough, int support, const Map& map,
                                               const KnownPose* predicted) const {
   constexpr double kAgree = 0.5, kLeft = 0.5;
-  if (!options_.surfaces.enabled) return std::nullopt;
+  // The surfaces are those of the last frame's surroundings.
+  if (!options_.surfaces.enabled || rough.relocalized) return std::nullopt;
   const cv::Mat moving = std::exchange(rough.moving, cv::Mat());
   const auto steady = MatchLocalMap(rough, map, predicted, Aid::kSurfaces);
-  if (!steady || moving_.SupportBeside(steady->frame, moving) < kAgree * support) {
+  const double enough = std::max<double>(options_.surfaces.min_support, kAgree * support);
+  if (!steady || moving_.SupportBeside(steady->frame, moving) < enough ||
+      Contradicts(*steady, map)) {
     return std::nullopt;
   }
   // All that was tried is judged, for what moves is not where that pose looks for it.
@@ -327,8 +330,12 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
   rough->moving = moving_.Find(*rough, map);
   auto match = match_rest(*rough);
   if (rough->moving.empty()) return match;
+  const double set_aside = clues->set_aside;
   auto steadied = Steadied(std::move(*rough), match ? match->Support() : 0, map, predicted);
-  return steadied ? match_rest(std::move(*steadied)) : match;
+  auto again = steadied ? match_rest(std::move(*steadied)) : std::nullopt;
+  if (again) return again;
+  clues->set_aside = set_aside;
+  return match;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::MatchLocalMap(TrackedFrame rough, const Map& map,

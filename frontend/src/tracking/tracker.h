@@ -94,9 +94,9 @@ class Tracker {
                                           LossClues* clues) const;
   std::optional<LocalMatch> MatchLocalMap(TrackedFrame rough, const Map& map,
                                           const KnownPose* predicted, Aid aid) const;
-  // The frame at a pose that landmarks and surfaces give together, where most of what seems to move
-  // only does so because the rough pose is a little off. Of the landmarks elsewhere half of
-  // `support` at least must agree. Empty where no such pose leaves less to move.
+  // The frame at a pose that landmarks and surfaces give together, where half or more of what seems
+  // to move only does so because the rough pose is a little off. Of the landmarks elsewhere half of
+  // `support` at least must agree, and the depth of keyframes. Empty where there is no such pose.
   std::optional<TrackedFrame> Steadied(TrackedFrame rough, int support, const Map& map,
                                        const KnownPose* predicted) const;
   // Few of the first matches agree with their pose.

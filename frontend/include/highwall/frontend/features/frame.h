@@ -22,6 +22,7 @@ struct PointFeature {
   double depth_sigma = 0.0;                      // [m] standard deviation of depth, > 0 with it
   int octave = 0;                                // pyramid level
   float angle = 0.0f;                            // [deg] intensity-centroid orientation
+  bool faint = false;  // weaker than OrbExtractorOptions::min_fast_threshold: may be mere noise
 };
 
 // One line observation: an undistorted segment with its end points in C where depth allowed a fit.
@@ -40,7 +41,7 @@ struct FrameFeatures {
   std::vector<LineFeature> lines;
   cv::Mat line_descriptors;  // M x 32 CV_8U, or empty
   cv::Mat depth_grid;        // DepthGrid::Sample; empty where it is not known
-  cv::Mat gray_grid;         // DepthGrid::Average of the image; empty where the features were loaded
+  cv::Mat gray_grid;  // DepthGrid::Average of the image; empty where the features were loaded
 };
 
 // The features that are to be kept, one flag each, in the same order. size: of the image.

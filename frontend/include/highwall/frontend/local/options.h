@@ -22,9 +22,10 @@ struct BundleAdjustmentOptions {
 
 // Landmarks from corners and segments without depth, by the parallax between keyframes.
 struct TriangulationOptions {
-  int keyframes = 10;            // >= 0: neighbours that they are looked for in; 0: none is made
-  int min_views = 3;             // >= 2: keyframes that must agree; two alone agree by chance
-  int min_line_views = 3;        // >= 3: of a line; two planes through segments always meet in one
+  int keyframes = 10;  // >= 0: neighbours that they are looked for in; 0: none is made
+  // >= 2: keyframes that must agree, for two alone agree by chance; of a line three at the least,
+  // for two planes through segments always meet in one.
+  int min_views = 3;
   // >= 0: of segments only where a keyframe was tracked by fewer points; beside many they are too
   // few to help (docs/lines.md).
   int scarce_points = 100;

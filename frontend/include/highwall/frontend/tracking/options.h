@@ -33,10 +33,11 @@ struct MovingObjectOptions {
   void Validate() const;
 };
 
-// How surfaces hold a pose that points and lines alone do not: points of the image lie on the flat
-// patches that the reference keyframe saw. Without an IMU, which bridges such frames by itself.
+// How surfaces hold a pose that points and lines alone do not (without an IMU, which bridges such
+// frames by itself), and tell whether something moves or the pose is a little off: points of the
+// image lie on the flat patches that the reference keyframe saw.
 struct SurfaceTrackingOptions {
-  bool enabled = true;
+  bool enabled = true;  // off: neither is done
   SurfaceMatcherOptions matcher{};
   int min_support = 6;     // >= 3, of points and lines (PoseSolverOptions)
   int min_rows = 30;       // >= 1, on patches
