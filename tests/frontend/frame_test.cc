@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -197,6 +198,22 @@ TEST(FrameBuilder, BlankImageHasNoFeatures) {
   const auto features = FrameBuilder(SmallSensor(), {}).Build(image);
   EXPECT_TRUE(features->points.empty());
   EXPECT_TRUE(features->lines.empty());
+}
+
+// Of noise alone FAST finds corners down to the noise: each says that it may be just that.
+TEST(FrameBuilder, CornersOfNoiseAreFaint) {
+  const RgbdSensor sensor = SmallSensor();
+  const cv::Size size(sensor.camera.width, sensor.camera.height);
+  cv::RNG rng(4);
+  cv::Mat noise(size, CV_16SC3), bgr;
+  rng.fill(noise, cv::RNG::NORMAL, 0.0, 2.4);
+  cv::add(noise, cv::Scalar::all(110), bgr, cv::noArray(), CV_8UC3);
+  const auto features =
+      FrameBuilder(sensor, {}).Build({0, bgr, cv::Mat(size, CV_32FC1, cv::Scalar(2.0))});
+  ASSERT_GT(features->points.size(), 50U);
+  const auto faint = std::count_if(features->points.begin(), features->points.end(),
+                                   [](const PointFeature& p) { return p.faint; });
+  EXPECT_GE(static_cast<std::size_t>(faint) + 5, features->points.size());
 }
 
 TEST(FrameBuilder, RefusesImagesThatDoNotFit) {

@@ -44,6 +44,14 @@ TEST(NoiseSigma, CountsEdgesLittle) {
   EXPECT_NEAR(NoiseSigma(Image(2.0, true, 2)), NoiseSigma(Image(2.0, false, 2)), 0.5);
 }
 
+TEST(NoiseSigma, IsThatOfTheOtherPixelsWhereHalfIsBlackOrWhite) {
+  for (const double level : {0.0, 255.0}) {
+    cv::Mat image = Image(2.0, false, 3);
+    image.colRange(0, 200).setTo(level);
+    EXPECT_NEAR(NoiseSigma(image), NoiseSigma(Image(2.0, false, 3)), 0.25) << level;
+  }
+}
+
 TEST(NoiseSigma, IsNoneOfFlatAndOfTinyImages) {
   EXPECT_EQ(NoiseSigma(cv::Mat(48, 64, CV_8U, cv::Scalar(7))), 0.0);
   EXPECT_EQ(NoiseSigma(cv::Mat(2, 2, CV_8U, cv::Scalar(7))), 0.0);

@@ -33,6 +33,15 @@ TEST(KeyFramePolicy, StartsAMapWithEnoughDepth) {
   EXPECT_FALSE(policy.CanStart(FrameFeatures()));
 }
 
+TEST(KeyFramePolicy, CornersThatMayBeNoiseStartNoMap) {
+  const KeyFramePolicy policy({.min_features = 50});
+  const auto features = Features(1000, 0);
+  for (std::size_t i = 49; i < features->points.size(); ++i) features->points[i].faint = true;
+  EXPECT_FALSE(policy.CanStart(*features));
+  features->points[49].faint = false;
+  EXPECT_TRUE(policy.CanStart(*features));
+}
+
 // A map whose keyframes 0, 1, 2 all see the same hundred points and ten lines.
 class KeyFramePolicyWants : public ::testing::Test {
  protected:

@@ -50,6 +50,12 @@ class LocalMapperTest : public ::testing::Test {
       const LineId id = line_ids[static_cast<std::size_t>(i)];
       tracked.lines.push_back(map.line(id) != nullptr ? id : kNoId);
     }
+    const auto count = [](const auto& ids) {
+      return static_cast<int>(
+          std::count_if(ids.begin(), ids.end(), [](auto id) { return id != kNoId; }));
+    };
+    tracked.num_points = count(tracked.points);
+    tracked.num_lines = count(tracked.lines);
     return tracked;
   }
   LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view,
@@ -168,7 +174,7 @@ TEST_F(LocalMapperTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeT
 }
 
 TEST_F(LocalMapperTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
-  LocalMapper mapper(model, {});
+  LocalMapper mapper(model, {.triangulation = {.scarce_points = 1000}});
   std::vector<int> triangulated;
   for (const double x : {0.0, 0.25, 0.5, 0.75}) {
     const LocalMappingReport report = Insert(mapper, LookWithoutDepthOfLines(x), At(x));
@@ -194,7 +200,7 @@ TEST_F(LocalMapperTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKeyFramesSee
 }
 
 TEST_F(LocalMapperTest, WithoutTriangulationTheyMakeNone) {
-  LocalMapper mapper(model, {.triangulation = {.keyframes = 0}});
+  LocalMapper mapper(model, {.triangulation = {.keyframes = 0, .scarce_points = 1000}});
   for (const double x : {0.0, 0.25, 0.5}) {
     SyntheticView view = LookWithoutDepthOfLines(x);
     auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -209,26 +215,22 @@ TEST_F(LocalMapperTest, WithoutTriangulationTheyMakeNone) {
 }
 
 TEST_F(LocalMapperTest, SegmentsAreTriangulatedOnlyWherePointsAreScarce) {
-  LocalMapper mapper(model, {.triangulation = {.scarce_points = 0}});
-  for (const double x : {0.0, 0.25, 0.5}) Insert(mapper, LookWithoutDepthOfLines(x), At(x));
-  EXPECT_EQ(map.num_lines(), 0U);
-
-  // Every third has depth: those make the keyframes neighbours.
-  const Scene many_lines = MakeScene(24, 0, 150);
-  line_ids.assign(many_lines.lines.size(), kNoId);
-  map = Map();
-  LocalMapper of_lines(model, {});
-  int triangulated = 0;
-  for (const double x : {0.0, 0.25, 0.5}) {
-    SyntheticView view = Look(many_lines, IdealSensor(), At(x));
-    auto features = std::make_shared<FrameFeatures>(*view.features);
-    for (std::size_t i = 0; i < view.lines.size(); ++i) {
-      if (view.lines[i] % 3 != 0) features->lines[i].segment_C.reset();
+  for (const int points : {99, 100}) {
+    SCOPED_TRACE(points);
+    map = Map();
+    point_ids.assign(scene.points.size(), kNoId);
+    line_ids.assign(scene.lines.size(), kNoId);
+    LocalMapper mapper(model, {});
+    int triangulated = 0;
+    for (const double x : {0.0, 0.25, 0.5}) {
+      const SyntheticView view = LookWithoutDepthOfLines(x);
+      TrackedFrame tracked = Tracked(view, At(x));
+      tracked.num_points = points;
+      triangulated += Insert(mapper, view, tracked).triangulated_lines;
     }
-    view.features = features;
-    triangulated += Insert(of_lines, view, At(x)).triangulated_lines;
+    EXPECT_EQ(triangulated > 10, points < 100);
+    EXPECT_EQ(map.num_lines() > 0, points < 100);
   }
-  EXPECT_GT(triangulated, 20);
 }
 
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {

@@ -37,6 +37,14 @@ TEST(LossReason, OfTooFewFeaturesLightAndSharpnessTellWhy) {
   EXPECT_EQ(ReasonOf(features, {}, first), LossReason::kPlain) << "nothing to compare with";
 }
 
+TEST(LossReason, CornersThatMayBeNoiseMakeADarkImageNoBrighter) {
+  FrameFeatures features = Good();
+  for (PointFeature& point : features.points) point.faint = true;
+  EXPECT_EQ(ReasonOf(features, {}, kNeeds), LossReason::kPlain);
+  features.brightness = 20.0;
+  EXPECT_EQ(ReasonOf(features, {}, kNeeds), LossReason::kDark);
+}
+
 TEST(LossReason, FeaturesWithoutDepthAreNoDepth) {
   FrameFeatures features = Good();
   for (std::size_t i = 99; i < features.points.size(); ++i) features.points[i].depth = 0.0;

@@ -116,7 +116,7 @@ TEST(FloorHeight, LiesBetweenTwoLevelsAsTheyShareTheFloor) {
   EXPECT_NEAR(*floor, 0.025 + 0.25 * 0.05, 2e-3);  // cells of the border may count or not
 }
 
-TEST(FloorHeight, AHoleOfTwoLevelsIsNotTheFloor) {
+TEST(FloorHeight, AnEmptyLevelBetweenTwoIsNotTheFloor) {
   // 2 x 2 m in the voxels of 0.10 to 0.15 m, and beside it 0.3 x 2 m in those of 0.00 to 0.05 m:
   // the level between them is empty, and must not hide both.
   OctomapBuilder map({.resolution = 0.05, .max_range = 10.0});
