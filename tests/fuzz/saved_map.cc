@@ -68,7 +68,8 @@ Map TwoWorlds() {
   return map;
 }
 
-// The version, then what the file holds behind its header.
+// The version, then what the file holds behind its header. Of the older versions these are no whole
+// maps, for only the newest layout is written: their readers begin where it is the same.
 std::string Input(char version, const PinholeCamera& camera, const Map& map) {
   return version +
          Written([&](const auto& path) { SaveMap(path, camera, map); }).substr(kHeaderSize);
