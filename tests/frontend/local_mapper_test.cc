@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 
 #include "local/local_mapper.h"
+#include "local_mapper_fixture.h"
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
@@ -17,8 +18,10 @@ namespace highwall {
 namespace {
 
 using testing::AngleError;
+using testing::At;
 using testing::IdealSensor;
 using testing::kLevels;
+using testing::LocalMapperTest;
 using testing::Look;
 using testing::MakeScene;
 using testing::PositionError;
@@ -27,74 +30,6 @@ using testing::SceneLine;
 using testing::ScenePoint;
 using testing::SyntheticView;
 using testing::operator""_kf;
-
-Pose At(double x) {
-  return Pose::FromTangent({x, 0, 0}, {0, 0.1 * x, 0});
-}
-
-class LocalMapperTest : public ::testing::Test {
- protected:
-  LocalMapperTest() : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
-
-  // What a perfect tracker would say of a view: every feature whose landmark the map knows.
-  TrackedFrame Tracked(const SyntheticView& view, const Pose& T_WC) const {
-    TrackedFrame tracked;
-    tracked.frame = testing::MakeFrame(view, static_cast<std::int64_t>(map.num_keyframes()));
-    tracked.state = TrackingState::kTracking;
-    tracked.T_WC = T_WC;
-    for (const int i : view.points) {
-      const PointId id = point_ids[static_cast<std::size_t>(i)];
-      tracked.points.push_back(map.point(id) != nullptr ? id : kNoId);
-    }
-    for (const int i : view.lines) {
-      const LineId id = line_ids[static_cast<std::size_t>(i)];
-      tracked.lines.push_back(map.line(id) != nullptr ? id : kNoId);
-    }
-    const auto count = [](const auto& ids) {
-      return static_cast<int>(
-          std::count_if(ids.begin(), ids.end(), [](auto id) { return id != kNoId; }));
-    };
-    tracked.num_points = count(tracked.points);
-    tracked.num_lines = count(tracked.lines);
-    return tracked;
-  }
-  LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view,
-                            const TrackedFrame& tracked,
-                            std::optional<KeyFrameMotion> motion = std::nullopt) {
-    LocalMappingReport report = mapper.InsertKeyFrame(tracked, map, std::move(motion));
-    if (finish_) report.bundle = mapper.Finish(&map).value_or(report.bundle);
-    const KeyFrame& keyframe = *map.keyframe(report.keyframe);
-    for (std::size_t i = 0; i < view.points.size(); ++i) {
-      if (keyframe.points[i] == kNoId) continue;
-      point_ids[static_cast<std::size_t>(view.points[i])] = keyframe.points[i];
-    }
-    for (std::size_t i = 0; i < view.lines.size(); ++i) {
-      if (keyframe.lines[i] == kNoId) continue;
-      line_ids[static_cast<std::size_t>(view.lines[i])] = keyframe.lines[i];
-    }
-    return report;
-  }
-  LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view, const Pose& T_WC) {
-    return Insert(mapper, view, Tracked(view, T_WC));
-  }
-  LocalMappingReport InsertAt(LocalMapper& mapper, double x) {
-    return Insert(mapper, Look(scene, IdealSensor(), At(x)), At(x));
-  }
-  SyntheticView LookWithoutDepthOfLines(double x) const {
-    SyntheticView view = Look(scene, IdealSensor(), At(x));
-    auto features = std::make_shared<FrameFeatures>(*view.features);
-    for (LineFeature& line : features->lines) line.segment_C.reset();
-    view.features = features;
-    return view;
-  }
-
-  const MeasurementModel model{IdealSensor(), {}};
-  const Scene scene = MakeScene(23, 300, 40);
-  Map map;
-  std::vector<PointId> point_ids;  // by place in the scene
-  std::vector<LineId> line_ids;
-  bool finish_ = true;  // the adjustment of a keyframe before anything else
-};
 
 TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
   LocalMapper mapper(model, {});
@@ -146,91 +81,6 @@ TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
   Insert(mapper, view, At(0));
   EXPECT_NE(map.keyframe(0_kf)->points[4], kNoId);
   EXPECT_EQ(map.keyframe(0_kf)->points[5], kNoId);
-}
-
-TEST_F(LocalMapperTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
-  LocalMapper mapper(model, {});
-  std::vector<int> triangulated;
-  for (const double x : {0.0, 0.25, 0.5, 0.75}) {
-    SyntheticView view = Look(scene, IdealSensor(), At(x));
-    auto features = std::make_shared<FrameFeatures>(*view.features);
-    for (std::size_t i = 0; i < view.points.size(); ++i) {
-      if (view.points[i] % 3 == 0) features->points[i].depth = features->points[i].depth_sigma = 0;
-    }
-    view.features = features;
-    triangulated.push_back(Insert(mapper, view, At(x)).triangulated_points);
-  }
-  EXPECT_EQ(triangulated[0] + triangulated[1], 0) << "two views agree by chance";
-  EXPECT_GT(triangulated[2], 30);
-  int checked = 0;
-  for (std::size_t i = 0; i < scene.points.size(); i += 3) {
-    const MapPoint* point = map.point(point_ids[i]);
-    if (point == nullptr) continue;
-    ++checked;
-    // Exact features: what the adjustment leaves.
-    EXPECT_LT((point->p_W - scene.points[i].p_W).norm(), 1e-3) << i;
-  }
-  EXPECT_GT(checked, 30);
-}
-
-TEST_F(LocalMapperTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
-  LocalMapper mapper(model, {.triangulation = {.scarce_points = 1000}});
-  std::vector<int> triangulated;
-  for (const double x : {0.0, 0.25, 0.5, 0.75}) {
-    const LocalMappingReport report = Insert(mapper, LookWithoutDepthOfLines(x), At(x));
-    EXPECT_EQ(report.new_lines, 0) << "from depth";
-    triangulated.push_back(report.triangulated_lines);
-  }
-  EXPECT_EQ(triangulated[0] + triangulated[1], 0) << "two planes meet whatever they show";
-  EXPECT_GT(triangulated[2], 10);
-  int checked = 0;
-  for (std::size_t i = 0; i < scene.lines.size(); ++i) {
-    const MapLine* line = map.line(line_ids[i]);
-    if (line == nullptr) continue;
-    ++checked;
-    EXPECT_GE(line->observations.size(), 3U);
-    EXPECT_TRUE(line->has_descriptor);
-    const Segment3& truth = scene.lines[i].segment_W;
-    const PluckerLine line_W = PluckerLine::FromPoints(truth.p(), truth.q());
-    // Exact features: what the adjustment leaves.
-    EXPECT_LT(line_W.Distance(line->segment_W.p()), 2e-3) << i;
-    EXPECT_LT(line_W.Distance(line->segment_W.q()), 2e-3) << i;
-  }
-  EXPECT_GT(checked, 10);
-}
-
-TEST_F(LocalMapperTest, WithoutTriangulationTheyMakeNone) {
-  LocalMapper mapper(model, {.triangulation = {.keyframes = 0, .scarce_points = 1000}});
-  for (const double x : {0.0, 0.25, 0.5}) {
-    SyntheticView view = LookWithoutDepthOfLines(x);
-    auto features = std::make_shared<FrameFeatures>(*view.features);
-    for (PointFeature& point : features->points) point.depth = point.depth_sigma = 0.0;
-    view.features = features;
-    const LocalMappingReport report = Insert(mapper, view, At(x));
-    EXPECT_EQ(report.triangulated_points, 0);
-    EXPECT_EQ(report.triangulated_lines, 0);
-  }
-  EXPECT_EQ(map.num_points(), 0U);
-  EXPECT_EQ(map.num_lines(), 0U);
-}
-
-TEST_F(LocalMapperTest, SegmentsAreTriangulatedOnlyWherePointsAreScarce) {
-  for (const int points : {99, 100}) {
-    SCOPED_TRACE(points);
-    map = Map();
-    point_ids.assign(scene.points.size(), kNoId);
-    line_ids.assign(scene.lines.size(), kNoId);
-    LocalMapper mapper(model, {});
-    int triangulated = 0;
-    for (const double x : {0.0, 0.25, 0.5}) {
-      const SyntheticView view = LookWithoutDepthOfLines(x);
-      TrackedFrame tracked = Tracked(view, At(x));
-      tracked.num_points = points;
-      triangulated += Insert(mapper, view, tracked).triangulated_lines;
-    }
-    EXPECT_EQ(triangulated > 10, points < 100);
-    EXPECT_EQ(map.num_lines() > 0, points < 100);
-  }
 }
 
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {

@@ -32,6 +32,11 @@ bool Touches(const LineFeature& line, const IsOn& is_on) {
   return is_on(s) || is_on(e) || is_on(0.5 * (s + e));
 }
 
+// Whether a pixel [px] is on a cell of the mask.
+auto On(const cv::Mat& mask, const DepthGrid& grid) {
+  return [&](const Eigen::Vector2d& uv) { return mask.at<std::uint8_t>(grid.CellOf(uv)) != 0; };
+}
+
 }  // namespace
 
 MovingFeatures::MovingFeatures(const MeasurementModel& model, const MovingObjectOptions& options,
@@ -46,11 +51,9 @@ bool MovingFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
                               const cv::Mat& moving) const {
   const FrameFeatures& features = *rough.frame.features;
   const auto is_on = [&](const Eigen::Vector2d& uv) {
-    return surfaces.labels.at<int>(objects_.grid().CellOf(uv)) == surface;
+    return surfaces.labels.at<int>(grid().CellOf(uv)) == surface;
   };
-  const auto moves = [&](const Eigen::Vector2d& uv) {
-    return moving.at<std::uint8_t>(objects_.grid().CellOf(uv)) != 0;
-  };
+  const auto moves = On(moving, grid());
   std::vector<PosePoint> judged;
   int judged_lines = 0;
   TrackedFrame others = Unmatched(rough.frame, rough.T_WC);
@@ -87,9 +90,7 @@ cv::Mat MovingFeatures::Find(const TrackedFrame& tracked, const Map& map) const 
 
 int MovingFeatures::SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const {
   const FrameFeatures& features = *tracked.frame.features;
-  const auto moves = [&](const Eigen::Vector2d& uv) {
-    return moving.at<std::uint8_t>(objects_.grid().CellOf(uv)) != 0;
-  };
+  const auto moves = On(moving, grid());
   int points = 0, lines = 0;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
     points += tracked.points[i] != kNoId && !moves(features.points[i].uv) ? 1 : 0;
@@ -104,9 +105,7 @@ void MovingFeatures::SetAside(TrackedFrame& rough) const {
   if (rough.moving.empty()) return;
   const FrameFeatures& features = *rough.frame.features;
   const cv::Mat aside = WithBorder(rough.moving);
-  const auto moves = [&](const Eigen::Vector2d& uv) {
-    return aside.at<std::uint8_t>(objects_.grid().CellOf(uv)) != 0;
-  };
+  const auto moves = On(aside, grid());
   std::vector<bool> points, lines;
   for (const PointFeature& point : features.points) points.push_back(!moves(point.uv));
   for (const LineFeature& line : features.lines) lines.push_back(!Touches(line, moves));

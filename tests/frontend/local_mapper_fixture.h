@@ -1,0 +1,80 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "local/local_mapper.h"
+#include "support/synthetic_scene.h"
+
+namespace highwall::testing {
+
+// Along x, turning to the right.
+inline Pose At(double x) {
+  return Pose::FromTangent({x, 0, 0}, {0, 0.1 * x, 0});
+}
+
+// A mapper and what it is told of a scene, keyframe by keyframe.
+class LocalMapperTest : public ::testing::Test {
+ protected:
+  LocalMapperTest() : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
+
+  // What a perfect tracker would say of a view: every feature whose landmark the map knows.
+  TrackedFrame Tracked(const SyntheticView& view, const Pose& T_WC) const {
+    TrackedFrame tracked;
+    tracked.frame = MakeFrame(view, static_cast<std::int64_t>(map.num_keyframes()));
+    tracked.state = TrackingState::kTracking;
+    tracked.T_WC = T_WC;
+    for (const int i : view.points) {
+      const PointId id = point_ids[static_cast<std::size_t>(i)];
+      tracked.points.push_back(map.point(id) != nullptr ? id : kNoId);
+    }
+    for (const int i : view.lines) {
+      const LineId id = line_ids[static_cast<std::size_t>(i)];
+      tracked.lines.push_back(map.line(id) != nullptr ? id : kNoId);
+    }
+    const auto count = [](const auto& ids) {
+      return static_cast<int>(
+          std::count_if(ids.begin(), ids.end(), [](auto id) { return id != kNoId; }));
+    };
+    tracked.num_points = count(tracked.points);
+    tracked.num_lines = count(tracked.lines);
+    return tracked;
+  }
+  LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view,
+                            const TrackedFrame& tracked,
+                            std::optional<KeyFrameMotion> motion = std::nullopt) {
+    LocalMappingReport report = mapper.InsertKeyFrame(tracked, map, std::move(motion));
+    if (finish_) report.bundle = mapper.Finish(&map).value_or(report.bundle);
+    const KeyFrame& keyframe = *map.keyframe(report.keyframe);
+    for (std::size_t i = 0; i < view.points.size(); ++i) {
+      if (keyframe.points[i] == kNoId) continue;
+      point_ids[static_cast<std::size_t>(view.points[i])] = keyframe.points[i];
+    }
+    for (std::size_t i = 0; i < view.lines.size(); ++i) {
+      if (keyframe.lines[i] == kNoId) continue;
+      line_ids[static_cast<std::size_t>(view.lines[i])] = keyframe.lines[i];
+    }
+    return report;
+  }
+  LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view, const Pose& T_WC) {
+    return Insert(mapper, view, Tracked(view, T_WC));
+  }
+  LocalMappingReport InsertAt(LocalMapper& mapper, double x) {
+    return Insert(mapper, Look(scene, IdealSensor(), At(x)), At(x));
+  }
+
+  const MeasurementModel model{IdealSensor(), {}};
+  const Scene scene = MakeScene(23, 300, 40);
+  Map map;
+  std::vector<PointId> point_ids;  // by place in the scene
+  std::vector<LineId> line_ids;
+  bool finish_ = true;  // the adjustment of a keyframe before anything else
+};
+
+}  // namespace highwall::testing
