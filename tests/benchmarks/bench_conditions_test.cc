@@ -46,7 +46,9 @@ TEST(BenchConditions, WrongUsageExitsWithOne) {
 
 TEST(BenchConditions, ASequenceThatEndsBeforeTheStretchIsOneLine) {
   testing::ExpectRefused(Bench("--parts texture --seeds 1 --duration 5"), 3,
-                         {"ends before the stretch"});
+                         {"ends before the stretch of low_texture"});
+  testing::ExpectRefused(Bench("--parts dark --seeds 1 --duration 5"), 3,
+                         {"ends before the stretch of low_light"});
 }
 
 TEST(BenchConditions, RefusesToBeginBeyondTheSequence) {

@@ -20,12 +20,9 @@ namespace {
 using testing::AngleError;
 using testing::At;
 using testing::IdealSensor;
-using testing::kLevels;
 using testing::LocalMapperTest;
 using testing::Look;
-using testing::MakeScene;
 using testing::PositionError;
-using testing::Scene;
 using testing::SceneLine;
 using testing::ScenePoint;
 using testing::SyntheticView;
