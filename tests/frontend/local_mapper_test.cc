@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 
@@ -78,6 +80,22 @@ TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
   Insert(mapper, view, At(0));
   EXPECT_NE(map.keyframe(0_kf)->points[4], kNoId);
   EXPECT_EQ(map.keyframe(0_kf)->points[5], kNoId);
+}
+
+TEST_F(LocalMapperTest, TheDepthOfAKeyFrameIsWithoutWhatMoves) {
+  LocalMapper mapper(model, {});
+  SyntheticView view = Look(scene, IdealSensor(), At(0));
+  auto features = std::make_shared<FrameFeatures>(*view.features);
+  features->depth_grid = cv::Mat(60, 80, CV_32FC1, cv::Scalar(2.0));
+  view.features = features;
+  TrackedFrame tracked = Tracked(view, At(0));
+  tracked.moving = cv::Mat::zeros(60, 80, CV_8UC1);
+  tracked.moving.at<std::uint8_t>(20, 30) = 255;
+  const KeyFrame& keyframe = *map.keyframe(Insert(mapper, view, tracked).keyframe);
+  EXPECT_EQ(keyframe.depth_grid.at<float>(19, 31), 0.0F) << "its border is of both sides";
+  EXPECT_EQ(keyframe.depth_grid.at<float>(18, 30), 2.0F);
+  EXPECT_EQ(cv::countNonZero(keyframe.depth_grid), 60 * 80 - 9);
+  EXPECT_EQ(cv::countNonZero(keyframe.frame.features->depth_grid), 60 * 80) << "as it was measured";
 }
 
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {

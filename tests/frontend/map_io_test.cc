@@ -196,6 +196,16 @@ TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
   EXPECT_TRUE(loaded.keyframe(0_kf)->frame.features->depth_grid.empty()) << "it had none";
 }
 
+TEST_F(MapIoTest, TheDepthOfWhatMovedIsNotKept) {
+  Map seen;
+  KeyFrame& keyframe = seen.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[0]);
+  keyframe.depth_grid = cv::Mat(60, 80, CV_32FC1, cv::Scalar(2.0));
+  keyframe.depth_grid.at<float>(7, 9) = 0.0F;
+  SaveMap(path, IdealSensor().camera, seen);
+  const Map loaded = LoadMap(path).map;
+  EXPECT_EQ(cv::norm(loaded.keyframe(0_kf)->depth_grid, seen.keyframe(0_kf)->depth_grid), 0.0);
+}
+
 TEST_F(MapIoTest, LandmarksThatNoKeyFrameKnowsTheDepthOfAreKept) {
   const Map& with_depth = map();
   Map without;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -103,6 +104,31 @@ TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
   });
   EXPECT_GE(faint, 900);
   EXPECT_GE(NumRepeated(a, b), 300U);
+}
+
+// A corner's response is the greatest threshold that finds it.
+TEST(OrbExtractor, LooksForFaintCornersDownToTheNoiseOfEachLevel) {
+  constexpr int kLevels = 5;
+  constexpr double kSigma = 3.0;
+  const auto [image, other] = TakenTwice(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), kSigma, 11);
+  const OrbExtractor extractor({.features = 100'000, .pyramid = {.levels = kLevels}});
+  std::array<double, kLevels> least;
+  least.fill(1e9);
+  for (const cv::KeyPoint& k : extractor.Extract(image).keypoints) {
+    double& of_level = least.at(static_cast<std::size_t>(k.octave));
+    of_level = std::min<double>(of_level, k.response);
+  }
+  cv::Mat level = image;
+  for (int i = 0; i < kLevels; ++i) {
+    const double scale = extractor.Scale(i);
+    const cv::Size size(cvRound(640 / scale), cvRound(480 / scale));
+    if (i > 0) cv::resize(level, level, size, 0, 0, cv::INTER_LINEAR_EXACT);
+    cv::Scalar mean, sigma;
+    cv::meanStdDev(level, mean, sigma);
+    // Thresholds are whole; the sigma that is estimated is within a tenth.
+    EXPECT_GE(least.at(static_cast<std::size_t>(i)), 1.8 * sigma[0]) << i;
+    EXPECT_LE(least.at(static_cast<std::size_t>(i)), 2.2 * sigma[0] + 1.0) << i;
+  }
 }
 
 // Where the usual thresholds give all the corners that are asked for, nothing else is looked for.

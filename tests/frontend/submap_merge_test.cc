@@ -2,6 +2,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include "loops/loop_closer.h"
 #include "loops/submap_merge.h"
@@ -170,6 +171,31 @@ TEST_F(PlanMergeTest, ALoopThatTiltsGravityIsRefusedWithTheAngle) {
   const Eigen::Vector3d up = merge->T_new_old.q() * Eigen::Vector3d::UnitZ();
   EXPECT_NEAR(up.z(), 1.0, 1e-15) << "turned about the vertical alone";
   EXPECT_LT(Error(), 1e-12) << "and moved about the keyframe";
+}
+
+// Somebody stands at another place in the one than in the other.
+TEST_F(PlanMergeTest, WhatWasSeenToMoveContradictsNoPlace) {
+  const DepthGrid grid(scene.model.camera());
+  const cv::Size size(grid.camera().width, grid.camera().height);
+  const auto show = [&](KeyFrameId id, int column) {
+    KeyFrame& keyframe = *scene.map.keyframe(id);
+    keyframe.T_WC = Pose();
+    keyframe.depth_grid = cv::Mat(size, CV_32FC1, cv::Scalar(3.0));
+    keyframe.depth_grid.colRange(column, column + 20).setTo(2.0F);
+    return keyframe.depth_grid.colRange(column, column + 20);
+  };
+  cv::Mat before = show(23_kf, 10);
+  show(24_kf, 50);
+  const SubmapMerge merge{
+      .root = kFirstSubmap, .other = second, .moved = second, .T_new_old = Pose()};
+  const auto share = [&] {
+    return MergeContradiction(scene.map, merge, grid, DepthNoise::Kinect());
+  };
+  ASSERT_TRUE(share());
+  EXPECT_GT(*share(), 0.2);
+  before.setTo(0.0F);  // as a keyframe has it of what moved
+  ASSERT_TRUE(share());
+  EXPECT_EQ(*share(), 0.0);
 }
 
 }  // namespace

@@ -134,6 +134,7 @@ int NumCorners(const std::vector<std::vector<cv::KeyPoint>>& levels) {
 struct OrbExtractor::Impl {
   OrbExtractorOptions options;
   std::vector<double> scales;
+  std::vector<double> noise_shares;  // of the sigma of an image's white noise, left on each level
   // One level, no border of its own: computes descriptors of given corners on a level's image.
   cv::Ptr<cv::ORB> describer =
       cv::ORB::create(1, 1.2F, 1, 0, 0, 2, cv::ORB::FAST_SCORE, kPatchSize);
@@ -142,6 +143,22 @@ struct OrbExtractor::Impl {
     options.Validate();
     for (int i = 0; i < options.pyramid.levels; ++i)
       scales.push_back(std::pow(options.pyramid.scale_factor, i));
+    noise_shares = NoiseShares();
+  }
+
+  std::vector<double> NoiseShares() const {
+    constexpr int kSide = 320;       // [px]
+    constexpr double kNoise = 20.0;  // [grey levels] to which a rounded one is small
+    cv::Mat noise(kSide, kSide, CV_8UC1);
+    cv::RNG(1).fill(noise, cv::RNG::NORMAL, 128.0, kNoise);
+    std::vector<double> shares;
+    for (const cv::Mat& level : BuildPyramid(noise)) {
+      cv::Scalar mean, sigma;
+      cv::meanStdDev(level, mean, sigma);
+      shares.push_back(sigma[0] / kNoise);
+    }
+    shares.resize(scales.size(), shares.back());
+    return shares;
   }
 
   std::vector<cv::Mat> BuildPyramid(const cv::Mat& gray) const {
@@ -234,9 +251,8 @@ OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
   each_level([&](std::size_t i) { corners[i] = DetectCorners(pyramid[i], impl_->options); });
   if (NumCorners(corners) < impl_->options.features) {
     const double noise = internal::NoiseSigma(gray);
-    // Each resize averages pixels: of a level the noise is no more than this.
     each_level([&](std::size_t i) {
-      AppendFaintCorners(pyramid[i], noise / impl_->scales[i], impl_->options, &corners[i]);
+      AppendFaintCorners(pyramid[i], noise * impl_->noise_shares[i], impl_->options, &corners[i]);
     });
   }
   const std::vector<int> budgets = impl_->Budgets(corners);

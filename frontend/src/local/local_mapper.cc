@@ -12,6 +12,7 @@
 #include "local/depthless_points.h"
 #include "map/covisibility.h"
 #include "map/landmark_fusion.h"
+#include "tracking/moving_objects.h"
 
 namespace highwall {
 namespace {
@@ -76,6 +77,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC, tracked.submap);
   keyframe.motion = std::move(motion);
   keyframe.found = tracked.found;
+  keyframe.depth_grid = Standing(keyframe.depth_grid, tracked.moving);
   report.keyframe = newest_ = keyframe.id;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
     map.ObservePoint(keyframe.id, static_cast<int>(i), tracked.points[i]);

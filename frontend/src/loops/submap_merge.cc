@@ -71,8 +71,7 @@ std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merg
     for (const auto& [distance, id] : views) {
       const KeyFrame& other = *map.keyframe(id);
       DepthComparison pair(grid, noise);
-      pair.Add(keyframe.frame.features->depth_grid, other.frame.features->depth_grid,
-               T_WC.Inverse() * other.T_WC);
+      pair.Add(keyframe.depth_grid, other.depth_grid, T_WC.Inverse() * other.T_WC);
       // Many pairs that hardly overlap are no evidence.
       if (pair.Contradiction()) comparison.Add(pair);
     }

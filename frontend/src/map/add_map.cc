@@ -48,6 +48,7 @@ std::vector<KeyFrameId> AddMap(const Map& other, Map* map) {
   for (const KeyFrameId id : other.keyframe_ids()) {
     const KeyFrame& old = *other.keyframe(id);
     KeyFrame& keyframe = map->AddKeyFrame(old.frame, old.T_WC, submaps.at(old.submap));
+    keyframe.depth_grid = old.depth_grid;
     keyframe.found = old.found;
     keyframes[id] = keyframe.id;
     added.push_back(keyframe.id);

@@ -124,6 +124,7 @@ KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap
   ++made_in.keyframes;
   keyframe.frame = frame;
   keyframe.T_WC = T_WC;
+  keyframe.depth_grid = frame.features->depth_grid;
   keyframe.points.assign(frame.features->points.size(), kNoId);
   keyframe.lines.assign(frame.features->lines.size(), kNoId);
   index_.Add(keyframe.id, *frame.features);

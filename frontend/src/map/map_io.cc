@@ -330,7 +330,7 @@ std::shared_ptr<FrameFeatures> ReadFeatures(Reader& reader, const PinholeCamera&
 
 // What a keyframe is held against where another map may show its place.
 void WriteEvidence(Writer& writer, const KeyFrame& keyframe) {
-  const cv::Mat& grid = keyframe.frame.features->depth_grid;
+  const cv::Mat& grid = keyframe.depth_grid;
   writer(keyframe.found);
   writer(static_cast<std::uint32_t>(grid.total()));
   for (int v = 0; v < grid.rows; ++v) {

@@ -73,7 +73,7 @@ std::optional<double> DepthContradiction(const cv::Mat& depth, const Pose& T_WC,
   DepthComparison comparison(grid, noise);
   for (const KeyFrameId id : keyframes) {
     const KeyFrame& keyframe = *map.keyframe(id);
-    comparison.Add(depth, keyframe.frame.features->depth_grid, T_WC.Inverse() * keyframe.T_WC);
+    comparison.Add(depth, keyframe.depth_grid, T_WC.Inverse() * keyframe.T_WC);
   }
   return comparison.Contradiction();
 }

@@ -347,6 +347,13 @@ cv::Mat WithBorder(const cv::Mat& cells) {
   return wide;
 }
 
+cv::Mat Standing(const cv::Mat& depth, const cv::Mat& moving) {
+  if (moving.empty()) return depth;
+  cv::Mat standing = depth.clone();
+  standing.setTo(0.0F, WithBorder(moving));
+  return standing;
+}
+
 MovingObjects::MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
                              const MovingObjectOptions& options)
     : grid_(camera), noise_(noise), options_(options) {

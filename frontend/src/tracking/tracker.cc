@@ -473,12 +473,10 @@ std::vector<PointToPlaneRow> Tracker::MatchSurfaces(const TrackedFrame& tracked,
                                                     const Map& map) const {
   const KeyFrame* reference = last_ ? map.keyframe(last_->reference) : nullptr;
   const cv::Mat& depth = tracked.frame.features->depth_grid;
-  if (reference == nullptr || depth.empty() || reference->frame.features->depth_grid.empty()) {
-    return {};
-  }
+  if (reference == nullptr || depth.empty() || reference->depth_grid.empty()) return {};
   const DepthGrid& grid = moving_.grid();
-  std::vector<SurfacePatch> patches = FindPatches(reference->frame.features->depth_grid, grid,
-                                                  model_.depth_noise(), options_.surfaces.matcher);
+  std::vector<SurfacePatch> patches = FindPatches(reference->depth_grid, grid, model_.depth_noise(),
+                                                  options_.surfaces.matcher);
   for (SurfacePatch& patch : patches) {
     patch.a = reference->T_WC * patch.a;
     patch.n = reference->T_WC.q() * patch.n;

@@ -70,6 +70,7 @@ struct KeyFrame {
   SubmapId submap = kFirstSubmap;  // that it was made in
   Frame frame;
   Pose T_WC;
+  cv::Mat depth_grid;  // of its features, but 0 where something moved: what others are held against
   double found = 0.0;  // share of the landmarks in view that it saw when it was tracked; 0: unknown
   std::optional<KeyFrameMotion> motion;  // with an IMU that is initialized
   std::vector<PointId> points;           // per point feature, kNoId where unmatched
