@@ -14,15 +14,26 @@ PluckerLine PluckerLine::FromPoints(const Eigen::Vector3d& p, const Eigen::Vecto
   return {p.cross(d), d};
 }
 
+Eigen::Vector3d PluckerLine::ClosestToOrigin() const {
+  return d.cross(n) / d.squaredNorm();
+}
+
 Eigen::Vector3d PluckerLine::Project(const Eigen::Vector3d& x) const {
   const Eigen::Vector3d foot = ClosestToOrigin();
   return foot + d * (d.dot(x - foot) / d.squaredNorm());
+}
+
+double PluckerLine::Distance(const Eigen::Vector3d& x) const {
+  return (x - Project(x)).norm();
 }
 
 PluckerLine operator*(const Pose& T_AB, const PluckerLine& line_B) {
   const Eigen::Vector3d d_A = T_AB.q() * line_B.d;
   return {T_AB.q() * line_B.n + T_AB.p().cross(d_A), d_A};
 }
+
+OrthonormalLine::OrthonormalLine()
+    : OrthonormalLine(PluckerLine{-Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}) {}
 
 OrthonormalLine::OrthonormalLine(const PluckerLine& line) {
   HIGHWALL_REQUIRE(line.n.allFinite() && line.d.allFinite(), "OrthonormalLine: non-finite line");
@@ -46,6 +57,10 @@ OrthonormalLine::OrthonormalLine(const PluckerLine& line) {
 PluckerLine OrthonormalLine::PluckerFromBlock(const double* block) {
   const Eigen::Matrix3d U = Eigen::Map<const Eigen::Quaterniond>(block).toRotationMatrix();
   return {U.col(0) * (block[4] / block[5]), U.col(1)};
+}
+
+double Segment3::Length() const {
+  return (q() - p()).norm();
 }
 
 Segment3 operator*(const Pose& T_AB, const Segment3& segment_B) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/factors/imu_preintegration.h>
 
 #include "inertial_scene.h"
 #include "support/id_literals.h"

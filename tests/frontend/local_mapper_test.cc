@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/factors/imu_preintegration.h>
 
 #include "local/local_mapper.h"
 #include "local_mapper_fixture.h"

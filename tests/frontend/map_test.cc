@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
+#include <highwall/factors/imu_preintegration.h>
 
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"

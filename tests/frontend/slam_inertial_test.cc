@@ -1,4 +1,5 @@
 // SlamSystem with an IMU, in a room that is rendered.
+#include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/system/slam_system.h>
 
 #include <cmath>

@@ -6,6 +6,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/factors/imu_preintegration.h>
 #include <highwall/internal/background_worker.h>
 
 #include "local/depthless_lines.h"

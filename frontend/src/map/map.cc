@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include <highwall/core/error.h>
+#include <highwall/factors/imu_preintegration.h>
 
 #include "features/orb_matcher.h"
 

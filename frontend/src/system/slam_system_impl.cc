@@ -8,6 +8,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/factors/imu_preintegration.h>
 #include <highwall/internal/stopwatch.h>
 
 namespace highwall {

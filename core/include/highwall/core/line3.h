@@ -23,11 +23,11 @@ struct PluckerLine {
   static PluckerLine FromPoints(const Eigen::Vector3d& p, const Eigen::Vector3d& q);
 
   // The point of the line that is closest to the origin.
-  Eigen::Vector3d ClosestToOrigin() const { return d.cross(n) / d.squaredNorm(); }
+  Eigen::Vector3d ClosestToOrigin() const;
   // The foot of the perpendicular from x.
   Eigen::Vector3d Project(const Eigen::Vector3d& x) const;
   // Distance from x to the line [m].
-  double Distance(const Eigen::Vector3d& x) const { return (x - Project(x)).norm(); }
+  double Distance(const Eigen::Vector3d& x) const;
 };
 
 // The same line seen from frame A: n_A = R n_B + p x (R d_B), d_A = R d_B.
@@ -42,8 +42,7 @@ class OrthonormalLine {
   using Manifold = LineManifold;
 
   // The z axis shifted by 1 m along x.
-  OrthonormalLine()
-      : OrthonormalLine(PluckerLine{-Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}) {}
+  OrthonormalLine();
   // Lines through the origin are allowed: U's first column is then any normal of d.
   // Throws InvalidArgument if the line is not finite or d is zero.
   explicit OrthonormalLine(const PluckerLine& line);
@@ -71,7 +70,7 @@ class Segment3 {
 
   Eigen::Vector3d p() const { return Eigen::Map<const Eigen::Vector3d>(data()); }
   Eigen::Vector3d q() const { return Eigen::Map<const Eigen::Vector3d>(data() + 3); }
-  double Length() const { return (q() - p()).norm(); }
+  double Length() const;
 
   double* data() { return data_.data(); }
   const double* data() const { return data_.data(); }

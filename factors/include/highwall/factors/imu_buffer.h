@@ -17,6 +17,8 @@ struct ImuSample {
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  // [m/s^2] specific force
 };
 
+using ImuBias = Eigen::Matrix<double, 6, 1>;  // [b_g b_a] of its readings, rad/s and m/s^2
+
 // What no inertial sensor measures: the widest ranges of MEMS parts are 400 g (ST H3LIS331DL) and
 // 4000 deg/s (TDK ICM-20649). A value beyond is a fault on the way, whatever the motion.
 inline constexpr double kMaxSpecificForce = 4000.0;  // [m/s^2] of an axis

@@ -11,8 +11,6 @@
 
 namespace highwall {
 
-using ImuBias = Eigen::Matrix<double, 6, 1>;  // [b_g b_a], rad/s and m/s^2
-
 // Continuous noise densities of an IMU. Defaults: ADIS16448, the IMU of the EuRoC sequences.
 struct ImuNoise {
   double gyroscope = 1.6968e-4;        // [rad/s/sqrt(Hz)] > 0

@@ -12,10 +12,10 @@ struct LineSegment {
   Eigen::Vector2f s = Eigen::Vector2f::Zero();
   Eigen::Vector2f e = Eigen::Vector2f::Zero();
 
-  float Length() const { return (e - s).norm(); }
+  float Length() const;
   // Of the undirected segment [rad], in [0, pi), from x towards y.
   float Angle() const;
-  Eigen::Vector2f Midpoint() const { return 0.5F * (s + e); }
+  Eigen::Vector2f Midpoint() const;
 };
 
 }  // namespace highwall

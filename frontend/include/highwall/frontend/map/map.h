@@ -13,13 +13,15 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
-#include <highwall/factors/imu_preintegration.h>
+#include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/id_table.h>
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map_ids.h>
 
 namespace highwall {
+
+class ImuPreintegration;
 
 // 256-bit binary descriptor (ORB of a point, LBD of a line).
 using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
