@@ -23,8 +23,9 @@ const Pose kTruth = kReference * Pose::FromTangent({0.08, -0.06, 0.05}, {0.04, -
 
 std::optional<KnownPose> Align(const FrameFeatures& reference, const FrameFeatures& features,
                                const DirectAlignmentOptions& options = {}) {
-  const auto aligned = DirectAligner(kGrid, kNoise, {}, options)
-                           .Align(reference, kReference, features, kReference);
+  const auto aligned =
+      DirectAligner(kGrid, kNoise, {}, options)
+          .Align(reference, reference.depth_grid, kReference, features, kReference);
   return aligned ? std::optional(aligned->pose) : std::nullopt;
 }
 
@@ -67,13 +68,39 @@ TEST(DirectAligner, RefusesAnotherPlaceOfTheSameShape) {
 TEST(DirectAligner, RefusesWhatTheReferenceHardlySees) {
   const Pose away = kReference * Pose::FromTangent({0, 0, 0}, {0, 0.85, 0});
   const DirectAligner aligner(kGrid, kNoise, {}, {});
-  EXPECT_FALSE(aligner.Align(testing::SeeGrids(kBoxes, kReference), kReference,
+  const FrameFeatures reference = testing::SeeGrids(kBoxes, kReference);
+  EXPECT_FALSE(aligner.Align(reference, reference.depth_grid, kReference,
                              testing::SeeGrids(kBoxes, away), away));
 }
 
 TEST(DirectAligner, RefusesFeaturesWithoutGrids) {
   EXPECT_FALSE(Align({}, testing::SeeGrids(kBoxes, kTruth)));
   EXPECT_FALSE(Align(testing::SeeGrids(kBoxes, kReference), {}));
+}
+
+// Somebody walks ahead of the camera, in the same cells of both images.
+TEST(DirectAligner, LeavesOutWhatMovesInTheReference) {
+  FrameFeatures reference = testing::SeeGrids(kBoxes, kReference);
+  FrameFeatures features = testing::SeeGrids(kBoxes, kTruth);
+  const cv::Rect person(24, 6, 34, 50);
+  for (FrameFeatures* seen : {&reference, &features}) {
+    for (int v = person.y; v < person.br().y; ++v) {
+      for (int u = person.x; u < person.br().x; ++u) {
+        seen->depth_grid.at<float>(v, u) = 1.0F;
+        seen->gray_grid.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(u * 37 + v * 91);
+      }
+    }
+  }
+  const auto error = [&](const cv::Mat& standing) {
+    const auto aligned = DirectAligner(kGrid, kNoise, {}, {})
+                             .Align(reference, standing, kReference, features, kReference);
+    return aligned ? (aligned->pose.T_WC.p() - kTruth.p()).norm() : 1.0;
+  };
+  EXPECT_GT(error(reference.depth_grid), 0.02) << "held by the person";
+  cv::Mat standing = reference.depth_grid.clone();
+  standing(person).setTo(0.0F);
+  // Of 112 mm; what the frame shows of him beside those cells still counts.
+  EXPECT_LT(error(standing), 0.01);
 }
 
 TEST(DirectAligner, IsNoFartherOffThanItsInformationSays) {

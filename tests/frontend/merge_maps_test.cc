@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include <highwall/frontend/loops/merge_maps.h>
 
@@ -151,6 +152,7 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
   other.SetGravity(down, apart);
   other.RemoveKeyFrame(2_kf, 1_kf);
   other.keyframe(3_kf)->found = 0.625;
+  other.keyframe(3_kf)->depth_grid = cv::Mat(2, 3, CV_32FC1, cv::Scalar(1.5));
   other.RemovePoint(other.point_ids().front());
   const std::size_t keyframes = map.num_keyframes(), points = map.num_points();
   const std::size_t lines = map.num_lines();
@@ -167,6 +169,7 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
   EXPECT_EQ(map.gravity_W(*map.RootOf(added[6])), down);
   EXPECT_FALSE(map.gravity_W(*map.RootOf(added[0])));
   EXPECT_EQ(map.keyframe(added[2])->found, 0.625) << "the third that is left";
+  EXPECT_EQ(map.keyframe(added[2])->depth_grid.size(), cv::Size(3, 2));
   EXPECT_EQ(map.point(last_point.id)->observations.size(), last_point.observations.size());
 
   const KeyFrame &old = *other.keyframe(1_kf), &same = *map.keyframe(added[1]);

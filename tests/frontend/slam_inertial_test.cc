@@ -1,5 +1,4 @@
 // SlamSystem with an IMU, in a room that is rendered.
-#include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/system/slam_system.h>
 
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
+#include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/inertial_odometry.h>
 #include <simulate/scenes/room.h>
 

@@ -147,7 +147,7 @@ struct OrbExtractor::Impl {
   }
 
   std::vector<double> NoiseShares() const {
-    constexpr int kSide = 320;       // [px]
+    constexpr int kSide = 320;       // [px] that the sigma of eight usual levels is known on
     constexpr double kNoise = 20.0;  // [grey levels] to which a rounded one is small
     cv::Mat noise(kSide, kSide, CV_8UC1);
     cv::RNG(1).fill(noise, cv::RNG::NORMAL, 128.0, kNoise);
@@ -157,7 +157,9 @@ struct OrbExtractor::Impl {
       cv::meanStdDev(level, mean, sigma);
       shares.push_back(sigma[0] / kNoise);
     }
-    shares.resize(scales.size(), shares.back());
+    while (shares.size() < scales.size()) {
+      shares.push_back(shares.back() / options.pyramid.scale_factor);
+    }
     return shares;
   }
 

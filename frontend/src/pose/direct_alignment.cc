@@ -187,8 +187,13 @@ struct GreyPairs {
 class Alignment {
  public:
   Alignment(const DepthGrid& grid, const DepthNoise& noise, const FrameFeatures& reference,
-            const FrameFeatures& features, const Pose& T_RC)
-      : grid_(grid), noise_(noise), reference_(reference), features_(features), T_RC_(T_RC) {}
+            const cv::Mat& standing, const FrameFeatures& features, const Pose& T_RC)
+      : grid_(grid),
+        noise_(noise),
+        reference_(reference),
+        standing_(standing),
+        features_(features),
+        T_RC_(T_RC) {}
 
   // False where nothing holds the pose, or it does not settle.
   bool Refine(const std::vector<SurfacePatch>& patches, const SurfaceMatcherOptions& surfaces,
@@ -230,13 +235,14 @@ class Alignment {
   static constexpr int kMinPairs = 100;
 
   // The reference sees something else there, before or behind, or beside it in a cell that its grey
-  // level is interpolated from.
+  // level is interpolated from; or something that moves.
   bool IsHidden(const Eigen::Vector2d& uv, double z, const SurfaceMatcherOptions& surfaces) const {
     const double most = surfaces.gate + surfaces.gate_sigmas * noise_.Sigma(z);
     const cv::Point cell(static_cast<int>(uv.x()), static_cast<int>(uv.y()));
     for (const cv::Point& corner : {cv::Point(0, 0), {1, 0}, {0, 1}, {1, 1}}) {
       const auto seen = static_cast<double>(reference_.depth_grid.at<float>(cell + corner));
       if (seen > 0.0 && std::abs(seen - z) > most) return true;
+      if (seen > 0.0 && standing_.at<float>(cell + corner) <= 0.0F) return true;
     }
     return false;
   }
@@ -299,6 +305,7 @@ class Alignment {
   const DepthGrid& grid_;
   const DepthNoise& noise_;
   const FrameFeatures& reference_;
+  const cv::Mat& standing_;
   const FrameFeatures& features_;
   Pose T_RC_;
   GreyPairs::Likeness likeness_;
@@ -328,13 +335,14 @@ DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
 }
 
 std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& reference,
-                                                    const Pose& T_WR, const FrameFeatures& features,
+                                                    const cv::Mat& standing, const Pose& T_WR,
+                                                    const FrameFeatures& features,
                                                     const Pose& T_WC) const {
   if (reference.depth_grid.empty() || reference.gray_grid.empty()) return std::nullopt;
   const double depth = MedianDepth(features.depth_grid);
   if (depth <= 0.0 || features.gray_grid.empty()) return std::nullopt;
-  const auto patches = FindPatches(reference.depth_grid, grid_, noise_, surfaces_);
-  Alignment alignment(grid_, noise_, reference, features, T_WR.Inverse() * T_WC);
+  const auto patches = FindPatches(standing, grid_, noise_, surfaces_);
+  Alignment alignment(grid_, noise_, reference, standing, features, T_WR.Inverse() * T_WC);
   for (const Stage& stage : kStages) {
     SurfaceMatcherOptions surfaces = surfaces_;
     surfaces.gate = stage.gate;

@@ -31,11 +31,13 @@ class DirectAligner {
   DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
                 const SurfaceMatcherOptions& surfaces, const DirectAlignmentOptions& options);
 
-  // T_WC: rough. The pose with its information, in which readings that share their noise count as
+  // standing: the depth grid of the reference, 0 where something moved, which is left out. T_WC:
+  // rough. The pose with its information, in which readings that share their noise count as
   // one. Empty where the two have too little in common, where what they have in common is not
   // alike, where it does not settle, or where it leaves a direction open.
-  std::optional<DirectAlignment> Align(const FrameFeatures& reference, const Pose& T_WR,
-                                       const FrameFeatures& features, const Pose& T_WC) const;
+  std::optional<DirectAlignment> Align(const FrameFeatures& reference, const cv::Mat& standing,
+                                       const Pose& T_WR, const FrameFeatures& features,
+                                       const Pose& T_WC) const;
 
  private:
   const DepthGrid& grid_;

@@ -56,7 +56,7 @@ cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> reference
 // The cells of a mask and those about them: at the border of a surface the sensor mixes both sides.
 cv::Mat WithBorder(const cv::Mat& cells);
 
-// A depth grid that is 0 there; itself where `moving` is empty.
+// A depth grid that is 0 in the cells of `moving` and those about them; itself where that is empty.
 cv::Mat Standing(const cv::Mat& depth, const cv::Mat& moving);
 
 // The depth of the last seconds, and what moves against it.

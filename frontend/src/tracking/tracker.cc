@@ -125,7 +125,10 @@ std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& 
                           Aid::kSurfaces, clues);
     if (match && Contradicts(*match, map)) match.reset();
   }
-  if (!match && options_.direct.enabled) match = AlignDirectly(frame, map, clues);
+  // All of an image tells the pose only where most of it stands.
+  constexpr double kMost = 0.5;
+  const bool stands = clues->set_aside < kMost;
+  if (!match && stands && options_.direct.enabled) match = AlignDirectly(frame, map, clues);
   return match;
 }
 
@@ -136,10 +139,12 @@ std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, co
   const double held = ToSeconds(frame.stamp - last_landmarks_);
   if (reference == nullptr || held > ConstantVelocity::kLongestPrediction) return std::nullopt;
   const Pose expected = last_->T_WC * velocity_.Predict(SinceLast(frame));
-  auto aligned =
-      aligner_.Align(*reference->frame.features, reference->T_WC, *frame.features, expected);
+  auto aligned = aligner_.Align(*reference->frame.features, reference->depth_grid, reference->T_WC,
+                                *frame.features, expected);
   if (!aligned) {
-    aligned = aligner_.Align(*last_->frame.features, last_->T_WC, *frame.features, expected);
+    const FrameFeatures& last = *last_->frame.features;
+    aligned = aligner_.Align(last, Standing(last.depth_grid, last_->moving), last_->T_WC,
+                             *frame.features, expected);
   }
   if (!aligned) return std::nullopt;
   const KnownPose& known = aligned->pose;
@@ -475,8 +480,8 @@ std::vector<PointToPlaneRow> Tracker::MatchSurfaces(const TrackedFrame& tracked,
   const cv::Mat& depth = tracked.frame.features->depth_grid;
   if (reference == nullptr || depth.empty() || reference->depth_grid.empty()) return {};
   const DepthGrid& grid = moving_.grid();
-  std::vector<SurfacePatch> patches = FindPatches(reference->depth_grid, grid, model_.depth_noise(),
-                                                  options_.surfaces.matcher);
+  std::vector<SurfacePatch> patches =
+      FindPatches(reference->depth_grid, grid, model_.depth_noise(), options_.surfaces.matcher);
   for (SurfacePatch& patch : patches) {
     patch.a = reference->T_WC * patch.a;
     patch.n = reference->T_WC.q() * patch.n;
