@@ -21,7 +21,7 @@
 
 namespace highwall {
 
-class ImuPreintegration;
+class ImuPreintegration;  // highwall/factors/imu_preintegration.h
 
 // 256-bit binary descriptor (ORB of a point, LBD of a line).
 using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
