@@ -30,6 +30,7 @@ inline std::string OneLine(std::string message) {
 // and sets `action` when the user chose it. CLI::ParseError means wrong usage. `action` must
 // outlive the parsing.
 void AddEvalCommand(CLI::App& app, CommandAction& action);
+void AddImuNoiseCommand(CLI::App& app, CommandAction& action);
 void AddInfoCommand(CLI::App& app, CommandAction& action);
 void AddMapCommand(CLI::App& app, CommandAction& action);
 void AddMergeCommand(CLI::App& app, CommandAction& action);

@@ -48,6 +48,7 @@ int Main(int argc, char** argv) {
   CommandAction action;
   AddSlamCommand(app, action);
   AddEvalCommand(app, action);
+  AddImuNoiseCommand(app, action);
   AddInfoCommand(app, action);
   AddMapCommand(app, action);
   AddMergeCommand(app, action);

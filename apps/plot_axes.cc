@@ -45,8 +45,19 @@ PlotTicks MakeTicks(const PlotRange& range, double count) {
   return ticks;
 }
 
-PlotAxes::PlotAxes(const Box& box, const PlotRange& x, const PlotRange& y)
-    : box_(box), x_(x), y_(y) {}
+PlotTicks MakeDecades(const PlotRange& range) {
+  constexpr double kSlack = 1e-9;
+  PlotTicks ticks;
+  for (double power = std::ceil(std::log10(range.min) - kSlack);
+       power <= std::log10(range.max) + kSlack; ++power) {
+    ticks.values.push_back(std::pow(10.0, power));
+    ticks.labels.push_back(fmt::format("{:g}", ticks.values.back()));
+  }
+  return ticks;
+}
+
+PlotAxes::PlotAxes(const Box& box, const PlotRange& x, const PlotRange& y, PlotScale scale)
+    : box_(box), x_(x), y_(y), scale_(scale) {}
 
 PlotAxes PlotAxes::WithEqualScale(const Box& box, PlotRange x, PlotRange y) {
   const double scale = std::max(x.Width() / box.width, y.Width() / box.height);
@@ -56,8 +67,17 @@ PlotAxes PlotAxes::WithEqualScale(const Box& box, PlotRange x, PlotRange y) {
 }
 
 SvgPoint PlotAxes::Map(double x, double y) const {
-  return {box_.left + (x - x_.min) / x_.Width() * box_.width,
-          box_.top + (y_.max - y) / y_.Width() * box_.height};
+  return {box_.left + Share(x, x_) * box_.width, box_.top + (1.0 - Share(y, y_)) * box_.height};
+}
+
+double PlotAxes::Share(double value, const PlotRange& range) const {
+  if (scale_ == PlotScale::kLinear) return (value - range.min) / range.Width();
+  return std::log(value / range.min) / std::log(range.max / range.min);
+}
+
+PlotTicks PlotAxes::Ticks(const PlotRange& range, double length) const {
+  return scale_ == PlotScale::kLinear ? MakeTicks(range, length / kPixelsPerTick)
+                                      : MakeDecades(range);
 }
 
 void PlotAxes::Draw(const std::string& x_label, const std::string& y_label, Svg* svg) const {
@@ -75,7 +95,7 @@ void PlotAxes::Draw(const std::string& x_label, const std::string& y_label, Svg*
 
 void PlotAxes::DrawXAxis(const std::string& label, Svg* svg) const {
   const double bottom = box_.top + box_.height;
-  const PlotTicks ticks = MakeTicks(x_, box_.width / kPixelsPerTick);
+  const PlotTicks ticks = Ticks(x_, box_.width);
   for (std::size_t i = 0; i < ticks.values.size(); ++i) {
     const double x = Map(ticks.values[i], y_.min).x;
     svg->Line({x, box_.top}, {x, bottom}, kGrid);
@@ -88,7 +108,7 @@ void PlotAxes::DrawXAxis(const std::string& label, Svg* svg) const {
 }
 
 void PlotAxes::DrawYAxis(const std::string& label, Svg* svg) const {
-  const PlotTicks ticks = MakeTicks(y_, box_.height / kPixelsPerTick);
+  const PlotTicks ticks = Ticks(y_, box_.height);
   std::size_t longest = 0;
   for (std::size_t i = 0; i < ticks.values.size(); ++i) {
     const double y = Map(x_.min, ticks.values[i]).y;

@@ -24,16 +24,21 @@ struct PlotTicks {
   std::vector<std::string> labels;
 };
 PlotTicks MakeTicks(const PlotRange& range, double count);
+// The powers of ten inside the range, which lies above zero.
+PlotTicks MakeDecades(const PlotRange& range);
 
-// A rectangle of the drawing with two linear axes.
+enum class PlotScale { kLinear, kLogarithmic };
+
+// A rectangle of the drawing with two axes.
 class PlotAxes {
  public:
   struct Box {
     double left = 0.0, top = 0.0, width = 0.0, height = 0.0;  // [px]
   };
 
-  // The ranges must have a width above zero.
-  PlotAxes(const Box& box, const PlotRange& x, const PlotRange& y);
+  // The ranges must have a width above zero, and lie above zero on logarithmic axes.
+  PlotAxes(const Box& box, const PlotRange& x, const PlotRange& y,
+           PlotScale scale = PlotScale::kLinear);
   // The same with one scale on both axes: the range that needs less room is widened.
   static PlotAxes WithEqualScale(const Box& box, PlotRange x, PlotRange y);
 
@@ -43,12 +48,15 @@ class PlotAxes {
   void Draw(const std::string& x_label, const std::string& y_label, Svg* svg) const;
 
  private:
+  double Share(double value, const PlotRange& range) const;  // 0 at its start, 1 at its end
+  PlotTicks Ticks(const PlotRange& range, double length) const;
   void DrawXAxis(const std::string& label, Svg* svg) const;
   void DrawYAxis(const std::string& label, Svg* svg) const;
 
   Box box_;
   PlotRange x_;
   PlotRange y_;
+  PlotScale scale_;
 };
 
 }  // namespace highwall::apps

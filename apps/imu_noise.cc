@@ -1,0 +1,235 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/factors/imu_noise_estimation.h>
+#include <highwall/frontend/input/imu_check.h>
+#include <highwall/frontend/input/imu_reader.h>
+
+#include "allan_plot.h"
+#include "commands.h"
+
+namespace highwall::apps {
+namespace {
+
+struct ImuNoiseArguments {
+  std::filesystem::path input;
+  double from = 0.0;
+  double to = std::numeric_limits<double>::infinity();
+  bool assume_rest = false;
+  bool json = false;
+  std::optional<std::filesystem::path> plot;
+};
+
+// Nothing is filmed beside the readings: they meet any video.
+constexpr VideoSpan kAnyTime{std::numeric_limits<Stamp>::min(), std::numeric_limits<Stamp>::max()};
+
+void Warn(const std::string& text) {
+  fmt::print(stderr, "highwall imu-noise: warning: {}\n", OneLine(text));
+}
+
+// Those between --from and --to, in order, repaired.
+std::vector<ImuSample> LoadSamples(const ImuNoiseArguments& arguments) {
+  std::filesystem::path file = arguments.input;
+  if (std::filesystem::is_directory(file)) {
+    const auto found = FindImuFile(file);
+    if (!found) throw IoError(file, "holds no imu.csv, imu.txt, imu0/data.csv, mav0/imu0/data.csv");
+    file = *found;
+  }
+  const ImuRecording recording = ReadImu(file, kAnyTime);
+  if (!recording.warning.empty()) Warn(recording.warning);
+  const auto [first, last] = std::ranges::minmax(recording.samples, {}, &ImuSample::stamp);
+  const auto findings = CheckImu(recording.samples, {first.stamp, last.stamp});
+  for (const ImuFinding& finding : findings) {
+    if (finding.severity == ImuSeverity::kFatal) throw IoError(file, finding.text);
+    Warn(file.string() + ": " + finding.text);
+  }
+  std::vector<ImuSample> samples = RepairImu(recording.samples, findings);
+  const Stamp start = samples.front().stamp;
+  std::erase_if(samples, [&](const ImuSample& sample) {
+    const double t = ToSeconds(sample.stamp - start);
+    return t < arguments.from || t >= arguments.to;
+  });
+  if (samples.size() < 2) throw IoError(file, "has no readings between --from and --to");
+  return samples;
+}
+
+struct Findings {
+  std::vector<ImuSample> samples;
+  std::vector<ReadingRange> rest;
+  ImuNoiseEstimate estimate;
+
+  double Seconds(const ReadingRange& range) const {
+    return ToSeconds(samples[range.end - 1].stamp - samples[range.begin].stamp);
+  }
+  double Longest() const {
+    double longest = 0.0;
+    for (const ReadingRange& range : rest) longest = std::max(longest, Seconds(range));
+    return longest;
+  }
+  double Sum() const {
+    double sum = 0.0;
+    for (const ReadingRange& range : rest) sum += Seconds(range);
+    return sum;
+  }
+};
+
+Findings Find(const ImuNoiseArguments& arguments) {
+  Findings found;
+  found.samples = LoadSamples(arguments);
+  found.rest = arguments.assume_rest ? std::vector<ReadingRange>{{0, found.samples.size()}}
+                                     : FindRest(found.samples);
+  if (found.rest.empty()) {
+    throw IoError(arguments.input,
+                  "the sensor rests nowhere for three seconds: record it lying "
+                  "still, with nothing that vibrates near it (--assume-rest "
+                  "takes the readings as they are)");
+  }
+  found.estimate = EstimateImuNoise(found.samples, found.rest);
+  return found;
+}
+
+// The figures with the keys of calibration.yaml.
+struct Line {
+  const char* key;
+  const char* unit;
+  const NoiseDensity NoiseDensities::*part;
+  const SensorNoise ImuNoiseEstimate::*sensor;
+};
+constexpr Line kLines[] = {
+    {"gyroscope_noise", "rad/s/sqrt(Hz)", &NoiseDensities::white, &ImuNoiseEstimate::gyroscope},
+    {"accelerometer_noise", "m/s^2/sqrt(Hz)", &NoiseDensities::white,
+     &ImuNoiseEstimate::accelerometer},
+    {"gyroscope_walk", "rad/s^2/sqrt(Hz)", &NoiseDensities::walk, &ImuNoiseEstimate::gyroscope},
+    {"accelerometer_walk", "m/s^3/sqrt(Hz)", &NoiseDensities::walk,
+     &ImuNoiseEstimate::accelerometer},
+    {"gyroscope_instability", "rad/s", &NoiseDensities::instability, &ImuNoiseEstimate::gyroscope},
+    {"accelerometer_instability", "m/s^2", &NoiseDensities::instability,
+     &ImuNoiseEstimate::accelerometer},
+};
+constexpr std::size_t kOfCalibration = 4;  // the first of them
+
+void PrintText(const ImuNoiseArguments& arguments, const Findings& found) {
+  fmt::print("{}: {} readings, {:.1f} Hz; at rest for {:.1f} s, {:.1f} s at a time\n",
+             arguments.input.string(), found.samples.size(), 1.0 / found.estimate.step, found.Sum(),
+             found.Longest());
+  fmt::print("  {:26} {:>9}  {:21} {:>9} {:>9} {:>9}\n", "", "all axes", "95 %", "x", "y", "z");
+  for (const Line& line : kLines) {
+    const SensorNoise& noise = found.estimate.*line.sensor;
+    const NoiseDensity& all = noise.all.*line.part;
+    fmt::print("  {:26} {:>9}  {:21}", line.key,
+               all.IsSeen() ? fmt::format("{:.2e}", all.value) : "not seen",
+               all.IsSeen() ? fmt::format("{:.2e} to {:.2e}", all.low, all.high)
+                            : fmt::format("below {:.2e}", all.high));
+    for (const NoiseDensities& axis : noise.axes) {
+      fmt::print(" {:>9}",
+                 (axis.*line.part).IsSeen() ? fmt::format("{:.2e}", (axis.*line.part).value) : "-");
+    }
+    fmt::print("  {}\n", line.unit);
+  }
+  std::string yaml, missing;
+  for (const Line& line : std::span(kLines).first(kOfCalibration)) {
+    const NoiseDensity& density = (found.estimate.*line.sensor).all.*line.part;
+    if (density.IsSeen()) {
+      yaml += fmt::format("{}{}: {:.3g}", yaml.empty() ? "" : ", ", line.key, density.value);
+    } else {
+      missing += fmt::format("{}{}", missing.empty() ? "" : " and ", line.key);
+    }
+  }
+  fmt::print("for calibration.yaml, below imu:\n  {{{}}}\n", yaml);
+  if (!missing.empty()) {
+    fmt::print(
+        "{} {}: a walk shows where the curve rises, after minutes to hours of rest; until "
+        "then take the datasheet's\n",
+        missing, missing.find(" and ") == std::string::npos ? "is missing" : "are missing");
+  }
+}
+
+nlohmann::ordered_json ToJson(const NoiseDensity& density) {
+  return {{"value", density.value}, {"low", density.low}, {"high", density.high}};
+}
+
+nlohmann::ordered_json ToJson(const SensorNoise& noise) {
+  const auto densities = [](const NoiseDensities& d) {
+    return nlohmann::ordered_json{{"white", ToJson(d.white)},
+                                  {"instability", ToJson(d.instability)},
+                                  {"walk", ToJson(d.walk)}};
+  };
+  nlohmann::ordered_json json = densities(noise.all);
+  for (std::size_t i = 0; i < 3; ++i) json["axes"].push_back(densities(noise.axes[i]));
+  for (const AllanPoint& point : noise.curve) {
+    json["curve"].push_back(
+        {{"tau_s", point.tau}, {"deviation", point.deviation}, {"freedom", point.freedom}});
+  }
+  return json;
+}
+
+void PrintJson(const Findings& found) {
+  nlohmann::ordered_json rest = nlohmann::ordered_json::array();
+  const Stamp start = found.samples.front().stamp;
+  for (const ReadingRange& range : found.rest) {
+    const double begin = ToSeconds(found.samples[range.begin].stamp - start);
+    rest.push_back({begin, begin + found.Seconds(range)});
+  }
+  const nlohmann::ordered_json json = {{"readings", found.samples.size()},
+                                       {"rate_hz", 1.0 / found.estimate.step},
+                                       {"rest_s", rest},
+                                       {"gyroscope", ToJson(found.estimate.gyroscope)},
+                                       {"accelerometer", ToJson(found.estimate.accelerometer)}};
+  fmt::print("{}\n", json.dump());
+}
+
+int RunImuNoise(const ImuNoiseArguments& arguments) {
+  const Findings found = Find(arguments);
+  if (arguments.plot) {
+    WriteAllanPlot(*arguments.plot, arguments.input.filename().string(), found.estimate);
+  }
+  if (arguments.json) {
+    PrintJson(found);
+  } else {
+    PrintText(arguments, found);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddImuNoiseCommand(CLI::App& app, CommandAction& action) {
+  CLI::App* command = app.add_subcommand(
+      "imu-noise", "Noise densities of an IMU from readings at rest, by their Allan deviation.");
+  const auto arguments = std::make_shared<ImuNoiseArguments>();
+  command->add_option("input", arguments->input, "imu.csv, or the folder of a dataset")->required();
+  command->add_option("--from", arguments->from, "Only readings from here on [s], from the first")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--to", arguments->to, "Only readings before [s]")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--assume-rest", arguments->assume_rest,
+                    "All of them are at rest: do not look where");
+  command->add_flag("--json", arguments->json, "One JSON object on standard output");
+  command->add_option("--plot", arguments->plot, "Draw the Allan deviations: FILE.svg");
+  command->footer(
+      "Example: let the sensor lie still for an hour, away from fans and motors, then\n  highwall "
+      "imu-noise imu.csv --plot noise.svg");
+  command->callback([arguments, &action] {
+    if (arguments->plot && arguments->plot->extension() != ".svg") {
+      throw CLI::ValidationError("--plot", "writes SVG: the name must end in .svg");
+    }
+    action = [arguments] { return RunImuNoise(*arguments); };
+  });
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,245 @@
+#include <highwall/factors/allan_deviation.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+#include <ceres/problem.h>
+#include <ceres/sized_cost_function.h>
+#include <ceres/solver.h>
+
+#include <highwall/core/error.h>
+#include <highwall/internal/require.h>
+
+namespace highwall {
+namespace {
+
+constexpr double kChi2Of95 = 3.841;  // one degree of freedom
+
+// Equivalent degrees of freedom of a squared deviation from n + 1 integrated readings, averaged
+// over m: the smaller of what white noise and what a random walk leave. Riley, table 5.
+double DegreesOfFreedom(double n, double m) {
+  const double N = n + 1.0;
+  const double white =
+      (3.0 * (N - 1.0) / (2.0 * m) - 2.0 * (N - 2.0) / N) * 4.0 * m * m / (4.0 * m * m + 5.0);
+  const double walk = (N - 2.0) / m * ((N - 1.0) * (N - 1.0) - 3.0 * m * (N - 1.0) + 4.0 * m * m) /
+                      ((N - 3.0) * (N - 3.0));
+  return std::min(white, walk);
+}
+
+// The sum of the squared second differences of a stretch, and their number.
+struct Differences {
+  double sum = 0.0;
+  std::size_t count = 0;
+};
+
+Differences SecondDifferences(const std::vector<double>& integrated, std::size_t m) {
+  Differences differences;
+  for (std::size_t k = 0; k + 2 * m < integrated.size(); ++k) {
+    const double d = integrated[k + 2 * m] - 2.0 * integrated[k + m] + integrated[k];
+    differences.sum += d * d;
+    ++differences.count;
+  }
+  return differences;
+}
+
+// In units of the step, about their mean, so that no digits are lost.
+std::vector<double> Integrated(const std::vector<double>& readings) {
+  double mean = 0.0;
+  for (const double reading : readings) {
+    HIGHWALL_REQUIRE(std::isfinite(reading), "a reading is not finite");
+    mean += reading;
+  }
+  mean /= static_cast<double>(std::max<std::size_t>(readings.size(), 1));
+  std::vector<double> integrated = {0.0};
+  integrated.reserve(readings.size() + 1);
+  for (const double reading : readings) integrated.push_back(integrated.back() + reading - mean);
+  return integrated;
+}
+
+// Variances that white noise, flicker and random walk of density 1 have at tau: Eq. 2.
+using Shares = std::array<double, 3>;
+Shares UnitVariances(double tau) {
+  return {1.0 / tau, 2.0 * std::log(2.0) / M_PI, tau / 3.0};
+}
+
+// The deviance of a variance s that is chi-square distributed about the model's: Eq. 3. Parameters:
+// logarithms of the three squared densities. Its square is twice the negative log-likelihood but
+// for a constant, so least squares are maximum likelihood.
+class Deviance final : public ceres::SizedCostFunction<1, 1, 1, 1> {
+ public:
+  Deviance(const AllanPoint& point, double freedom)
+      : shares_(UnitVariances(point.tau)),
+        variance_(point.deviation * point.deviation),
+        freedom_(freedom) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    std::array<double, 3> parts{};
+    double model = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      parts[i] = shares_[i] * std::exp(parameters[i][0]);
+      model += parts[i];
+    }
+    // d = x root, d^2 = x - log(1 + x); by its series where the difference would lose its digits.
+    const double x = variance_ / model - 1.0;
+    const double root = std::abs(x) < 1e-4 ? std::sqrt(0.5 - x / 3.0 + 0.25 * x * x)
+                                           : std::sqrt(x - std::log1p(x)) / std::abs(x);
+    residuals[0] = std::sqrt(freedom_) * x * root;
+    if (jacobians == nullptr) return true;
+    // dd/dx = x / (1 + x) / (2 d), dx/dlog(part) = -(1 + x) part / model
+    const double slope = -std::sqrt(freedom_) / (2.0 * root * model);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (jacobians[i] == nullptr) continue;
+      jacobians[i][0] = slope * parts[i];
+    }
+    return true;
+  }
+
+ private:
+  const Shares shares_;
+  const double variance_, freedom_;
+};
+
+// The likelihood of three densities, and of one of them with the best of the others.
+class AllanFit {
+ public:
+  AllanFit(std::span<const AllanPoint> points, const AllanFitOptions& options) {
+    for (const AllanPoint& point : points) {
+      // Octaves overlap: each counts a third, so that intervals of walks, too, hold 95 % of what
+      // they should (allan_deviation_test.cc). The logarithm of a squared deviation has the
+      // variance 2 / freedom by chance, and 4 e^2 by an error e of the model.
+      const double freedom =
+          1.0 / (3.0 / point.freedom + 2.0 * options.model_error * options.model_error);
+      problem_.AddResidualBlock(new Deviance(point, freedom), nullptr, &log_[0], &log_[1],
+                                &log_[2]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        // As if it were alone in the point: no density can be larger, but for chance.
+        const double alone = point.deviation * point.deviation / UnitVariances(point.tau)[i];
+        highest_[i] = std::min(highest_[i], alone);
+      }
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      problem_.SetParameterLowerBound(&log_[i], 0, std::log(highest_[i]) - kRange);
+      problem_.SetParameterUpperBound(&log_[i], 0, std::log(highest_[i]) + kRange);
+    }
+    cost_ = Solve(std::nullopt);
+    best_ = log_;
+  }
+
+  double Value(std::size_t i) const {
+    return std::exp(best_[i]) < kNothing * highest_[i] ? 0.0 : std::exp(0.5 * best_[i]);
+  }
+
+  // Where the deviance has grown by what 95 % allow. The interval of Value(i).
+  NoiseDensity Interval(std::size_t i) {
+    NoiseDensity density{.value = Value(i)};
+    const double top = std::log(highest_[i]);
+    const double from = density.value > 0.0 ? best_[i] : top + std::log(kNothing);
+    density.high = std::exp(0.5 * Cross(i, from, top + kRange));
+    const double bottom = top + std::log(kNothing);
+    if (density.value > 0.0 && Excess(i, bottom) > 0.0) {
+      density.low = std::exp(0.5 * Cross(i, from, bottom));
+    }
+    return density;
+  }
+
+ private:
+  static constexpr double kRange = 30.0;    // of a logarithm: twelve orders of magnitude
+  static constexpr double kNothing = 1e-8;  // of the largest variance it could have
+
+  // From all parts alike, a third each; or with log_[fixed] held as it is.
+  double Solve(std::optional<std::size_t> fixed) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (i == fixed) continue;
+      log_[i] = std::log(highest_[i] / 3.0);
+    }
+    if (fixed) problem_.SetParameterBlockConstant(&log_[*fixed]);
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.max_num_iterations = 200;
+    options.function_tolerance = 1e-12;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem_, &summary);
+    if (fixed) problem_.SetParameterBlockVariable(&log_[*fixed]);
+    return summary.final_cost;
+  }
+
+  // Twice the cost above the best, less what 95 % allow.
+  double Excess(std::size_t i, double value) {
+    log_[i] = value;
+    return 2.0 * (Solve(i) - cost_) - kChi2Of95;
+  }
+
+  // Between `inside` and `outside`, by bisection.
+  double Cross(std::size_t i, double inside, double outside) {
+    for (int step = 0; step < 24; ++step) {
+      const double middle = 0.5 * (inside + outside);
+      (Excess(i, middle) > 0.0 ? outside : inside) = middle;
+    }
+    return 0.5 * (inside + outside);
+  }
+
+  ceres::Problem problem_;
+  std::array<double, 3> log_{};  // of the squared densities: white, flicker, walk
+  std::array<double, 3> best_{};
+  std::array<double, 3> highest_ = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+  double cost_ = 0.0;
+};
+
+}  // namespace
+
+void AllanFitOptions::Validate() const {
+  RequireNotNegativeFinite(min_tau, "AllanFitOptions::min_tau");
+  RequireNotNegativeFinite(model_error, "AllanFitOptions::model_error");
+}
+
+std::vector<AllanPoint> AllanDeviation(std::span<const std::vector<double>> stretches,
+                                       double step) {
+  RequirePositiveFinite(step, "AllanDeviation: step");
+  std::vector<std::vector<double>> integrated;
+  std::size_t longest = 0;
+  for (const std::vector<double>& stretch : stretches) {
+    integrated.push_back(Integrated(stretch));
+    longest = std::max(longest, stretch.size());
+  }
+  std::vector<AllanPoint> curve;
+  for (std::size_t m = 1; 3 * m <= longest; m *= 2) {
+    Differences all;
+    double freedom = 0.0;
+    for (const std::vector<double>& stretch : integrated) {
+      if (stretch.size() <= 3 * m) continue;
+      const Differences own = SecondDifferences(stretch, m);
+      all.sum += own.sum;
+      all.count += own.count;
+      freedom += DegreesOfFreedom(static_cast<double>(stretch.size() - 1), static_cast<double>(m));
+    }
+    const double variance =
+        all.sum / (2.0 * static_cast<double>(m * m) * static_cast<double>(all.count));  // Eq. 1
+    curve.push_back({static_cast<double>(m) * step, std::sqrt(variance), freedom});
+  }
+  return curve;
+}
+
+double ModelledAllanDeviation(const NoiseDensities& densities, double tau) {
+  const Shares unit = UnitVariances(tau);
+  const auto square = [](const NoiseDensity& d) { return d.value * d.value; };
+  return std::sqrt(unit[0] * square(densities.white) + unit[1] * square(densities.instability) +
+                   unit[2] * square(densities.walk));
+}
+
+NoiseDensities FitAllanCurve(std::span<const AllanPoint> curve, const AllanFitOptions& options) {
+  options.Validate();
+  std::vector<AllanPoint> used;
+  for (const AllanPoint& point : curve) {
+    if (point.tau >= options.min_tau && point.deviation > 0.0) used.push_back(point);
+  }
+  HIGHWALL_REQUIRE(used.size() >= 3, "fewer than three averaging times");
+  AllanFit fit(used, options);
+  return {.white = fit.Interval(0), .instability = fit.Interval(1), .walk = fit.Interval(2)};
+}
+
+}  // namespace highwall
