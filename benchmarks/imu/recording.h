@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <highwall/core/stamp.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/factors/imu_preintegration.h>
+
+namespace highwall::bench {
+
+struct TrueState {
+  Stamp stamp = 0;
+  ImuState state;
+  ImuBias bias = ImuBias::Zero();
+};
+
+// Readings of an IMU, and its motion as ground truth has it.
+struct Recording {
+  ImuBuffer imu;
+  std::vector<TrueState> truth;
+  bool has_biases = false;  // else they are zero, and velocities are slopes of the positions
+};
+
+// A folder with imu.csv (EuRoC) and either groundtruth.csv (EuRoC: position, orientation, velocity,
+// biases) or groundtruth.txt (TUM: poses of the IMU). Throws IoError "path:line: what".
+Recording ReadRecording(const std::filesystem::path& folder);
+
+}  // namespace highwall::bench

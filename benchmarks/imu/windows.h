@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "recording.h"
+
+namespace highwall::bench {
+
+struct Window {
+  ImuPreintegration imu;
+  TrueState from, to;
+};
+
+struct Windows {
+  std::vector<Window> all;
+  int skipped = 0;  // with a gap, or beyond the readings
+};
+
+// One after the other, each of at least `length` [s]. Integrated at their true biases.
+Windows Cut(const Recording& recording, double length, const ImuNoise& noise);
+
+// Rotation [rad], velocity [m/s] and position [m] at the end of a window, true minus predicted
+// from its start, as ImuFactor has them: rotation on the right, the others in the frame of the
+// start.
+Eigen::Matrix<double, 9, 1> PredictionError(const Window& window, const Eigen::Vector3d& gravity_W);
+
+struct Surroundings {
+  Eigen::Vector3d gravity_W;       // [m/s^2]
+  ImuBias bias = ImuBias::Zero();  // constant; on top of those of the windows
+};
+
+// The direction of gravity that fits all windows best, and a bias where `with_bias`, the true
+// states being known.
+Surroundings EstimateSurroundings(const std::vector<Window>& windows, bool with_bias);
+
+}  // namespace highwall::bench
