@@ -1,23 +1,33 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/imu_check.h>
+#include <highwall/frontend/input/imu_reader.h>
+
 #include "commands.h"
 #include "option_checks.h"
 #include "progress.h"
+#include "simulate/motion/recorded_motion.h"
 #include "simulate/noise_ratio.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/haul_road.h"
 #include "simulate/scenes/mine.h"
+#include "simulate/scenes/recorded_room.h"
 #include "simulate/scenes/room.h"
 
 namespace highwall::apps {
@@ -27,6 +37,8 @@ using simulate::ExposureMode;
 using simulate::SensorNoise;
 using simulate::Simulation;
 using simulate::SimulationOptions;
+
+constexpr double kLongest = 3600.0;  // [s]
 
 // What is not given depends on the scene.
 struct SimulateArguments {
@@ -38,7 +50,9 @@ struct SimulateArguments {
   double line_delay = 0.0;   // [us]
   double time_offset = 0.0;  // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
-  std::string imu = "on";
+  std::string imu = "on";  // off, on, or a file
+  std::filesystem::path trajectory;
+  std::vector<double> imu_noise;
   bool moving = false;
   std::optional<double> duration, rest;
   std::optional<std::string> noise, exposure;
@@ -72,6 +86,10 @@ double DefaultDuration(const std::string& scene) {
   return scene == "road" ? 35.0 : 10.0;
 }
 
+ImuNoise NoiseOf(const std::vector<double>& densities) {
+  return {densities[0], densities[1], densities[2], densities[3]};
+}
+
 SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   SimulationOptions options =
       arguments.scene == "room" ? SimulationOptions() : simulate::FieldTestOptions();
@@ -98,19 +116,56 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   }
   options.sensor.noise_ratio = options.imu.noise_ratio = arguments.noise_ratio;
   options.imu.ideal = ideal;
-  options.imu.enabled = arguments.imu == "on";
+  options.imu.enabled = arguments.imu != "off";
+  if (!arguments.trajectory.empty()) {
+    options.duration = arguments.duration.value_or(kLongest);
+    options.imu.noise = ImuNoise();
+    if (!arguments.imu_noise.empty()) options.imu.noise = NoiseOf(arguments.imu_noise);
+  }
   options.imu.time_offset = arguments.time_offset;
   return options;
 }
 
-Simulation Simulate(const std::string& scene, const SimulationOptions& options) {
-  if (scene == "mine") return simulate::SimulateMine(options);
-  if (scene == "road") return simulate::SimulateRoad(options);
+bool IsFile(const std::string& imu) {
+  return imu != "on" && imu != "off";
+}
+
+simulate::RecordedMotion FitMotion(const SimulateArguments& arguments) {
+  const Trajectory captured = ReadTumTrajectory(arguments.trajectory);
+  if (captured.empty()) throw IoError(arguments.trajectory, "holds no pose");
+  const ImuRecording recording =
+      ReadImu(arguments.imu, {captured.front().stamp, captured.back().stamp});
+  const auto samples =
+      RepairImu(recording.samples,
+                CheckImu(recording.samples, {captured.front().stamp, captured.back().stamp}));
+  simulate::RecordedMotionOptions options;
+  if (!arguments.imu_noise.empty()) options.noise = NoiseOf(arguments.imu_noise);
+  try {
+    return simulate::FitRecordedMotion(captured, samples, options);
+  } catch (const InvalidArgument& error) {
+    throw IoError(arguments.trajectory,
+                  "and " + arguments.imu + " make no motion: " + error.what());
+  }
+}
+
+Simulation Simulate(const SimulateArguments& arguments, const SimulationOptions& options) {
+  if (!arguments.trajectory.empty()) {
+    const simulate::RecordedMotion motion = FitMotion(arguments);
+    const simulate::MotionConsistency& median = motion.consistency;
+    std::cout << fmt::format(
+        "motion and captured poses differ by {:.1f} mm and {:.2f} deg, and from the readings by "
+        "{:.4f} rad/s and {:.3f} m/s^2 (medians)\n",
+        1e3 * median.position, median.orientation * 180.0 / std::numbers::pi, median.gyroscope,
+        median.accelerometer);
+    return simulate::SimulateRecordedRoom(motion, options);
+  }
+  if (arguments.scene == "mine") return simulate::SimulateMine(options);
+  if (arguments.scene == "road") return simulate::SimulateRoad(options);
   return simulate::SimulateRoom(options);
 }
 
 int RunSimulate(const SimulateArguments& arguments) {
-  const Simulation simulation = Simulate(arguments.scene, MakeOptions(arguments));
+  const Simulation simulation = Simulate(arguments, MakeOptions(arguments));
   {
     Progress progress("rendering");
     simulate::WriteTum(simulation, arguments.folder, [&progress](int done, int total) {
@@ -155,14 +210,42 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
 }
 
 void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {
-  command->add_option("--imu", arguments->imu, "Write imu.csv and groundtruth_state.csv")
-      ->check(CLI::IsMember({"off", "on"}))
+  command
+      ->add_option("--imu", arguments->imu,
+                   "Write imu.csv and groundtruth_state.csv: on or off; with --trajectory the file "
+                   "of the recorded readings")
       ->capture_default_str();
+  command->add_option("--trajectory", arguments->trajectory,
+                      "Film the room along this motion of the IMU, recorded with the readings of "
+                      "--imu (TUM: stamp tx ty tz qx qy qz qw)");
+  command
+      ->add_option("--imu-noise", arguments->imu_noise,
+                   "Densities of gyroscope, accelerometer and their walks that belong to recorded "
+                   "readings [default: those of EuRoC's ADIS16448]")
+      ->delimiter(',')
+      ->expected(4)
+      ->check(CLI::PositiveNumber);
   command
       ->add_option("--time-offset", arguments->time_offset,
                    "How far the IMU's clock is ahead of the camera's [s]")
       ->check(Between(-0.2, 0.2))
       ->capture_default_str();
+}
+
+// A recorded motion needs its readings, a room, and no noise of its own.
+void CheckRecorded(const SimulateArguments& arguments) {
+  const bool recorded = !arguments.trajectory.empty();
+  if (recorded != IsFile(arguments.imu)) {
+    throw CLI::ValidationError(
+        "--imu", recorded ? "must be the file with the readings that belong to --trajectory"
+                          : "must be on or off without --trajectory, is " + arguments.imu);
+  }
+  if (!recorded && !arguments.imu_noise.empty()) {
+    throw CLI::ValidationError("--imu-noise", "belongs to --trajectory");
+  }
+  if (recorded && (arguments.scene != "room" || arguments.rest || arguments.moving)) {
+    throw CLI::ValidationError("--trajectory", "films the room, without --rest and --moving");
+  }
 }
 
 }  // namespace
@@ -182,8 +265,9 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
       ->capture_default_str();
   command
       ->add_option("--duration", arguments->duration,
-                   "Length of the sequence [s] [default: mine 90, road 35, room 10]")
-      ->check(Between(1e-3, 3600.0));
+                   "Length of the sequence [s] [default: mine 90, road 35, room 10, all of a "
+                   "recorded motion]")
+      ->check(Between(1e-3, kLongest));
   command
       ->add_option("--rest", arguments->rest,
                    "How long the camera stands still at first [s] [default: 1, room 0]")
@@ -194,8 +278,10 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
   AddCameraOptions(command, arguments.get());
   AddImuOptions(command, arguments.get());
   command->footer("Example: highwall simulate mine --out mine --duration 20");
-  command->callback(
-      [&action, arguments] { action = [arguments] { return RunSimulate(*arguments); }; });
+  command->callback([&action, arguments] {
+    CheckRecorded(*arguments);
+    action = [arguments] { return RunSimulate(*arguments); };
+  });
 }
 
 }  // namespace highwall::apps

@@ -13,12 +13,14 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/imu_reader.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "config.h"
-#include "simulate/scenes/room.h"
 #include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
+#include "support/imu_scene.h"
 #include "support/run_program.h"
 
 namespace highwall::simulate {
@@ -302,6 +304,57 @@ TEST(SimulateCommand, RecordsTheRoadWithADepthCameraInTheOpen) {
   ASSERT_EQ(dataset.size(), 3u);
   EXPECT_EQ(cv::countNonZero(dataset.Load(1)->depth), 0);  // the lens is covered
   EXPECT_GT(cv::countNonZero(dataset.Load(2)->depth), 160 * 120 / 3);
+}
+
+// Four seconds of a motion, in two files.
+void WriteRecording(const std::filesystem::path& poses, const std::filesystem::path& readings) {
+  const SinusoidalMotion motion;
+  Trajectory captured;
+  std::ofstream imu(readings);
+  imu.precision(12);
+  for (const ImuSample& sample : motion.Samples(200.0, 4.0)) {
+    captured.push_back({sample.stamp, motion.StateAt(ToSeconds(sample.stamp)).T_WB});
+    imu << sample.stamp;
+    for (const double w : sample.gyroscope) imu << ',' << w;
+    for (const double a : sample.accelerometer) imu << ',' << a;
+    imu << '\n';
+  }
+  WriteTumTrajectory(poses, captured);
+}
+
+TEST(SimulateCommand, FilmsTheRoomAlongARecordedMotionWithItsReadings) {
+  const TemporaryDirectory folder;
+  const std::string poses = (folder.path() / "motion.txt").string();
+  const std::string readings = (folder.path() / "imu.csv").string();
+  WriteRecording(poses, readings);
+  const std::string command = "simulate room --scale 0.2 --trajectory " + poses + " --imu " +
+                              readings + " --imu-noise 1e-4,1e-3,1e-5,1e-4 --out ";
+  const Outcome run = Highwall(command + (folder.path() / "room").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(testing::Contains(run.out, "motion and captured poses differ by 0.")) << run.out;
+  const TumDataset dataset(folder.path() / "room");
+  // 0.6 s before and after are for the readings.
+  EXPECT_NEAR(static_cast<double>(dataset.size()), 2.8 * 30.0, 2.0);
+  const auto calibration = apps::LoadConfig(apps::CalibrationFile(folder.path() / "room")).imu;
+  ASSERT_TRUE(calibration.has_value());
+  EXPECT_EQ(calibration->noise.gyroscope, 1e-4);
+  const ImuRecording imu =
+      ReadImu(folder.path() / "room" / "imu.csv", {dataset.stamp(0), dataset.stamp(0)});
+  EXPECT_EQ(imu.samples.size(), 801U);
+
+  WriteText(folder.path() / "one.txt", "1 0 0 0 0 0 0 1\n");
+  testing::ExpectRefused(
+      Highwall("simulate room --trajectory " + (folder.path() / "one.txt").string() + " --imu " +
+               readings + " --out " + (folder.path() / "x").string()),
+      2, {"one.txt", readings, "3.0"});
+  for (const std::string& bad :
+       {"simulate room --imu " + readings, "simulate room --trajectory " + poses,
+        "simulate mine --trajectory " + poses + " --imu " + readings,
+        "simulate room --moving --trajectory " + poses + " --imu " + readings,
+        std::string("simulate room --imu-noise 1,1,1,1")}) {
+    EXPECT_EQ(Highwall(bad + " --out " + (folder.path() / "x").string()).exit_code, 1) << bad;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "x"));
 }
 
 TEST(SimulateCommand, BlackoutsAndShuttersOutOfRangeAreUsageErrors) {

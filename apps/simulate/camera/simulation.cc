@@ -32,6 +32,16 @@ void ScaleContrast(double share, cv::Mat* bgr) {
   *bgr = (*bgr - mean) * share + mean;
 }
 
+ImuBias BiasAt(const GivenReadings& readings, Stamp stamp) {
+  const auto last = static_cast<double>(readings.biases.size() - 1);
+  const double index =
+      std::clamp(ToSeconds(stamp - readings.first_bias) / readings.bias_interval, 0.0, last);
+  const auto i = static_cast<std::size_t>(index);
+  const std::size_t next = std::min(i + 1, readings.biases.size() - 1);
+  const double share = index - static_cast<double>(i);
+  return readings.biases[i] + share * (readings.biases[next] - readings.biases[i]);
+}
+
 }  // namespace
 
 std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
@@ -103,7 +113,7 @@ void SimulationOptions::Validate() const {
 
 Simulation::Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
                        VibrationIntensity intensity, const std::vector<Stretch>& stretches,
-                       MovingScene moving)
+                       MovingScene moving, std::optional<GivenReadings> readings)
     : options_((options.Validate(), options)),
       renderer_(std::move(scene), options.camera),
       path_(trajectory, options.rest),
@@ -113,7 +123,12 @@ Simulation::Simulation(Scene scene, SplineTrajectory trajectory, const Simulatio
       blur_(options.camera),
       sensor_(options.sensor, options.camera, options.seed),
       imu_(options.imu, options.seed, kFirstStamp,
-           StampOfFrame(NumberOfFrames(options) - 1, options.fps)) {}
+           StampOfFrame(NumberOfFrames(options) - 1, options.fps)),
+      readings_(std::move(readings)) {}
+
+Stamp Simulation::FirstStamp() {
+  return kFirstStamp;
+}
 
 int Simulation::size() const {
   return NumberOfFrames(options_);
@@ -182,11 +197,16 @@ SimulatedFrame Simulation::Render(int i, int threads) const {
 
 std::vector<ImuSample> Simulation::ImuSamples() const {
   if (!options_.imu.enabled) return {};
-  return imu_.Samples(path_, intensity_);
+  if (!readings_) return imu_.Samples(path_, intensity_);
+  std::vector<ImuSample> samples = readings_->samples;
+  for (ImuSample& sample : samples) sample.stamp += FromSeconds(options_.imu.time_offset);
+  return samples;
 }
 
 TrueState Simulation::StateAt(Stamp stamp) const {
-  return imu_.StateAt(path_, stamp);
+  TrueState truth = imu_.StateAt(path_, stamp);
+  if (readings_) truth.bias = BiasAt(*readings_, stamp);
+  return truth;
 }
 
 }  // namespace highwall::simulate

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -53,6 +54,14 @@ struct SimulationOptions {
 std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
                             const SimulationOptions& options);
 
+// Readings that ride along instead of simulated ones, and the biases behind them.
+struct GivenReadings {
+  std::vector<ImuSample> samples;  // stamps of the camera's clock
+  Stamp first_bias = 0;            // [ns] likewise
+  double bias_interval = 0.0;      // [s] > 0
+  std::vector<ImuBias> biases;     // not empty; linear in between
+};
+
 // What moves, at t [s] since the first frame; its vertices have looks.
 using MovingScene = std::function<Scene(double t)>;
 
@@ -79,14 +88,17 @@ struct SimulatedFrame {
 class Simulation {
  public:
   // intensity: of the vibration along the trajectory.  stretches: of one period of the trajectory,
-  // in its seconds.  moving: rendered where options.traffic is set. Throws InvalidArgument.
+  // in its seconds.  moving: rendered where options.traffic is set.  readings: of the IMU, where
+  // they are not to be simulated. Throws InvalidArgument.
   Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
              VibrationIntensity intensity = {}, const std::vector<Stretch>& stretches = {},
-             MovingScene moving = {});
+             MovingScene moving = {}, std::optional<GivenReadings> readings = {});
 
   const SimulationOptions& options() const { return options_; }
   const Scene& scene() const { return renderer_.scene(); }
 
+  // [ns] of frame 0.
+  static Stamp FirstStamp();
   // Number of frames: duration times fps, rounded, at least one.
   int size() const;
   // Frame i of [0, size()); whole microseconds from 1 s onwards.
@@ -100,7 +112,7 @@ class Simulation {
   SimulatedFrame Render(int i, int threads = 0) const;
 
   // All readings of the IMU, with stamps of its own clock, from half a second before the first
-  // frame until half a second after the last; none where it is not enabled.
+  // frame until half a second after the last, or those given; none where it is not enabled.
   std::vector<ImuSample> ImuSamples() const;
   // The truth about the body B that the IMU is fixed to.
   TrueState StateAt(Stamp stamp) const;
@@ -117,6 +129,7 @@ class Simulation {
   MotionBlur blur_;
   Sensor sensor_;
   ImuSimulator imu_;
+  std::optional<GivenReadings> readings_;
 };
 
 }  // namespace highwall::simulate
