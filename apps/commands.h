@@ -29,6 +29,7 @@ inline std::string OneLine(std::string message) {
 // One function per subcommand, each in its own file: adds the subcommand and its options to `app`,
 // and sets `action` when the user chose it. CLI::ParseError means wrong usage. `action` must
 // outlive the parsing.
+void AddCalibrateCommand(CLI::App& app, CommandAction& action);
 void AddEvalCommand(CLI::App& app, CommandAction& action);
 void AddImuNoiseCommand(CLI::App& app, CommandAction& action);
 void AddInfoCommand(CLI::App& app, CommandAction& action);

@@ -47,6 +47,7 @@ int Main(int argc, char** argv) {
 
   CommandAction action;
   AddSlamCommand(app, action);
+  AddCalibrateCommand(app, action);
   AddEvalCommand(app, action);
   AddImuNoiseCommand(app, action);
   AddInfoCommand(app, action);

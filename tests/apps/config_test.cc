@@ -9,6 +9,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>
 
+#include "calibration_file.h"
 #include "support/generated_tum.h"
 #include "yaml_reader.h"
 
@@ -117,8 +118,7 @@ TEST(Config, NamesAnUnknownSensorAndABadRange) {
   EXPECT_NE(LoadMessage(camera).find("depth_factor"), std::string::npos);
   const std::string head = camera + "depth_factor: 1000\n";
   EXPECT_NE(LoadMessage(head + "depth_range: {min: 0}\n").find("min_depth"), std::string::npos);
-  EXPECT_NE(LoadMessage(head + "depth_range: {max: 0.01}\n").find("max_depth"),
-            std::string::npos);
+  EXPECT_NE(LoadMessage(head + "depth_range: {max: 0.01}\n").find("max_depth"), std::string::npos);
   EXPECT_NE(LoadMessage(head + "depth_range: {near: 0.1}\n").find("near"), std::string::npos);
 }
 
@@ -277,6 +277,34 @@ TEST(EditDistance, CountsInsertionsDeletionsAndReplacements) {
   EXPECT_EQ(EditDistance("", "abc"), 3U);
   EXPECT_EQ(EditDistance("kitten", "sitting"), 3U);
   EXPECT_EQ(EditDistance("sitting", "kitten"), 3U);
+}
+
+TEST(WriteConfig, IsReadBackExactly) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  RunConfig config;
+  config.sensor.camera.fx = 517.3 / 3.0;
+  config.sensor.camera.k3 = -1e-7;
+  config.sensor.depth_factor = 1000.0 / 0.97;
+  config.sensor.min_depth = 0.1;
+  config.sensor.depth_noise = DepthNoise::Stereo(0.1, 400.0, 0.055);
+  config.imu.emplace();
+  config.imu->T_BC = Pose::FromTangent({0.01, 1.0 / 3.0, -0.2}, {0.0, 0.0, 0.0});
+  config.imu->noise.gyroscope_walk = 1.0 / 30'001.0;
+  config.imu->time_offset = -0.0123456789;
+  WriteConfig(path, config);
+  const RunConfig read = LoadConfig(path);
+  EXPECT_EQ(read.sensor.camera.fx, config.sensor.camera.fx);
+  EXPECT_EQ(read.sensor.camera.k3, config.sensor.camera.k3);
+  EXPECT_EQ(read.sensor.depth_factor, config.sensor.depth_factor);
+  EXPECT_EQ(read.sensor.min_depth, config.sensor.min_depth);
+  EXPECT_EQ(read.sensor.depth_noise.quadratic, config.sensor.depth_noise.quadratic);
+  EXPECT_EQ(read.imu->T_BC.Matrix(), config.imu->T_BC.Matrix());
+  EXPECT_EQ(read.imu->noise.gyroscope_walk, config.imu->noise.gyroscope_walk);
+  EXPECT_EQ(read.imu->time_offset, config.imu->time_offset);
+  config.imu.reset();
+  WriteConfig(path, config);
+  EXPECT_FALSE(LoadConfig(path).imu.has_value());
 }
 
 }  // namespace

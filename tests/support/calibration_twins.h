@@ -68,6 +68,29 @@ struct CameraPose {
   }
 };
 
+struct ExtrinsicCameraPose {
+  highwall::Pose T_WC_0;
+  Eigen::Matrix<double, 6, 6> W;
+  Eigen::Vector3d omega_B;
+  double t_d_state;
+
+  template <typename T>
+  bool operator()(const T* T_WB, const T* v_WB, const T* t_d, const T* T_BC, const T* s,
+                  T* residuals) const {
+    const Eigen::Map<const Vector3<T>> p(T_WB), v(v_WB), p_BC(T_BC);
+    const Eigen::Map<const Eigen::Quaternion<T>> q(T_WB + 3), q_BC(T_BC + 3);
+    const T d = *t_d - T(t_d_state);
+    const Eigen::Quaternion<T> q_d = q * Rotation<T>(omega_B.cast<T>() * d);
+    const Vector3<T> p_C = p + v * d + q_d * p_BC;
+    Eigen::Matrix<T, 6, 1> e;
+    e << p_C - *s * T_WC_0.p().cast<T>(),
+        RotationVector<T>(T_WC_0.q().conjugate().cast<T>() * q_d * q_BC);
+    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
+    r = W.cast<T>() * e;
+    return true;
+  }
+};
+
 struct ScaledMotion {
   highwall::Pose Z;
   Eigen::Matrix<double, 6, 6> W;
@@ -104,6 +127,12 @@ std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twi
 inline std::unique_ptr<ceres::CostFunction> MakeCameraPose(const CameraPose& twin) {
   using Cost = ceres::AutoDiffCostFunction<CameraPose, 6, 7, 3, 1>;
   return std::make_unique<Cost>(new CameraPose(twin));
+}
+
+inline std::unique_ptr<ceres::CostFunction> MakeExtrinsicCameraPose(
+    const ExtrinsicCameraPose& twin) {
+  using Cost = ceres::AutoDiffCostFunction<ExtrinsicCameraPose, 6, 7, 3, 1, 7, 1>;
+  return std::make_unique<Cost>(new ExtrinsicCameraPose(twin));
 }
 
 inline std::unique_ptr<ceres::CostFunction> MakeScaledMotion(const ScaledMotion& twin) {

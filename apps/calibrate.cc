@@ -1,0 +1,191 @@
+// highwall calibrate: where the camera sits on the IMU, from a recording.
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <nlohmann/json.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/inertial/camera_imu_calibration.h>
+#include <highwall/frontend/input/tum_dataset.h>
+
+#include "calibration_file.h"
+#include "commands.h"
+#include "config.h"
+#include "imu_input.h"
+#include "output_checks.h"
+#include "posed_frames.h"
+#include "progress.h"
+#include "slam_run.h"
+
+namespace highwall::apps {
+namespace {
+
+constexpr double kDegrees = 180.0 / M_PI;
+
+struct CalibrateArguments {
+  std::filesystem::path input;
+  std::string config, trajectory, out;
+  bool keep_depth = false;
+  bool json = false;
+};
+
+void Warn(const std::string& text) {
+  fmt::print(stderr, "highwall calibrate: warning: {}\n", OneLine(text));
+}
+
+// All frames, adjusted together, by the images alone.
+Trajectory TrackImages(const TumDataset& dataset, const RgbdSensor& sensor) {
+  SlamRunOptions options;
+  options.dense = false;
+  options.adjust_all = true;
+  Progress progress("tracking");
+  const SlamRun run = RunSlam(dataset, sensor, options,
+                              [&progress](const FrameResult&, const RgbdImage&, std::size_t done,
+                                          std::size_t total) { progress.Update(done, total); });
+  RequireWhole(run);
+  return run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted;
+}
+
+struct Recording {
+  std::filesystem::path dataset;
+  std::string trajectory;  // empty: to be tracked
+};
+
+// A run, or a dataset.
+Recording Find(const CalibrateArguments& arguments) {
+  if (!std::filesystem::exists(arguments.input / "run.json")) {
+    return {arguments.input, arguments.trajectory};
+  }
+  const std::string trajectory = arguments.trajectory.empty()
+                                     ? (arguments.input / "trajectory.txt").string()
+                                     : arguments.trajectory;
+  return {ResolveSource(arguments.input, "", trajectory).dataset, trajectory};
+}
+
+std::string Triple(const Eigen::Vector3d& v, double unit, int decimals) {
+  return fmt::format("{:.{}f} {:.{}f} {:.{}f}", unit * v.x(), decimals, unit * v.y(), decimals,
+                     unit * v.z(), decimals);
+}
+
+void PrintText(const CameraImuCalibration& found, bool with_scale) {
+  const Eigen::Matrix3d R = found.T_BC.R();
+  fmt::print("poses        {} of the camera, {:.1f} mm and {:.2f} deg off (RMS)\n", found.poses,
+             1e3 * found.position_error, kDegrees * found.rotation_error);
+  fmt::print("camera at    {} mm in the IMU's frame, +- {} mm\n", Triple(found.T_BC.p(), 1e3, 1),
+             Triple(found.lever_arm_sigma, 1e3, 1));
+  for (int i = 0; i < 3; ++i) {
+    fmt::print("{:12} {} is the camera's {} in it\n", i == 0 ? "axes" : "",
+               Triple(R.col(i), 1.0, 4), "xyz"[i]);
+  }
+  fmt::print("             +- {} deg about them\n", Triple(found.rotation_sigma, kDegrees, 3));
+  fmt::print("time offset  {:.2f} +- {:.2f} ms (t_imu = t_cam + t_d)\n", 1e3 * found.time_offset,
+             1e3 * found.time_offset_sigma);
+  if (with_scale) {
+    fmt::print("depth scale  {:.4f} +- {:.4f} (true depth = scale x measured)\n", found.depth_scale,
+               found.depth_scale_sigma);
+  }
+  fmt::print("biases       {} rad/s, {} m/s^2\n", Triple(found.bias.head<3>(), 1.0, 4),
+             Triple(found.bias.tail<3>(), 1.0, 3));
+  for (const std::string& advice : found.advice) fmt::print("not seen     {}\n", advice);
+}
+
+nlohmann::ordered_json ToJson(const CameraImuCalibration& found) {
+  const auto list = [](const auto& v) {
+    return std::vector<double>(v.data(), v.data() + v.size());
+  };
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = found.T_BC.Matrix();
+  return {{"poses", found.poses},
+          {"T_BC", std::vector<double>(T_BC.data(), T_BC.data() + 16)},
+          {"lever_arm_sigma_m", list(found.lever_arm_sigma)},
+          {"rotation_sigma_rad", list(found.rotation_sigma)},
+          {"time_offset_s", found.time_offset},
+          {"time_offset_sigma_s", found.time_offset_sigma},
+          {"depth_scale", found.depth_scale},
+          {"depth_scale_sigma", found.depth_scale_sigma},
+          {"bias", list(found.bias)},
+          {"bias_sigma", list(found.bias_sigma)},
+          {"position_error_m", found.position_error},
+          {"rotation_error_rad", found.rotation_error},
+          {"advice", found.advice}};
+}
+
+// Beyond doubt, and more than half a percent.
+bool IsWrong(const CameraImuCalibration& found) {
+  const double off = std::abs(found.depth_scale - 1.0);
+  return off > 0.005 && off > 3.0 * found.depth_scale_sigma;
+}
+
+int RunCalibrate(const CalibrateArguments& arguments) {
+  if (!arguments.out.empty()) RequireFile(arguments.out);
+  const Recording recording = Find(arguments);
+  const TumDataset dataset(recording.dataset);
+  RunConfig config = ResolveConfig(arguments.config, recording.dataset).config;
+  const ImuCalibration guess = config.imu.value_or(ImuCalibration{});
+  const std::optional<ImuInput> imu = LoadImu(dataset, guess);
+  if (!imu) throw IoError(recording.dataset, "has no IMU (imu.csv)");
+  for (const std::string& warning : imu->warnings) Warn(warning);
+  if (!imu->IsUsable()) throw IoError(imu->file, "cannot be used");
+  const Trajectory camera = recording.trajectory.empty() ? TrackImages(dataset, config.sensor)
+                                                         : ReadTumTrajectory(recording.trajectory);
+  CameraImuCalibration found;
+  try {
+    found =
+        CalibrateCameraImu(camera, imu->samples,
+                           {.noise = guess.noise, .estimate_depth_scale = !arguments.keep_depth});
+  } catch (const InvalidArgument& error) {
+    throw IoError(recording.dataset, error.what());
+  }
+  if (arguments.json) {
+    fmt::print("{}\n", ToJson(found).dump());
+  } else {
+    PrintText(found, !arguments.keep_depth);
+  }
+  if (arguments.out.empty()) return kExitOk;
+  config.imu = guess;
+  config.imu->T_BC = found.T_BC;
+  config.imu->time_offset = found.time_offset;
+  if (IsWrong(found)) config.sensor.depth_factor /= found.depth_scale;
+  WriteConfig(arguments.out, config);
+  if (!arguments.json) {
+    fmt::print("written      {}{}\n", arguments.out,
+               IsWrong(found)
+                   ? fmt::format(", with depth_factor {:.6g}", config.sensor.depth_factor)
+                   : "");
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
+  CLI::App* command = app.add_subcommand(
+      "calibrate", "Find where the camera sits on the IMU, and how their clocks and metres differ");
+  const auto arguments = std::make_shared<CalibrateArguments>();
+  command
+      ->add_option("input", arguments->input,
+                   "Dataset with an IMU, or the folder of a run of `highwall slam --imu off`")
+      ->required();
+  command->add_option("--config", arguments->config,
+                      "tum1, tum2, tum3 or a YAML file; of an IMU only its noise is taken from it "
+                      "[default: calibration.yaml of the dataset]");
+  command->add_option("--trajectory", arguments->trajectory,
+                      "T_WC by the images alone, instead of tracking them");
+  command->add_option("--out", arguments->out, "calibration.yaml to write");
+  command->add_flag("--keep-depth", arguments->keep_depth, "The scale of the depth is right");
+  command->add_flag("--json", arguments->json, "One JSON object on standard output");
+  command->footer(
+      "Example: move the camera for a minute through one place, turning it about all of its axes, "
+      "then\n  highwall calibrate recording --out calibration.yaml");
+  command->callback(
+      [arguments, &action] { action = [arguments] { return RunCalibrate(*arguments); }; });
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,84 @@
+#include "calibration_file.h"
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <yaml-cpp/yaml.h>
+
+#include <highwall/core/atomic_file.h>
+
+namespace highwall::apps {
+namespace {
+
+using Entries = std::vector<std::pair<const char*, double>>;
+
+void Write(const Entries& entries, YAML::Emitter* out) {
+  *out << YAML::BeginMap;
+  for (const auto& [key, value] : entries) *out << YAML::Key << key << YAML::Value << value;
+  *out << YAML::EndMap;
+}
+
+void WriteSection(const char* name, const Entries& entries, YAML::Emitter* out) {
+  *out << YAML::Key << name << YAML::Value;
+  Write(entries, out);
+}
+
+void WriteCamera(const PinholeCamera& camera, YAML::Emitter* out) {
+  *out << YAML::Key << "camera" << YAML::Value << YAML::BeginMap;
+  *out << YAML::Key << "width" << YAML::Value << camera.width;
+  *out << YAML::Key << "height" << YAML::Value << camera.height;
+  for (const auto& [key, value] : Entries{{"fx", camera.fx},
+                                          {"fy", camera.fy},
+                                          {"cx", camera.cx},
+                                          {"cy", camera.cy},
+                                          {"k1", camera.k1},
+                                          {"k2", camera.k2},
+                                          {"p1", camera.p1},
+                                          {"p2", camera.p2},
+                                          {"k3", camera.k3}}) {
+    *out << YAML::Key << key << YAML::Value << value;
+  }
+  *out << YAML::EndMap;
+}
+
+void WriteImu(const ImuCalibration& imu, YAML::Emitter* out) {
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = imu.T_BC.Matrix();
+  *out << YAML::Key << "imu" << YAML::Value << YAML::BeginMap;
+  *out << YAML::Key << "T_BC" << YAML::Value << YAML::Flow
+       << std::vector<double>(T_BC.data(), T_BC.data() + 16);
+  for (const auto& [key, value] : Entries{{"gyroscope_noise", imu.noise.gyroscope},
+                                          {"accelerometer_noise", imu.noise.accelerometer},
+                                          {"gyroscope_walk", imu.noise.gyroscope_walk},
+                                          {"accelerometer_walk", imu.noise.accelerometer_walk},
+                                          {"rate", imu.rate},
+                                          {"time_offset", imu.time_offset}}) {
+    *out << YAML::Key << key << YAML::Value << value;
+  }
+  *out << YAML::EndMap;
+}
+
+}  // namespace
+
+void WriteConfig(const std::filesystem::path& path, const RunConfig& config) {
+  YAML::Emitter out;
+  out.SetDoublePrecision(std::numeric_limits<double>::max_digits10);
+  out << YAML::BeginMap;
+  WriteCamera(config.sensor.camera, &out);
+  out << YAML::Key << "depth_factor" << YAML::Value << config.sensor.depth_factor;
+  WriteSection("depth_range", {{"min", config.sensor.min_depth}, {"max", config.sensor.max_depth}},
+               &out);
+  const DepthNoise& noise = config.sensor.depth_noise;
+  WriteSection(
+      "depth_noise",
+      {{"offset", noise.offset}, {"quadratic", noise.quadratic}, {"reference", noise.reference}},
+      &out);
+  if (config.imu) WriteImu(*config.imu, &out);
+  out << YAML::EndMap;
+  AtomicFile file(path);
+  file.stream() << out.c_str() << '\n';
+  file.Commit();
+}
+
+}  // namespace highwall::apps
