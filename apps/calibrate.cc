@@ -14,12 +14,11 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/inertial/camera_imu_calibration.h>
-#include <highwall/frontend/input/tum_dataset.h>
 
 #include "calibration_file.h"
 #include "commands.h"
-#include "config.h"
 #include "imu_input.h"
+#include "opened_dataset.h"
 #include "output_checks.h"
 #include "posed_frames.h"
 #include "progress.h"
@@ -42,7 +41,7 @@ void Warn(const std::string& text) {
 }
 
 // All frames, adjusted together, by the images alone.
-Trajectory TrackImages(const TumDataset& dataset, const RgbdSensor& sensor) {
+Trajectory TrackImages(const Dataset& dataset, const RgbdSensor& sensor) {
   SlamRunOptions options;
   options.dense = false;
   options.adjust_all = true;
@@ -126,8 +125,9 @@ bool IsWrong(const CameraImuCalibration& found) {
 int RunCalibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty()) RequireFile(arguments.out);
   const Recording recording = Find(arguments);
-  const TumDataset dataset(recording.dataset);
-  RunConfig config = ResolveConfig(arguments.config, recording.dataset).config;
+  const OpenedDataset opened = OpenDataset(arguments.config, recording.dataset);
+  const Dataset& dataset = *opened.images;
+  RunConfig config = opened.config;
   const ImuCalibration guess = config.imu.value_or(ImuCalibration{});
   const std::optional<ImuInput> imu = LoadImu(dataset, guess);
   if (!imu) throw IoError(recording.dataset, "has no IMU (imu.csv)");

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/euroc_dataset.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/input/tum_dataset.h>
@@ -267,6 +268,9 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
 
 DatasetReport InspectDataset(const std::filesystem::path& directory,
                              const std::function<void(std::size_t, std::size_t)>& progress) {
+  if (EurocDataset::IsOne(directory)) {
+    throw IoError(directory, "is of EuRoC's layout, which info does not read; highwall slam does");
+  }
   const std::optional<RunConfig> config = KnownConfig(directory);
   TumDatasetOptions options;
   if (config) options.depth_factor = config->sensor.depth_factor;

@@ -15,7 +15,6 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/color_octree.h>
 #include <highwall/mapping/dense_cloud.h>
 #include <highwall/mapping/dense_map.h>
@@ -26,11 +25,11 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "commands.h"
-#include "config.h"
 #include "dataset_report.h"
 #include "depth_camera.h"
 #include "map_compare.h"
 #include "map_pictures.h"
+#include "opened_dataset.h"
 #include "option_checks.h"
 #include "posed_frames.h"
 #include "progress.h"
@@ -192,10 +191,9 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
 
 int RunMap(const MapArguments& arguments) {
   const MapSource source = ResolveSource(arguments.source, arguments.dataset, arguments.trajectory);
-  const RgbdSensor sensor = ResolveConfig(arguments.config, source.dataset).config.sensor;
-  const TumDataset dataset(source.dataset, {.depth_factor = sensor.depth_factor,
-                                            .width = sensor.camera.width,
-                                            .height = sensor.camera.height});
+  const OpenedDataset opened = OpenDataset(arguments.config, source.dataset);
+  const RgbdSensor& sensor = opened.config.sensor;
+  const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall map: warning: {}\n", warning);
   }

@@ -14,13 +14,12 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
-#include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/dense_range.h>
 #include <highwall/mapping/map_comparison.h>
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-#include "config.h"
+#include "opened_dataset.h"
 #include "option_checks.h"
 #include "posed_frames.h"
 
@@ -90,10 +89,9 @@ void Align(const std::vector<std::string>& trajectories, Points& points) {
 
 void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
   const MapSource source = ResolveSource(arguments.seen_by, "", arguments.trajectory);
-  const RgbdSensor sensor = ResolveConfig(arguments.config, source.dataset).config.sensor;
-  const TumDataset dataset(source.dataset, {.depth_factor = sensor.depth_factor,
-                                            .width = sensor.camera.width,
-                                            .height = sensor.camera.height});
+  const OpenedDataset opened = OpenDataset(arguments.config, source.dataset);
+  const RgbdSensor& sensor = opened.config.sensor;
+  const Dataset& dataset = *opened.images;
   std::vector<char> seen(reference.samples().size(), 0);
   const Trajectory trajectory = ReadTumTrajectory(source.trajectory);
   for (const PosedFrame& frame : PosedFrames(dataset, trajectory, arguments.every)) {

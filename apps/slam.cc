@@ -15,13 +15,12 @@
 #include <opencv2/core/utility.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/octree_size.h>
 
 #include "commands.h"
-#include "config.h"
 #include "imu_input.h"
 #include "loss_advice.h"
+#include "opened_dataset.h"
 #include "output_checks.h"
 #include "progress.h"
 #include "run_output.h"
@@ -33,12 +32,12 @@ namespace highwall::apps {
 namespace {
 
 // The readings of the dataset's IMU where it has one, it can be used and the user wants it.
-std::optional<ImuFeed> MakeImuFeed(const TumDataset& dataset, const RunConfig& config,
-                                   bool required) {
+std::optional<ImuFeed> MakeImuFeed(const Dataset& dataset, const std::string& directory,
+                                   const RunConfig& config, bool required) {
   std::optional<ImuInput> input = LoadImu(dataset, config.imu);
   if (!input) {
     if (required) {
-      throw IoError(dataset.directory(), "has no IMU (imu.csv), but --imu asks for one");
+      throw IoError(directory, "has no IMU (imu.csv), but --imu asks for one");
     }
     return std::nullopt;
   }
@@ -100,7 +99,7 @@ void PrintSubmaps(const SlamRun& run) {
   fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
 }
 
-void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArguments& arguments) {
+void PrintSummary(const SlamRun& run, const SlamArguments& arguments) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
@@ -126,16 +125,16 @@ void PrintSummary(const SlamRun& run, const TumDataset& dataset, const SlamArgum
                dense->octree.NodeCount(), dense->octree.options().resolution);
   }
   fmt::print("memory      {:.0f} MiB at its peak\n", PeakMemoryMib());
-  if (dataset.groundtruth() != nullptr) {
-    fmt::print("error       highwall eval ape {} {}\n",
-               (dataset.directory() / "groundtruth.txt").string(),
+  const auto truth = std::filesystem::path(arguments.dataset) / "groundtruth.txt";
+  if (std::filesystem::exists(truth)) {
+    fmt::print("error       highwall eval ape {} {}\n", truth.string(),
                (std::filesystem::path(arguments.out) / "trajectory.txt").string());
   }
   fmt::print("results in  {}\n", arguments.out);
 }
 
 // An octree that is too fine is refused at once, by what a single image would take of it.
-void RequireMemory(const TumDataset& dataset, const PinholeCamera& camera,
+void RequireMemory(const Dataset& dataset, const PinholeCamera& camera,
                    const OctomapBuilderOptions& octree) {
   constexpr double kLimit = 200.0;  // [MB] of one image: a map holds what tens of them show
   constexpr std::size_t kImages = 4;
@@ -156,11 +155,9 @@ void RequireMemory(const TumDataset& dataset, const PinholeCamera& camera,
 int RunSlamCommand(const SlamArguments& arguments) {
   RequireFolder(arguments.out);
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
-  const ResolvedConfig resolved = ResolveConfig(arguments.config, arguments.dataset);
-  const RgbdSensor& sensor = resolved.config.sensor;
-  const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor,
-                                               .width = sensor.camera.width,
-                                               .height = sensor.camera.height});
+  const OpenedDataset opened = OpenDataset(arguments.config, arguments.dataset);
+  const RgbdSensor& sensor = opened.config.sensor;
+  const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
@@ -168,7 +165,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
   if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
   if (WantsImu(arguments)) {
-    options.imu = MakeImuFeed(dataset, resolved.config, !arguments.imu.empty());
+    options.imu = MakeImuFeed(dataset, arguments.dataset, opened.config, !arguments.imu.empty());
   }
   RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
   if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;
@@ -197,13 +194,13 @@ int RunSlamCommand(const SlamArguments& arguments) {
                   "no frame could be tracked: too little texture or depth to start a map (see "
                   "highwall info)");
   }
-  nlohmann::json report = RunJson(run, options, arguments.dataset, resolved.origin);
+  nlohmann::json report = RunJson(run, options, arguments.dataset, opened.origin);
   report["depth_noise"] = ToJson(sensor.depth_noise);
   report = output.WriteRest(run, report);
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {
-    PrintSummary(run, dataset, arguments);
+    PrintSummary(run, arguments);
   }
   for (const std::string& failure : output.failures()) {
     fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));

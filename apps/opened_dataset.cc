@@ -1,0 +1,29 @@
+#include "opened_dataset.h"
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/input/euroc_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
+
+namespace highwall::apps {
+
+OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path& directory) {
+  if (EurocDataset::IsOne(directory)) {
+    if (!choice.empty()) {
+      throw IoError(directory,
+                    "is of EuRoC's layout, whose calibration is in its sensor.yaml: "
+                    "leave --config out");
+    }
+    auto images = std::make_unique<EurocDataset>(directory);
+    RunConfig config{.sensor = images->sensor(), .imu = images->imu()};
+    return {std::move(images), std::move(config), "sensor.yaml of the cameras"};
+  }
+  ResolvedConfig resolved = ResolveConfig(choice, directory);
+  const RgbdSensor& sensor = resolved.config.sensor;
+  auto images =
+      std::make_unique<TumDataset>(directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
+                                                                .width = sensor.camera.width,
+                                                                .height = sensor.camera.height});
+  return {std::move(images), std::move(resolved.config), std::move(resolved.origin)};
+}
+
+}  // namespace highwall::apps
