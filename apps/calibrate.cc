@@ -1,10 +1,12 @@
 // highwall calibrate: where the camera sits on the IMU, from a recording.
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
@@ -20,7 +22,6 @@
 #include "imu_input.h"
 #include "opened_dataset.h"
 #include "output_checks.h"
-#include "posed_frames.h"
 #include "progress.h"
 #include "slam_run.h"
 
@@ -55,18 +56,37 @@ Trajectory TrackImages(const Dataset& dataset, const RgbdSensor& sensor) {
 
 struct Recording {
   std::filesystem::path dataset;
+  std::string config;      // as --config
   std::string trajectory;  // empty: to be tracked
 };
 
-// A run, or a dataset.
+// A run, which names its dataset and its configuration, or a dataset.
 Recording Find(const CalibrateArguments& arguments) {
-  if (!std::filesystem::exists(arguments.input / "run.json")) {
-    return {arguments.input, arguments.trajectory};
+  const std::filesystem::path file = arguments.input / "run.json";
+  if (!std::filesystem::exists(file)) {
+    return {arguments.input, arguments.config, arguments.trajectory};
   }
-  const std::string trajectory = arguments.trajectory.empty()
-                                     ? (arguments.input / "trajectory.txt").string()
-                                     : arguments.trajectory;
-  return {ResolveSource(arguments.input, "", trajectory).dataset, trajectory};
+  std::ifstream stream(file);
+  const nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
+  const auto text = [&](const char* key) {
+    const nlohmann::json::json_pointer pointer(key);
+    const bool is_there =
+        report.is_object() && report.contains(pointer) && report.at(pointer).is_string();
+    return is_there ? report.at(pointer).get<std::string>() : std::string();
+  };
+  if (text("/options/imu") != "off" && arguments.trajectory.empty()) {
+    throw IoError(file, "its poses lean on the IMU: take a run of highwall slam --imu off");
+  }
+  if (!std::filesystem::is_directory(text("/dataset"))) {
+    throw IoError(file, "names the dataset " + text("/dataset") + ", which is not there");
+  }
+  Recording recording{text("/dataset"), arguments.config, arguments.trajectory};
+  const std::string used = text("/calibration");
+  if (recording.config.empty() && std::filesystem::is_regular_file(used)) recording.config = used;
+  if (recording.trajectory.empty()) {
+    recording.trajectory = (arguments.input / "trajectory.txt").string();
+  }
+  return recording;
 }
 
 std::string Triple(const Eigen::Vector3d& v, double unit, int decimals) {
@@ -116,6 +136,12 @@ nlohmann::ordered_json ToJson(const CameraImuCalibration& found) {
           {"advice", found.advice}};
 }
 
+// [Hz] to a tenth.
+double RateOf(const std::vector<ImuSample>& samples) {
+  const double duration = ToSeconds(samples.back().stamp - samples.front().stamp);
+  return 0.1 * std::round(10.0 * static_cast<double>(samples.size() - 1) / duration);
+}
+
 // Beyond doubt, and more than half a percent.
 bool IsWrong(const CameraImuCalibration& found) {
   const double off = std::abs(found.depth_scale - 1.0);
@@ -125,10 +151,15 @@ bool IsWrong(const CameraImuCalibration& found) {
 int RunCalibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty()) RequireFile(arguments.out);
   const Recording recording = Find(arguments);
-  const OpenedDataset opened = OpenDataset(arguments.config, recording.dataset);
+  const OpenedDataset opened = OpenDataset(recording.config, recording.dataset);
   const Dataset& dataset = *opened.images;
   RunConfig config = opened.config;
   const ImuCalibration guess = config.imu.value_or(ImuCalibration{});
+  if (!config.imu) {
+    Warn(recording.dataset.string() +
+         ": no calibration names the noise of the IMU: that of EuRoC's is taken (find it with "
+         "highwall imu-noise)");
+  }
   const std::optional<ImuInput> imu = LoadImu(dataset, guess);
   if (!imu) throw IoError(recording.dataset, "has no IMU (imu.csv)");
   for (const std::string& warning : imu->warnings) Warn(warning);
@@ -141,7 +172,8 @@ int RunCalibrate(const CalibrateArguments& arguments) {
         CalibrateCameraImu(camera, imu->samples,
                            {.noise = guess.noise, .estimate_depth_scale = !arguments.keep_depth});
   } catch (const InvalidArgument& error) {
-    throw IoError(recording.dataset, error.what());
+    throw IoError(recording.trajectory.empty() ? recording.dataset.string() : recording.trajectory,
+                  error.what());
   }
   if (arguments.json) {
     fmt::print("{}\n", ToJson(found).dump());
@@ -152,6 +184,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   config.imu = guess;
   config.imu->T_BC = found.T_BC;
   config.imu->time_offset = found.time_offset;
+  config.imu->rate = RateOf(imu->samples);
   if (IsWrong(found)) config.sensor.depth_factor /= found.depth_scale;
   WriteConfig(arguments.out, config);
   if (!arguments.json) {

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -76,6 +77,8 @@ void WriteConfig(const std::filesystem::path& path, const RunConfig& config) {
       &out);
   if (config.imu) WriteImu(*config.imu, &out);
   out << YAML::EndMap;
+  std::error_code ignored;  // the file says what is wrong
+  std::filesystem::create_directories(std::filesystem::absolute(path).parent_path(), ignored);
   AtomicFile file(path);
   file.stream() << out.c_str() << '\n';
   file.Commit();

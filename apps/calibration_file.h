@@ -6,8 +6,8 @@
 
 namespace highwall::apps {
 
-// A configuration that LoadConfig() reads back exactly. Written whole or not at all. Throws
-// IoError.
+// A configuration that LoadConfig() reads back, exactly but for the rotation of T_BC (to 1e-15).
+// Written whole or not at all, its folder made where it is missing. Throws IoError.
 void WriteConfig(const std::filesystem::path& path, const RunConfig& config);
 
 }  // namespace highwall::apps

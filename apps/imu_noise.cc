@@ -22,6 +22,8 @@
 
 #include "allan_plot.h"
 #include "commands.h"
+#include "option_checks.h"
+#include "output_checks.h"
 
 namespace highwall::apps {
 namespace {
@@ -35,6 +37,8 @@ struct ImuNoiseArguments {
   std::optional<std::filesystem::path> plot;
 };
 
+constexpr double kLongest = 1e9;  // [s]
+
 // Nothing is filmed beside the readings: they meet any video.
 constexpr VideoSpan kAnyTime{std::numeric_limits<Stamp>::min(), std::numeric_limits<Stamp>::max()};
 
@@ -42,23 +46,33 @@ void Warn(const std::string& text) {
   fmt::print(stderr, "highwall imu-noise: warning: {}\n", OneLine(text));
 }
 
+// Of what concerns readings at rest; the rest is about a video.
+bool Matters(ImuFindingKind kind) {
+  return kind == ImuFindingKind::kNotFinite || kind == ImuFindingKind::kImpossible ||
+         kind == ImuFindingKind::kOutOfOrder || kind == ImuFindingKind::kDuplicates ||
+         kind == ImuFindingKind::kAccelerometerInG;
+}
+
+std::filesystem::path FileOf(const std::filesystem::path& input) {
+  if (!std::filesystem::is_directory(input)) return input;
+  const auto found = FindImuFile(input);
+  if (!found) throw IoError(input, "holds no imu.csv, imu.txt, imu0/data.csv, mav0/imu0/data.csv");
+  return *found;
+}
+
 // Those between --from and --to, in order, repaired.
 std::vector<ImuSample> LoadSamples(const ImuNoiseArguments& arguments) {
-  std::filesystem::path file = arguments.input;
-  if (std::filesystem::is_directory(file)) {
-    const auto found = FindImuFile(file);
-    if (!found) throw IoError(file, "holds no imu.csv, imu.txt, imu0/data.csv, mav0/imu0/data.csv");
-    file = *found;
-  }
+  const std::filesystem::path file = FileOf(arguments.input);
   const ImuRecording recording = ReadImu(file, kAnyTime);
   if (!recording.warning.empty()) Warn(recording.warning);
   const auto [first, last] = std::ranges::minmax(recording.samples, {}, &ImuSample::stamp);
   const auto findings = CheckImu(recording.samples, {first.stamp, last.stamp});
   for (const ImuFinding& finding : findings) {
     if (finding.severity == ImuSeverity::kFatal) throw IoError(file, finding.text);
-    Warn(file.string() + ": " + finding.text);
+    if (Matters(finding.kind)) Warn(file.string() + ": " + finding.text);
   }
   std::vector<ImuSample> samples = RepairImu(recording.samples, findings);
+  if (samples.size() < 2) throw IoError(file, "has fewer than two readings that can be used");
   const Stamp start = samples.front().stamp;
   std::erase_if(samples, [&](const ImuSample& sample) {
     const double t = ToSeconds(sample.stamp - start);
@@ -74,7 +88,7 @@ struct Findings {
   ImuNoiseEstimate estimate;
 
   double Seconds(const ReadingRange& range) const {
-    return ToSeconds(samples[range.end - 1].stamp - samples[range.begin].stamp);
+    return estimate.step * static_cast<double>(range.end - range.begin);
   }
   double Longest() const {
     double longest = 0.0;
@@ -95,11 +109,16 @@ Findings Find(const ImuNoiseArguments& arguments) {
                                      : FindRest(found.samples);
   if (found.rest.empty()) {
     throw IoError(arguments.input,
-                  "the sensor rests nowhere for three seconds: record it lying "
-                  "still, with nothing that vibrates near it (--assume-rest "
-                  "takes the readings as they are)");
+                  "the sensor rests nowhere for three seconds (motion, vibration, readings that "
+                  "are missing or rarer than 20 Hz and a bias above 0.1 rad/s are no rest): record "
+                  "it lying still, or take the readings as they are with --assume-rest");
   }
-  found.estimate = EstimateImuNoise(found.samples, found.rest);
+  try {
+    found.estimate = EstimateImuNoise(found.samples, found.rest);
+  } catch (const InvalidArgument&) {
+    throw IoError(arguments.input,
+                  "has too few readings at rest that change: 48 without a gap are the least");
+  }
   return found;
 }
 
@@ -123,6 +142,25 @@ constexpr Line kLines[] = {
 };
 constexpr std::size_t kOfCalibration = 4;  // the first of them
 
+// What was seen, as calibration.yaml takes it, and what was not.
+void PrintCalibration(const ImuNoiseEstimate& estimate) {
+  std::string yaml, missing;
+  for (const Line& line : std::span(kLines).first(kOfCalibration)) {
+    const NoiseDensity& density = (estimate.*line.sensor).all.*line.part;
+    if (density.IsSeen()) {
+      yaml += fmt::format("{}{}: {:.3g}", yaml.empty() ? "" : ", ", line.key, density.value);
+    } else {
+      missing += fmt::format("{}{}", missing.empty() ? "" : ", ", line.key);
+    }
+  }
+  if (!yaml.empty()) fmt::print("for calibration.yaml, below imu:\n  {{{}}}\n", yaml);
+  if (missing.empty()) return;
+  fmt::print(
+      "not seen: {}: white noise shows after seconds of rest, a walk where the curve rises, "
+      "after minutes to hours; until then take the data sheet's\n",
+      missing);
+}
+
 void PrintText(const ImuNoiseArguments& arguments, const Findings& found) {
   fmt::print("{}: {} readings, {:.1f} Hz; at rest for {:.1f} s, {:.1f} s at a time\n",
              arguments.input.string(), found.samples.size(), 1.0 / found.estimate.step, found.Sum(),
@@ -141,22 +179,7 @@ void PrintText(const ImuNoiseArguments& arguments, const Findings& found) {
     }
     fmt::print("  {}\n", line.unit);
   }
-  std::string yaml, missing;
-  for (const Line& line : std::span(kLines).first(kOfCalibration)) {
-    const NoiseDensity& density = (found.estimate.*line.sensor).all.*line.part;
-    if (density.IsSeen()) {
-      yaml += fmt::format("{}{}: {:.3g}", yaml.empty() ? "" : ", ", line.key, density.value);
-    } else {
-      missing += fmt::format("{}{}", missing.empty() ? "" : " and ", line.key);
-    }
-  }
-  fmt::print("for calibration.yaml, below imu:\n  {{{}}}\n", yaml);
-  if (!missing.empty()) {
-    fmt::print(
-        "{} {}: a walk shows where the curve rises, after minutes to hours of rest; until "
-        "then take the datasheet's\n",
-        missing, missing.find(" and ") == std::string::npos ? "is missing" : "are missing");
-  }
+  PrintCalibration(found.estimate);
 }
 
 nlohmann::ordered_json ToJson(const NoiseDensity& density) {
@@ -194,14 +217,15 @@ void PrintJson(const Findings& found) {
 }
 
 int RunImuNoise(const ImuNoiseArguments& arguments) {
+  if (arguments.plot) RequireFile(*arguments.plot);
   const Findings found = Find(arguments);
-  if (arguments.plot) {
-    WriteAllanPlot(*arguments.plot, arguments.input.filename().string(), found.estimate);
-  }
   if (arguments.json) {
     PrintJson(found);
   } else {
     PrintText(arguments, found);
+  }
+  if (arguments.plot) {
+    WriteAllanPlot(*arguments.plot, FileOf(arguments.input).filename().string(), found.estimate);
   }
   return kExitOk;
 }
@@ -214,9 +238,9 @@ void AddImuNoiseCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<ImuNoiseArguments>();
   command->add_option("input", arguments->input, "imu.csv, or the folder of a dataset")->required();
   command->add_option("--from", arguments->from, "Only readings from here on [s], from the first")
-      ->check(CLI::NonNegativeNumber);
+      ->check(Between(0.0, kLongest));
   command->add_option("--to", arguments->to, "Only readings before [s]")
-      ->check(CLI::PositiveNumber);
+      ->check(Between(0.0, kLongest));
   command->add_flag("--assume-rest", arguments->assume_rest,
                     "All of them are at rest: do not look where");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
@@ -227,6 +251,9 @@ void AddImuNoiseCommand(CLI::App& app, CommandAction& action) {
   command->callback([arguments, &action] {
     if (arguments->plot && arguments->plot->extension() != ".svg") {
       throw CLI::ValidationError("--plot", "writes SVG: the name must end in .svg");
+    }
+    if (arguments->to <= arguments->from) {
+      throw CLI::ValidationError("--to", "must be above --from");
     }
     action = [arguments] { return RunImuNoise(*arguments); };
   });

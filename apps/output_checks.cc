@@ -27,7 +27,7 @@ void RequireFolder(const std::filesystem::path& out) {
 }
 
 void RequireFile(const std::filesystem::path& file) {
-  RequireFolder(std::filesystem::weakly_canonical(file).parent_path());
+  RequireFolder(std::filesystem::weakly_canonical(std::filesystem::absolute(file)).parent_path());
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
     throw IoError(file, "is not a file");

@@ -130,14 +130,23 @@ bool IsFile(const std::string& imu) {
   return imu != "on" && imu != "off";
 }
 
+void Warn(const std::string& text) {
+  fmt::print(stderr, "highwall simulate: warning: {}\n", OneLine(text));
+}
+
 simulate::RecordedMotion FitMotion(const SimulateArguments& arguments) {
   const Trajectory captured = ReadTumTrajectory(arguments.trajectory);
   if (captured.empty()) throw IoError(arguments.trajectory, "holds no pose");
   const ImuRecording recording =
       ReadImu(arguments.imu, {captured.front().stamp, captured.back().stamp});
-  const auto samples =
-      RepairImu(recording.samples,
-                CheckImu(recording.samples, {captured.front().stamp, captured.back().stamp}));
+  if (!recording.warning.empty()) Warn(recording.warning);
+  const auto findings =
+      CheckImu(recording.samples, {captured.front().stamp, captured.back().stamp});
+  for (const ImuFinding& finding : findings) {
+    if (finding.severity == ImuSeverity::kFatal) throw IoError(arguments.imu, finding.text);
+    Warn(arguments.imu + ": " + finding.text);
+  }
+  const auto samples = RepairImu(recording.samples, findings);
   simulate::RecordedMotionOptions options;
   if (!arguments.imu_noise.empty()) options.noise = NoiseOf(arguments.imu_noise);
   try {

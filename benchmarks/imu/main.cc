@@ -23,7 +23,6 @@
 namespace highwall::bench {
 namespace {
 
-constexpr double kMedianOfChi2 = 2.366;  // three degrees of freedom
 constexpr double kDegrees = 180.0 / M_PI;
 constexpr const char* kParts[] = {"rotation", "velocity", "position"};
 
@@ -63,7 +62,6 @@ void FindBiases(Recording* recording, double length, const ImuNoise& noise) {
     const auto windows = Cut(*recording, length, noise);
     if (windows.all.empty()) return;
     const ImuBias bias = EstimateSurroundings(windows.all, true).bias;
-    for (TrueState& truth : recording->truth) truth.bias = bias;
     for (TrueState& truth : recording->truth) truth.bias = bias;
   }
 }

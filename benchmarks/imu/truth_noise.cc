@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "medians.h"
@@ -9,9 +10,8 @@
 namespace highwall::bench {
 namespace {
 
-constexpr double kMedianOfChi2 = 2.366;  // three degrees of freedom
-constexpr double kSaturated = 16.0;      // [s]
-constexpr double kShort = 0.1;           // [s]
+constexpr double kSaturated = 16.0;  // [s]
+constexpr std::size_t kFewest = 6;   // windows of a length, for a median
 
 // Variances of an axis of rotation, velocity and position over windows: those that are measured,
 // and what the IMU has of them.
@@ -21,11 +21,11 @@ struct Spread {
   Eigen::Vector3d Excess() const { return (measured - of_imu).cwiseMax(0.0); }
 };
 
-Spread SpreadOver(const Recording& recording, double length, const ImuNoise& noise,
-                  const Eigen::Vector3d& gravity_W) {
+std::optional<Spread> SpreadOver(const Recording& recording, double length, const ImuNoise& noise,
+                                 const Eigen::Vector3d& gravity_W) {
   const Windows windows = Cut(recording, length, noise);
+  if (windows.all.size() < kFewest) return std::nullopt;
   Spread spread;
-  if (windows.all.empty()) return spread;
   for (int part = 0; part < 3; ++part) {
     std::vector<double> squares, variances;
     for (const Window& w : windows.all) {
@@ -71,16 +71,20 @@ TruthNoise EstimateTruthNoise(const Recording& recording, const ImuNoise& noise,
   TruthNoise truth;
   for (double length = 0.0625; length <= kSaturated; length *= 2.0) {
     if (length == left_out) continue;
-    const Spread spread = SpreadOver(recording, length, noise, gravity_W);
-    truth.rotation[length] = std::sqrt(spread.Excess()[0]);
+    const auto spread = SpreadOver(recording, length, noise, gravity_W);
+    if (!spread) break;
+    truth.rotation[length] = std::sqrt(spread->Excess()[0]);
     truth.orientation = truth.rotation[length] / std::sqrt(2.0);  // both ends; the longest stays
   }
-  const Eigen::Vector3d brief = SpreadOver(recording, kShort, noise, gravity_W).Excess();
+  const double brevity = left_out == 0.1 ? 0.2 : 0.1;  // [s]
+  const auto spread = SpreadOver(recording, brevity, noise, gravity_W);
+  if (!spread) return truth;
+  const Eigen::Vector3d brief = spread->Excess();
   // Two of three axes turn with a tilt.
-  const double tilt = 2.0 / 3.0 * std::pow(truth.orientation * gravity_W.norm() * kShort, 2);
+  const double tilt = 2.0 / 3.0 * std::pow(truth.orientation * gravity_W.norm() * brevity, 2);
   const double velocity = std::max(0.0, 0.5 * (brief[1] - tilt));
   const double position =
-      0.5 * (brief[2] - velocity * kShort * kShort - 0.25 * tilt * kShort * kShort);
+      0.5 * (brief[2] - velocity * brevity * brevity - 0.25 * tilt * brevity * brevity);
   truth.velocity = std::sqrt(velocity);
   truth.position = std::sqrt(std::max(0.0, position));
   return truth;

@@ -21,8 +21,11 @@ struct TruthNoise {
   Eigen::Matrix<double, 9, 9> Covariance(const Window& window) const;
 };
 
+// The median of chi-square with three degrees of freedom.
+inline constexpr double kMedianOfChi2 = 2.366;
+
 // From what the windows of other lengths than `left_out` [s] are off beyond the noise of the IMU:
-// rotations of 16 s, to which an IMU adds little and in which both ends err on their own;
+// rotations of up to 16 s, to which an IMU adds little and in which both ends err on their own;
 // velocities and positions of 0.1 s, in which an IMU and a tilt have no time to.
 TruthNoise EstimateTruthNoise(const Recording& recording, const ImuNoise& noise,
                               const Eigen::Vector3d& gravity_W, double left_out);

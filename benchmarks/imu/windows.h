@@ -28,7 +28,7 @@ Eigen::Matrix<double, 9, 1> PredictionError(const Window& window, const Eigen::V
 
 struct Surroundings {
   Eigen::Vector3d gravity_W;       // [m/s^2]
-  ImuBias bias = ImuBias::Zero();  // constant; on top of those of the windows
+  ImuBias bias = ImuBias::Zero();  // constant; zero where it was not looked for
 };
 
 // The direction of gravity that fits all windows best, and a bias where `with_bias`, the true

@@ -25,14 +25,16 @@ bool ExtrinsicCameraPose::Evaluate(double const* const* parameters, double* resi
   const Eigen::Map<const Eigen::Quaterniond> q_WB(parameters[kPose] + 3);
   const Eigen::Map<const Eigen::Vector3d> p_BC(parameters[kExtrinsics]);
   const Eigen::Map<const Eigen::Quaterniond> q_BC(parameters[kExtrinsics] + 3);
-  const double d = parameters[kTimeOffset][0] - t_d_state_, s = parameters[kScale][0];
+  const double d = parameters[kTimeOffset][0] - t_d_state_;
+  const double k = 1.0 / parameters[kScale][0];
 
   const Eigen::Quaterniond turn = so3::Exp(d * omega_B_);
   const Eigen::Quaterniond q = q_WB * turn;
   const Eigen::Matrix3d R = q.toRotationMatrix();
   const Eigen::Vector3d theta = so3::Log(T_WC_0_.q().conjugate() * q * q_BC);
   Eigen::Matrix<double, 6, 1> e;
-  e << p_WB + d * v_WB + R * p_BC - s * T_WC_0_.p(), theta;
+  const Eigen::Vector3d p_WC = p_WB + d * v_WB + R * p_BC;
+  e << k * p_WC - T_WC_0_.p(), theta;
   Eigen::Map<Eigen::Matrix<double, 6, 1>> r(residuals);
   r.noalias() = W_ * e;  // Eq. 1
   if (!e.allFinite()) return false;
@@ -40,35 +42,35 @@ bool ExtrinsicCameraPose::Evaluate(double const* const* parameters, double* resi
 
   // Of e in the rotation of the body at the image's instant, on the right of q.
   const Eigen::Matrix3d Jr_inverse = so3::RightJacobianInverse(theta);
-  const Eigen::Matrix3d dp_dphi = -R * so3::Hat(p_BC);
+  const Eigen::Matrix3d dp_dphi = -k * R * so3::Hat(p_BC);
   const Eigen::Matrix3d dtheta_dphi = Jr_inverse * q_BC.toRotationMatrix().transpose();
-  if (jacobians[kPose] != nullptr) {  // as Eq. 2 of CameraPose
+  if (jacobians[kPose] != nullptr) {  // Eq. 2
     const Eigen::Matrix3d dphi_dtheta = turn.conjugate().toRotationMatrix();
     Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
-    J.topLeftCorner<3, 3>().setIdentity();
+    J.topLeftCorner<3, 3>() = k * Eigen::Matrix3d::Identity();
     J.topRightCorner<3, 3>() = dp_dphi * dphi_dtheta;
     J.bottomRightCorner<3, 3>() = dtheta_dphi * dphi_dtheta;
     PoseManifold::Lift<6>(parameters[kPose], W_ * J, jacobians[kPose]);
   }
   if (jacobians[kVelocity] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 6, 3, Eigen::RowMajor>> J(jacobians[kVelocity]);
-    J = d * W_.leftCols<3>();
+    J = k * d * W_.leftCols<3>();
   }
   if (jacobians[kTimeOffset] != nullptr) {
     Eigen::Matrix<double, 6, 1> de;
-    de << v_WB + dp_dphi * omega_B_, dtheta_dphi * omega_B_;
+    de << k * v_WB + dp_dphi * omega_B_, dtheta_dphi * omega_B_;
     Eigen::Map<Eigen::Matrix<double, 6, 1>> J(jacobians[kTimeOffset]);
     J.noalias() = W_ * de;
   }
-  if (jacobians[kExtrinsics] != nullptr) {  // Eq. 2
+  if (jacobians[kExtrinsics] != nullptr) {  // Eq. 3
     Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
-    J.topLeftCorner<3, 3>() = R;
+    J.topLeftCorner<3, 3>() = k * R;
     J.bottomRightCorner<3, 3>() = Jr_inverse;
     PoseManifold::Lift<6>(parameters[kExtrinsics], W_ * J, jacobians[kExtrinsics]);
   }
-  if (jacobians[kScale] != nullptr) {  // Eq. 3
+  if (jacobians[kScale] != nullptr) {  // Eq. 4
     Eigen::Map<Eigen::Matrix<double, 6, 1>> J(jacobians[kScale]);
-    J.noalias() = -W_.leftCols<3>() * T_WC_0_.p();
+    J.noalias() = -k * k * W_.leftCols<3>() * p_WC;
   }
   return true;
 }

@@ -14,16 +14,25 @@
 namespace highwall {
 namespace {
 
-constexpr double kGap = 1.5;              // steps; a reading is missing
+constexpr double kGap = 1.8;              // steps; a reading is missing, and no stamp rounded
+constexpr double kHole = 2.5;             // medians; no step of the sensor
 constexpr std::size_t kFewReadings = 10;  // of a window: its variance means nothing
 
-double MedianStep(std::span<const ImuSample> samples) {
+// The mean of all steps that are of the sensor: rounded stamps have one median for many rates.
+double StepOf(std::span<const ImuSample> samples) {
   std::vector<Stamp> steps;
   for (std::size_t i = 1; i < samples.size(); ++i) {
     HIGHWALL_REQUIRE(samples[i].stamp > samples[i - 1].stamp, "stamps do not increase");
     steps.push_back(samples[i].stamp - samples[i - 1].stamp);
   }
-  return ToSeconds(UpperMedian(steps));
+  const double hole = kHole * static_cast<double>(UpperMedian(steps));
+  double sum = 0.0, count = 0.0;
+  for (const Stamp step : steps) {
+    if (static_cast<double>(step) > hole) continue;
+    sum += ToSeconds(step);
+    ++count;
+  }
+  return sum / count;
 }
 
 bool HasGap(std::span<const ImuSample> samples, double step) {
@@ -48,6 +57,22 @@ Variances VariancesOf(std::span<const ImuSample> samples) {
     return sum / (3.0 * static_cast<double>(samples.size() - 1));
   };
   return {variance(&ImuSample::gyroscope), variance(&ImuSample::accelerometer)};
+}
+
+// The parts of the stretches between which readings are missing.
+std::vector<ReadingRange> SplitAtGaps(std::span<const ImuSample> samples,
+                                      std::span<const ReadingRange> stretches, double step) {
+  std::vector<ReadingRange> parts;
+  for (const ReadingRange& stretch : stretches) {
+    std::size_t begin = stretch.begin;
+    for (std::size_t i = stretch.begin + 1; i < stretch.end; ++i) {
+      if (!HasGap(samples.subspan(i - 1, 2), step)) continue;
+      parts.push_back({begin, i});
+      begin = i;
+    }
+    parts.push_back({begin, stretch.end});
+  }
+  return parts;
 }
 
 struct Window {
@@ -98,8 +123,12 @@ SensorNoise Estimate(std::span<const ImuSample> samples, std::span<const Reading
     for (const ReadingRange& range : rest) {
       stretches.push_back(Axis(samples, range, part, axis));
     }
-    noise.axes[static_cast<std::size_t>(axis)] =
-        FitAllanCurve(AllanDeviation(stretches, step), fit);
+    const std::vector<AllanPoint> curve = AllanDeviation(stretches, step);
+    // An axis that is coarse repeats one value: nothing is seen of its noise.
+    const auto moves = [](const AllanPoint& point) { return point.deviation > 0.0; };
+    if (std::ranges::all_of(curve, moves)) {
+      noise.axes[static_cast<std::size_t>(axis)] = FitAllanCurve(curve, fit);
+    }
     std::ranges::move(stretches, std::back_inserter(all));
   }
   noise.curve = AllanDeviation(all, step);
@@ -123,7 +152,7 @@ std::vector<ReadingRange> FindRest(std::span<const ImuSample> samples,
                                    const ImuNoiseEstimationOptions& options) {
   options.Validate();
   if (samples.size() < 2) return {};
-  const double step = MedianStep(samples);
+  const double step = StepOf(samples);
   const auto readings = static_cast<std::size_t>(options.window / step) + 1;
   if (readings < kFewReadings) return {};
   StationaryOptions stationary = options.stationary;
@@ -156,21 +185,23 @@ ImuNoiseEstimate EstimateImuNoise(std::span<const ImuSample> samples,
                                   std::span<const ReadingRange> rest,
                                   const ImuNoiseEstimationOptions& options) {
   options.Validate();
-  std::size_t longest = 0;
   for (const ReadingRange& range : rest) {
     HIGHWALL_REQUIRE(range.begin <= range.end && range.end <= samples.size(),
                      "a stretch of rest lies outside of the readings");
-    longest = std::max(longest, range.end - range.begin);
   }
+  HIGHWALL_REQUIRE(samples.size() >= 2, "fewer than two readings");
+  const double step = StepOf(samples);
+  const std::vector<ReadingRange> parts = SplitAtGaps(samples, rest, step);
+  std::size_t longest = 0;
+  for (const ReadingRange& part : parts) longest = std::max(longest, part.end - part.begin);
   // Three octaves, the longest a third of the stretch.
   const auto needed = static_cast<std::size_t>(12 * options.min_readings);
   HIGHWALL_REQUIRE(longest >= needed, "the longest rest has " + std::to_string(longest) +
                                           " readings, at least " + std::to_string(needed) +
                                           " are needed");
-  const double step = MedianStep(samples);
   return {.step = step,
-          .gyroscope = Estimate(samples, rest, step, &ImuSample::gyroscope, options),
-          .accelerometer = Estimate(samples, rest, step, &ImuSample::accelerometer, options)};
+          .gyroscope = Estimate(samples, parts, step, &ImuSample::gyroscope, options),
+          .accelerometer = Estimate(samples, parts, step, &ImuSample::accelerometer, options)};
 }
 
 }  // namespace highwall

@@ -1,14 +1,17 @@
 // Runs `highwall calibrate` on a generated recording with an IMU.
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/trajectory.h>
 
+#include "calibration_file.h"
 #include "config.h"
 #include "simulate/motion/recorded_motion.h"
 #include "simulate/output/tum_writer.h"
@@ -22,7 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using testing::Contains;
 using testing::Outcome;
 
 Outcome Calibrate(const std::string& options) {
@@ -46,33 +48,67 @@ simulate::Simulation Recording() {
   return simulate::SimulateRecordedRoom(simulate::FitRecordedMotion(poses, readings), options);
 }
 
+// Another factor than most, of which the calibration says 3 % too much: depth reads too short.
+constexpr double kTrueFactor = 1000.0, kStatedFactor = 1030.0;
+
+void WriteWithWrongFactor(const simulate::Simulation& recording, const fs::path& dataset) {
+  simulate::WriteTum(recording, dataset);
+  for (const auto& entry : fs::directory_iterator(dataset / "depth")) {
+    cv::Mat depth = cv::imread(entry.path().string(), cv::IMREAD_UNCHANGED);
+    depth.convertTo(depth, CV_16UC1, kTrueFactor / 5000.0);
+    cv::imwrite(entry.path().string(), depth);
+  }
+  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  config.sensor.depth_factor = kStatedFactor;
+  apps::WriteConfig(dataset / "calibration.yaml", config);
+}
+
 TEST(CalibrateCommand, FindsTheCameraOnTheImuAndWritesACalibrationThatIsReadBack) {
   const testing::TemporaryDirectory folder;
-  const fs::path dataset = folder / "walk", written = folder / "found.yaml", run = folder / "run";
+  const fs::path dataset = folder / "walk", written = folder / "new" / "found.yaml";
   const simulate::Simulation recording = Recording();
   const simulate::SimulationOptions& truth = recording.options();
-  simulate::WriteTum(recording, dataset);
+  WriteWithWrongFactor(recording, dataset);
   const Outcome outcome = Calibrate(dataset.string() + " --json --out " + written.string());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
   EXPECT_NEAR(report["time_offset_s"], truth.imu.time_offset, 1e-3);
+  EXPECT_NEAR(report["depth_scale"], kStatedFactor / kTrueFactor, 0.01);
   const apps::RunConfig config = apps::LoadConfig(written);
   ASSERT_TRUE(config.imu.has_value());
   const Pose error = truth.imu.T_BC.Inverse() * config.imu->T_BC;
   EXPECT_LT(error.Angle(), 0.3 * M_PI / 180.0);
   EXPECT_LT(error.p().norm(), 0.01);
   EXPECT_EQ(config.imu->noise.gyroscope, truth.imu.noise.gyroscope);
+  EXPECT_NEAR(config.imu->rate, 200.0, 0.1);
   EXPECT_EQ(config.sensor.camera.fx, truth.camera.fx);
   EXPECT_EQ(config.imu->time_offset, report["time_offset_s"]);
+  EXPECT_NEAR(config.sensor.depth_factor, kTrueFactor, 0.01 * kTrueFactor);
 
-  // The same from poses that are there already.
-  ASSERT_EQ(testing::RunProgram(HIGHWALL_BINARY, "slam --imu off --no-map --dataset " +
-                                                     dataset.string() + " --out " + run.string())
-                .exit_code,
-            0);
-  const Outcome of_run = Calibrate(run.string());
-  ASSERT_EQ(of_run.exit_code, 0) << of_run.err;
-  EXPECT_TRUE(Contains(of_run.out, "time offset  1")) << of_run.out;
+  // From poses that are there already, and with a depth that is said to be right.
+  const std::string poses = (dataset / "groundtruth.txt").string();
+  const Outcome kept = Calibrate(dataset.string() + " --json --keep-depth --trajectory " + poses +
+                                 " --out " + written.string());
+  ASSERT_EQ(kept.exit_code, 0) << kept.err;
+  EXPECT_NEAR(json::parse(kept.out)["time_offset_s"], truth.imu.time_offset, 3e-4);
+  EXPECT_EQ(json::parse(kept.out)["depth_scale"], 1.0);
+  EXPECT_EQ(apps::LoadConfig(written).sensor.depth_factor, kStatedFactor);
+}
+
+TEST(CalibrateCommand, TakesARunByImagesAloneAndNoOther) {
+  const testing::TemporaryDirectory folder;
+  testing::WriteSmallRoom(folder / "room", 3);
+  const fs::path run = folder / "run";
+  fs::create_directory(run);
+  const auto write = [&](const std::string& imu, const std::string& dataset) {
+    std::ofstream(run / "run.json") << json{{"options", {{"imu", imu}}}, {"dataset", dataset}};
+  };
+  write("consistent", (folder / "room").string());
+  testing::ExpectRefused(Calibrate(run.string()), 2, {"run.json", "--imu off"});
+  write("off", (folder / "gone").string());
+  testing::ExpectRefused(Calibrate(run.string()), 2, {"run.json", "gone", "not there"});
+  write("off", (folder / "room").string());
+  testing::ExpectRefused(Calibrate(run.string()), 2, {(folder / "room").string(), "has no IMU"});
 }
 
 TEST(CalibrateCommand, RefusesADatasetWithoutAnImuAndARunThatIsNone) {
@@ -80,6 +116,9 @@ TEST(CalibrateCommand, RefusesADatasetWithoutAnImuAndARunThatIsNone) {
   testing::WriteSmallRoom(folder / "room", 3);
   testing::ExpectRefused(Calibrate((folder / "room").string()), 2, {"has no IMU"});
   EXPECT_EQ(Calibrate((folder / "nowhere").string()).exit_code, 2);
+  // A name without a folder: that of the present one.
+  testing::ExpectRefused(Calibrate((folder / "room").string() + " --out found.yaml"), 2,
+                         {"has no IMU"});
   EXPECT_EQ(Calibrate("").exit_code, 1);
 }
 

@@ -71,7 +71,7 @@ TEST_F(ImuNoiseCommand, PrintsWhatACalibrationTakesAndSaysWhatIsMissing) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(Contains(outcome.out, "\n  {gyroscope_noise: 0.0001")) << outcome.out;
   EXPECT_TRUE(Contains(outcome.out, ", accelerometer_noise: 0.00")) << outcome.out;
-  EXPECT_TRUE(Contains(outcome.out, "gyroscope_walk and accelerometer_walk are missing"));
+  EXPECT_TRUE(Contains(outcome.out, "not seen: gyroscope_walk, accelerometer_walk: "));
   const std::string plot = testing::ReadText(folder_ / "noise.svg");
   EXPECT_TRUE(Contains(plot, "</svg>"));
   EXPECT_TRUE(Contains(plot, "accelerometer"));
@@ -88,6 +88,10 @@ TEST_F(ImuNoiseCommand, RefusesReadingsInMotionMissingOnesAndWrongUsage) {
   WriteReadings(20.0, 0.0);
   testing::ExpectRefused(Run(file().string()), 2, {file().string(), "rests nowhere"});
   testing::ExpectRefused(Run(file().string() + " --from 30"), 2, {file().string(), "--from"});
+  EXPECT_EQ(Run(file().string() + " --from 5 --to 2").exit_code, 1);
+  EXPECT_EQ(Run(file().string() + " --to nan").exit_code, 1);
+  testing::ExpectRefused(Run(file().string() + " --assume-rest --from 1 --to 1.3"), 2,
+                         {file().string(), "too few readings"});
   testing::ExpectRefused(Run((folder_ / "none.csv").string()), 2, {"none.csv", "is missing"});
   fs::create_directory(folder_ / "empty");
   testing::ExpectRefused(Run((folder_ / "empty").string()), 2, {"empty", "holds no imu.csv"});

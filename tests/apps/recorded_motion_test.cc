@@ -115,6 +115,32 @@ TEST(RecordedMotion, HolesInTheCaptureAreBridgedByTheReadings) {
   }
 }
 
+TEST(RecordedMotion, TenPosesASecondAreEnough) {
+  Captured captured = Capture(8), few = captured;
+  few.poses.clear();
+  for (std::size_t i = 3; i < captured.poses.size(); i += 20)
+    few.poses.push_back(captured.poses[i]);
+  const RecordedMotion motion = Fit(few), whole = Fit(captured);
+  EXPECT_GT(motion.consistency.position, 5e-4) << "poses that were captured are not guesses";
+  const double t = ToSeconds(motion.begin - whole.begin);
+  const auto shift = static_cast<std::size_t>(std::lround(t / whole.interval));
+  ASSERT_NEAR(t, static_cast<double>(shift) * whole.interval, 0.011);
+  EXPECT_LT((motion.states[200].v_WB - whole.states[200 + shift].v_WB).norm(), 0.1);
+}
+
+TEST(RecordedMotion, RefusesMostlyHolesAndReadingsOfAnotherUnit) {
+  const Captured captured = Capture(9);
+  Captured holes = captured;
+  std::erase_if(holes.poses, [](const StampedPose& pose) {
+    const double t = ToSeconds(pose.stamp);
+    return t > 1.0 && t < 11.0;
+  });
+  EXPECT_THROW(Fit(holes), InvalidArgument);
+  Captured degrees = captured;
+  for (ImuSample& sample : degrees.readings) sample.gyroscope *= 180.0 / M_PI;
+  EXPECT_THROW(Fit(degrees), InvalidArgument);
+}
+
 TEST(RecordedMotion, RefusesWhatIsTooShortAndGapsInTheReadings) {
   Captured captured = Capture(5);
   EXPECT_THROW(Fit({{}, captured.readings}), InvalidArgument);

@@ -49,13 +49,13 @@ TEST(ExtrinsicCameraPose, IsCameraPoseWhereScaleIsOneAndTheExtrinsicsAreKnown) {
   }
 }
 
-TEST(ExtrinsicCameraPose, AScaleMovesTheMeasuredPlaceAndNothingElse) {
-  const ExtrinsicCameraPose f(Pose::FromTangent({1, 2, 3}, {0, 0, 0}), Matrix6::Identity(),
-                              Eigen::Vector3d::Zero());
+TEST(ExtrinsicCameraPose, AScaleMakesTheTrueMotionAsLargeAsTheMeasuredOne) {
+  const ExtrinsicCameraPose f(Pose(), Matrix6::Identity(), Eigen::Vector3d::Zero());
   Vector6 expected;
-  expected << -1.1, -2.2, -3.3, 0, 0, 0;
-  const Block identity = ToBlock(Pose());
-  EXPECT_LT((Residual(f, {identity, {0, 0, 0}, {0.0}, identity, {1.1}}) - expected).norm(), 1e-14);
+  expected << 1.0, 2.0, 3.0, 0, 0, 0;
+  const Block there = ToBlock(Pose::FromTangent({1.1, 2.2, 3.3}, {0, 0, 0}));
+  EXPECT_LT((Residual(f, {there, {0, 0, 0}, {0.0}, ToBlock(Pose()), {1.1}}) - expected).norm(),
+            1e-14);
 }
 
 TEST(ExtrinsicCameraPose, JacobiansMatchCentralDifferencesAndTheAutodiffTwin) {

@@ -112,6 +112,39 @@ TEST(EstimateImuNoise, AFewSecondsShowTheWhiteNoiseAndBoundTheWalk) {
   EXPECT_GT(estimate.gyroscope.all.walk.high, kNoise.gyroscope_walk);
 }
 
+TEST(EstimateImuNoise, StampsRoundedToAMillisecondAreNoGaps) {
+  auto samples = ImuAtRest(9, 60.0, 800.0, kNoise);
+  for (ImuSample& sample : samples) {
+    sample.stamp = (sample.stamp + 500'000) / 1'000'000 * 1'000'000;
+  }
+  const auto rest = FindRest(samples);
+  ASSERT_EQ(rest.size(), 1U);
+  const ImuNoiseEstimate estimate = EstimateImuNoise(samples, rest);
+  EXPECT_NEAR(estimate.step, 1.0 / 800.0, 1e-6);
+  EXPECT_NEAR(estimate.gyroscope.all.white.value, kNoise.gyroscope, 0.05 * kNoise.gyroscope);
+}
+
+TEST(EstimateImuNoise, AnAxisThatRepeatsOneValueIsNotSeenAndTheOthersAre) {
+  auto samples = ImuAtRest(10, 30.0, kHertz, kNoise);
+  for (ImuSample& sample : samples) sample.gyroscope.y() = 0.001;
+  const SensorNoise noise = EstimateImuNoise(samples, FindRest(samples)).gyroscope;
+  EXPECT_FALSE(noise.axes[1].white.IsSeen());
+  EXPECT_NEAR(noise.axes[0].white.value, kNoise.gyroscope, 0.1 * kNoise.gyroscope);
+}
+
+TEST(EstimateImuNoise, AGapPartsAStretch) {
+  auto samples = ImuAtRest(11, 40.0, kHertz, kNoise);
+  for (std::size_t i = 4'000; i < samples.size(); ++i) {
+    samples[i].stamp += FromSeconds(1000.0);
+    samples[i].gyroscope.x() += 0.01;  // the bias walked in between
+  }
+  const std::vector<ReadingRange> all = {{0, samples.size()}};
+  const ImuNoiseEstimate estimate = EstimateImuNoise(samples, all);
+  EXPECT_NEAR(estimate.step, 1.0 / kHertz, 1e-6);
+  EXPECT_NEAR(estimate.gyroscope.axes[0].white.value, kNoise.gyroscope, 0.1 * kNoise.gyroscope);
+  EXPECT_FALSE(estimate.gyroscope.axes[0].walk.IsSeen());
+}
+
 TEST(EstimateImuNoise, RefusesTooFewReadingsStretchesOutsideAndBadOptions) {
   const auto samples = ImuAtRest(8, 5.0, kHertz, kNoise);
   EXPECT_THROW(EstimateImuNoise(samples, {}), InvalidArgument);

@@ -1,7 +1,9 @@
 #include <highwall/frontend/inertial/camera_imu_calibration.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -179,6 +181,69 @@ TEST(CameraImuCalibration, SaysWhichTurnsAreMissing) {
   } catch (const InvalidArgument& error) {
     EXPECT_NE(std::string(error.what()).find("about all three"), std::string::npos);
   }
+}
+
+// A body that turns about all of its axes and sways by `sway` [m] only.
+Recording Turn(const Truth& truth, double sway, unsigned seed) {
+  Recording recording;
+  std::mt19937 rng(seed);
+  std::normal_distribution<double> normal;
+  const auto noise = [&](double sigma) {
+    const double x = normal(rng), y = normal(rng), z = normal(rng);
+    return Eigen::Vector3d(sigma * Eigen::Vector3d(x, y, z));
+  };
+  const SinusoidalMotion motion(1.5);
+  // Its position is that of the motion, smaller by a share.
+  const double share = sway / 1.2;
+  for (ImuSample sample : motion.Samples(kHertz, 30.0)) {
+    const Eigen::Quaterniond q = motion.StateAt(ToSeconds(sample.stamp)).T_WB.q();
+    const Eigen::Vector3d a_W = q * sample.accelerometer + kGravity;
+    sample.accelerometer = q.conjugate() * (share * a_W - kGravity) + noise(0.03);
+    sample.gyroscope += noise(0.003);
+    recording.readings.push_back(sample);
+  }
+  for (double t = 0.3; t < 29.7; t += 1.0 / kFps) {
+    const Pose T_WB = motion.StateAt(t).T_WB;
+    const Pose T_WC = Pose(T_WB.q(), share * T_WB.p()) * truth.T_BC;
+    recording.camera.push_back(
+        {FromSeconds(t), Pose(T_WC.q() * so3::Exp(noise(2e-3)), T_WC.p() + noise(3e-3))});
+  }
+  return recording;
+}
+
+// Noise of poses must not draw the scale to 0, where all of them would agree.
+TEST(CameraImuCalibration, AMotionTooSmallForTheScaleLeavesItOpenOrRight) {
+  const Truth truth;
+  for (const double sway : {0.0, 0.02, 0.05}) {
+    SCOPED_TRACE(sway);
+    const auto found = Calibrate(Turn(truth, sway, 21));
+    EXPECT_LT(std::abs(found.depth_scale - 1.0), 3.0 * found.depth_scale_sigma);
+    EXPECT_LT((found.T_BC.p() - truth.T_BC.p()).norm(), 0.02);
+  }
+}
+
+TEST(CameraImuCalibration, RefusesAnAccelerometerAndACameraThatContradictEachOther) {
+  const Truth truth;
+  Recording reversed = Record(truth, 22);
+  for (ImuSample& sample : reversed.readings) sample.accelerometer *= -1.0;
+  EXPECT_THROW(Calibrate(reversed), InvalidArgument);
+  Recording other = Record(truth, 23);
+  std::ranges::reverse(other.camera);
+  for (std::size_t i = 0; i < other.camera.size() / 2; ++i) {
+    std::swap(other.camera[i].stamp, other.camera[other.camera.size() - 1 - i].stamp);
+  }
+  EXPECT_THROW(Calibrate(other), InvalidArgument) << "the motion backwards";
+}
+
+TEST(CameraImuCalibration, PosesWithoutReadingsTakeNoPart) {
+  const Truth truth;
+  Recording recording = Record(truth, 24);
+  recording.readings.resize(3'000);  // half of the time
+  const auto found = Calibrate(recording);
+  EXPECT_NEAR(found.poses, 15.0 / 0.1, 6.0);
+  EXPECT_LT((found.bias.head<3>() - truth.gyroscope_bias).norm(), 2e-3);
+  recording.readings.resize(300);  // 1.5 s
+  EXPECT_THROW(Calibrate(recording), InvalidArgument);
 }
 
 TEST(CameraImuCalibration, RefusesWhatCannotBe) {

@@ -83,7 +83,7 @@ struct ExtrinsicCameraPose {
     const Eigen::Quaternion<T> q_d = q * Rotation<T>(omega_B.cast<T>() * d);
     const Vector3<T> p_C = p + v * d + q_d * p_BC;
     Eigen::Matrix<T, 6, 1> e;
-    e << p_C - *s * T_WC_0.p().cast<T>(),
+    e << p_C / *s - T_WC_0.p().cast<T>(),
         RotationVector<T>(T_WC_0.q().conjugate().cast<T>() * q_d * q_BC);
     Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
     r = W.cast<T>() * e;

@@ -134,7 +134,8 @@ Eigen::Vector3f Renderer::Albedo(const SurfacePoint& point) const {
   if (scene_.looks.empty()) {
     const Eigen::Vector3d offset = point.p_W - surface.origin;
     const Eigen::Vector2d st(surface.s_axis.dot(offset), surface.t_axis.dot(offset));
-    return texture.Albedo(st.cast<float>(), footprint);
+    return texture.Albedo(st.cast<float>() / surface.magnification,
+                          footprint / surface.magnification);
   }
   const Colour clean = texture.Albedo(point.look.st, footprint);
   return clean + (scene_.dust - clean) * point.look.dust;

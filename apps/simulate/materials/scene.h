@@ -29,6 +29,7 @@ struct Surface {
   Eigen::Vector3d normal;          // s_axis x t_axis
   int texture = 0;                 // index of Scene::textures
   bool relief = false;
+  float magnification = 1.0f;  // > 0; flat: how many times as large as it is the texture is shown
 };
 
 // What a vertex adds to its place; linear within a triangle.

@@ -17,9 +17,11 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kShortest = 3.0;  // [s]
-constexpr double kHole = 0.05;     // [s] between captured poses: what is between them is a guess
-constexpr double kEnds = 0.5;      // [s] where the spline closes, it is not the motion
+constexpr double kShortest = 3.0;       // [s]
+constexpr double kHole = 3.0;           // median steps between captured poses: a guess in between
+constexpr double kLeastCaptured = 0.5;  // of all states: else it is dead reckoning
+constexpr double kWorstOrientation = 0.1;  // [rad] median: no capture is that bad
+constexpr double kEnds = 0.5;              // [s] where the spline closes, it is not the motion
 
 struct Node {
   Stamp stamp = 0;
@@ -34,13 +36,23 @@ std::vector<Node> LayOutNodes(const Trajectory& captured, std::span<const ImuSam
   const Stamp end = std::min(captured.back().stamp, readings.back().stamp);
   HIGHWALL_REQUIRE(ToSeconds(end - begin) >= kShortest,
                    "motion and readings share less than " + std::to_string(kShortest) + " s");
+  std::vector<Stamp> steps;
+  for (std::size_t i = 1; i < captured.size(); ++i) {
+    steps.push_back(captured[i].stamp - captured[i - 1].stamp);
+  }
+  const double hole = kHole * ToSeconds(UpperMedian(std::move(steps)));
   std::vector<Node> nodes;
+  std::size_t guesses = 0;
   for (Stamp stamp = begin; stamp <= end; stamp += FromSeconds(interval)) {
     const auto after = std::ranges::lower_bound(captured, stamp, {}, &StampedPose::stamp);
     const auto before = after == captured.begin() ? after : std::prev(after);
-    nodes.push_back({stamp, Interpolate(captured, stamp).value(),
-                     ToSeconds(after->stamp - before->stamp) > kHole});
+    const bool is_guess = after->stamp != stamp && ToSeconds(after->stamp - before->stamp) > hole;
+    guesses += is_guess;
+    nodes.push_back({stamp, Interpolate(captured, stamp).value(), is_guess});
   }
+  const auto count = static_cast<double>(nodes.size());
+  HIGHWALL_REQUIRE(static_cast<double>(guesses) <= (1.0 - kLeastCaptured) * count,
+                   "more than half of the time has no captured pose");
   return nodes;
 }
 
@@ -88,7 +100,8 @@ class MotionFit {
       graph.AddFactor(std::make_unique<ImuGravityFactor>(imu), poses[i - 1], velocities[i - 1],
                       biases[i - 1], poses[i], velocities[i], biases[i], gravity);
     }
-    graph.Solve({.linear_solver = LinearSolver::kSparseCholesky});
+    const SolveSummary summary = graph.Solve({.linear_solver = LinearSolver::kSparseCholesky});
+    HIGHWALL_REQUIRE(summary.IsUsable(), "motion and readings fit nothing: " + summary.message);
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       states_[i] = {graph.Value(poses[i]), graph.Value(velocities[i])};
       biases_[i] = graph.Value(biases[i]);
@@ -151,7 +164,7 @@ void RecordedMotionOptions::Validate() const {
   RequirePositiveFinite(position_sigma, "RecordedMotionOptions::position_sigma");
   RequirePositiveFinite(orientation_sigma, "RecordedMotionOptions::orientation_sigma");
   RequirePositiveFinite(error_lasts, "RecordedMotionOptions::error_lasts");
-  RequirePositiveFinite(interval, "RecordedMotionOptions::interval");
+  RequireWithin(interval, 1e-3, 0.5, "RecordedMotionOptions::interval");
 }
 
 SplineTrajectory RecordedMotion::PathOf(const Pose& T_BC, std::size_t first) const {
@@ -189,6 +202,8 @@ RecordedMotion FitRecordedMotion(const Trajectory& captured, std::span<const Imu
   constexpr int kPasses = 2;  // the second at the biases of the first
   for (int pass = 0; pass < kPasses; ++pass) fit.Solve();
   fit.Level(&motion);
+  HIGHWALL_REQUIRE(motion.consistency.orientation <= kWorstOrientation,
+                   "captured turns are not those of the gyroscope: rad/s? the same recording?");
   CompareReadings(&motion);
   return motion;
 }

@@ -19,7 +19,7 @@ struct RecordedMotionOptions {
   double position_sigma = 1e-3;     // [m] > 0
   double orientation_sigma = 5e-3;  // [rad] > 0
   double error_lasts = 2.0;         // [s] > 0
-  double interval = 0.025;          // [s] > 0; of the states that are estimated
+  double interval = 0.025;          // [s] in [1e-3, 0.5]; of the states that are estimated
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -48,8 +48,9 @@ struct RecordedMotion {
 };
 
 // The most likely motion by Ceres: captured poses, whose errors last, readings between them, a bias
-// that walks, and the direction of gravity. captured: T_WB. Throws InvalidArgument where the two
-// share less than three seconds, or readings have gaps there.
+// that walks, and the direction of gravity. captured: T_WB. Both in the order of their stamps.
+// Throws InvalidArgument where the two share less than three seconds, readings have gaps there,
+// more than half of it was not captured, or they contradict each other.
 RecordedMotion FitRecordedMotion(const Trajectory& captured, std::span<const ImuSample> readings,
                                  const RecordedMotionOptions& options = {});
 

@@ -15,7 +15,7 @@ constexpr double kMargin = 0.6;                    // [s] before the first frame
 const Eigen::Vector3d kFree(2.3, 1.8, 2.8);        // [m] half, half and all of the free room
 constexpr double kClearance = 0.3, kLowest = 0.5;  // [m]
 
-// The body's axis that points up most of the time: of the specific force, signed.
+// The body's axis that points up most of the time, signed.
 Eigen::Vector3d UpAxis(const RecordedMotion& motion) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const ImuState& state : motion.states) {
@@ -33,8 +33,7 @@ void Enlarge(double factor, Scene* scene) {
   for (Eigen::Vector3d& vertex : scene->mesh.vertices) vertex *= factor;
   for (Surface& surface : scene->surfaces) {
     surface.origin *= factor;
-    surface.s_axis /= factor;
-    surface.t_axis /= factor;
+    surface.magnification *= static_cast<float>(factor);
   }
   for (Light& light : scene->lights) {
     light.p_W *= factor;

@@ -27,9 +27,11 @@ using Scalar = Eigen::Matrix<double, 1, 1>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kShortest = 2.0;          // [s]
-constexpr double kLeastTurn = 0.005;       // [rad] RMS between poses: 3 deg/s at 10 Hz
-constexpr double kWorstFit = 0.05;         // [rad] RMS of turns that are left: they contradict
+constexpr double kShortest = 2.0;     // [s]
+constexpr double kLeastTurn = 0.005;  // [rad] RMS between poses: 3 deg/s at 10 Hz
+constexpr double kWorstTurns = 0.4;   // of the turns may be left: else they contradict
+// RMS of what is left of the poses, [m] and [rad], and a scale: beyond them nothing fits.
+constexpr double kWorstPosition = 0.05, kWorstRotation = 0.05, kWorstScale = 1.5;
 constexpr double kLeastSigma = 1e-5;       // [m], [rad] of a pose
 constexpr double kGuessOfPosition = 3e-3;  // [m] of a pose by images, until it is measured
 constexpr double kGuessOfRotation = 3e-3;  // [rad]
@@ -47,6 +49,24 @@ Trajectory Thinned(const Trajectory& all, double interval) {
     if (some.empty() || ToSeconds(pose.stamp - some.back().stamp) >= interval - kSlack) {
       some.push_back(pose);
     }
+  }
+  return some;
+}
+
+// Those that readings tie to the one before or after.
+Trajectory Tied(const Trajectory& poses, const ImuBuffer& readings, double time_offset,
+                double max_interval) {
+  const Stamp shift = FromSeconds(time_offset);
+  std::vector<bool> tied(poses.size(), false);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Stamp a = poses[i - 1].stamp, b = poses[i].stamp;
+    if (b <= a || ToSeconds(b - a) > max_interval) continue;
+    const auto interval = readings.Between(a + shift, b + shift);
+    if (interval && !interval->HasGap()) tied[i - 1] = tied[i] = true;
+  }
+  Trajectory some;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (tied[i]) some.push_back(poses[i]);
   }
   return some;
 }
@@ -142,7 +162,7 @@ class CalibrationGraph {
                        T_WB.p() + d * graph_.Value(states_[i].velocity));
       const Pose T_WC = moved * T_BC;
       Vector6 e;
-      e << T_WC.p() - graph_.Value(depth_scale_) * camera_[i].pose.p(),
+      e << T_WC.p() / graph_.Value(depth_scale_) - camera_[i].pose.p(),
           so3::Log(camera_[i].pose.q().conjugate() * T_WC.q());
       residuals.of_poses.push_back(e);
     }
@@ -191,10 +211,10 @@ class CalibrationGraph {
     graph_.AddFactor(
         std::make_unique<VectorPrior<6>>(Vector6(Vector6::Zero()), Matrix6(weights.asDiagonal())),
         state.bias);
-    graph_.AddFactor(std::make_unique<VectorPrior<3>>(
-                         Eigen::Vector3d(Eigen::Vector3d::Zero()),
-                         Eigen::Matrix3d(Eigen::Matrix3d::Identity() / kFastest)),
-                     state.velocity);
+    graph_.AddFactor(
+        std::make_unique<VectorPrior<3>>(Eigen::Vector3d(Eigen::Vector3d::Zero()),
+                                         Eigen::Matrix3d(Eigen::Matrix3d::Identity() / kFastest)),
+        state.velocity);
   }
 
   Stamp ImuStamp(std::size_t i) const { return camera_[i].stamp + FromSeconds(from_.time_offset); }
@@ -322,18 +342,19 @@ CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
                                         std::span<const ImuSample> readings,
                                         const CameraImuCalibrationOptions& options) {
   options.Validate();
-  const Trajectory poses = Thinned(camera, options.interval);
-  HIGHWALL_REQUIRE(
-      poses.size() >= 2 && ToSeconds(poses.back().stamp - poses.front().stamp) >= kShortest,
-      "the camera has poses for less than two seconds");
+  const Trajectory thinned = Thinned(camera, options.interval);
   ImuBuffer buffer({.max_step = 0.1, .horizon = 1e9});
   for (const ImuSample& sample : readings) buffer.Add(sample);
   const AxesAlignment axes =
-      AlignAxes(poses, buffer, options.max_time_offset, options.max_interval);
+      AlignAxes(thinned, buffer, options.max_time_offset, options.max_interval);
+  const Trajectory poses = Tied(thinned, buffer, axes.time_offset, options.max_interval);
+  HIGHWALL_REQUIRE(static_cast<double>(poses.size()) * options.interval >= kShortest,
+                   "camera and readings share less than two seconds");
   HIGHWALL_REQUIRE(axes.excitation >= kLeastTurn,
                    "the motion turns about one axis at most: turn the camera about all three");
-  HIGHWALL_REQUIRE(axes.error <= kWorstFit,
-                   "the turns of the camera are not those of the gyroscope (rad/s? one clock?)");
+  HIGHWALL_REQUIRE(axes.error <= kWorstTurns * axes.excitation,
+                   "the turns of the camera are not those of the gyroscope: rad/s? the same "
+                   "recording? clocks that are less than 0.2 s apart?");
 
   Estimate estimate = FirstEstimate(poses, buffer, axes);
   CameraImuCalibration result;
@@ -362,6 +383,10 @@ CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
     result.bias_sigma = P.bias.cwiseSqrt();
     result.advice = Advice(result, P.T_BC, options.estimate_depth_scale);
   }
+  HIGHWALL_REQUIRE(
+      result.position_error <= kWorstPosition && result.rotation_error <= kWorstRotation &&
+          estimate.depth_scale <= kWorstScale && estimate.depth_scale >= 1.0 / kWorstScale,
+      "the motion of the camera is not that of the accelerometer: its sign? m/s^2? depth_factor?");
   result.T_BC = estimate.T_BC;
   result.time_offset = estimate.time_offset;
   result.depth_scale = estimate.depth_scale;

@@ -12,12 +12,12 @@ namespace highwall {
 // As CameraPose, with the pose of the camera in the body and the scale of its depth as variables.
 //
 //   d = t_d - t_d_state,   p = p_WB + d v_WB,   q = q_WB Exp(d omega_B)
-//   r = W [ p + R(q) p_BC - s p_0 | Log(q_0^-1 q q_BC) ]
+//   r = W [ (p + R(q) p_BC) / s - p_0 | Log(q_0^-1 q q_BC) ]
 //                                           docs/factors/extrinsic_camera_pose.md, Eq. 1
 //
 // Blocks:  0: T_WB  pose (7, PoseManifold)   1: v_WB  velocity (3) [m/s]   2: t_d  (1) [s]
 //          3: T_BC  pose (7, PoseManifold)   4: s  (1), true depth = s * measured depth
-// Domain:  everywhere; the Jacobian is discontinuous where the rotation error is pi.
+// Domain:  s != 0; the Jacobian is discontinuous where the rotation error is pi.
 class ExtrinsicCameraPose final : public ceres::SizedCostFunction<6, 7, 3, 1, 7, 1> {
  public:
   using Variables = VariableList<Pose, Eigen::Vector3d, double, Pose, double>;

@@ -39,7 +39,7 @@ struct SensorNoise {
 };
 
 struct ImuNoiseEstimate {
-  double step = 0.0;          // [s] median between readings
+  double step = 0.0;          // [s] mean between readings
   SensorNoise gyroscope;      // rad/s
   SensorNoise accelerometer;  // m/s^2
 };
@@ -50,7 +50,7 @@ std::vector<ReadingRange> FindRest(std::span<const ImuSample> samples,
                                    const ImuNoiseEstimationOptions& options = {});
 
 // The densities of ImuNoise from readings at rest, such as FindRest() finds: a minute of it shows
-// the white noise, hours the walk of the biases. samples: strictly increasing stamps. Throws
+// the white noise, hours the walk of the biases; a gap parts a stretch. samples: strictly increasing stamps. Throws
 // InvalidArgument where no stretch of rest has 12 times min_readings, for a stretch outside of the
 // samples, and on bad options.                   docs/factors/imu_noise_estimation.md, Eq. 1
 ImuNoiseEstimate EstimateImuNoise(std::span<const ImuSample> samples,

@@ -36,8 +36,8 @@ struct CameraImuCalibration {
   double time_offset = 0.0, time_offset_sigma = 0.0;             // [s] t_imu = t_cam + t_d
   double depth_scale = 1.0, depth_scale_sigma = 0.0;             // true = scale * measured
   ImuBias bias = ImuBias::Zero(), bias_sigma = ImuBias::Zero();  // in the middle
-  double position_error = 0.0, rotation_error = 0.0;             // [m], [rad] RMS of the poses
-  int poses = 0;                                                 // that took part
+  double position_error = 0.0, rotation_error = 0.0;  // [m], [rad] RMS of an axis of the poses
+  int poses = 0;                                      // that took part
   // What the motion did not tell well, and which motion would; in words, a line each.
   std::vector<std::string> advice;
 };
