@@ -155,13 +155,13 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   const Dataset& dataset = *opened.images;
   RunConfig config = opened.config;
   const ImuCalibration guess = config.imu.value_or(ImuCalibration{});
+  const std::optional<ImuInput> imu = LoadImu(dataset, guess);
+  if (!imu) throw IoError(recording.dataset, "has no IMU (imu.csv)");
   if (!config.imu) {
     Warn(recording.dataset.string() +
          ": no calibration names the noise of the IMU: that of EuRoC's is taken (find it with "
          "highwall imu-noise)");
   }
-  const std::optional<ImuInput> imu = LoadImu(dataset, guess);
-  if (!imu) throw IoError(recording.dataset, "has no IMU (imu.csv)");
   for (const std::string& warning : imu->warnings) Warn(warning);
   if (!imu->IsUsable()) throw IoError(imu->file, "cannot be used");
   const Trajectory camera = recording.trajectory.empty() ? TrackImages(dataset, config.sensor)
