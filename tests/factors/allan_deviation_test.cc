@@ -123,7 +123,7 @@ TEST(FitAllanCurve, SaysWhatIsNotThereAndHowMuchOfItCouldBe) {
 }
 
 TEST(FitAllanCurve, ItsIntervalsHoldTheTruthAndAreNoWiderThanNeeded) {
-  constexpr int kSeeds = 200;
+  constexpr int kSeeds = 100;
   constexpr double kWhite = 2e-3, kWalk = 1e-3;
   int white = 0, walk = 0;
   std::vector<double> width;
@@ -134,9 +134,9 @@ TEST(FitAllanCurve, ItsIntervalsHoldTheTruthAndAreNoWiderThanNeeded) {
     walk += fit.walk.low <= kWalk && kWalk <= fit.walk.high;
     width.push_back(fit.walk.high / std::max(fit.walk.low, 1e-9));
   }
-  // 95 % of 200 are 190, with a standard error of 3.
-  EXPECT_GE(white, 184);
-  EXPECT_GE(walk, 184);
+  // 95 % of 100, with a standard error of 2.
+  EXPECT_GE(white, 90);
+  EXPECT_GE(walk, 90);
   std::ranges::sort(width);
   EXPECT_LT(width[kSeeds / 2], 4.0) << "300 s know the walk within a factor of 2";
 }
