@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -155,10 +156,9 @@ TEST(CameraImuCalibration, AFewWrongPosesChangeLittle) {
 }
 
 TEST(CameraImuCalibration, SaysWhichTurnsAreMissing) {
-  Truth truth;
-  Recording recording = Record(truth, 6);
   // A body that turns about one of its axes only: what a robot on a floor does.
-  recording = {};
+  const Truth truth;
+  Recording recording;
   std::mt19937 rng(7);
   std::normal_distribution<double> normal;
   const auto yaw = [](double t) { return 0.8 * std::sin(1.7 * t); };
@@ -218,6 +218,13 @@ TEST(CameraImuCalibration, AMotionTooSmallForTheScaleLeavesItOpenOrRight) {
     SCOPED_TRACE(sway);
     const auto found = Calibrate(Turn(truth, sway, 21));
     EXPECT_LT(std::abs(found.depth_scale - 1.0), 3.0 * found.depth_scale_sigma);
+    const bool is_told = std::ranges::any_of(found.advice, [](const std::string& advice) {
+      return advice.starts_with("the depth scale is not known to a percent");
+    });
+    EXPECT_EQ(is_told, found.depth_scale_sigma > 0.01);
+    if (sway == 0.0) {
+      EXPECT_TRUE(is_told) << found.depth_scale_sigma;
+    }
     EXPECT_LT((found.T_BC.p() - truth.T_BC.p()).norm(), 0.02);
   }
 }
