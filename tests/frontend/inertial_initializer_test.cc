@@ -62,7 +62,7 @@ TEST(InertialInitializer, FindsGravityBiasesVelocityAndOffsetInMotion) {
     const InertialPrior& prior = *run.report.estimate;
     EXPECT_LT(AngleBetween(prior.gravity_W.vector(), kTilted.q() * kGravity), 0.3 * kDegree);
     EXPECT_NEAR(prior.time_offset, time_offset, 1e-3);
-    EXPECT_NEAR(prior.time_offset, time_offset, 4.0 * prior.time_offset_sigma);
+    EXPECT_NEAR(prior.time_offset, time_offset, 4.0 * prior.time_offset_sigma());
     const auto error = testing::EstimateError(run.truth, run.bias, prior.estimate);
     const auto sigma = prior.estimate.covariance.diagonal().cwiseSqrt();
     for (int i = 3; i < 15; ++i) EXPECT_LT(std::abs(error(i)), 3.5 * sigma(i)) << i;
@@ -90,7 +90,7 @@ TEST(InertialInitializer, FindsTheDirectionOfGravityAtRest) {
   const auto sigma = prior.estimate.covariance.diagonal().cwiseSqrt();
   for (int i = 3; i < 15; ++i) EXPECT_LT(std::abs(error(i)), 3.5 * sigma(i)) << i;
   EXPECT_LT(sigma.segment<3>(9).maxCoeff(), 0.002);
-  EXPECT_GT(prior.gravity_sigma, 0.1 / 9.81 * 0.8) << "as the bias is unknown, so is the tilt";
+  EXPECT_GT(prior.gravity_sigma(), 0.1 / 9.81 * 0.8) << "as the bias is unknown, so is the tilt";
 }
 
 TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {

@@ -23,6 +23,7 @@ namespace highwall::testing {
 
 struct InertialSceneOptions {
   double motion = 1.0;  // of SinusoidalMotion; 0: at rest
+  double rest = 0.0;  // [s] it stands still so long and gets under way within a second; 0: it moves
   double hertz = 200.0;
   ImuNoise noise{.gyroscope = 2.44e-4,
                  .accelerometer = 1.47e-3,
@@ -52,7 +53,7 @@ class InertialScene {
     const double step = 1.0 / options_.hertz, root = std::sqrt(options_.hertz);
     for (auto i = std::lround(begin * options_.hertz); i <= std::lround(end * options_.hertz);
          ++i) {
-      ImuSample reading = motion_.SampleAt(FromSeconds(static_cast<double>(i) * step));
+      ImuSample reading = SampleAt(static_cast<double>(i) * step);
       reading.gyroscope += bias().head<3>() + Noise(options_.noise.gyroscope * root);
       reading.accelerometer += bias().tail<3>() + Noise(options_.noise.accelerometer * root);
       readings.push_back(reading);
@@ -66,7 +67,9 @@ class InertialScene {
 
   // The body in W at an instant of the IMU's clock [s].
   ImuState StateAt(double t_imu) const {
-    ImuState state = motion_.StateAt(t_imu);
+    const Way way = WayAt(t_imu);
+    ImuState state = motion_.StateAt(way.s);
+    state.v_WB *= way.rate;
     state.T_WB = options_.T_WN * state.T_WB;
     state.v_WB = options_.T_WN.q() * state.v_WB;
     return state;
@@ -96,6 +99,31 @@ class InertialScene {
   }
 
  private:
+  // Where on the motion the body is at an instant [s], and how that goes on.
+  struct Way {
+    double s, rate = 1.0, acceleration = 0.0;  // [s], [1], [1/s]
+  };
+  Way WayAt(double t) const {
+    if (options_.rest <= 0.0) return {t};
+    const double u = t - options_.rest;
+    if (u <= 0.0) return {0.0, 0.0};
+    if (u >= 1.0) return {u - 0.5};
+    return {u * u * u * (1.0 - 0.5 * u), u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u)};
+  }
+  ImuSample SampleAt(double t) const {
+    if (options_.rest <= 0.0) return motion_.SampleAt(FromSeconds(t));
+    const Way way = WayAt(t);
+    ImuSample sample = motion_.SampleAt(FromSeconds(way.s));
+    sample.stamp = FromSeconds(t);
+    const ImuState state = motion_.StateAt(way.s);
+    const Eigen::Quaterniond q = state.T_WB.q();
+    const Eigen::Vector3d a = q * sample.accelerometer + kGravity;  // along the motion as it is
+    sample.gyroscope *= way.rate;
+    sample.accelerometer =
+        q.conjugate() * (way.rate * way.rate * a + way.acceleration * state.v_WB - kGravity);
+    return sample;
+  }
+
   InertialSceneOptions options_;
   SinusoidalMotion motion_;
   std::mt19937 rng_;

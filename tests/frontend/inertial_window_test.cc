@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <highwall/core/manifolds.h>
+
 #include "inertial/inertial_window.h"
 #include "inertial_scene.h"
 
@@ -12,6 +14,8 @@ namespace {
 
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
 using Vector15 = Eigen::Matrix<double, 15, 1>;
+using Matrix18 = Eigen::Matrix<double, 18, 18>;
+using Vector18 = Eigen::Matrix<double, 18, 1>;
 using testing::EstimateError;
 using testing::InertialScene;
 using testing::InertialSceneOptions;
@@ -140,7 +144,6 @@ InertialPrior Start(InertialScene& scene, double t, double t_d, const StartSigma
   Vector15 step;
   for (int i = 0; i < 5; ++i) step.segment<3>(3 * i) = scene.Noise(s(3 * i));
   prior.time_offset = t_d + scene.Noise(sigma.t_d).x();
-  prior.time_offset_sigma = sigma.t_d;
   // The state is that of the instant that the offset of the prior names.
   prior.estimate.stamp = FromSeconds(t + prior.time_offset);
   prior.estimate.state = scene.StateAt(ToSeconds(prior.estimate.stamp));
@@ -150,7 +153,8 @@ InertialPrior Start(InertialScene& scene, double t, double t_d, const StartSigma
   const Eigen::Vector3d tilt = scene.Noise(sigma.gravity);
   prior.gravity_W = UnitDirection(
       Eigen::Vector3d(scene.gravity_W().normalized() + Eigen::Vector3d(tilt.x(), tilt.y(), 0.0)));
-  prior.gravity_sigma = sigma.gravity;
+  const Eigen::Vector3d calibration(sigma.gravity, sigma.gravity, sigma.t_d);
+  prior.calibration_covariance = calibration.cwiseProduct(calibration).asDiagonal();
   return prior;
 }
 
@@ -228,7 +232,7 @@ TEST(InertialWindow, IsConsistentOverFiftySeeds) {
     velocity += error.segment<3>(6).dot(P.block<3, 3>(6, 6).ldlt().solve(error.segment<3>(6)));
     biases += error.tail<6>().dot(P.block<6, 6>(9, 9).ldlt().solve(error.tail<6>()));
     const double d = driven.window->time_offset() - 0.005;
-    offset += d * d / std::pow(driven.window->time_offset_sigma(), 2);
+    offset += d * d / std::pow(driven.window->Prior().time_offset_sigma(), 2);
   }
   const auto bound = [&](double n) { return 4.0 * std::sqrt(2.0 * n / kRuns); };
   RecordProperty("nees", std::to_string(all / kRuns));
@@ -282,19 +286,111 @@ TEST(InertialWindow, SigmaOfGravityIsThatOfItsLessCertainAxis) {
     sigma(uncertain) = 2.0;
     prior.estimate.covariance = sigma.cwiseProduct(sigma).asDiagonal();
     prior.gravity_W = UnitDirection(kGravity);
-    prior.gravity_sigma = 0.1;
+    prior.calibration_covariance = Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal();
     InertialWindow window(ImuCalibration(), {}, prior, false);
     const ImuPreintegration imu(readings, ImuBias::Zero());
     ASSERT_TRUE(window.Add({.imu = &imu, .stationary = true}));
     // 1 / sqrt(1 / 0.1^2 + (g / 2)^2), and a little for what else is unknown.
-    EXPECT_NEAR(window.gravity_sigma(), 0.09, 0.005) << uncertain;
+    EXPECT_NEAR(window.Prior().gravity_sigma(), 0.09, 0.005) << uncertain;
   }
+}
+
+// A window that starts where another one stands knows what that one knew, couplings included.
+TEST(InertialWindow, GoesOnFromThePriorOfAnotherWindow) {
+  const Driven driven = Drive({.time_offset = 0.005}, 8, {});
+  const InertialPrior prior = driven.window->Prior();
+  const Matrix18 joint = prior.Joint();
+  ASSERT_GT(prior.coupling.cwiseAbs().maxCoeff(), 0.0);
+  const InertialWindow next(InertialScene().calibration(), {}, prior, true);
+  EXPECT_TRUE(
+      next.newest().state.T_WB.Matrix().isApprox(prior.estimate.state.T_WB.Matrix(), 1e-12));
+  const Vector18 sigma = joint.diagonal().cwiseSqrt();
+  const Matrix18 difference = sigma.cwiseInverse().asDiagonal() * (next.Prior().Joint() - joint) *
+                              sigma.cwiseInverse().asDiagonal();
+  // Rounding of an inverse whose correlations leave a condition of some 1e6.
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-6);
+}
+
+// Gravity and the accelerometer's bias, each unknown, are known together.
+TEST(InertialWindow, WhatIsKnownOfGravityAndBiasTogetherPredictsTheMotion) {
+  std::vector<ImuSample> readings;
+  for (int i = 0; i <= 20; ++i) readings.push_back({i * 5'000'000, {0, 0, 0}, -kGravity});
+  const ImuPreintegration imu(readings, ImuBias::Zero());
+  for (const bool coupled : {false, true}) {
+    Matrix18 joint = 1e-10 * Matrix18::Identity();
+    // A tilt about y or x by sigma, and the bias along x or y that looks like it at rest.
+    constexpr double kTilt = 0.01;  // [rad]
+    const Eigen::Matrix<double, 3, 2> basis =
+        UnitDirectionManifold::Basis(UnitDirection(kGravity).data());
+    const Eigen::Matrix<double, 3, 2> bias = 9.81 * basis;
+    const Eigen::Matrix2d tilt = kTilt * kTilt * Eigen::Matrix2d::Identity();
+    joint.block<2, 2>(15, 15) += tilt;
+    joint.block<3, 3>(12, 12) += bias * tilt * bias.transpose();
+    // With R = I: a specific force that stays the same, b + (a - g), wants the bias to follow g.
+    if (coupled) {
+      joint.block<3, 2>(12, 15) = bias * tilt;
+      joint.block<2, 3>(15, 12) = joint.block<3, 2>(12, 15).transpose();
+    }
+    InertialPrior prior;
+    prior.gravity_W = UnitDirection(kGravity);
+    prior.SetJoint(joint);
+    InertialWindow window(ImuCalibration(), {}, prior, false);
+    ASSERT_TRUE(window.Add({.imu = &imu}));
+    const double velocity = std::sqrt(window.newest().covariance(6, 6));
+    // 0.1 s at 9.81 m/s^2 times a hundredth, twice; what is left is the noise of the readings.
+    if (coupled) {
+      EXPECT_LT(velocity, 2e-3);
+    } else {
+      EXPECT_NEAR(velocity, 0.1 * 9.81 * kTilt * std::sqrt(2.0), 1e-3);
+    }
+  }
+}
+
+TEST(InertialPrior, TurnsWithItsWorld) {
+  std::mt19937 rng(3);
+  std::normal_distribution<double> normal;
+  Matrix18 A;
+  for (int i = 0; i < 18 * 18; ++i) A.data()[i] = normal(rng);
+  InertialPrior prior;
+  prior.estimate = SomeEstimate();
+  prior.gravity_W = UnitDirection(Eigen::Vector3d(0.2, -0.1, -1.0));
+  prior.SetJoint(A * A.transpose());
+  const Eigen::Quaterniond q = so3::Exp(Eigen::Vector3d(0.3, -0.2, 0.5));
+  const InertialPrior turned = prior.Turned(q);
+  EXPECT_TRUE(turned.estimate.state.v_WB.isApprox(q * prior.estimate.state.v_WB, 1e-14));
+  EXPECT_TRUE(turned.gravity_W.vector().isApprox(q * prior.gravity_W.vector(), 1e-14));
+  EXPECT_EQ(turned.time_offset, prior.time_offset);
+  // Of the directions in space, whatever basis their tangent has.
+  const auto spatial = [](const InertialPrior& p) {
+    Eigen::Matrix<double, 9, 18> J = Eigen::Matrix<double, 9, 18>::Zero();
+    J.topLeftCorner<3, 3>().setIdentity();
+    J.block<3, 3>(3, 6).setIdentity();
+    J.block<3, 2>(6, 15) = UnitDirectionManifold::Basis(p.gravity_W.data());
+    return (J * p.Joint() * J.transpose()).eval();
+  };
+  Eigen::Matrix<double, 9, 9> R = Eigen::Matrix<double, 9, 9>::Zero();
+  for (int i = 0; i < 9; i += 3) R.block<3, 3>(i, i) = q.toRotationMatrix();
+  EXPECT_TRUE(spatial(turned).isApprox(R * spatial(prior) * R.transpose(), 1e-12));
+  // Turns of the body and biases are of the body's axes, which do not turn with the world.
+  EXPECT_TRUE((turned.estimate.covariance.block<3, 3>(3, 3).isApprox(
+      prior.estimate.covariance.block<3, 3>(3, 3), 1e-12)));
+  EXPECT_TRUE((turned.estimate.covariance.block<6, 6>(9, 9).isApprox(
+      prior.estimate.covariance.block<6, 6>(9, 9), 1e-12)));
+}
+
+TEST(Propagate, ALesserWeightIsALargerNoise) {
+  InertialScene scene;
+  const ImuPreintegration imu(scene.Readings(0.0, 0.1), ImuBias::Zero());
+  InertialEstimate from = SomeEstimate();
+  from.covariance.setZero();
+  const Matrix15 one = Propagate(from, imu, kGravity).covariance;
+  EXPECT_TRUE(Propagate(from, imu, kGravity, 0.25).covariance.isApprox(4.0 * one, 1e-12));
 }
 
 TEST(InertialWindow, AnOffsetThatIsNotFreeStaysAsItWas) {
   const Driven driven = Drive({.time_offset = 0.0}, 5, {.t_d = 1e-9}, false);
   EXPECT_NEAR(driven.window->time_offset(), 0.0, 1e-8);
-  EXPECT_EQ(driven.window->time_offset_sigma(), 0.0);
+  EXPECT_EQ(driven.window->Prior().time_offset_sigma(), 0.0);
 }
 
 }  // namespace

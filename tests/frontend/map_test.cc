@@ -322,11 +322,14 @@ TEST(Map, SuccessorIsTheKeyFrameWhoseMotionFollows) {
 
 TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
   Map map = TiedMap(4);
+  map.keyframe(1_kf)->motion->weight = 0.3;
+  map.keyframe(2_kf)->motion->weight = 0.5;
   map.RemoveKeyFrame(1_kf, 0_kf);
   map.RemoveKeyFrame(2_kf, 3_kf);
   const KeyFrameMotion& motion = *map.keyframe(3_kf)->motion;
   EXPECT_EQ(motion.previous, 0_kf);
   EXPECT_EQ(map.Successor(0_kf)->id, 3_kf);
+  EXPECT_NEAR(motion.weight, (0.3 + 0.5 + 1.0) / 3.0, 1e-12) << "a second each";
   ASSERT_NE(motion.from_previous, nullptr);
   const ImuPreintegration whole(MapReadings(0, 3), ImuBias::Zero());
   EXPECT_EQ(motion.from_previous->start(), whole.start());

@@ -110,7 +110,8 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
     }
     causal.push_back({result.stamp, result.T_WC});
   }
-  EXPECT_EQ(levels, 1);
+  EXPECT_GE(levels, 1);
+  EXPECT_LE(levels, 2) << "again where gravity is known thrice as well";
   ASSERT_TRUE(results[35].inertial->estimate) << results[35].inertial->reason;
   EXPECT_EQ(results[35].inertial->status, InertialStatus::kRunning);
   EXPECT_EQ(results[kDark].inertial->status, InertialStatus::kDeadReckoning);
@@ -127,7 +128,7 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   // Up is z: what points up in the camera by the truth does so by the estimate.
   const Eigen::Vector3d up_C = walk().truth.back().pose.q().conjugate() * Eigen::Vector3d::UnitZ();
   const double angle = std::acos((trajectory.back().pose.q() * up_C).normalized().z());
-  EXPECT_LT(angle, 0.5 * M_PI / 180.0);
+  EXPECT_LT(angle, 0.2 * M_PI / 180.0);
   ASSERT_TRUE(system.map().gravity_W());
   EXPECT_LT((*system.map().gravity_W() - Eigen::Vector3d(0, 0, -9.81)).norm(), 0.1);
 
@@ -184,6 +185,35 @@ TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
     EXPECT_EQ(motion->from_previous->start(), map.keyframe(motion->previous)->motion->stamp);
   }
   EXPECT_GE(tied, 1);
+}
+
+// An interval between keyframes weighs what the images in between did on average, the last one
+// included, not what the last one did.
+TEST_F(SlamInertialTest, AnIntervalOfManyImagesHasTheirMeanWeight) {
+  SlamOptions options = Deterministic({});
+  options.inertial.weighting.policy = ImuWeighting::kPaper;
+  SlamSystem system({.camera = SmallCamera()}, options, walk().calibration);
+  double sum = 0.0;
+  int images = 0;
+  double last = 0.0;
+  bool differs = false;
+  system.SetCallbacks({.on_frame = [&](const FrameResult& result) {
+    if (result.inertial && result.inertial->weight > 0.0) {
+      last = result.inertial->weight;
+      sum += last;
+      ++images;
+    }
+    if (!result.mapping) return;
+    const KeyFrame& keyframe = *system.map().keyframe(result.mapping->keyframe);
+    if (keyframe.motion && keyframe.motion->previous != kNoId) {
+      EXPECT_NEAR(keyframe.motion->weight, sum / images, 1e-12);
+      differs |= std::abs(last - sum / images) > 1e-3;
+    }
+    sum = 0.0;
+    images = 0;
+  }});
+  Run(system);
+  EXPECT_TRUE(differs) << "the dark and what follows change the weight";
 }
 
 TEST_F(SlamInertialTest, AnImuThatContradictsTheImagesChangesNothing) {

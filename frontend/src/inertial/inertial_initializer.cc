@@ -116,11 +116,9 @@ class Problem {
     result.estimate.stamp = stamp;
     result.estimate.state = {graph_.Value(poses_.back()), graph_.Value(velocities_.back())};
     result.estimate.bias = graph_.Value(biases_.back());
-    result.estimate.covariance = covariance.topLeftCorner<15, 15>();
     result.gravity_W = graph_.Value(gravity_);
-    result.gravity_sigma = std::sqrt(std::max(covariance(15, 15), covariance(16, 16)));
     result.time_offset = graph_.Value(time_offset_);
-    result.time_offset_sigma = std::sqrt(covariance(17, 17));
+    result.SetJoint(covariance);
     return result;
   }
 
@@ -248,7 +246,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     report.gravity_sigma = M_PI;
     return report;
   }
-  report.gravity_sigma = report.estimate->gravity_sigma * std::sqrt(std::max(1.0, report.error));
+  report.gravity_sigma = report.estimate->gravity_sigma() * std::sqrt(std::max(1.0, report.error));
   if (report.error > options_.max_error) return report;
   report.status = report.gravity_sigma > options_.max_gravity_sigma
                       ? InitializationStatus::kUncertain

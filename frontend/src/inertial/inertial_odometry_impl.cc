@@ -29,6 +29,11 @@ constexpr double kPredictionInflation = 4.0;
 constexpr double kRetryInterval = 0.5;  // [s] between attempts to initialize
 // [m/s] After readings were missing: of the velocity that the displacement of two images shows.
 constexpr double kRestartVelocitySigma = 0.5;
+// The map is leveled once more where gravity is known better by this factor than when it was last,
+// and the map is off by so many standard deviations and by what is worth a map that moves.
+constexpr double kBetterGravity = 1.0 / 3.0;
+constexpr double kSureTilt = 3.0;
+constexpr double kWorthwhileTilt = 2e-3;  // [rad] 2 mm a metre
 constexpr StationaryOptions kStationary;
 constexpr double kStationarySpeed = 0.03;  // [m/s]; at rest the estimate must be slower as well
 
@@ -37,6 +42,13 @@ constexpr const char* kNoStart = "what is known of the motion does not make a st
 // The shortest rotation that takes `up` to z.
 Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+}
+
+// Gravity and t_d are not believed beyond what the models are good for.
+void AddDoubt(InertialPrior& prior) {
+  constexpr double kGravity = 1e-3, kTimeOffset = 1e-4;  // [rad], [s]
+  prior.calibration_covariance.diagonal() +=
+      Eigen::Vector3d(kGravity * kGravity, kGravity * kGravity, kTimeOffset * kTimeOffset);
 }
 
 ImuCalibration WithFasterWalks(ImuCalibration calibration) {
@@ -110,7 +122,7 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   if (!imu) return std::nullopt;
   const Eigen::Vector3d gravity = kStandardGravity * window_->gravity_W().vector();
   const CameraPoseEstimate camera =
-      CameraOf(Propagate(window_->newest(), *imu, gravity), calibration_.T_BC);
+      CameraOf(Propagate(window_->newest(), *imu, gravity, weight_.weight()), calibration_.T_BC);
   Matrix6 J = Matrix6::Identity();  // in the tangent of a pose, rotations do not turn
   J.topLeftCorner<3, 3>() = T_WO_.R();
   Vector6 common;
@@ -177,26 +189,20 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
     if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;
     return;
   }
-  InertialPrior prior = *solution.estimate;
-  const Eigen::Quaterniond q_level = Upright(-prior.gravity_W.vector());
-  const Pose T_level(q_level, Eigen::Vector3d::Zero());
+  const Eigen::Quaterniond q_level = Upright(-solution.estimate->gravity_W.vector());
+  InertialPrior prior = solution.estimate->Turned(q_level);
   prior.gravity_W = UnitDirection(Eigen::Vector3d(0, 0, -1));
-  InertialEstimate& estimate = prior.estimate;
-  estimate.state.T_WB = T_level * estimate.state.T_WB;
-  estimate.state.v_WB = q_level * estimate.state.v_WB;
-  Eigen::Matrix<double, 15, 15> J = Eigen::Matrix<double, 15, 15>::Identity();
-  J.block<3, 3>(0, 0) = J.block<3, 3>(6, 6) = q_level.toRotationMatrix();
   // What the solution's error exceeds its model by, its covariance falls short.
-  const double inflation = std::max(1.0, solution.error);
-  estimate.covariance = inflation * J * estimate.covariance * J.transpose();
-  prior.gravity_sigma = std::max(prior.gravity_sigma * std::sqrt(inflation), 1e-3);
+  prior.SetJoint(std::max(1.0, solution.error) * prior.Joint());
+  AddDoubt(prior);
   if (!Start(prior)) {
     report.reason = reason_ = kNoStart;
     return;
   }
-  report.T_level = T_level;
-  bias_ = estimate.bias;
+  report.T_level = Pose(q_level, Eigen::Vector3d::Zero());
+  bias_ = prior.estimate.bias;
   T_WO_ = Pose();
+  leveled_to_ = window_->Prior().gravity_sigma();
   time_offset_ = window_->time_offset();
   reason_.clear();
 }
@@ -269,6 +275,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   }
   bias_ = window_->newest().bias;
   time_offset_ = window_->time_offset();
+  report.T_level = Level();
   status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
   if (last_visual_ &&
       ToSeconds(observation.image - last_visual_->stamp) > options_.max_dead_reckoning) {
@@ -276,14 +283,24 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   }
 }
 
+std::optional<Pose> InertialOdometry::Impl::Level() {
+  const double sigma = window_->Prior().gravity_sigma();
+  if (sigma > kBetterGravity * leveled_to_) return std::nullopt;
+  const Eigen::Vector3d up_W = -(T_WO_.q() * window_->gravity_W().vector());
+  const double tilt = std::acos(std::clamp(up_W.z(), -1.0, 1.0));
+  if (tilt < std::max(kSureTilt * sigma, kWorthwhileTilt)) return std::nullopt;
+  leveled_to_ = sigma;
+  // About the camera, which stays where it is.
+  const Eigen::Quaterniond q = Upright(up_W);
+  const Eigen::Vector3d p_W = T_WO_ * window_->newest().state.T_WB.p();
+  const Pose T_level(q, p_W - q * p_W);
+  T_WO_ = T_level * T_WO_;
+  return T_level;
+}
+
 void InertialOdometry::Impl::Suspend() {
-  InertialPrior known;
-  known.estimate = window_->newest();
-  known.gravity_W = window_->gravity_W();
-  known.gravity_sigma = std::max(window_->gravity_sigma(), 1e-3);
-  known.time_offset = window_->time_offset();
-  known.time_offset_sigma = std::max(window_->time_offset_sigma(), 1e-4);
-  known_ = known;
+  known_ = window_->Prior();
+  AddDoubt(*known_);
   window_.reset();
   status_ = InertialStatus::kWaiting;
 }
@@ -310,6 +327,7 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   estimate.stamp = stamp;
   estimate.state.T_WB = T_OB;
   estimate.state.v_WB = (T_OB.p() - T_OB_before.p()) / step;
+  prior.coupling.topRows<9>().setZero();
   estimate.covariance.topLeftCorner<9, 15>().setZero();
   estimate.covariance.bottomLeftCorner<6, 9>().setZero();
   Eigen::Matrix<double, 9, 1> sigma;
@@ -398,7 +416,7 @@ std::optional<Eigen::Vector3d> InertialOdometry::Impl::gravity_W() const {
 }
 
 double InertialOdometry::Impl::gravity_sigma() const {
-  return window_ ? window_->gravity_sigma() : M_PI;
+  return window_ ? window_->Prior().gravity_sigma() : M_PI;
 }
 
 double InertialOdometry::Impl::time_offset() const {
@@ -406,7 +424,7 @@ double InertialOdometry::Impl::time_offset() const {
 }
 
 double InertialOdometry::Impl::time_offset_sigma() const {
-  return window_ ? window_->time_offset_sigma() : options_.initializer.time_offset_sigma;
+  return window_ ? window_->Prior().time_offset_sigma() : options_.initializer.time_offset_sigma;
 }
 
 }  // namespace highwall

@@ -42,6 +42,9 @@ class InertialOdometry::Impl {
   void Advance(const Observation& observation, InertialReport& report);
   // Starts a window; none where the prior cannot be used.
   bool Start(const InertialPrior& prior);
+  // The turn that makes the map's z point up, where gravity has become known much better than when
+  // the map was turned last.
+  std::optional<Pose> Level();
   // Ends the window, and keeps what holds on: biases, gravity, t_d.
   void Suspend();
   // Starts a window anew with what was kept, once there are readings and poses again.
@@ -69,6 +72,7 @@ class InertialOdometry::Impl {
   ImuBias bias_ = ImuBias::Zero();
   double time_offset_;
   Pose T_WO_;
+  double leveled_to_ = 0.0;  // [rad] gravity's standard deviation when the map was leveled last
 };
 
 }  // namespace highwall

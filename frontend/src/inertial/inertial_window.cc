@@ -4,9 +4,13 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
+
+#include <ceres/problem.h>
 
 #include <highwall/core/error.h>
-#include <highwall/core/prior.h>
+#include <highwall/core/manifolds.h>
+#include <highwall/core/marginal_prior.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/camera_pose.h>
@@ -16,8 +20,10 @@
 namespace highwall {
 namespace {
 
-constexpr int kP = 0, kTheta = 3, kV = 6, kB = 9;  // columns of InertialEstimate::covariance
+// Columns of InertialEstimate::covariance, and of gravity's direction in InertialPrior::Joint().
+constexpr int kP = 0, kTheta = 3, kV = 6, kB = 9, kN = 15;
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
+using Matrix18 = Eigen::Matrix<double, 18, 18>;
 
 // From the order of ImuPreintegration, [theta v p b], to that of InertialEstimate.
 Matrix15 Reordered(const Matrix15& imu, const Eigen::Matrix3d& R_WB) {
@@ -32,7 +38,7 @@ Matrix15 Reordered(const Matrix15& imu, const Eigen::Matrix3d& R_WB) {
 }  // namespace
 
 InertialEstimate Propagate(const InertialEstimate& from, const ImuPreintegration& imu,
-                           const Eigen::Vector3d& gravity_W) {
+                           const Eigen::Vector3d& gravity_W, double weight) {
   InertialEstimate to;
   to.stamp = imu.end();
   to.state = imu.Predict(from.state, from.bias, gravity_W);
@@ -48,7 +54,7 @@ InertialEstimate Propagate(const InertialEstimate& from, const ImuPreintegration
   F.block<3, 3>(kP, kTheta) = -R * so3::Hat(motion.p);
   F.block<3, 3>(kP, kV) = delta.duration * Eigen::Matrix3d::Identity();
   F.block<3, 6>(kP, kB) = R * delta.bias_jacobian.bottomRows<3>();
-  to.covariance = F * from.covariance * F.transpose() + Reordered(imu.covariance(), R);
+  to.covariance = F * from.covariance * F.transpose() + Reordered(imu.covariance() / weight, R);
   to.covariance = 0.5 * (to.covariance + to.covariance.transpose()).eval();
   return to;
 }
@@ -62,6 +68,40 @@ CameraPoseEstimate CameraOf(const InertialEstimate& body, const Pose& T_BC) {
   return {body.state.T_WB * T_BC, J * body.covariance.topLeftCorner<6, 6>() * J.transpose()};
 }
 
+Matrix18 InertialPrior::Joint() const {
+  Matrix18 joint;
+  joint << estimate.covariance, coupling, coupling.transpose(), calibration_covariance;
+  return joint;
+}
+
+void InertialPrior::SetJoint(const Matrix18& covariance) {
+  estimate.covariance = covariance.topLeftCorner<15, 15>();
+  coupling = covariance.topRightCorner<15, 3>();
+  calibration_covariance = covariance.bottomRightCorner<3, 3>();
+}
+
+double InertialPrior::gravity_sigma() const {
+  return std::sqrt(calibration_covariance.diagonal().head<2>().maxCoeff());
+}
+
+double InertialPrior::time_offset_sigma() const {
+  return std::sqrt(std::max(calibration_covariance(2, 2), 0.0));
+}
+
+InertialPrior InertialPrior::Turned(const Eigen::Quaterniond& q) const {
+  InertialPrior turned = *this;
+  turned.estimate.state.T_WB = Pose(q, Eigen::Vector3d::Zero()) * estimate.state.T_WB;
+  turned.estimate.state.v_WB = q * estimate.state.v_WB;
+  turned.gravity_W = UnitDirection(q * gravity_W.vector());
+  const Eigen::Matrix3d R = q.toRotationMatrix();
+  Matrix18 J = Matrix18::Identity();  // in the tangent of a pose, rotations do not turn
+  J.block<3, 3>(kP, kP) = J.block<3, 3>(kV, kV) = R;
+  J.block<2, 2>(kN, kN) = UnitDirectionManifold::Basis(turned.gravity_W.data()).transpose() * R *
+                          UnitDirectionManifold::Basis(gravity_W.data());
+  turned.SetJoint(J * Joint() * J.transpose());
+  return turned;
+}
+
 InertialWindow::InertialWindow(const ImuCalibration& calibration,
                                const SlidingWindowOptions& options, const InertialPrior& prior,
                                bool free_time_offset)
@@ -72,31 +112,29 @@ InertialWindow::InertialWindow(const ImuCalibration& calibration,
   gravity_ = smoother_.AddCalibration(prior.gravity_W);
   time_offset_ = smoother_.AddCalibration(prior.time_offset);
   state_ = AddState(prior.estimate);
-  const Matrix15& P = prior.estimate.covariance;
-  // The first state's parts are taken for independent: what couples them is forgotten, which makes
-  // the prior no more certain in any of them.
-  smoother_.AddFactor(std::make_unique<PosePrior>(prior.estimate.state.T_WB,
-                                                  SqrtInformation(P.topLeftCorner<6, 6>().eval())),
-                      state_.pose);
-  smoother_.AddFactor(std::make_unique<VectorPrior<3>>(
-                          prior.estimate.state.v_WB, SqrtInformation(P.block<3, 3>(kV, kV).eval())),
-                      state_.velocity);
-  smoother_.AddFactor(std::make_unique<VectorPrior<6>>(
-                          prior.estimate.bias, SqrtInformation(P.block<6, 6>(kB, kB).eval())),
-                      state_.bias);
-  smoother_.AddFactor(std::make_unique<DirectionPrior>(prior.gravity_W, prior.gravity_sigma),
-                      gravity_);
-  if (free_time_offset) {
-    smoother_.AddFactor(std::make_unique<VectorPrior<1>>(
-                            Eigen::Matrix<double, 1, 1>::Constant(prior.time_offset),
-                            Eigen::Matrix<double, 1, 1>::Constant(1.0 / prior.time_offset_sigma)),
-                        time_offset_);
-  } else {
-    smoother_.Fix(time_offset_);
-  }
+  if (!free_time_offset) smoother_.Fix(time_offset_);
+  AddPrior(prior);
   const UpdateReport report = smoother_.Update();
   HIGHWALL_REQUIRE(report.accepted, "InertialWindow: the prior was refused: " + report.message);
   ReadNewest(prior.estimate.stamp);
+}
+
+void InertialWindow::AddPrior(const InertialPrior& prior) {
+  std::vector<VariableId> ids = {state_.pose, state_.velocity, state_.bias, gravity_};
+  if (free_time_offset_) ids.push_back(time_offset_);
+  std::vector<MarginalPrior::Block> blocks;
+  const FactorGraph& graph = smoother_.graph();
+  for (const VariableId& id : ids) {
+    const double* block = graph.Block(id);
+    blocks.push_back({{block, block + graph.problem().ParameterBlockSize(block)},
+                      graph.problem().GetManifold(block)});
+  }
+  const Eigen::Index size = free_time_offset_ ? 18 : 17;
+  const Eigen::MatrixXd A =
+      SqrtInformation(Eigen::MatrixXd(prior.Joint().topLeftCorner(size, size)));
+  smoother_.AddFactorToBlocks(
+      std::make_shared<MarginalPrior>(std::move(blocks), A, Eigen::VectorXd::Zero(size)), nullptr,
+      ids);
 }
 
 InertialWindow::State InertialWindow::AddState(const InertialEstimate& estimate) {
@@ -136,8 +174,12 @@ void InertialWindow::ReadNewest(Stamp stamp) {
   const auto covariance = smoother_.Covariance(ids);
   if (!covariance) return;
   newest_.covariance = covariance->topLeftCorner<15, 15>();
-  gravity_sigma_ = std::sqrt(std::max((*covariance)(15, 15), (*covariance)(16, 16)));
-  time_offset_sigma_ = std::sqrt(std::max((*covariance)(17, 17), 0.0));
+  coupling_ = covariance->topRightCorner<15, 3>();
+  calibration_covariance_ = covariance->bottomRightCorner<3, 3>();
+}
+
+InertialPrior InertialWindow::Prior() const {
+  return {newest_, gravity_W(), time_offset(), calibration_covariance_, coupling_};
 }
 
 UnitDirection InertialWindow::gravity_W() const {

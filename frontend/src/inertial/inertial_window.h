@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
@@ -15,9 +13,10 @@
 
 namespace highwall {
 
-// The same after the motion that an IMU measured, its noise added (Forster et al. 2017).
+// The same after the motion that an IMU measured, its noise added (Forster et al. 2017); that is
+// larger where the IMU's residual weighs less than 1 (weight > 0).
 InertialEstimate Propagate(const InertialEstimate& from, const ImuPreintegration& imu,
-                           const Eigen::Vector3d& gravity_W);
+                           const Eigen::Vector3d& gravity_W, double weight = 1.0);
 
 // Pose of the camera and its 6 x 6 covariance in the tangent of PoseManifold.
 struct CameraPoseEstimate {
@@ -26,13 +25,26 @@ struct CameraPoseEstimate {
 };
 CameraPoseEstimate CameraOf(const InertialEstimate& body, const Pose& T_BC);
 
-// Where a window starts: the first state and the calibration, each with its uncertainty.
+// Where a window starts: the first state and the calibration, with their joint uncertainty. At rest
+// gravity's direction and the bias of the accelerometer are known together to a hundredth of what
+// either is known to: what couples them must not be lost.
 struct InertialPrior {
   InertialEstimate estimate;
   UnitDirection gravity_W;
-  double gravity_sigma = 0.01;      // [rad] > 0
-  double time_offset = 0.0;         // [s] t_d
-  double time_offset_sigma = 0.01;  // [s] > 0
+  double time_offset = 0.0;  // [s] t_d
+  // Of [n t_d], n in the tangent of UnitDirectionManifold at gravity_W [rad, s].
+  Eigen::Matrix3d calibration_covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  // 15 x 3, of the state with these.
+  Eigen::Matrix<double, 15, 3> coupling = Eigen::Matrix<double, 15, 3>::Zero();
+
+  // 18 x 18, all of it.
+  Eigen::Matrix<double, 18, 18> Joint() const;
+  void SetJoint(const Eigen::Matrix<double, 18, 18>& covariance);
+  // Standard deviations: of gravity's direction [rad] (the larger of two), of t_d [s].
+  double gravity_sigma() const;
+  double time_offset_sigma() const;
+  // The same in a world that was turned: p_new = q p_old.
+  InertialPrior Turned(const Eigen::Quaterniond& q) const;
 };
 
 // The last states of body, velocity and bias, one an image, tied by IMU factors and held by what
@@ -58,9 +70,8 @@ class InertialWindow {
   const InertialEstimate& newest() const { return newest_; }
   UnitDirection gravity_W() const;
   double time_offset() const;
-  // Standard deviations: of gravity's direction [rad] (the larger of two), of t_d [s].
-  double gravity_sigma() const { return gravity_sigma_; }
-  double time_offset_sigma() const { return time_offset_sigma_; }
+  // Where a window that followed on this one would start.
+  InertialPrior Prior() const;
 
  private:
   struct State {
@@ -69,6 +80,7 @@ class InertialWindow {
     Variable<ImuBias> bias;
   };
   State AddState(const InertialEstimate& estimate);
+  void AddPrior(const InertialPrior& prior);
   void ReadNewest(Stamp stamp);
 
   ImuCalibration calibration_;
@@ -78,7 +90,8 @@ class InertialWindow {
   State state_;
   InertialEstimate newest_;
   bool free_time_offset_;
-  double gravity_sigma_ = 0.0, time_offset_sigma_ = 0.0;
+  Eigen::Matrix3d calibration_covariance_ = Eigen::Matrix3d::Zero();  // as of InertialPrior
+  Eigen::Matrix<double, 15, 3> coupling_ = Eigen::Matrix<double, 15, 3>::Zero();
 };
 
 }  // namespace highwall

@@ -251,6 +251,11 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
     KeyFrameMotion& motion = *next->motion;
     const bool tied = kf->motion && kf->motion->previous != kNoId;
     motion.previous = tied ? kf->motion->previous : kNoId;
+    if (tied) {
+      const double before = kf->motion->from_previous->delta().duration;
+      const double after = motion.from_previous->delta().duration;
+      motion.weight = (before * kf->motion->weight + after * motion.weight) / (before + after);
+    }
     motion.from_previous = tied ? std::make_shared<const ImuPreintegration>(
                                       kf->motion->from_previous->Joined(*motion.from_previous))
                                 : nullptr;

@@ -93,14 +93,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
   ChooseSubmap(tracked, result);
   const bool starts = submap_keyframes_ == 0;
-  if (inertial_ && !starts) {
-    Fuse(Observe(tracked), tracked, result);
-    // What is being adjusted is a map that stood otherwise.
-    if (result.inertial->T_level) {
-      mapper_.Cancel();
-      loop_closer_.Cancel();
-    }
-  }
+  if (inertial_ && !starts) Fuse(Observe(tracked), tracked, result);
   // In a map that was given the patience begins with the first image.
   if (tracked.state == TrackingState::kLost && !posed_) posed_ = submap_begin_ = frame.stamp;
   if (!HasPose(tracked.state) && CanBegin(tracked)) BeginSubmap(tracked, result);
@@ -236,8 +229,15 @@ void SlamSystem::Impl::Fuse(const InertialOdometry::Observation& observation, Tr
                             FrameResult& result) {
   result.inertial = inertial_->Update(observation);
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {
+    // What is being adjusted is a map that stood otherwise.
+    mapper_.Cancel();
+    loop_closer_.Cancel();
     map_.Transform(*T_level, submap_);
     tracker_.Transform(*T_level);
+  }
+  if (result.inertial->weight > 0.0) {
+    weight_sum_ += result.inertial->weight;
+    ++weights_;
   }
   if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
   if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
@@ -270,7 +270,8 @@ std::optional<KeyFrameMotion> SlamSystem::Impl::MotionSince(const KeyFrame* last
   motion.v_WB = estimate->state.v_WB;
   motion.bias = estimate->bias;
   motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
-  motion.weight = inertial_->weight();
+  // An interval of many images weighs what they did on average.
+  motion.weight = weights_ > 0 ? weight_sum_ / weights_ : inertial_->weight();
   if (last == nullptr || !last->motion) return motion;
   if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
     motion.previous = last->id;
@@ -295,6 +296,8 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   last_keyframe_stamp_ = last_visual_ = tracked.frame.stamp;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
+  weight_sum_ = 0.0;
+  weights_ = 0;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;
   tracker_.Anchor(tracked, keyframe);

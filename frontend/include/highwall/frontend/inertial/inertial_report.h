@@ -28,8 +28,9 @@ struct InertialReport {
   int innovation_dof = 0;           // 0 where it was not formed
   bool stationary = false;
   bool restarted = false;  // readings were missing before this image
-  // The rotation that makes z point up, to be applied to the whole map; in the report of the image
-  // that ends the initialization only.
+  // The motion that makes z point up, to be applied to the whole map: a turn about the origin in
+  // the report of the image that ends the initialization, and one about the camera later on, where
+  // gravity has become known much better than it was then.
   std::optional<Pose> T_level;
   // After the image, once initialized; in W.
   std::optional<InertialEstimate> estimate;
