@@ -14,6 +14,7 @@
 #include <highwall/core/error.h>
 #include <highwall/mapping/point_cloud_io.h>
 
+#include "imu_plot.h"
 #include "map_pictures.h"
 #include "sparse_map_picture.h"
 
@@ -26,6 +27,7 @@ constexpr const char* kCloud = "cloud.ply";
 constexpr const char* kOctree = "map.bt";
 constexpr const char* kGrid = "grid.yaml";
 constexpr const char* kGridImage = "grid.pgm";
+constexpr const char* kImuPlot = "imu.svg";
 
 void MakeFolder(const std::filesystem::path& folder) {
   std::error_code error;
@@ -66,7 +68,7 @@ void RemoveResults(const std::filesystem::path& folder,
                    std::span<const std::filesystem::path> kept) {
   std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausal, kAdjustedFile,
                                     kKeyframesFile, kCloud,          kOctree, kGrid,
-                                    kGridImage,     kSparseMapFile};
+                                    kGridImage,     kSparseMapFile,  kImuPlot};
   for (const MapPicture& picture : kMapPictures) names.push_back(picture.file);
   for (const char* const name : names) RemoveStale(folder / name);
   const std::filesystem::path map = folder / kMapFile;
@@ -236,6 +238,9 @@ nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& ru
     const cv::Mat sparse = DrawSparseMap(run.sparse, R_GW, 1200);
     if (!sparse.empty()) WritePng(directory_ / kSparseMapFile, sparse);
   });
+  if (run.inertial && !run.inertial->intervals.empty()) {
+    Attempt([&] { WriteImuPlot(directory_ / kImuPlot, *run.inertial); });
+  }
   nlohmann::json json = run_json;
   if (dense) json["map"] = DenseJson(*dense, directory_, 0);
   for (std::size_t i = 0; i < run.others.size(); ++i) {

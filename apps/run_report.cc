@@ -58,6 +58,15 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
       {"status", ToString(last.status)},         {"dead_reckoned_frames", inertial.dead_reckoned},
       {"restarts", inertial.restarts},           {"mean_weight", inertial.mean_weight},
       {"reduced_share", inertial.reduced_share}, {"innovation_per_dof", inertial.mean_innovation}};
+  nlohmann::json& intervals = json["intervals"];
+  for (const char* key : {"stamp", "weight", "innovation_per_dof"}) {
+    intervals[key] = nlohmann::json::array();
+  }
+  for (const ImuInterval& interval : inertial.intervals) {
+    intervals["stamp"].push_back(FormatStamp(interval.end));
+    intervals["weight"].push_back(interval.weight);
+    intervals["innovation_per_dof"].push_back(interval.innovation);
+  }
   if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
   if (!last.reason.empty()) json["reason"] = last.reason;
   if (const auto& depth = inertial.depth_scale) {

@@ -79,7 +79,9 @@ class InertialTally {
     if (report.weight > 0.0) {
       weights_ += report.weight;
       if (report.weight < 1.0) ++reduced_;
-      ++intervals_;
+      const int dof = report.innovation_dof;
+      summary_.intervals.push_back(
+          {result.stamp, report.weight, dof > 0 ? report.squared_innovation / dof : 0.0});
     }
     squared_innovation_ += report.squared_innovation;
     dof_ += report.innovation_dof;
@@ -87,9 +89,9 @@ class InertialTally {
 
   InertialSummary Summary() const {
     InertialSummary summary = summary_;
-    if (intervals_ > 0) {
-      summary.mean_weight = weights_ / intervals_;
-      summary.reduced_share = static_cast<double>(reduced_) / intervals_;
+    if (const auto n = static_cast<double>(summary.intervals.size()); n > 0.0) {
+      summary.mean_weight = weights_ / n;
+      summary.reduced_share = reduced_ / n;
     }
     if (dof_ > 0) summary.mean_innovation = squared_innovation_ / dof_;
     return summary;
@@ -98,7 +100,7 @@ class InertialTally {
  private:
   InertialSummary summary_;
   double weights_ = 0.0, squared_innovation_ = 0.0;
-  int intervals_ = 0, reduced_ = 0, dof_ = 0;
+  int reduced_ = 0, dof_ = 0;
 };
 
 Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {

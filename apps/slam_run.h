@@ -55,6 +55,13 @@ struct StageTimes {
   Milliseconds dense;          // depth filters, cloud and octree of a keyframe
 };
 
+// Between two images that the IMU ties.
+struct ImuInterval {
+  Stamp end = 0;            // of the image
+  double weight = 0.0;      // of its IMU factor
+  double innovation = 0.0;  // squared, per degree of freedom; 0 where the image formed none
+};
+
 // How the IMU fared over a run.
 struct InertialSummary {
   InertialReport last;               // of the last frame
@@ -64,6 +71,7 @@ struct InertialSummary {
   double mean_weight = 0.0;          // of the IMU factors
   double reduced_share = 0.0;        // of them, with a weight below 1
   double mean_innovation = 0.0;      // squared, per degree of freedom: 1 where consistent
+  std::vector<ImuInterval> intervals;
   // In the end; empty where the motion does not tell it to 2 %.
   std::optional<DepthScale> depth_scale;
 };

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -15,8 +16,8 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
 
-#include "simulate/scenes/room.h"
 #include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 #include "support/run_program.h"
 
 namespace highwall {
@@ -112,12 +113,22 @@ TEST_F(SlamWithImu, TakesTheImuByDefaultAndEachOfItsWeights) {
     if (policy == "fixed:2") {
       EXPECT_EQ(report["imu"]["mean_weight"], 2.0);
     }
+    const json& intervals = report["imu"]["intervals"];
+    ASSERT_FALSE(intervals["weight"].empty()) << choice;
+    EXPECT_EQ(intervals["stamp"].size(), intervals["weight"].size());
+    EXPECT_EQ(intervals["innovation_per_dof"].size(), intervals["weight"].size());
+    const double sum = std::accumulate(intervals["weight"].begin(), intervals["weight"].end(), 0.0,
+                                       [](double s, const json& w) { return s + w.get<double>(); });
+    EXPECT_NEAR(sum / static_cast<double>(intervals["weight"].size()),
+                report["imu"]["mean_weight"].get<double>(), 1e-12);
+    EXPECT_TRUE(Contains(ReadText(run() / "imu.svg"), "weight of its residuals")) << choice;
   }
   const Outcome outcome = SlamOnDataset("--no-map --json --imu off");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   const json report = json::parse(outcome.out);
   EXPECT_FALSE(report.contains("imu"));
+  EXPECT_FALSE(fs::exists(run() / "imu.svg")) << "of the run before";
   EXPECT_EQ(report["options"]["imu"], "off");
 }
 
