@@ -53,6 +53,7 @@ struct SimulateArguments {
   std::string imu = "on";  // off, on, or a file
   std::filesystem::path trajectory;
   std::vector<double> imu_noise;
+  std::string imu_faults = "off";  // ParseImuFaults
   bool moving = false;
   std::optional<double> duration, rest;
   std::optional<std::string> noise, exposure;
@@ -90,6 +91,18 @@ ImuNoise NoiseOf(const std::vector<double>& densities) {
   return {densities[0], densities[1], densities[2], densities[3]};
 }
 
+CLI::Validator AreImuFaults() {
+  return {[](std::string& text) -> std::string {
+            try {
+              simulate::ParseImuFaults(text);
+              return "";
+            } catch (const InvalidArgument& error) {
+              return error.what();
+            }
+          },
+          ""};
+}
+
 SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   SimulationOptions options =
       arguments.scene == "room" ? SimulationOptions() : simulate::FieldTestOptions();
@@ -122,6 +135,7 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
     options.imu.noise = ImuNoise();
     if (!arguments.imu_noise.empty()) options.imu.noise = NoiseOf(arguments.imu_noise);
   }
+  options.imu.faults = simulate::ParseImuFaults(arguments.imu_faults);
   options.imu.time_offset = arguments.time_offset;
   return options;
 }
@@ -234,6 +248,12 @@ void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {
       ->delimiter(',')
       ->expected(4)
       ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--imu-faults", arguments->imu_faults,
+                   "What the sensor does beside noise, and no calibration tells: off, hard, or "
+                   "hard,name=value,... (docs/simulator.md)")
+      ->check(AreImuFaults())
+      ->capture_default_str();
   command
       ->add_option("--time-offset", arguments->time_offset,
                    "How far the IMU's clock is ahead of the camera's [s]")

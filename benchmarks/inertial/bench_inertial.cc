@@ -35,6 +35,7 @@ struct Arguments {
   double fps = 30.0;               // [Hz]
   double time_offset = 0.0;        // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
+  bool hard = false;
   double blackout = -1.0;  // [s] since the first frame; none where negative
   std::string cache;
   bool json = false;
@@ -115,17 +116,19 @@ void Run(const Arguments& arguments) {
   report["versions"] = apps::VersionsJson();
   report["time_offset_s"] = arguments.time_offset;
   report["noise_ratio"] = arguments.noise_ratio;
+  report["hard"] = arguments.hard;
   if (!arguments.json) PrintHeader();
   for (const std::string& scene : arguments.scenes) {
     const double duration = arguments.duration.value_or(DefaultDuration(scene));
     std::vector<std::vector<Scores>> runs(arguments.policies.size());
     for (int seed = 1; seed <= arguments.seeds; ++seed) {
       apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
-      Sequence sequence = MakeSequence(
-          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps, arguments.noise_ratio},
-          cache.path(), [&progress](int done, int total) {
-            progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
-          });
+      Sequence sequence = MakeSequence({scene, static_cast<std::uint64_t>(seed), duration,
+                                        arguments.fps, arguments.noise_ratio, arguments.hard},
+                                       cache.path(), [&progress](int done, int total) {
+                                         progress.Update(static_cast<std::size_t>(done),
+                                                         static_cast<std::size_t>(total));
+                                       });
       if (arguments.blackout >= 0.0) {
         sequence.spans.push_back({"blackout", arguments.blackout, arguments.blackout + kBlackout});
       }
@@ -167,6 +170,9 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
          "True noise of depth and IMU over that of the data sheets, which the system is told")
       ->check(apps::Between(0.01, 100.0))
       ->capture_default_str();
+  app.add_flag("--hard", arguments.hard,
+               "The IMU has the faults of a cheap sensor on a bad day (highwall simulate "
+               "--imu-faults hard)");
   app.add_option("--blackout", arguments.blackout, "Cover the lens for 2 s from this time on [s]")
       ->check(apps::Between(0.0, 3600.0));
   app.add_option("--cache", arguments.cache,

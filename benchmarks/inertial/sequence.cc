@@ -46,6 +46,7 @@ Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::pat
   simulation.duration = options.duration;
   simulation.fps = options.fps;
   simulation.sensor.noise_ratio = simulation.imu.noise_ratio = options.noise_ratio;
+  if (options.hard) simulation.imu.faults = simulate::HardImuFaults();
   Sequence sequence;
   sequence.simulation = std::make_unique<simulate::Simulation>(Simulate(options.scene, simulation));
   std::string name = fmt::format("{}_seed{}_{}s_{}fps", options.scene, options.seed,
@@ -53,6 +54,7 @@ Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::pat
   if (options.noise_ratio != simulate::kUsualNoiseRatio) {
     name += fmt::format("_noise{}", options.noise_ratio);
   }
+  if (options.hard) name += "_hard";
   sequence.folder = cache / name;
   if (!std::filesystem::exists(sequence.folder)) {  // it appears whole or not at all
     simulate::WriteTum(*sequence.simulation, sequence.folder, progress);

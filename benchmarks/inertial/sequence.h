@@ -28,6 +28,7 @@ struct SequenceOptions {
   double duration = 20.0;                           // [s] > 0; DefaultDuration()
   double fps = 30.0;                                // [Hz] > 0
   double noise_ratio = simulate::kUsualNoiseRatio;  // > 0; true noise over the data sheets'
+  bool hard = false;                                // the IMU has simulate::HardImuFaults()
 };
 
 // The names that MakeSequence() knows.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/factors/imu_factor.h>
@@ -14,7 +15,7 @@ namespace {
 constexpr double kLead = 0.5;                // [s] before the first frame and after the last
 constexpr double kMaxTimeOffset = 0.2;       // [s]
 constexpr std::uint64_t kStream = 0x494d55;  // keeps these numbers apart from the images' noise
-enum Purpose : std::uint64_t { kNoise, kWalk, kInitialBias, kShaking };
+enum Purpose : std::uint64_t { kNoise, kWalk, kInitialBias, kShaking, kFaults };
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -61,6 +62,7 @@ void ImuSimulationOptions::Validate() const {
       "ImuSimulationOptions::noise_ratio must be positive, got " + std::to_string(noise_ratio));
   RequireNotNegative(gyroscope_bias, "gyroscope_bias");
   RequireNotNegative(accelerometer_bias, "accelerometer_bias");
+  faults.Validate();
   HIGHWALL_REQUIRE(std::abs(time_offset) <= kMaxTimeOffset,
                    "ImuSimulationOptions::time_offset must be in [-0.2, 0.2] s, got " +
                        std::to_string(time_offset));
@@ -76,6 +78,7 @@ ImuSimulator::ImuSimulator(const ImuSimulationOptions& options, std::uint64_t se
                            Stamp end)
     : options_((options.Validate(), options)),
       random_(CounterRandom(seed).Stream(kStream)),
+      sensor_(options.faults, random_.Stream(kFaults), options.rate),
       begin_(begin),
       first_(begin - FromSeconds(kLead + std::abs(options.time_offset))) {
   HIGHWALL_REQUIRE(begin <= end, "ImuSimulator: begin must not be after end");
@@ -92,6 +95,9 @@ ImuSimulator::ImuSimulator(const ImuSimulationOptions& options, std::uint64_t se
   const CounterRandom walk = random_.Stream(kWalk);
   for (std::size_t i = 1; i < count; ++i) {
     biases_[i] = biases_[i - 1] + Normals(walk, i).cwiseProduct(step);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    biases_[i] += sensor_.DriftAt(static_cast<double>(i) / options_.rate);
   }
 
   constexpr std::uint64_t kWaves = 24;  // enough for their sum to look like noise
@@ -149,17 +155,18 @@ std::vector<ImuSample> ImuSimulator::Samples(const CameraPath& path,
     ImuSample sample = Ideal(path.MotionAt(t));
     sample.stamp = StampOf(i) + FromSeconds(options_.time_offset);
     if (!options_.ideal) {
-      const Vector6d error = biases_[i] + Normals(noise, i).cwiseProduct(sigmas);
-      sample.gyroscope += error.head<3>();
-      sample.accelerometer += error.tail<3>();
       if (intensity) {
         const CameraPath::Progress progress = path.ProgressAt(t);
         sample.accelerometer += progress.ds * intensity(progress.s) * Vibration(t);
       }
+      sample = sensor_.Distorted(sample);
+      const Vector6d error = biases_[i] + Normals(noise, i).cwiseProduct(sigmas);
+      sample.gyroscope += error.head<3>();
+      sample.accelerometer += error.tail<3>();
     }
     samples.push_back(sample);
   }
-  return samples;
+  return options_.ideal ? samples : sensor_.Delivered(std::move(samples));
 }
 
 TrueState ImuSimulator::StateAt(const CameraPath& path, Stamp stamp) const {

@@ -12,6 +12,7 @@
 #include <highwall/factors/imu_preintegration.h>
 
 #include "simulate/motion/camera_path.h"
+#include "simulate/motion/imu_faults.h"
 #include "simulate/noise_ratio.h"
 #include "simulate/random.h"
 
@@ -33,6 +34,7 @@ struct ImuSimulationOptions {
   double noise_ratio = kUsualNoiseRatio;  // > 0; true densities over those of `noise`
   double gyroscope_bias = 0.005;          // [rad/s] >= 0, sigma of each axis at the beginning
   double accelerometer_bias = 0.05;       // [m/s^2] >= 0, likewise
+  ImuFaults faults{};                     // beside noise and biases; none in ideal readings
   double time_offset = 0.0;               // [s] in [-0.2, 0.2]: t_imu = t_cam + t_d
   // Shaking by the vehicle as the accelerometer feels it, RMS along the axes of B where the scene's
   // intensity is 1 [m/s^2] >= 0, within a band [Hz], 0 < low < high < rate / 2.
@@ -57,8 +59,9 @@ struct TrueState {
 // seconds, any). It fades out where the camera stands still. Empty: nowhere.
 using VibrationIntensity = std::function<double(double s)>;
 
-// The readings of an IMU that rides with the camera: analytic motion, then bias, white noise and
-// vibration. Everything is a function of options, seed and time. World: z up, g = 9.81 m/s^2.
+// The readings of an IMU that rides with the camera: analytic motion with vibration, as the
+// sensor's axes take it, then bias and white noise, and what arrives of them (ImuFaults).
+// Everything is a function of options, seed and time. World: z up, g = 9.81 m/s^2.
 class ImuSimulator {
  public:
   // begin, end [ns]: of the camera's clock, first and last frame; the readings reach at least
@@ -82,6 +85,7 @@ class ImuSimulator {
 
   ImuSimulationOptions options_;
   CounterRandom random_;
+  FaultyImu sensor_;
   Stamp begin_, first_;          // [ns] of the camera's clock: first frame, first reading
   std::vector<ImuBias> biases_;  // of every reading
   std::vector<Wave> waves_;
