@@ -20,7 +20,8 @@ constexpr double kLeast = 1e-3, kMost = 1e3;  // of the logarithms that are draw
 const SvgStroke kCurve{.color = "#2f5fa5", .width = 1.2};
 const SvgStroke kExpected{.color = "#8a8a8a", .width = 1.0, .dashes = "6 4"};
 
-// One value an interval, 0 where there is none, on a logarithmic axis that `level` lies on.
+// One value an interval, 0 where there is none, by its logarithm (PlotScale::kLogarithmic is of
+// both axes), with a mark at `level`.
 void DrawPanel(const PlotAxes::Box& box, const std::string& name, double level,
                const std::vector<double>& seconds, const std::vector<double>& values, Svg* svg) {
   PlotRange x{seconds.front(), seconds.back()}, y;
@@ -46,10 +47,10 @@ void DrawPanel(const PlotAxes::Box& box, const std::string& name, double level,
 
 void WriteImuPlot(const std::filesystem::path& path, const InertialSummary& inertial) {
   std::vector<double> seconds, weights, innovations;
-  for (const ImuInterval& interval : inertial.intervals) {
+  for (const WeighedInterval& interval : inertial.intervals) {
     seconds.push_back(ToSeconds(interval.end - inertial.intervals.front().end));
     weights.push_back(interval.weight);
-    innovations.push_back(interval.innovation);
+    innovations.push_back(interval.innovation.value_or(0.0));
   }
   Svg svg(kWidth, kHeight);
   svg.Text({kWeightBox.left, 34.0}, "The IMU from image to image",

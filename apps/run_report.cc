@@ -62,10 +62,11 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
   for (const char* key : {"stamp", "weight", "innovation_per_dof"}) {
     intervals[key] = nlohmann::json::array();
   }
-  for (const ImuInterval& interval : inertial.intervals) {
+  for (const WeighedInterval& interval : inertial.intervals) {
     intervals["stamp"].push_back(FormatStamp(interval.end));
     intervals["weight"].push_back(interval.weight);
-    intervals["innovation_per_dof"].push_back(interval.innovation);
+    intervals["innovation_per_dof"].push_back(
+        interval.innovation ? nlohmann::json(*interval.innovation) : nlohmann::json());
   }
   if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
   if (!last.reason.empty()) json["reason"] = last.reason;

@@ -80,8 +80,9 @@ class InertialTally {
       weights_ += report.weight;
       if (report.weight < 1.0) ++reduced_;
       const int dof = report.innovation_dof;
-      summary_.intervals.push_back(
-          {result.stamp, report.weight, dof > 0 ? report.squared_innovation / dof : 0.0});
+      WeighedInterval& interval =
+          summary_.intervals.emplace_back(WeighedInterval{result.stamp, report.weight, {}});
+      if (dof > 0) interval.innovation = report.squared_innovation / dof;
     }
     squared_innovation_ += report.squared_innovation;
     dof_ += report.innovation_dof;
@@ -285,11 +286,11 @@ class KeyframeMapping {
         settling_.Remove(culled.value());
       }
     }
-    settling_.HandOver(image.stamp);
     const bool levelled = result.inertial && result.inertial->T_level;
     if (levelled || result.drops_submap || MovesMap(result.loops)) {
       mapper_.SetPoses(KeyFramePoses(slam_.map()));
     }
+    settling_.HandOver(image.stamp);  // as the map stands now
   }
 
   // The map of each submap.

@@ -56,22 +56,22 @@ struct StageTimes {
 };
 
 // Between two images that the IMU ties.
-struct ImuInterval {
-  Stamp end = 0;            // of the image
-  double weight = 0.0;      // of its IMU factor
-  double innovation = 0.0;  // squared, per degree of freedom; 0 where the image formed none
+struct WeighedInterval {
+  Stamp end = 0;                     // of the image
+  double weight = 0.0;               // of its IMU factor
+  std::optional<double> innovation;  // squared, per degree of freedom, where it was formed
 };
 
 // How the IMU fared over a run.
 struct InertialSummary {
-  InertialReport last;               // of the last frame
-  std::optional<Stamp> initialized;  // frame at which gravity and biases were known first
-  std::size_t dead_reckoned = 0;     // frames whose pose is that of the IMU alone
-  std::size_t restarts = 0;          // for want of readings
-  double mean_weight = 0.0;          // of the IMU factors
-  double reduced_share = 0.0;        // of them, with a weight below 1
-  double mean_innovation = 0.0;      // squared, per degree of freedom: 1 where consistent
-  std::vector<ImuInterval> intervals;
+  InertialReport last;                     // of the last frame
+  std::optional<Stamp> initialized;        // frame at which gravity and biases were known first
+  std::size_t dead_reckoned = 0;           // frames whose pose is that of the IMU alone
+  std::size_t restarts = 0;                // for want of readings
+  double mean_weight = 0.0;                // of the IMU factors
+  double reduced_share = 0.0;              // of them, with a weight below 1
+  double mean_innovation = 0.0;            // squared, per degree of freedom: 1 where consistent
+  std::vector<WeighedInterval> intervals;  // by images, ascending
   // In the end; empty where the motion does not tell it to 2 %.
   std::optional<DepthScale> depth_scale;
 };

@@ -59,7 +59,13 @@ double Judge::Seconds(Stamp stamp) const {
 }
 
 void Judge::Watch(const FrameResult& result) {
-  if (HasPose(result.state)) causal_.push_back({result.stamp, result.T_WC});
+  if (result.inertial && result.inertial->T_level) {
+    for (StampedPose& pose : levelled_) pose.pose = *result.inertial->T_level * pose.pose;
+  }
+  if (HasPose(result.state)) {
+    causal_.push_back({result.stamp, result.T_WC});
+    levelled_.push_back(causal_.back());
+  }
   if (!result.inertial || !result.inertial->estimate) return;
   const InertialEstimate& estimate = *result.inertial->estimate;
   const ImuBias error = estimate.bias - sequence_.simulation->StateAt(result.stamp).bias;
@@ -101,7 +107,7 @@ void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
     errors[span.name].insert(errors[span.name].end(), part.begin(), part.end());
 
     // From its first frame to its last, as known at the time.
-    const Trajectory causal = Between(causal_, begin, end);
+    const Trajectory causal = Between(levelled_, begin, end);
     const Trajectory truth = Between(truth_, begin, end);
     (*scores)[span.name + "_lost_frames"] +=
         static_cast<double>(truth.size()) - static_cast<double>(causal.size());

@@ -32,6 +32,7 @@ class Judge {
   double time_offset_;
   Trajectory truth_;                    // of every frame
   Trajectory causal_;                   // poses as they were known at the time
+  Trajectory levelled_;                 // the same in the world as it was levelled since
   std::vector<double> bias_chi2_;       // of 6 degrees of freedom, a frame each
   std::optional<ImuBias> bias_sigmas_;  // the last errors, in standard deviations
 };

@@ -29,8 +29,8 @@ constexpr double kPredictionInflation = 4.0;
 constexpr double kRetryInterval = 0.5;  // [s] between attempts to initialize
 // [m/s] After readings were missing: of the velocity that the displacement of two images shows.
 constexpr double kRestartVelocitySigma = 0.5;
-// The map is leveled once more where gravity is known better by this factor than when it was last,
-// and the map is off by so many standard deviations and by what is worth a map that moves.
+// The map may be levelled once more each time that gravity is known better by this factor, and is
+// where it is off by so many standard deviations and by what is worth a map that moves.
 constexpr double kBetterGravity = 1.0 / 3.0;
 constexpr double kSureTilt = 3.0;
 constexpr double kWorthwhileTilt = 2e-3;  // [rad] 2 mm a metre
@@ -47,8 +47,9 @@ Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
 // Gravity and t_d are not believed beyond what the models are good for.
 void AddDoubt(InertialPrior& prior) {
   constexpr double kGravity = 1e-3, kTimeOffset = 1e-4;  // [rad], [s]
-  prior.calibration_covariance.diagonal() +=
-      Eigen::Vector3d(kGravity * kGravity, kGravity * kGravity, kTimeOffset * kTimeOffset);
+  const Eigen::Vector3d least(kGravity, kGravity, kTimeOffset);
+  auto variances = prior.calibration_covariance.diagonal();
+  variances = variances.cwiseMax(least.cwiseAbs2()).eval();
 }
 
 ImuCalibration WithFasterWalks(ImuCalibration calibration) {
@@ -202,7 +203,7 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   report.T_level = Pose(q_level, Eigen::Vector3d::Zero());
   bias_ = prior.estimate.bias;
   T_WO_ = Pose();
-  leveled_to_ = window_->Prior().gravity_sigma();
+  levelled_to_ = window_->Prior().gravity_sigma();
   time_offset_ = window_->time_offset();
   reason_.clear();
 }
@@ -269,15 +270,16 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   step.weight = report.weight = weight_.Update(input);
   step.stationary = report.stationary = Rests(*imu);
   if (!window_->Add(step)) {
+    report.weight = 0.0;
     Suspend();
     Resume(observation, report);
     return;
   }
   bias_ = window_->newest().bias;
   time_offset_ = window_->time_offset();
-  report.T_level = Level();
+  if (!observation.keeps_level) report.T_level = Level();
   status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
-  if (last_visual_ &&
+  if (step.visual == nullptr && last_visual_ &&
       ToSeconds(observation.image - last_visual_->stamp) > options_.max_dead_reckoning) {
     Suspend();
   }
@@ -285,16 +287,17 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
 
 std::optional<Pose> InertialOdometry::Impl::Level() {
   const double sigma = window_->Prior().gravity_sigma();
-  if (sigma > kBetterGravity * leveled_to_) return std::nullopt;
+  if (sigma > kBetterGravity * levelled_to_) return std::nullopt;
+  levelled_to_ = sigma;
   const Eigen::Vector3d up_W = -(T_WO_.q() * window_->gravity_W().vector());
   const double tilt = std::acos(std::clamp(up_W.z(), -1.0, 1.0));
   if (tilt < std::max(kSureTilt * sigma, kWorthwhileTilt)) return std::nullopt;
-  leveled_to_ = sigma;
   // About the camera, which stays where it is.
   const Eigen::Quaterniond q = Upright(up_W);
-  const Eigen::Vector3d p_W = T_WO_ * window_->newest().state.T_WB.p();
+  const Eigen::Vector3d p_W = T_WC()->p();
   const Pose T_level(q, p_W - q * p_W);
   T_WO_ = T_level * T_WO_;
+  if (last_visual_) last_visual_->pose = T_level * last_visual_->pose;
   return T_level;
 }
 

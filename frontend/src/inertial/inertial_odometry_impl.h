@@ -43,7 +43,7 @@ class InertialOdometry::Impl {
   // Starts a window; none where the prior cannot be used.
   bool Start(const InertialPrior& prior);
   // The turn that makes the map's z point up, where gravity has become known much better than when
-  // the map was turned last.
+  // this was asked last, and the map is off by more than that.
   std::optional<Pose> Level();
   // Ends the window, and keeps what holds on: biases, gravity, t_d.
   void Suspend();
@@ -72,7 +72,7 @@ class InertialOdometry::Impl {
   ImuBias bias_ = ImuBias::Zero();
   double time_offset_;
   Pose T_WO_;
-  double leveled_to_ = 0.0;  // [rad] gravity's standard deviation when the map was leveled last
+  double levelled_to_ = 0.0;  // [rad] gravity's standard deviation when it was asked last
 };
 
 }  // namespace highwall

@@ -108,7 +108,9 @@ InertialWindow::InertialWindow(const ImuCalibration& calibration,
     : calibration_(calibration),
       smoother_(options),
       newest_(prior.estimate),
-      free_time_offset_(free_time_offset) {
+      free_time_offset_(free_time_offset),
+      calibration_covariance_(prior.calibration_covariance),
+      coupling_(prior.coupling) {
   gravity_ = smoother_.AddCalibration(prior.gravity_W);
   time_offset_ = smoother_.AddCalibration(prior.time_offset);
   state_ = AddState(prior.estimate);

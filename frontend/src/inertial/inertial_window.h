@@ -90,8 +90,8 @@ class InertialWindow {
   State state_;
   InertialEstimate newest_;
   bool free_time_offset_;
-  Eigen::Matrix3d calibration_covariance_ = Eigen::Matrix3d::Zero();  // as of InertialPrior
-  Eigen::Matrix<double, 15, 3> coupling_ = Eigen::Matrix<double, 15, 3>::Zero();
+  Eigen::Matrix3d calibration_covariance_;  // as of InertialPrior
+  Eigen::Matrix<double, 15, 3> coupling_;
 };
 
 }  // namespace highwall

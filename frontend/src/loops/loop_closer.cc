@@ -168,6 +168,7 @@ std::vector<LoopReport> LoopCloser::Take(Job& job, Map* map) {
 }
 
 void LoopCloser::Cancel() {
+  detector_.Forget();
   if (!job_) return;
   job_->Cancel();
   ending_.push_back(std::move(job_));

@@ -49,6 +49,9 @@ class LoopDetector {
   // What Detect() and Verify() have refused since the last call, after a pose was found.
   std::vector<RefusedLoop> TakeRefused() { return std::exchange(refused_, {}); }
 
+  // The map was moved: what the last keyframes told of another submap's place holds no more.
+  void Forget() { merge_candidate_.reset(); }
+
  private:
   // Keyframes that share landmarks, ascending, and how many queries in a row have named them.
   struct Place {

@@ -114,6 +114,7 @@ TrackedFrame SlamSystem::Impl::GoOn(const Frame& frame, FrameResult& result) {
   if (inertial_) {
     InertialOdometry::Observation nothing;
     nothing.image = frame.stamp;
+    nothing.keeps_level = true;
     Fuse(nothing, tracked, result);
   }
   if (!HasPose(tracked.state)) tracked = tracker_.Coast(frame).value_or(std::move(tracked));
@@ -209,6 +210,8 @@ void SlamSystem::Impl::FollowSharpness(const FrameFeatures& features) {
 InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& tracked) {
   InertialOdometry::Observation observation;
   observation.image = tracked.frame.stamp;
+  // What has been found of a loop would be lost.
+  observation.keeps_level = loop_closer_.IsClosing();
   const double sharpness = tracked.frame.features->sharpness;
   if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
   FollowSharpness(*tracked.frame.features);
@@ -234,11 +237,14 @@ void SlamSystem::Impl::Fuse(const InertialOdometry::Observation& observation, Tr
     loop_closer_.Cancel();
     map_.Transform(*T_level, submap_);
     tracker_.Transform(*T_level);
+    tracked.T_WC = *T_level * tracked.T_WC;
   }
-  if (result.inertial->weight > 0.0) {
-    weight_sum_ += result.inertial->weight;
-    ++weights_;
+  if (const double weight = result.inertial->weight; weight > 0.0) {
+    const double seconds = ToSeconds(observation.image - last_fused_);
+    tied_ += seconds;
+    tied_over_weight_ += seconds / weight;
   }
+  last_fused_ = observation.image;
   if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
   if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
     if (tracked.state == TrackingState::kLost) {
@@ -271,7 +277,7 @@ std::optional<KeyFrameMotion> SlamSystem::Impl::MotionSince(const KeyFrame* last
   motion.bias = estimate->bias;
   motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
   // An interval of many images weighs what they did on average.
-  motion.weight = weights_ > 0 ? weight_sum_ / weights_ : inertial_->weight();
+  motion.weight = tied_ > 0.0 ? tied_ / tied_over_weight_ : inertial_->weight();
   if (last == nullptr || !last->motion) return motion;
   if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
     motion.previous = last->id;
@@ -296,8 +302,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   last_keyframe_stamp_ = last_visual_ = tracked.frame.stamp;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
-  weight_sum_ = 0.0;
-  weights_ = 0;
+  tied_ = tied_over_weight_ = 0.0;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;
   tracker_.Anchor(tracked, keyframe);

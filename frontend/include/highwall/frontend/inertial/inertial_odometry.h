@@ -27,8 +27,9 @@ namespace highwall {
 //     Update()    with what the image says, if anything
 //     T_WC()      the pose by both
 //
-// States live in a frame O with its z axis up that stands still; the map's frame W moves with
-// respect to it when the map is corrected (MoveMap), by a turn about the vertical and a shift.
+// States live in a frame O that stands still, with its z axis as far up as the initialization knew;
+// the map's frame W moves with respect to it when the map is corrected (MoveMap), by a turn about
+// the vertical and a shift, and when it is levelled again.
 class InertialOdometry {
  public:
   // Throws InvalidArgument on bad options.
@@ -54,6 +55,7 @@ class InertialOdometry {
     std::optional<VisualPose> visual;  // in W
     double sharpness = 1.0;            // MotionMeasures
     double tracked_share = 1.0;
+    bool keeps_level = false;  // the map must not be levelled now: InertialReport::T_level
   };
   InertialReport Update(const Observation& observation);
 
