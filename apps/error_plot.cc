@@ -25,6 +25,7 @@ constexpr std::size_t kFew = 80;  // so few poses or errors are drawn as dots to
 
 const SvgStroke kReferenceStroke{.color = "#b4b4b4", .width = 1.6};
 const SvgStroke kErrorStroke{.color = "#4a6fa5", .width = 1.2};
+const SvgStroke kLeftStroke{.color = "#e08a1e", .width = 1.2};
 const SvgStroke kMeanStroke{.color = "#1b7f5c", .width = 1.6, .dashes = "7 4"};
 const SvgStroke kRmseStroke{.color = "#c8352b", .width = 1.6, .dashes = "2 3"};
 
@@ -191,19 +192,22 @@ void DrawMap(const ErrorPlotText& text, const Trajectory& reference, const Traje
   DrawLegend(next, "estimate, coloured by error", {.color = Color(0.25), .width = 2.4}, svg);
 }
 
-void DrawErrorCurve(const PlotAxes& axes, const TrajectoryError& result, Svg* svg) {
+// values: one an error of the result; not a number where there is none.
+void DrawErrorCurve(const PlotAxes& axes, const TrajectoryError& result,
+                    const std::vector<double>& values, const SvgStroke& stroke, Svg* svg) {
   const Stamp start = result.estimate.front().stamp;
   std::vector<SvgPoint> piece;
-  for (std::size_t k = 0; k < result.errors.size(); ++k) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (std::isnan(values[k])) continue;
     const Stamp stamp = result.estimate[result.indices[k]].stamp;
-    const SvgPoint point = axes.Map(ToSeconds(stamp - start), result.errors[k]);
-    if (result.errors.size() <= kFew) svg->Circle(point, 3.0, kErrorStroke.color);
+    const SvgPoint point = axes.Map(ToSeconds(stamp - start), values[k]);
+    if (values.size() <= kFew) svg->Circle(point, 3.0, stroke.color);
     if (k > 0 && stamp - result.estimate[result.indices[k - 1]].stamp > result.max_gap) {
-      DrawPiece(std::exchange(piece, {}), kErrorStroke, svg);
+      DrawPiece(std::exchange(piece, {}), stroke, svg);
     }
     piece.push_back(point);
   }
-  DrawPiece(piece, kErrorStroke, svg);
+  DrawPiece(piece, stroke, svg);
 }
 
 void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result, Svg* svg) {
@@ -212,14 +216,16 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
   if (time.Width() < 1e-9) time.Widen(1.0);
   const PlotAxes axes(kErrorBox, time, {0.0, s.max > 0.0 ? 1.06 * s.max : 1.0});
   axes.Draw("time [s]", ErrorLabel(text), svg);
-  DrawErrorCurve(axes, result, svg);
+  DrawErrorCurve(axes, result, result.errors, kErrorStroke, svg);
+  DrawErrorCurve(axes, result, text.left, kLeftStroke, svg);
   const auto draw_level = [&](double left, const char* name, double value,
                               const SvgStroke& stroke) {
     svg->Line(axes.Map(time.min, value), axes.Map(time.max, value), stroke);
     return DrawLegend(left, fmt::format("{} {:.4g} {}", name, value, text.unit), stroke, svg);
   };
   const double next = draw_level(kErrorBox.left, "mean", s.mean, kMeanStroke);
-  draw_level(next, "rmse", s.rmse, kRmseStroke);
+  const double last = draw_level(next, "rmse", s.rmse, kRmseStroke);
+  if (!text.left.empty()) DrawLegend(last, "without shift, scale, lever arm", kLeftStroke, svg);
 }
 
 }  // namespace

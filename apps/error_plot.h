@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
@@ -13,6 +14,8 @@ struct ErrorPlotText {
   std::string subtitle;
   std::string quantity;  // such as "translation error"
   std::string unit;      // such as "m"; empty: none
+  // What known causes leave of each error (ErrorExplanation::left), drawn beside; may be empty.
+  std::vector<double> left{};
 };
 
 // An SVG with two panels. Left: both trajectories seen along the axis of least spread, the whole

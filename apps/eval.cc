@@ -8,16 +8,19 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/error_explanation.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
 
 #include "commands.h"
 #include "error_plot.h"
+#include "explanation_report.h"
 #include "option_checks.h"
 
 namespace highwall::apps {
@@ -34,6 +37,7 @@ struct EvalArguments {
   std::string delta_unit = "f";
   bool all_pairs = false;
   bool json = false;
+  bool explain = false;
   std::optional<std::filesystem::path> plot;
 };
 
@@ -100,19 +104,20 @@ std::string Describe(const EvalArguments& arguments) {
   return text + ", alignment " + arguments.alignment;
 }
 
-void PrintJson(const TrajectoryError& result) {
+void PrintJson(const TrajectoryError& result, const std::optional<ErrorExplanation>& explanation) {
   const ErrorStatistics& s = result.statistics;
-  const nlohmann::ordered_json json = {{"stats",
-                                        {{"max", s.max},
-                                         {"mean", s.mean},
-                                         {"median", s.median},
-                                         {"min", s.min},
-                                         {"rmse", s.rmse},
-                                         {"sse", s.sse},
-                                         {"std", s.std}}},
-                                       {"associated", result.estimate.size()},
-                                       {"coverage", result.coverage},
-                                       {"scale", result.scale}};
+  nlohmann::ordered_json json = {{"stats",
+                                  {{"max", s.max},
+                                   {"mean", s.mean},
+                                   {"median", s.median},
+                                   {"min", s.min},
+                                   {"rmse", s.rmse},
+                                   {"sse", s.sse},
+                                   {"std", s.std}}},
+                                 {"associated", result.estimate.size()},
+                                 {"coverage", result.coverage},
+                                 {"scale", result.scale}};
+  if (explanation) json["explanation"] = ToJson(*explanation);
   fmt::print("{}\n", json.dump());
 }
 
@@ -137,6 +142,8 @@ int RunEval(const EvalArguments& arguments) {
   if (!std::isfinite(result.statistics.sse)) {
     throw IoError(arguments.estimate, "holds positions too large to be compared");
   }
+  std::optional<ErrorExplanation> explanation;
+  if (arguments.explain) explanation = ExplainError(reference, result);
   if (arguments.plot) {
     const Quantity& quantity = FindQuantity(arguments.relation);
     WriteErrorPlot(*arguments.plot,
@@ -144,13 +151,15 @@ int RunEval(const EvalArguments& arguments) {
                              arguments.reference.filename().string(),
                     .subtitle = Describe(arguments),
                     .quantity = quantity.name,
-                    .unit = quantity.unit},
+                    .unit = quantity.unit,
+                    .left = explanation ? explanation->left : std::vector<double>()},
                    reference, result);
   }
   if (arguments.json) {
-    PrintJson(result);
+    PrintJson(result, explanation);
   } else {
     PrintTable(arguments, result, reference.size(), estimate.size());
+    if (explanation) fmt::print("{}", ExplanationTable(*explanation));
   }
   return kExitOk;
 }
@@ -170,6 +179,10 @@ void CheckTogether(const CLI::App& command, EvalArguments* arguments) {
     throw CLI::ValidationError("--delta", "must be a whole number of frames");
   }
   if (arguments->alignment.empty()) arguments->alignment = relative ? "none" : "se3";
+  if (arguments->explain &&
+      (relative || arguments->alignment != "se3" || arguments->relation != "trans_part")) {
+    throw CLI::ValidationError("--explain", "works with ape, --align se3 and trans_part only");
+  }
 }
 
 }  // namespace
@@ -205,6 +218,9 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
   command->add_flag("--all-pairs", arguments->all_pairs,
                     "rpe: a pair from every pose on instead of one after the other");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
+  command->add_flag("--explain", arguments->explain,
+                    "ape: what a shift of the clock, a scale, a lever arm and a turn between the "
+                    "bodies would take away, and how much of the error is slow");
   command->add_option("--plot", arguments->plot, "Draw the trajectories and the error: FILE.svg");
   command->footer(
       "Example:\n  highwall eval ape groundtruth.txt estimate.txt --align se3 --plot error.svg\n"

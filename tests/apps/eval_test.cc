@@ -106,6 +106,44 @@ TEST_F(EvalCommand, TextShowsTheFigures) {
   }
 }
 
+// 10 s at 30 Hz of a body that turns, seen 20 ms late and 1 % too large.
+TEST_F(EvalCommand, ExplainsTheError) {
+  std::string reference, estimate;
+  const auto line = [](double stamp, double t, double scale) {
+    char text[200];
+    std::snprintf(text, sizeof(text), "%.6f %.9f %.9f %.9f 0 0 %.9f %.9f\n", stamp,
+                  scale * std::sin(t), scale * std::cos(1.3 * t), scale * std::sin(0.7 * t),
+                  std::sin(0.4 * t), std::cos(0.4 * t));
+    return std::string(text);
+  };
+  for (int i = -60; i < 660; ++i) {
+    const double t = i / 60.0;
+    reference += line(1000.0 + t, t, 1.0);
+    if (i >= 0 && i < 600 && i % 2 == 0) estimate += line(1000.02 + t, t, 1.01);
+  }
+  Write("moving.txt", reference);
+  Write("late.txt", estimate);
+  const Outcome text = Run("eval ape moving.txt late.txt --explain --plot explained.svg");
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_TRUE(testing::Contains(text.out, "-20.0")) << text.out;
+  EXPECT_TRUE(testing::Contains(text.out, "0.9901 +- ")) << text.out;
+  EXPECT_TRUE(testing::Contains(text.out, "slow part")) << text.out;
+  EXPECT_TRUE(
+      testing::Contains(testing::ReadText(folder_ / "explained.svg"), "without shift, scale"));
+  const Outcome outcome = Run("eval ape moving.txt late.txt --explain --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json explanation = nlohmann::json::parse(outcome.out)["explanation"];
+  const nlohmann::json both = explanation["time_shift_and_scale"];
+  // Positions of nine decimals between which the reference is interpolated in straight lines.
+  EXPECT_NEAR(both["time_shift_s"].get<double>(), -0.02, 1e-4);
+  EXPECT_NEAR(both["scale"].get<double>(), 1.0 / 1.01, 1e-4);
+  EXPECT_LT(both["rmse_m"].get<double>(), 0.01 * explanation["rmse_m"].get<double>());
+  ExpectFailure("eval rpe moving.txt late.txt --explain", 1, "--explain");
+  ExpectFailure("eval ape moving.txt late.txt --explain --align sim3", 1, "--explain");
+  Write("short.txt", estimate.substr(0, estimate.find('\n', estimate.size() / 10) + 1));
+  ExpectFailure("eval ape moving.txt short.txt --explain", 2, "too few");
+}
+
 TEST_F(EvalCommand, WrongUsageExitsWithOne) {
   ExpectFailure("eval", 1, "metric is required");
   ExpectFailure("eval ate reference.txt estimate.txt", 1, "ate not in");
