@@ -9,7 +9,7 @@
 #include <highwall/core/trajectory_error.h>
 
 // What the absolute error of a trajectory is made of: how much of it a shift of the clock, a scale
-// or another point of the body would take away, and how fast the rest changes.
+// or another point of the body would take away, and how fast the rest changes. docs/evaluation.md
 namespace highwall {
 
 // A cause of error, or several together: the values that take most of it away, with standard
