@@ -329,8 +329,7 @@ TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
   const KeyFrameMotion& motion = *map.keyframe(3_kf)->motion;
   EXPECT_EQ(motion.previous, 0_kf);
   EXPECT_EQ(map.Successor(0_kf)->id, 3_kf);
-  EXPECT_NEAR(motion.weight, 3.0 / (1.0 / 0.3 + 1.0 / 0.5 + 1.0), 1e-12)
-      << "covariances of three seconds, added up";
+  EXPECT_NEAR(motion.weight, (0.3 + 0.5 + 1.0) / 3.0, 1e-12) << "a second each";
   ASSERT_NE(motion.from_previous, nullptr);
   const ImuPreintegration whole(MapReadings(0, 3), ImuBias::Zero());
   EXPECT_EQ(motion.from_previous->start(), whole.start());

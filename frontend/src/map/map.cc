@@ -254,8 +254,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
     if (tied) {
       const double before = kf->motion->from_previous->delta().duration;
       const double after = motion.from_previous->delta().duration;
-      // A weight divides a covariance, and those of intervals add up.
-      motion.weight = (before + after) / (before / kf->motion->weight + after / motion.weight);
+      motion.weight = (before * kf->motion->weight + after * motion.weight) / (before + after);
     }
     motion.from_previous = tied ? std::make_shared<const ImuPreintegration>(
                                       kf->motion->from_previous->Joined(*motion.from_previous))

@@ -242,7 +242,7 @@ void SlamSystem::Impl::Fuse(const InertialOdometry::Observation& observation, Tr
   if (const double weight = result.inertial->weight; weight > 0.0) {
     const double seconds = ToSeconds(observation.image - last_fused_);
     tied_ += seconds;
-    tied_over_weight_ += seconds / weight;
+    weighed_ += seconds * weight;
   }
   last_fused_ = observation.image;
   if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
@@ -276,8 +276,9 @@ std::optional<KeyFrameMotion> SlamSystem::Impl::MotionSince(const KeyFrame* last
   motion.v_WB = estimate->state.v_WB;
   motion.bias = estimate->bias;
   motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
-  // An interval of many images weighs what they did on average.
-  motion.weight = tied_ > 0.0 ? tied_ / tied_over_weight_ : inertial_->weight();
+  // An interval of many images weighs what they did on average. Added up as covariances are, one
+  // image in doubt would silence all of it.
+  motion.weight = tied_ > 0.0 ? weighed_ / tied_ : inertial_->weight();
   if (last == nullptr || !last->motion) return motion;
   if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
     motion.previous = last->id;
@@ -302,7 +303,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   last_keyframe_stamp_ = last_visual_ = tracked.frame.stamp;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
-  tied_ = tied_over_weight_ = 0.0;
+  tied_ = weighed_ = 0.0;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;
   tracker_.Anchor(tracked, keyframe);

@@ -111,9 +111,8 @@ class SlamSystem::Impl {
   Stamp last_visual_ = 0;  // of the last frame whose image told its pose
   int last_points_ = 0;    // matched in the last frame
   double usual_sharpness_ = 0.0;
-  // Since the last keyframe [s]: what the IMU ties, and the same by weights, each interval over its
-  // own, for a weight divides a covariance and covariances of intervals add up.
-  double tied_ = 0.0, tied_over_weight_ = 0.0;
+  double tied_ = 0.0,
+         weighed_ = 0.0;  // [s] since the last keyframe that the IMU ties; times weights
   Stamp last_fused_ = 0;
 };
 

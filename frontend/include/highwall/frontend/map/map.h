@@ -64,7 +64,7 @@ struct KeyFrameMotion {
   Eigen::Matrix<double, 6, 1> bias_sigma = Eigen::Matrix<double, 6, 1>::Ones();
   KeyFrameId previous = kNoId;                             // kNoId: nothing ties it to one before
   std::shared_ptr<const ImuPreintegration> from_previous;  // null with it
-  double weight = 1.0;  // of its IMU factor: the (harmonic) mean in between
+  double weight = 1.0;  // of its IMU factor: the mean over the images in between
 };
 
 struct KeyFrame {
