@@ -21,12 +21,12 @@ const SvgStroke kCurve{.color = "#2f5fa5", .width = 1.2};
 const SvgStroke kExpected{.color = "#8a8a8a", .width = 1.0, .dashes = "6 4"};
 
 // One value an interval, 0 where there is none, by its logarithm (PlotScale::kLogarithmic is of
-// both axes), with a mark at `level`.
-void DrawPanel(const PlotAxes::Box& box, const std::string& name, double level,
+// both axes), with a mark at 1.
+void DrawPanel(const PlotAxes::Box& box, const std::string& name,
                const std::vector<double>& seconds, const std::vector<double>& values, Svg* svg) {
   PlotRange x{seconds.front(), seconds.back()}, y;
   if (x.Width() <= 0.0) x.Widen(1.0);
-  y.Include(std::log10(level));
+  y.Include(0.0);
   for (const double value : values) {
     if (value > 0.0) y.Include(std::log10(std::clamp(value, kLeast, kMost)));
   }
@@ -34,7 +34,7 @@ void DrawPanel(const PlotAxes::Box& box, const std::string& name, double level,
   const PlotAxes axes(box, x, y);
   svg->Text({box.left, box.top - 12.0}, name, {.size = 14.0, .bold = true});
   axes.Draw("time [s]", "power of ten", svg);
-  svg->Line(axes.Map(x.min, std::log10(level)), axes.Map(x.max, std::log10(level)), kExpected);
+  svg->Line(axes.Map(x.min, 0.0), axes.Map(x.max, 0.0), kExpected);
   std::vector<SvgPoint> line;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!(values[i] > 0.0)) continue;
@@ -55,9 +55,8 @@ void WriteImuPlot(const std::filesystem::path& path, const InertialSummary& iner
   Svg svg(kWidth, kHeight);
   svg.Text({kWeightBox.left, 34.0}, "The IMU from image to image",
            {.size = 18.0, .color = "#111", .bold = true});
-  DrawPanel(kWeightBox, "weight of its residuals", 1.0, seconds, weights, &svg);
-  DrawPanel(kInnovationBox, "squared innovation a degree of freedom", 1.0, seconds, innovations,
-            &svg);
+  DrawPanel(kWeightBox, "weight of its residuals", seconds, weights, &svg);
+  DrawPanel(kInnovationBox, "squared innovation a degree of freedom", seconds, innovations, &svg);
   svg.Write(path);
 }
 

@@ -77,8 +77,6 @@ class InertialTally {
     if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;
     if (report.restarted) ++summary_.restarts;
     if (report.weight > 0.0) {
-      weights_ += report.weight;
-      if (report.weight < 1.0) ++reduced_;
       const int dof = report.innovation_dof;
       WeighedInterval& interval =
           summary_.intervals.emplace_back(WeighedInterval{result.stamp, report.weight, {}});
@@ -91,8 +89,13 @@ class InertialTally {
   InertialSummary Summary() const {
     InertialSummary summary = summary_;
     if (const auto n = static_cast<double>(summary.intervals.size()); n > 0.0) {
-      summary.mean_weight = weights_ / n;
-      summary.reduced_share = reduced_ / n;
+      double weights = 0.0;
+      for (const WeighedInterval& interval : summary.intervals) weights += interval.weight;
+      summary.mean_weight = weights / n;
+      summary.reduced_share =
+          static_cast<double>(std::ranges::count_if(
+              summary.intervals, [](const WeighedInterval& i) { return i.weight < 1.0; })) /
+          n;
     }
     if (dof_ > 0) summary.mean_innovation = squared_innovation_ / dof_;
     return summary;
@@ -100,8 +103,8 @@ class InertialTally {
 
  private:
   InertialSummary summary_;
-  double weights_ = 0.0, squared_innovation_ = 0.0;
-  int reduced_ = 0, dof_ = 0;
+  double squared_innovation_ = 0.0;
+  int dof_ = 0;
 };
 
 Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {

@@ -15,8 +15,8 @@
 namespace highwall {
 namespace {
 
-// Columns of the linear model: a turn and a shift of everything, then the causes.
-constexpr int kTurn = 0, kMove = 3, kTime = 6, kScale = 7, kLever = 8, kColumns = 11;
+// Columns of the linear model: six of a turn and a shift of everything, then the causes.
+constexpr int kTime = 6, kScale = 7, kLever = 8, kColumns = 11;
 using Vector = Eigen::Matrix<double, kColumns, 1>;
 using Matrix = Eigen::Matrix<double, kColumns, kColumns>;
 constexpr int kIterations = 10;
@@ -91,13 +91,10 @@ class Model {
   std::optional<Eigen::Vector3d> Reference(Stamp stamp) const {
     const auto after = std::ranges::lower_bound(reference_, stamp, {}, &StampedPose::stamp);
     if (after == reference_.end()) return std::nullopt;
-    if (after->stamp == stamp) return after->pose.p();
-    if (after == reference_.begin()) return std::nullopt;
-    const StampedPose& before = *std::prev(after);
-    if (after->stamp - before.stamp > error_.max_gap) return std::nullopt;
-    const double share = static_cast<double>(stamp - before.stamp) /
-                         static_cast<double>(after->stamp - before.stamp);
-    return before.pose.p() + share * (after->pose.p() - before.pose.p());
+    const bool in_between = after->stamp != stamp && after != reference_.begin();
+    if (in_between && after->stamp - std::prev(after)->stamp > error_.max_gap) return std::nullopt;
+    const std::optional<Pose> pose = Interpolate(reference_, stamp);
+    return pose ? std::optional<Eigen::Vector3d>(pose->p()) : std::nullopt;
   }
 
   Evaluation Evaluate(const ErrorCause& cause) const {
@@ -168,21 +165,21 @@ class Model {
     cause->lever_arm += step.segment<3>(kLever);
   }
 
-  // Efron: each piece left out once.
+  // Efron: each piece left out once. Infinite where one piece alone tells the causes.
   static void Jackknife(const std::vector<Normal>& pieces, const std::vector<int>& columns,
                         ErrorCause* cause) {
     const Normal all = Sum(pieces);
     std::vector<Vector> steps;
     for (const Normal& piece : pieces) {
       const auto step = Step({all.H - piece.H, all.b - piece.b}, columns);
-      if (step) steps.push_back(*step);
+      steps.push_back(step.value_or(Vector::Constant(std::numeric_limits<double>::infinity())));
     }
-    if (steps.size() < 2) return;
     const auto n = static_cast<double>(steps.size());
     Vector mean = Vector::Zero(), squares = Vector::Zero();
     for (const Vector& step : steps) mean += step / n;
     for (const Vector& step : steps) squares += (step - mean).cwiseAbs2();
-    const Vector sigma = ((n - 1.0) / n * squares).cwiseSqrt();
+    Vector sigma = ((n - 1.0) / n * squares).cwiseSqrt();
+    if (!mean.allFinite()) sigma.setConstant(std::numeric_limits<double>::infinity());
     cause->time_shift_sigma = sigma(kTime);
     cause->scale_sigma = sigma(kScale);
     cause->lever_arm_sigma = sigma.segment<3>(kLever);

@@ -26,8 +26,8 @@ struct CameraPoseEstimate {
 CameraPoseEstimate CameraOf(const InertialEstimate& body, const Pose& T_BC);
 
 // Where a window starts: the first state and the calibration, with their joint uncertainty. At rest
-// gravity's direction and the bias of the accelerometer are known together to a hundredth of what
-// either is known to: what couples them must not be lost.
+// gravity's direction and the bias of the accelerometer are known together far better than either:
+// what couples them must not be lost.
 struct InertialPrior {
   InertialEstimate estimate;
   UnitDirection gravity_W;

@@ -114,7 +114,6 @@ TrackedFrame SlamSystem::Impl::GoOn(const Frame& frame, FrameResult& result) {
   if (inertial_) {
     InertialOdometry::Observation nothing;
     nothing.image = frame.stamp;
-    nothing.keeps_level = true;
     Fuse(nothing, tracked, result);
   }
   if (!HasPose(tracked.state)) tracked = tracker_.Coast(frame).value_or(std::move(tracked));
@@ -210,8 +209,6 @@ void SlamSystem::Impl::FollowSharpness(const FrameFeatures& features) {
 InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& tracked) {
   InertialOdometry::Observation observation;
   observation.image = tracked.frame.stamp;
-  // What has been found of a loop would be lost.
-  observation.keeps_level = loop_closer_.IsClosing();
   const double sharpness = tracked.frame.features->sharpness;
   if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
   FollowSharpness(*tracked.frame.features);
@@ -228,8 +225,10 @@ InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& trac
   return observation;
 }
 
-void SlamSystem::Impl::Fuse(const InertialOdometry::Observation& observation, TrackedFrame& tracked,
+void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked,
                             FrameResult& result) {
+  // What has been found of a loop would be lost.
+  observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {
     // What is being adjusted is a map that stood otherwise.

@@ -71,8 +71,7 @@ class SlamSystem::Impl {
   // What an image tells the IMU.
   InertialOdometry::Observation Observe(const TrackedFrame& tracked);
   // Fuses the frame with the IMU.
-  void Fuse(const InertialOdometry::Observation& observation, TrackedFrame& tracked,
-            FrameResult& result);
+  void Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked, FrameResult& result);
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
@@ -111,8 +110,8 @@ class SlamSystem::Impl {
   Stamp last_visual_ = 0;  // of the last frame whose image told its pose
   int last_points_ = 0;    // matched in the last frame
   double usual_sharpness_ = 0.0;
-  double tied_ = 0.0,
-         weighed_ = 0.0;  // [s] since the last keyframe that the IMU ties; times weights
+  double tied_ = 0.0;     // [s] that the IMU ties since the last keyframe
+  double weighed_ = 0.0;  // the same, each interval times its weight
   Stamp last_fused_ = 0;
 };
 

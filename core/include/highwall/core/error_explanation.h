@@ -26,7 +26,8 @@ struct ErrorCause {
 
 struct ErrorExplanation {
   double rmse = 0.0;  // [m] as it is, the reference interpolated at the estimate's stamps
-  // Each by itself, and together; empty where the motion does not tell: a lever arm without turns.
+  // Each by itself, and together; empty where the motion does not tell, as a lever arm without
+  // turns, and where the shift would be beyond ErrorExplanationOptions::max_time_shift.
   std::optional<ErrorCause> time_shift, scale, time_shift_and_scale, lever_arm, all;
   // [m] RMS of what is left of the errors' mean over `slow_seconds`, and of the rest.
   double slow = 0.0, fast = 0.0;

@@ -77,8 +77,8 @@ struct SlamCallbacks {
   // on_loop is given as well.
   std::function<void(const LoopReport&)> on_merge = {};
   // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
-  // everything, or when gravity was found or has become known much better; or a submap was dropped with its keyframes, which the
-  // map has no more. Whoever keeps poses or clouds asks the map again.
+  // everything, or when gravity was found or has become known much better; or a submap was dropped
+  // with its keyframes, which the map has no more. Whoever keeps poses or clouds asks the map again.
   std::function<void(const Map&)> on_map = {};
   // Every frame, lost ones included, after the above: what Track() returns.
   std::function<void(const FrameResult&)> on_frame = {};
