@@ -5,10 +5,8 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
-#include <system_error>
-#include <utility>
+#include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -18,7 +16,6 @@
 #include <highwall/mapping/octree_size.h>
 
 #include "commands.h"
-#include "imu_input.h"
 #include "loss_advice.h"
 #include "opened_dataset.h"
 #include "output_checks.h"
@@ -30,23 +27,6 @@
 
 namespace highwall::apps {
 namespace {
-
-// The readings of the dataset's IMU where it has one, it can be used and the user wants it.
-std::optional<ImuFeed> MakeImuFeed(const Dataset& dataset, const std::string& directory,
-                                   const RunConfig& config, bool required) {
-  std::optional<ImuInput> input = LoadImu(dataset, config.imu);
-  if (!input) {
-    if (required) {
-      throw IoError(directory, "has no IMU (imu.csv), but --imu asks for one");
-    }
-    return std::nullopt;
-  }
-  for (const std::string& warning : input->warnings) {
-    fmt::print(stderr, "highwall slam: warning: {}\n", warning);
-  }
-  if (!input->IsUsable()) return std::nullopt;
-  return ImuFeed{input->calibration, std::move(input->samples)};
-}
 
 void WarnOfImu(const SlamRun& run) {
   if (!run.inertial || run.inertial->initialized) return;
@@ -164,8 +144,10 @@ int RunSlamCommand(const SlamArguments& arguments) {
   SlamRunOptions options = MakeOptions(arguments);
   if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
   if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
-  if (WantsImu(arguments)) {
-    options.imu = MakeImuFeed(dataset, arguments.dataset, opened.config, !arguments.imu.empty());
+  std::vector<std::string> warnings;
+  options.imu = ReadImuFeed(arguments, opened, &warnings);
+  for (const std::string& warning : warnings) {
+    fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
   RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
   if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;

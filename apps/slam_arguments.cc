@@ -4,8 +4,12 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <map>
+#include <utility>
+
+#include <highwall/core/error.h>
 
 #include "imu_choice.h"
+#include "imu_input.h"
 #include "option_checks.h"
 
 namespace highwall::apps {
@@ -90,6 +94,19 @@ void CheckArguments(const SlamArguments& arguments) {
 
 bool WantsImu(const SlamArguments& arguments) {
   return ReadImuChoice(arguments.imu).has_value() && !arguments.localize;
+}
+
+std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
+                                   std::vector<std::string>* warnings) {
+  if (!WantsImu(arguments)) return std::nullopt;
+  std::optional<ImuInput> input = LoadImu(*dataset.images, dataset.config.imu);
+  if (!input) {
+    if (arguments.imu.empty()) return std::nullopt;
+    throw IoError(arguments.dataset, "has no IMU (imu.csv), but --imu asks for one");
+  }
+  warnings->insert(warnings->end(), input->warnings.begin(), input->warnings.end());
+  if (!input->IsUsable()) return std::nullopt;
+  return ImuFeed{input->calibration, std::move(input->samples)};
 }
 
 SlamRunOptions MakeOptions(const SlamArguments& arguments) {

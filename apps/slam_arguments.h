@@ -1,7 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "opened_dataset.h"
 #include "slam_run.h"
 
 namespace CLI {
@@ -41,5 +44,10 @@ void CheckArguments(const SlamArguments& arguments);
 SlamRunOptions MakeOptions(const SlamArguments& arguments);
 // Whether the readings of the dataset's IMU are wanted, where it has one.
 bool WantsImu(const SlamArguments& arguments);
+// These readings; empty where there are none or they cannot be used. Adds what is wrong with them
+// to `warnings`, a line each. Throws IoError as LoadImu(), and for a dataset without an IMU where
+// --imu asks for one.
+std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
+                                   std::vector<std::string>* warnings);
 
 }  // namespace highwall::apps
