@@ -13,6 +13,9 @@
 namespace highwall::bench {
 
 int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& run) {
+  app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
+    return fmt::format("{}: {} (see --help)\n", failed->get_name(), error.what());
+  });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
