@@ -2,10 +2,13 @@
 // "track" is features, matching and pose of a frame, "frame" all that the frame waits for,
 // keyframes and loops included. Each sequence runs with points, with lines and with both, several
 // times; the table gives medians. Tracking time is quoted as a ratio to cv::ORB::detectAndCompute
-// on the same images, measured in the same run between the frames.
+// on the same images, measured in the same run between the frames. With --paired two settings run
+// against each other instead (paired.h).
 #include <CLI/App.hpp>
+#include <cstddef>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -20,6 +23,8 @@
 #include "bench_main.h"
 #include "config.h"
 #include "medians.h"
+#include "option_checks.h"
+#include "paired.h"
 #include "progress.h"
 #include "run_report.h"
 #include "slam_run.h"
@@ -36,6 +41,10 @@ struct BenchArguments {
   bool json = false;
   bool dense = false;
   bool deterministic = false;
+  bool paired = false;
+  std::pair<std::string, std::string> settings;  // of --paired
+  std::string program;
+  std::size_t step = PairedArguments().step;
 };
 
 // cv::ORB on the images of a run, timed between its frames.
@@ -165,18 +174,62 @@ void Run(const BenchArguments& arguments) {
   }
 }
 
+// Two settings instead of the table of features. They are checked with the command line.
+void AddPairedOptions(CLI::App& app, BenchArguments& arguments, CLI::Option* features,
+                      CLI::Option* dense) {
+  CLI::Option* paired =
+      app.add_option("--paired", arguments.settings,
+                     "Run two settings against each other, --runs times from beginnings --step "
+                     "frames apart, in lockstep: each what one would write behind highwall slam, "
+                     "\"\" for nothing")
+          ->type_name("A B")
+          ->excludes(features)
+          ->excludes(dense);
+  app.add_option("--paired-program", arguments.program,
+                 "The highwall of another build, which runs B")
+      ->check(apps::NotEmpty())
+      ->needs(paired);
+  app.add_option("--step", arguments.step, "Frames from one beginning of --paired to the next")
+      ->check(apps::Between(1.0, 1e6))
+      ->needs(paired)
+      ->capture_default_str();
+  app.callback([&arguments, paired] {
+    arguments.paired = paired->count() > 0;
+    if (!arguments.paired) return;
+    RequireSetting("A", arguments.settings.first);
+    if (arguments.program.empty()) RequireSetting("B", arguments.settings.second);
+  });
+}
+
 void AddOptions(CLI::App& app, BenchArguments& arguments) {
   app.add_option("--data", arguments.data, "Folder that holds the sequences")->required();
   app.add_option("--sequences", arguments.sequences, "Folders in it, separated by commas")
       ->delimiter(',')
       ->required();
   app.add_option("--runs", arguments.runs, "Runs of each")->check(CLI::PositiveNumber);
-  AddList(app, "--features", arguments.features, {"points", "lines", "both"});
-  app.add_flag("--dense", arguments.dense, "Build cloud, octree and grid as well");
+  CLI::Option* features =
+      AddList(app, "--features", arguments.features, {"points", "lines", "both"});
+  CLI::Option* dense =
+      app.add_flag("--dense", arguments.dense, "Build cloud, octree and grid as well");
   app.add_flag("--deterministic", arguments.deterministic,
                "Everything on one thread, in lockstep, but for the decoding of images");
   app.add_flag("--json", arguments.json, "Print one JSON object");
-  app.footer("Example: highwall_bench_tum --data datasets --sequences fr1_xyz,fr3_teddy --runs 5");
+  AddPairedOptions(app, arguments, features, dense);
+  app.footer(
+      "Examples:\n"
+      "  highwall_bench_tum --data datasets --sequences fr1_xyz,fr3_teddy --runs 5\n"
+      "  highwall_bench_tum --data datasets --sequences fr1_xyz --paired \"\" \"--no-loops\"");
+}
+
+void RunEither(const BenchArguments& arguments) {
+  if (!arguments.paired) return Run(arguments);
+  RunPaired({.data = arguments.data,
+             .sequences = arguments.sequences,
+             .settings = arguments.settings,
+             .program = arguments.program,
+             .pairs = arguments.runs,
+             .step = arguments.step,
+             .json = arguments.json});
 }
 
 }  // namespace
@@ -188,5 +241,5 @@ int main(int argc, char** argv) {
   CLI::App app("Accuracy and speed of Highwall on sequences in the TUM RGB-D layout.",
                "highwall_bench_tum");
   AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] { Run(arguments); });
+  return RunBench(app, argc, argv, [&] { RunEither(arguments); });
 }
