@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial/inertial_odometry.h>
+#include "inertial/inertial_odometry.h"
 
 #include <algorithm>
 #include <functional>

@@ -6,7 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/inertial/inertial_odometry.h>
+
+#include "inertial/inertial_odometry.h"
 
 namespace highwall {
 namespace {

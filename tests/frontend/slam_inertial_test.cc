@@ -9,8 +9,9 @@
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 #include <highwall/factors/imu_preintegration.h>
-#include <highwall/frontend/inertial/inertial_odometry.h>
 #include <simulate/scenes/room.h>
+
+#include "inertial/inertial_odometry.h"
 
 namespace highwall {
 namespace {

@@ -4,10 +4,10 @@
 #include <string>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/inertial/inertial_odometry.h>
 
 #include "inertial/imu_weighting.h"
 #include "inertial/inertial_initializer.h"
+#include "inertial/inertial_odometry.h"
 #include "inertial/inertial_window.h"
 
 namespace highwall {

@@ -8,8 +8,9 @@
 #include <highwall/core/unit_direction.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/inertial_estimate.h>
-#include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/imu_calibration.h>
+
+#include "inertial/visual_pose.h"
 
 namespace highwall {
 

@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial/visual_pose.h>
+#include "inertial/visual_pose.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,10 +8,10 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/features/frame.h>
-#include <highwall/frontend/pose/known_pose.h>
 #include <highwall/frontend/pose/options.h>
 
 #include "features/depth_grid.h"
+#include "pose/known_pose.h"
 
 namespace highwall {
 

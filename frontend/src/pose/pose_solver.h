@@ -11,8 +11,9 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/rgbd_projection.h>
-#include <highwall/frontend/pose/known_pose.h>
 #include <highwall/frontend/pose/options.h>
+
+#include "pose/known_pose.h"
 
 namespace highwall {
 

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/frontend/inertial/inertial_odometry.h>
 #include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
@@ -13,6 +12,7 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include "features/frame_builder.h"
+#include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
 #include "loops/loop_closer.h"
 #include "tracking/keyframe_policy.h"

@@ -12,9 +12,10 @@
 #include <highwall/frontend/inertial/inertial_estimate.h>
 #include <highwall/frontend/inertial/inertial_report.h>
 #include <highwall/frontend/inertial/options.h>
-#include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/imu_calibration.h>
-#include <highwall/frontend/pose/known_pose.h>
+
+#include "inertial/visual_pose.h"
+#include "pose/known_pose.h"
 
 namespace highwall {
 
