@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include <highwall/frontend/input/imu_calibration.h>
 #include <highwall/frontend/input/sensor.h>
 
 namespace highwall::apps {

@@ -4,7 +4,7 @@
 
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/mapping/dense_mapper.h>
-#include <highwall/mapping/keyframe_image.h>
+#include <highwall/mapping/depth_camera.h>
 
 namespace highwall::apps {
 

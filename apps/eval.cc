@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/error_explanation.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
 

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <highwall/core/error_explanation.h>
+#include <highwall/core/trajectory_error.h>
 
 namespace highwall::apps {
 

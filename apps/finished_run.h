@@ -8,7 +8,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/map/anchored_pose.h>
-#include <highwall/frontend/map/map_io.h>
+#include <highwall/frontend/map/map.h>
 
 namespace highwall::apps {
 

@@ -1,6 +1,6 @@
 #include "imu_input.h"
 
-#include <highwall/frontend/input/imu_reader.h>
+#include <highwall/frontend/input/dataset.h>
 
 namespace highwall::apps {
 

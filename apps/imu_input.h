@@ -7,8 +7,8 @@
 
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/input/dataset.h>
-#include <highwall/frontend/input/imu_calibration.h>
 #include <highwall/frontend/input/imu_check.h>
+#include <highwall/frontend/input/sensor.h>
 
 namespace highwall::apps {
 

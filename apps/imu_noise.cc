@@ -17,8 +17,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/factors/imu_noise_estimation.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_check.h>
-#include <highwall/frontend/input/imu_reader.h>
 
 #include "allan_plot.h"
 #include "commands.h"

@@ -17,8 +17,8 @@
 #include <highwall/core/error.h>
 #include <highwall/mapping/color_octree.h>
 #include <highwall/mapping/dense_cloud.h>
-#include <highwall/mapping/dense_map.h>
-#include <highwall/mapping/dense_range.h>
+#include <highwall/mapping/dense_mapper.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/depth_filter.h>
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/octree_size.h>

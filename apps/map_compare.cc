@@ -14,7 +14,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
-#include <highwall/mapping/dense_range.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/map_comparison.h>
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>

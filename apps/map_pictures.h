@@ -6,7 +6,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/mapping/dense_map.h>
+#include <highwall/mapping/dense_mapper.h>
 #include <highwall/mapping/height_map.h>
 
 namespace highwall::apps {

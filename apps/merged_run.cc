@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/system/options.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "map_pictures.h"
 #include "run_output.h"

@@ -13,7 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/g2o_io.h>
 #include <highwall/core/pose_graph.h>
 #include <highwall/internal/stopwatch.h>
 

@@ -16,8 +16,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_check.h>
-#include <highwall/frontend/input/imu_reader.h>
 
 #include "commands.h"
 #include "option_checks.h"

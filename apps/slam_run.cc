@@ -13,9 +13,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/frame_reader.h>
-#include <highwall/frontend/map/map_io.h>
+#include <highwall/frontend/map/map.h>
 #include <highwall/internal/stopwatch.h>
-#include <highwall/mapping/settling_keyframes.h>
+#include <highwall/mapping/dense_mapper.h>
 
 #include "depth_camera.h"
 #include "finished_run.h"

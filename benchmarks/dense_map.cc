@@ -13,7 +13,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/mapping/dense_cloud.h>
-#include <highwall/mapping/dense_range.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/keyframe_octree.h>
 #include <highwall/mapping/point_cloud_io.h>

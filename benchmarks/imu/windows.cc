@@ -3,8 +3,8 @@
 #include <memory>
 
 #include <highwall/core/factor_graph.h>
+#include <highwall/core/manifolds.h>
 #include <highwall/core/so3.h>
-#include <highwall/core/unit_direction.h>
 #include <highwall/factors/imu_factor.h>
 
 namespace highwall::bench {

@@ -11,7 +11,6 @@
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 
-#include <highwall/core/information_loss.h>
 #include <highwall/core/marginalization.h>
 
 #include "support/simulated_window.h"

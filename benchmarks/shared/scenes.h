@@ -3,7 +3,7 @@
 #include <string>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/sensor.h>
 #include <simulate/camera/simulation.h>
 
 namespace highwall::bench {

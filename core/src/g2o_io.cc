@@ -1,4 +1,4 @@
-#include <highwall/core/g2o_io.h>
+#include <highwall/core/pose_graph.h>
 
 #include <algorithm>
 #include <array>

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
 namespace highwall {
@@ -131,6 +132,14 @@ bool UnitDirectionManifold::MinusJacobian(const double* x, double* jacobian) con
   Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobian);
   J = Basis(x).transpose();
   return true;
+}
+
+UnitDirection::UnitDirection(const Eigen::Vector3d& v) {
+  HIGHWALL_REQUIRE(v.allFinite(), "UnitDirection: non-finite vector");
+  const double norm = v.norm();
+  HIGHWALL_REQUIRE(norm > 1e-12, "UnitDirection: zero vector");
+  Eigen::Map<Eigen::Vector3d> n(data());
+  n = v / norm;
 }
 
 }  // namespace highwall

@@ -1,4 +1,4 @@
-#include <highwall/core/marginal_prior.h>
+#include <highwall/core/marginalization.h>
 
 #include <algorithm>
 #include <cmath>

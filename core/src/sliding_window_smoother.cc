@@ -9,7 +9,7 @@
 #include <Eigen/LU>
 
 #include <highwall/core/error.h>
-#include <highwall/core/information_loss.h>
+#include <highwall/core/marginalization.h>
 #include <highwall/internal/stopwatch.h>
 #include "sliding_window_file.h"
 

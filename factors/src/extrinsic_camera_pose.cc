@@ -1,4 +1,4 @@
-#include <highwall/factors/extrinsic_camera_pose.h>
+#include <highwall/factors/camera_pose.h>
 
 #include <cmath>
 

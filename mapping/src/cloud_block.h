@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <highwall/mapping/colored_point.h>
+#include <highwall/mapping/point_cloud_io.h>
 
 namespace highwall::internal {
 

@@ -1,4 +1,4 @@
-#include <highwall/mapping/dense_map.h>
+#include <highwall/mapping/dense_mapper.h>
 
 #include <highwall/mapping/map_comparison.h>
 

@@ -11,8 +11,8 @@
 #include <highwall/internal/background_worker.h>
 #include <highwall/internal/stopwatch.h>
 #include <highwall/mapping/dense_cloud.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/depth_filter.h>
-#include <highwall/mapping/depth_unprojector.h>
 #include <highwall/mapping/keyframe_octree.h>
 
 namespace highwall {

@@ -1,4 +1,4 @@
-#include <highwall/mapping/settling_keyframes.h>
+#include <highwall/mapping/dense_mapper.h>
 
 #include <utility>
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include <highwall/mapping/colored_point.h>
+#include <highwall/mapping/point_cloud_io.h>
 
 #include "key_index.h"
 

@@ -13,7 +13,7 @@
 
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory_error.h>
-#include <highwall/frontend/map/map_io.h>
+#include <highwall/frontend/map/map.h>
 
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"

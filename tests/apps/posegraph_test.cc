@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <highwall/core/g2o_io.h>
 #include <highwall/core/pose_graph.h>
 
 #include "support/false_loops.h"

@@ -14,7 +14,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/input/imu_reader.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "config.h"

@@ -1,4 +1,4 @@
-#include <highwall/core/error_explanation.h>
+#include <highwall/core/trajectory_error.h>
 
 #include <cmath>
 #include <functional>

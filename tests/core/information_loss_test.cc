@@ -1,4 +1,4 @@
-#include <highwall/core/information_loss.h>
+#include <highwall/core/marginalization.h>
 
 #include <cmath>
 #include <vector>

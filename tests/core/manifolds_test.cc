@@ -9,7 +9,6 @@
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
 #include <highwall/core/so3.h>
-#include <highwall/core/unit_direction.h>
 
 #include "random_states.h"
 

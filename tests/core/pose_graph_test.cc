@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-#include <highwall/core/g2o_io.h>
 #include <highwall/internal/se3.h>
 
 #include "support/false_loops.h"

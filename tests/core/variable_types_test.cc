@@ -18,10 +18,10 @@
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/line3.h>
+#include <highwall/core/manifolds.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/sliding_window_smoother.h>
-#include <highwall/core/unit_direction.h>
 
 #include "support/can_add.h"
 

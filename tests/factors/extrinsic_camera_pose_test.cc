@@ -1,4 +1,4 @@
-#include <highwall/factors/extrinsic_camera_pose.h>
+#include <highwall/factors/camera_pose.h>
 
 #include <limits>
 #include <random>
@@ -9,7 +9,6 @@
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/manifolds.h>
 #include <highwall/core/testing/jacobian_check.h>
-#include <highwall/factors/camera_pose.h>
 
 #include "reprojection_scene.h"
 #include "support/calibration_twins.h"

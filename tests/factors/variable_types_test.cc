@@ -6,8 +6,8 @@
 
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/line3.h>
+#include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
-#include <highwall/core/unit_direction.h>
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/extrinsic_reprojection.h>
 #include <highwall/factors/imu_factor.h>

@@ -5,8 +5,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/measurement_model.h>
-#include <highwall/frontend/pose/degeneracy.h>
 
+#include "pose/degeneracy.h"
 #include "pose/pose_solver.h"
 #include "support/synthetic_scene.h"
 

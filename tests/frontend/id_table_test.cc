@@ -1,11 +1,9 @@
-#include <highwall/frontend/map/id_table.h>
+#include <highwall/frontend/map/map_ids.h>
 
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include <highwall/frontend/map/map_ids.h>
 
 namespace highwall {
 namespace {

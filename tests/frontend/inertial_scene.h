@@ -11,7 +11,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_buffer.h>
-#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "inertial/inertial_window.h"
 #include "inertial/visual_pose.h"

@@ -14,7 +14,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/map/map_io.h>
+#include <highwall/frontend/map/map.h>
 
 #include "features/depth_grid.h"
 #include "support/crc32.h"

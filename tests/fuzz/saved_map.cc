@@ -1,5 +1,5 @@
 #include <highwall/core/line3.h>
-#include <highwall/frontend/map/map_io.h>
+#include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 #include <algorithm>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <highwall/core/stamp.h>
-#include <highwall/mapping/keyframe_image.h>
+#include <highwall/mapping/depth_camera.h>
 
 namespace highwall {
 

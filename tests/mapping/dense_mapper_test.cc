@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
-#include <highwall/mapping/dense_range.h>
+#include <highwall/mapping/depth_camera.h>
 
 #include "box_room.h"
 #include "same_map.h"

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <highwall/mapping/dense_map.h>
 #include <highwall/mapping/dense_mapper.h>
 
 namespace highwall {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include <highwall/frontend/system/slam_system.h>
-#include <highwall/mapping/settling_keyframes.h>
+#include <highwall/mapping/dense_mapper.h>
 
 // Waits for the next pair of images; empty when the camera has been switched off.
 using Camera = std::function<std::optional<highwall::RgbdImage>()>;

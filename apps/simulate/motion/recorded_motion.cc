@@ -7,9 +7,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
+#include <highwall/core/manifolds.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/so3.h>
-#include <highwall/core/unit_direction.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/internal/median.h>
 #include <highwall/internal/require.h>

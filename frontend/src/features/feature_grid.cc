@@ -1,4 +1,4 @@
-#include <highwall/frontend/features/feature_grid.h>
+#include <highwall/frontend/features/frame.h>
 
 #include <algorithm>
 #include <cmath>

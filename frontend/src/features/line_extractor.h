@@ -7,7 +7,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/abi.h>
-#include <highwall/frontend/features/line_segment.h>
+#include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/options.h>
 
 namespace highwall {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/features/line_segment.h>
+#include <highwall/frontend/features/frame.h>
 
 #include <cmath>
 #include <numbers>

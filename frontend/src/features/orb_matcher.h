@@ -8,7 +8,7 @@
 #include <opencv2/core/types.hpp>
 
 #include <highwall/core/abi.h>
-#include <highwall/frontend/features/feature_grid.h>
+#include <highwall/frontend/features/frame.h>
 
 namespace highwall {
 

@@ -8,9 +8,8 @@
 
 #include <highwall/core/camera.h>
 #include <highwall/factors/depth_noise.h>
-#include <highwall/frontend/features/line_segment.h>
+#include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/options.h>
-#include <highwall/frontend/features/segment_3d.h>
 
 #include "features/line_extractor.h"
 

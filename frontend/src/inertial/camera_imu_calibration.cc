@@ -14,7 +14,7 @@
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/so3.h>
-#include <highwall/factors/extrinsic_camera_pose.h>
+#include <highwall/factors/camera_pose.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/internal/require.h>
 

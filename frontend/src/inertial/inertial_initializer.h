@@ -7,7 +7,7 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/options.h>
-#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "inertial/inertial_window.h"
 #include "inertial/visual_pose.h"

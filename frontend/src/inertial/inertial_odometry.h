@@ -9,10 +9,9 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/imu_preintegration.h>
-#include <highwall/frontend/inertial/inertial_estimate.h>
 #include <highwall/frontend/inertial/inertial_report.h>
 #include <highwall/frontend/inertial/options.h>
-#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "inertial/visual_pose.h"
 #include "pose/known_pose.h"

@@ -10,7 +10,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
-#include <highwall/core/marginal_prior.h>
+#include <highwall/core/marginalization.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/camera_pose.h>

@@ -2,13 +2,13 @@
 
 #include <Eigen/Core>
 
+#include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
 #include <highwall/core/sliding_window_smoother.h>
 #include <highwall/core/stamp.h>
-#include <highwall/core/unit_direction.h>
 #include <highwall/factors/imu_preintegration.h>
-#include <highwall/frontend/inertial/inertial_estimate.h>
-#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/inertial/inertial_report.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "inertial/visual_pose.h"
 

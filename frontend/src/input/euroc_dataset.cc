@@ -13,7 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/imu_reader.h>
+#include <highwall/frontend/input/dataset.h>
 
 namespace highwall {
 namespace {

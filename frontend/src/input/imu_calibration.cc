@@ -1,4 +1,4 @@
-#include <highwall/frontend/input/imu_calibration.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include <cmath>
 #include <string>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/input/imu_reader.h>
+#include <highwall/frontend/input/dataset.h>
 
 #include <algorithm>
 #include <array>

@@ -13,7 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/imu_reader.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/internal/median.h>
 
 #include "input/image_io.h"

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/frontend/local/local_mapping_report.h>
 #include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 namespace highwall {

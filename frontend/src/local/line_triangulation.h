@@ -8,7 +8,7 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
-#include <highwall/frontend/features/line_segment.h>
+#include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 namespace highwall {

@@ -5,9 +5,9 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/core/pose_graph.h>
-#include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/map_report.h>
 
 namespace highwall {
 

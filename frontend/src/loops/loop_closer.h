@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "local/bundle_adjustment.h"

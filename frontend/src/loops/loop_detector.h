@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "features/depth_grid.h"

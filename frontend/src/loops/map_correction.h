@@ -8,8 +8,8 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
-#include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/map_report.h>
 
 #include "local/bundle_adjustment.h"
 #include "map/landmark_fusion.h"

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/map_report.h>
 
 #include "pose/depth_agreement.h"
 

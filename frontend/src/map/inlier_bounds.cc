@@ -1,4 +1,4 @@
-#include <highwall/frontend/map/inlier_bounds.h>
+#include <highwall/frontend/map/options.h>
 
 #include <highwall/core/error.h>
 

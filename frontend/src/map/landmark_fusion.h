@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/frontend/map/inlier_bounds.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/options.h>
 
 #include "map/map_matcher.h"
 

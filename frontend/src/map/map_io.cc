@@ -1,4 +1,4 @@
-#include <highwall/frontend/map/map_io.h>
+#include <highwall/frontend/map/map.h>
 
 #include <algorithm>
 #include <array>

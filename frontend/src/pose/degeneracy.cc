@@ -1,4 +1,4 @@
-#include <highwall/frontend/pose/degeneracy.h>
+#include "pose/degeneracy.h"
 
 #include <cmath>
 #include <limits>

@@ -14,9 +14,9 @@
 
 #include <highwall/core/so3.h>
 #include <highwall/factors/point_to_plane.h>
-#include <highwall/frontend/pose/degeneracy.h>
 #include <highwall/internal/median.h>
 
+#include "pose/degeneracy.h"
 #include "pose/surface_matcher.h"
 
 namespace highwall {

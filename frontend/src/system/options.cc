@@ -1,4 +1,4 @@
-#include <highwall/frontend/system/options.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include <highwall/internal/require.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <highwall/frontend/features/frame.h>
-#include <highwall/frontend/tracking/loss_reason.h>
+#include <highwall/frontend/pose/pose_report.h>
 
 namespace highwall {
 

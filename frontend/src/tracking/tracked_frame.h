@@ -8,9 +8,9 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map_ids.h>
-#include <highwall/frontend/pose/degeneracy.h>
-#include <highwall/frontend/tracking/tracking_state.h>
+#include <highwall/frontend/pose/pose_report.h>
 
+#include "pose/degeneracy.h"
 #include "tracking/loss_clues.h"
 
 namespace highwall {

@@ -8,10 +8,10 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
-#include <highwall/frontend/pose/degeneracy.h>
 #include <highwall/frontend/tracking/options.h>
 
 #include "map/map_matcher.h"
+#include "pose/degeneracy.h"
 #include "pose/direct_alignment.h"
 #include "pose/pose_solver.h"
 #include "pose/surface_matcher.h"

@@ -4,13 +4,54 @@
 #include <span>
 #include <vector>
 
-#include <highwall/core/marginal_prior.h>
+#include <ceres/cost_function.h>
+#include <Eigen/Core>
+
+#include <highwall/core/abi.h>
+
+namespace ceres {
+class Manifold;
+}  // namespace ceres
 
 namespace ceres {
 class Problem;
 }  // namespace ceres
 
 namespace highwall {
+
+// Gaussian knowledge of several blocks together, in square-root form: what marginalization leaves.
+//
+//   r = A [ x_1 [-] x0_1 ; x_2 [-] x0_2 ; ... ] + b                docs/marginalization.md, Eq. 7
+//
+// [-] is Minus of each block's manifold (a difference where there is none), x0 the linearization
+// point. A: rank x n, of any rank: A^T A is positive semidefinite by construction.
+// Domain: that of the manifolds' Minus.
+class MarginalPrior final : public ceres::CostFunction {
+ public:
+  struct Block {
+    std::vector<double> linearization_point;    // ambient; its size is that of the block
+    const ceres::Manifold* manifold = nullptr;  // null: Euclidean. Must outlive the prior.
+  };
+
+  // Throws InvalidArgument if a size does not fit, there is no row, or a value is not finite.
+  MarginalPrior(std::vector<Block> blocks, const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+  const std::vector<Block>& blocks() const { return blocks_; }
+  const Eigen::MatrixXd& A() const { return A_; }
+  const Eigen::VectorXd& b() const { return b_; }
+  // First column of block i in A; block i has TangentSize(i) of them.
+  Eigen::Index Column(std::size_t i) const { return columns_[i]; }
+  Eigen::Index TangentSize(std::size_t i) const { return columns_[i + 1] - columns_[i]; }
+
+ private:
+  const std::vector<Block> blocks_;
+  const Eigen::MatrixXd A_;
+  const Eigen::VectorXd b_;
+  std::vector<Eigen::Index> columns_;  // one more than there are blocks
+};
 
 struct MarginalizationOptions {
   // A direction counts as unobserved where its pivot, for Jacobian columns scaled to unit length,
@@ -67,5 +108,31 @@ Marginal Marginalize(const ceres::Problem& problem, std::span<double* const> rem
 // Exceptions as above.
 Marginal Summarize(const ceres::Problem& problem, std::span<double* const> kept,
                    const MarginalizationOptions& options = {});
+
+struct InformationLossOptions {
+  // Standard deviation of the reference against which information is counted, in tangent units
+  // (m, rad, m/s). > 0. Directions that are known no better than this count for nothing, so that
+  // the logarithm is finite without a gauge.
+  double reference_sigma = 10.0;
+  MarginalizationOptions marginalization{};
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// What each candidate to leave the window would take with it: the information [nats] about the
+// other candidates' blocks that rests on the residuals touching it (docs/marginalization.md,
+// Eq. 12),
+//
+//   I_c = (log det(I + s^2 Lambda) - log det(I + s^2 Lambda_without_c)) / 2  >= 0,
+//
+// Lambda and Lambda_without_c: information of the blocks of all candidates but c, everything else
+// (landmarks, calibration, c) marginalized, with all residuals and with those of c left out.
+// A candidate: the blocks of one instant, such as pose, velocity and bias of a keyframe. The least
+// one is the most redundant. Throws InvalidArgument as Marginalize; a block may belong to one
+// candidate only.
+std::vector<double> InformationLoss(const ceres::Problem& problem,
+                                    std::span<const std::vector<double*>> candidates,
+                                    const InformationLossOptions& options = {});
 
 }  // namespace highwall

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 
 #include <highwall/core/error.h>
+#include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
-#include <highwall/core/unit_direction.h>
 #include <highwall/core/variable.h>
 
 namespace highwall {

@@ -43,4 +43,32 @@ class CameraPose final : public ceres::SizedCostFunction<6, 7, 3, 1> {
   const double t_d_state_;
 };
 
+// As CameraPose, with the pose of the camera in the body and the scale of its depth as variables.
+//
+//   d = t_d - t_d_state,   p = p_WB + d v_WB,   q = q_WB Exp(d omega_B)
+//   r = W [ (p + R(q) p_BC) / s - p_0 | Log(q_0^-1 q q_BC) ]
+//                                           docs/factors/extrinsic_camera_pose.md, Eq. 1
+//
+// Blocks:  0: T_WB  pose (7, PoseManifold)   1: v_WB  velocity (3) [m/s]   2: t_d  (1) [s]
+//          3: T_BC  pose (7, PoseManifold)   4: s  (1), true depth = s * measured depth
+// Domain:  s != 0; the Jacobian is discontinuous where the rotation error is pi.
+class ExtrinsicCameraPose final : public ceres::SizedCostFunction<6, 7, 3, 1, 7, 1> {
+ public:
+  using Variables = VariableList<Pose, Eigen::Vector3d, double, Pose, double>;
+  enum Block { kPose, kVelocity, kTimeOffset, kExtrinsics, kScale };
+
+  // As CameraPose; T_WC_0 in a world as large as the measured depth makes it.
+  ExtrinsicCameraPose(const Pose& T_WC_0, const Eigen::Matrix<double, 6, 6>& sqrt_information,
+                      const Eigen::Vector3d& omega_B, double t_d_state = 0.0);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const Pose T_WC_0_;
+  const Eigen::Matrix<double, 6, 6> W_;
+  const Eigen::Vector3d omega_B_;
+  const double t_d_state_;
+};
+
 }  // namespace highwall

@@ -3,8 +3,8 @@
 #include <ceres/sized_cost_function.h>
 #include <Eigen/Core>
 
+#include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
-#include <highwall/core/unit_direction.h>
 #include <highwall/core/variable.h>
 #include <highwall/factors/imu_preintegration.h>
 

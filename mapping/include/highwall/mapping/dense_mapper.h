@@ -2,18 +2,42 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
 #include <highwall/core/pose.h>
-#include <highwall/mapping/dense_map.h>
+#include <highwall/core/stamp.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/keyframe_cloud.h>
-#include <highwall/mapping/keyframe_image.h>
 #include <highwall/mapping/occupancy_grid.h>
 #include <highwall/mapping/octomap_builder.h>
+#include <highwall/mapping/point_cloud_io.h>
 
 namespace highwall {
+
+// What is made of depth images and their poses.
+struct DenseMap {
+  std::vector<ColoredPoint> cloud;  // in W
+  OctomapBuilder octree;
+  OccupancyGrid grid;
+  Eigen::Quaterniond R_GW = Eigen::Quaterniond::Identity();  // to the frame of the grid, z up
+  std::optional<double> ground_height;                       // [m] in G
+  double merge_ms = 0.0, octree_ms = 0.0;                    // what both took in the end
+};
+
+// Estimates up and the ground from the octree, and fills grid, R_GW and ground_height. cameras:
+// T_WC of those that saw the map, at least one. level: z of W points up (a sensor with IMU, a
+// surveyed trajectory); else a plane is fitted below the cameras.
+void AddGrid(std::span<const Pose> cameras, bool level, const OccupancyGridOptions& options,
+             DenseMap& dense);
 
 struct DenseMapOptions {
   KeyframeCloudOptions cloud;
@@ -59,6 +83,44 @@ class DenseMapper {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+// [s] Long enough for something that moves to have left its place.
+inline constexpr double kSettlingTime = 2.0;
+
+// What is known of a keyframe by the time it has settled.
+struct SettledKeyframe {
+  KeyframePose pose;
+  cv::Mat moving;  // CV_8UC1 of the image's size, not 0 where something moves; empty: nothing does
+};
+
+// Empty where the keyframe is no more.
+using SettledKeyframeOf = std::function<std::optional<SettledKeyframe>(std::int64_t id)>;
+
+// Keyframes on their way to the dense map. Each waits until the frames after it have shown what
+// moved in it: that part of its depth stays out of the map.
+class SettlingKeyframes {
+ public:
+  // mapper: must outlive this. settled: asked when a keyframe is handed over. wait: [s] >= 0, 0:
+  // nothing moves. Throws InvalidArgument.
+  SettlingKeyframes(DenseMapper& mapper, SettledKeyframeOf settled, double wait = kSettlingTime);
+
+  // In the order of time. moving: what is known by now, as in SettledKeyframe.
+  void Add(KeyframeImage keyframe, const cv::Mat& moving);
+  // Here, or from the map.
+  void Remove(std::int64_t id);
+  // Hands over those that have waited long enough at `now`. Throws what DenseMapper::AddKeyframe()
+  // does.
+  void HandOver(Stamp now);
+  void HandOverAll();
+
+ private:
+  void HandOver(KeyframeImage& keyframe);
+
+  DenseMapper& mapper_;
+  SettledKeyframeOf settled_;
+  Stamp wait_;
+  std::deque<KeyframeImage> waiting_;
 };
 
 }  // namespace highwall

@@ -7,9 +7,8 @@
 
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
-#include <highwall/mapping/colored_point.h>
-#include <highwall/mapping/dense_range.h>
-#include <highwall/mapping/depth_unprojector.h>
+#include <highwall/mapping/depth_camera.h>
+#include <highwall/mapping/point_cloud_io.h>
 
 namespace highwall {
 

@@ -14,8 +14,7 @@
 
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
-#include <highwall/mapping/dense_range.h>
-#include <highwall/mapping/depth_unprojector.h>
+#include <highwall/mapping/depth_camera.h>
 
 namespace highwall {
 

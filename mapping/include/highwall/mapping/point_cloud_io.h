@@ -6,11 +6,19 @@
 #include <span>
 #include <vector>
 
-#include <highwall/mapping/colored_point.h>
+#include <Eigen/Core>
 
 // Point-cloud files. All writers go through a temporary file: a reader sees the whole new file or
 // the whole old one. They throw IoError where the folder is missing or the disk is full.
+
 namespace highwall {
+
+// A point of a surface.
+struct ColoredPoint {
+  Eigen::Vector3f p = Eigen::Vector3f::Zero();       // [m]
+  std::array<std::uint8_t, 3> rgb{255, 255, 255};    // white where there is no colour image
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, towards the sensor; 0 where unknown
+};
 
 enum class PlyFormat { kBinaryLittleEndian, kAscii };
 

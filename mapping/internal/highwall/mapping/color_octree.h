@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <span>
 
-#include <highwall/mapping/colored_point.h>
 #include <highwall/mapping/octomap_builder.h>
+#include <highwall/mapping/point_cloud_io.h>
 
 namespace highwall {
 

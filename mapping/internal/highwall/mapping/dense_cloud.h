@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <highwall/core/pose.h>
-#include <highwall/mapping/colored_point.h>
+#include <highwall/mapping/point_cloud_io.h>
 
 namespace highwall {
 

@@ -6,9 +6,8 @@
 #include <optional>
 
 #include <highwall/core/pose.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/depth_smoothing.h>
-#include <highwall/mapping/depth_unprojector.h>
-#include <highwall/mapping/keyframe_image.h>
 
 namespace highwall {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <functional>
-
 #include <opencv2/core/mat.hpp>
+
+#include <highwall/mapping/depth_camera.h>
 
 namespace highwall {
 
@@ -18,9 +18,6 @@ struct DepthSmoothingOptions {
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
-
-// Standard deviation [m] of a measured depth [m].
-using DepthSigma = std::function<double(double z)>;
 
 // Depth with less noise: a pixel becomes the mean inverse depth of a square window around it, of
 // those pairs of opposite pixels that may lie on the same surface (Tomasi and Manduchi, "Bilateral

@@ -11,7 +11,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/pose.h>
-#include <highwall/mapping/depth_unprojector.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/octomap_builder.h>
 
 namespace highwall {

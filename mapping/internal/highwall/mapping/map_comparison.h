@@ -9,7 +9,6 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/camera.h>
-#include <highwall/mapping/colored_point.h>
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>

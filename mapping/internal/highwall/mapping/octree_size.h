@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include <highwall/mapping/depth_unprojector.h>
+#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/octomap_builder.h>
 

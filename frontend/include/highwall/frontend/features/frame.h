@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -7,13 +8,68 @@
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 
+#include <highwall/core/abi.h>
 #include <highwall/core/stamp.h>
-#include <highwall/frontend/features/feature_grid.h>
-#include <highwall/frontend/features/line_segment.h>
-#include <highwall/frontend/features/segment_3d.h>
 
 namespace highwall {
+
+// A segment in an image [px]. As extracted, its brighter side lies to the left of the way from s
+// to e as the image is seen (y down), so that the order of the ends means the same in every view.
+struct LineSegment {
+  Eigen::Vector2f s = Eigen::Vector2f::Zero();
+  Eigen::Vector2f e = Eigen::Vector2f::Zero();
+
+  float Length() const;
+  // Of the undirected segment [rad], in [0, pi), from x towards y.
+  float Angle() const;
+  Eigen::Vector2f Midpoint() const;
+};
+
+// A segment in space, in the camera frame.
+struct SegmentDepth {
+  Eigen::Vector3d p_C, q_C;   // [m] on the fitted line, behind the segment's ends s and e
+  double sigma_p = 0.0;       // [m] standard deviation of p_C.z(), as the fit has it
+  double sigma_q = 0.0;       // [m] of q_C.z()
+  double inlier_share = 0.0;  // of the measurements used
+  double rms = 0.0;           // [m] depth residuals of the inliers
+  bool depth_edge = false;    // the two sides differ: only the nearer one was used
+};
+
+// Finds keypoints around a place in the image without looking at the others.
+class FeatureGrid {
+ public:
+  FeatureGrid() = default;
+  // cell_size: [px] best near the radius of the queries, > 0. Keypoints outside of the image are
+  // found as well. Throws InvalidArgument on a bad size or a position that is not finite.
+  FeatureGrid(const std::vector<cv::KeyPoint>& keypoints, const cv::Size& image_size,
+              double cell_size = 20.0);
+
+  // Indices of the keypoints within `radius` [px] of `centre` whose octave lies in
+  // [min_octave, max_octave], in an order that depends on the keypoints alone.
+  std::vector<int> Query(const Eigen::Vector2d& centre, double radius, int min_octave,
+                         int max_octave) const;
+  // The same into *indices, whose memory is reused.
+  void Query(const Eigen::Vector2d& centre, double radius, int min_octave, int max_octave,
+             std::vector<int>* indices) const;
+
+  std::size_t size() const { return entries_.size(); }
+
+ private:
+  struct Entry {
+    float x, y;
+    int octave, index;
+  };
+
+  int Column(double x) const;
+  int Row(double y) const;
+
+  double cell_size_ = 1.0;
+  int columns_ = 0, rows_ = 0;
+  std::vector<int> cell_begin_;  // entries of cell c: [cell_begin_[c], cell_begin_[c + 1])
+  std::vector<Entry> entries_;
+};
 
 // One point observation: an ORB corner with its depth where the sensor gave one.
 struct PointFeature {

@@ -10,7 +10,6 @@
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
-#include <highwall/frontend/input/imu_calibration.h>
 #include <highwall/frontend/input/sensor.h>
 
 namespace highwall {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <highwall/frontend/map/inlier_bounds.h>
+#include <highwall/frontend/map/options.h>
 
 namespace highwall {
 

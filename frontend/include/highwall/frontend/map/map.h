@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,11 +12,11 @@
 
 #include <Eigen/Core>
 
+#include <highwall/core/camera.h>
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/frame.h>
-#include <highwall/frontend/map/id_table.h>
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map_ids.h>
 
@@ -215,5 +216,19 @@ std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyf
 
 // Row `index` of a descriptor matrix (N x 32 CV_8U).
 BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index);
+
+// A map and the camera whose images it is of.
+struct SavedMap {
+  PinholeCamera camera;  // without distortion: features are undistorted
+  Map map;
+};
+
+// Writes keyframes with their features, points and lines: docs/map_file.md. The file appears whole
+// or not at all. camera: as above; its distortion is not kept. Throws IoError.
+void SaveMap(const std::filesystem::path& path, const PinholeCamera& camera, const Map& map);
+
+// What SaveMap wrote; keyframes and landmarks get new ids, without gaps, in the old order. Throws
+// IoError for a file that is missing, no map, of another version, cut short or damaged.
+SavedMap LoadMap(const std::filesystem::path& path);
 
 }  // namespace highwall

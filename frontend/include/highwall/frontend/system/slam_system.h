@@ -12,19 +12,53 @@
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/features/options.h>
 #include <highwall/frontend/inertial/inertial_report.h>
+#include <highwall/frontend/inertial/options.h>
 #include <highwall/frontend/input/dataset.h>
-#include <highwall/frontend/input/imu_calibration.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/local/local_mapping_report.h>
-#include <highwall/frontend/loops/loop_report.h>
+#include <highwall/frontend/local/options.h>
+#include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
-#include <highwall/frontend/pose/degeneracy.h>
-#include <highwall/frontend/system/options.h>
-#include <highwall/frontend/tracking/loss_reason.h>
-#include <highwall/frontend/tracking/tracking_state.h>
+#include <highwall/frontend/map/map_report.h>
+#include <highwall/frontend/map/options.h>
+#include <highwall/frontend/pose/pose_report.h>
+#include <highwall/frontend/tracking/options.h>
+
+#include "pose/degeneracy.h"
 
 namespace highwall {
+
+// When the map goes on in a new submap (Map).
+struct SubmapOptions {
+  bool enabled = true;
+  // [s] >= 0: without a pose, before the next frame that can begins a submap; a submap that did not
+  // live so long is given up as fast.
+  double patience = 0.3;
+
+  void Validate() const;
+};
+
+struct SlamOptions {
+  FrameBuilderOptions frame{};
+  MeasurementOptions measurement{};
+  TrackerOptions tracker{};
+  KeyFramePolicyOptions keyframes{};
+  LocalMapperOptions mapper{};
+  InertialOptions inertial{};  // where there is an IMU
+  LoopCloserOptions loops{};
+  SubmapOptions submaps{};
+  // The map that is given stays as it is, but for how often its landmarks were looked for and
+  // found: frames find their pose in it, none becomes a keyframe. Images alone, without an IMU.
+  bool localize_only = false;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// The options with everything on the caller's thread, in lockstep: the same input then gives the
+// same output, bit for bit.
+SlamOptions Deterministic(SlamOptions options);
 
 class InertialOdometry;
 

@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include <highwall/factors/imu_buffer.h>
-#include <highwall/frontend/input/imu_reader.h>
+#include <highwall/frontend/input/dataset.h>
 
 namespace highwall {
 

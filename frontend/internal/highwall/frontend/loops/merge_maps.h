@@ -6,9 +6,9 @@
 
 #include <highwall/frontend/features/options.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/loops/loop_report.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/options.h>
 
 namespace highwall {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/tracking/tracking_state.h>
+#include <highwall/frontend/pose/pose_report.h>
 
 namespace highwall {
 

@@ -6,16 +6,9 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/pose/options.h>
+#include <highwall/frontend/pose/pose_report.h>
 
 namespace highwall {
-
-// A small motion of the camera that its image hardly tells: translation and rotation in C, the
-// rotation as the way it moves a point at the depth of the scene, so that the two compare.
-struct OpenDirection {
-  Eigen::Vector3d translation_C = Eigen::Vector3d::Zero();  // together with the rotation of
-  Eigen::Vector3d rotation_C = Eigen::Vector3d::Zero();     // length 1
-  double sigma = 0.0;  // [m] along it; infinite where nothing at all is known
-};
 
 // The eigen-directions of a pose's information that are open, the most open one first. information:
 // 6 x 6, of a PoseSolution, in the tangent of PoseManifold at T_WC. depth [m] > 0: of the scene, at

@@ -1,4 +1,4 @@
-#include <highwall/mapping/depth_unprojector.h>
+#include <highwall/mapping/depth_camera.h>
 
 #include <string>
 

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace highwall {
+
+enum class TrackingState {
+  kInitializing,  // no map yet: the first frames had too little depth or texture
+  kTracking,
+  kInertial,  // the pose is that of the IMU alone: the image shows nothing that is known
+  kLost,      // no pose for this frame; the map is kept and every new frame tries to relocalize
+};
+
+// "initializing", "tracking", "inertial" or "lost".
+const char* ToString(TrackingState state);
+
+// The frame has a pose: kTracking and kInertial.
+bool HasPose(TrackingState state);
+
+// Why a frame has no pose.
+enum class LossReason {
+  kDark,           // too few features: hardly any light
+  kBlurred,        // too few features, and less sharp than usual
+  kPlain,          // too few features: nothing to be seen
+  kNoDepth,        // too few features with depth
+  kTooFast,        // at constant velocity the image has shifted by many search windows
+  kContradictory,  // most matches with the last frame deny the rest
+  kAllMoving,      // most features are on what moves
+  kUnknownPlace,   // nothing that the map knows
+  kRepeatedImage,  // the colour image is the one before, for too long
+  kDeadReckoning,  // nothing that the map knows, for longer than an IMU can bridge
+};
+
+// "dark", "blurred", "plain", "no depth", "too fast", "contradictory", "all moving", "unknown
+// place", "repeated image" or "dead reckoning".
+const char* ToString(LossReason reason);
+
+// A small motion of the camera that its image hardly tells: translation and rotation in C, the
+// rotation as the way it moves a point at the depth of the scene, so that the two compare.
+struct OpenDirection {
+  Eigen::Vector3d translation_C = Eigen::Vector3d::Zero();  // together with the rotation of
+  Eigen::Vector3d rotation_C = Eigen::Vector3d::Zero();     // length 1
+  double sigma = 0.0;  // [m] along it; infinite where nothing at all is known
+};
+
+}  // namespace highwall
