@@ -1,6 +1,7 @@
 # Includes follow the arrows of docs/architecture.md: core <- factors <- frontend, core <- mapping,
 # between the rooms of frontend and the folders of apps/simulate. A file that includes from above
-# its own place is named, and so is a test or a benchmark that includes from the folder of another.
+# its own place is named, and so is an installed header that includes one that is not, and a test or
+# a benchmark that includes from the folder of another.
 # Usage: cmake -D ROOT=<project> -P scripts/check_arrows.cmake
 cmake_minimum_required(VERSION 3.23)
 
@@ -37,8 +38,9 @@ foreach(place IN LISTS places)
   string(REGEX REPLACE "/.*" "" module ${place})
   string(REGEX REPLACE "^${module}/?" "" room ${place})
   file(GLOB_RECURSE files RELATIVE ${ROOT}
-       ${ROOT}/${module}/include/highwall/${place}/*.h ${ROOT}/${module}/src/${room}/*.h
-       ${ROOT}/${module}/src/${room}/*.cc)
+       ${ROOT}/${module}/include/highwall/${place}/*.h
+       ${ROOT}/${module}/internal/highwall/${place}/*.h
+       ${ROOT}/${module}/src/${room}/*.h ${ROOT}/${module}/src/${room}/*.cc)
   if(module STREQUAL "simulate")
     file(GLOB files RELATIVE ${ROOT} ${ROOT}/apps/${place}/*.h ${ROOT}/apps/${place}/*.cc)
   endif()
@@ -48,6 +50,11 @@ foreach(place IN LISTS places)
   foreach(file IN LISTS files)
     file(STRINGS ${ROOT}/${file} includes REGEX "^#include [<\"]")
     foreach(include IN LISTS includes)
+      if(file MATCHES "/include/" AND include MATCHES "<(highwall/([a-z]+)/.*)>|\"")
+        if(NOT EXISTS "${ROOT}/${CMAKE_MATCH_2}/include/${CMAKE_MATCH_1}")
+          string(APPEND errors "\n  ${file}: ${include}: it is installed, and that is not")
+        endif()
+      endif()
       if(include MATCHES "<highwall/(frontend/[a-z_]+|core|factors|mapping)/")
         set(target ${CMAKE_MATCH_1})
       elseif(include MATCHES "\"(simulate.*)/[^/]*\"")
@@ -55,9 +62,6 @@ foreach(place IN LISTS places)
       elseif(include MATCHES "\"(.*)/[^/]*\"")  # a private header of another room
         set(target ${module}/${CMAKE_MATCH_1})
       else()
-        if(include MATCHES "<highwall/internal/" AND file MATCHES "/include/")
-          string(APPEND errors "\n  ${file}: ${include}: it is installed, and that is not")
-        endif()
         continue()
       endif()
       if(NOT target STREQUAL place AND NOT target IN_LIST ${place})

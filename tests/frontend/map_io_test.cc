@@ -14,6 +14,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map.h>
 
 #include "features/depth_grid.h"

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/frontend/loops/merge_maps.h>
+#include <highwall/frontend/map/keyframe_index.h>
 
 #include "map/add_map.h"
 #include "support/id_literals.h"

@@ -141,7 +141,7 @@ class SharedOptions : public ::testing::Test {
   }
 
   Outcome Track(const MeasurementModel& model) const {
-    Map map = known_.map;
+    Map map = known_.map.Clone();
     Tracker tracker(model, {});
     TrackedFrame before;
     before.frame = map.keyframe(1_kf)->frame;
@@ -164,7 +164,7 @@ class SharedOptions : public ::testing::Test {
 
   // A keyframe of which every other landmark was tracked: the others are found by projection.
   Outcome MapLocally(const MeasurementModel& model) const {
-    Map map = known_.map;
+    Map map = known_.map.Clone();
     LocalMapper mapper(model, {.background = false});
     TrackedFrame tracked;
     tracked.frame = testing::MakeFrame(view_, 2);

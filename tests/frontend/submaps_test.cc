@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map.h>
 
 #include "support/id_literals.h"

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/map/keyframe_index.h>
 
 #include "loops/submap_merge.h"
 #include "map/covisibility.h"

@@ -9,6 +9,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/map/keyframe_index.h>
 
 #include "features/orb_matcher.h"
 
@@ -106,6 +107,11 @@ BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index) {
   return d;
 }
 
+Map::Map() : index_(std::make_unique<KeyFrameIndex>()) {}
+Map::~Map() = default;
+Map::Map(Map&&) noexcept = default;
+Map& Map::operator=(Map&&) noexcept = default;
+
 Map Map::Clone() const {
   Map clone;
   clone.keyframes_ = keyframes_;
@@ -128,7 +134,7 @@ KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap
   keyframe.depth_grid = frame.features->depth_grid;
   keyframe.points.assign(frame.features->points.size(), kNoId);
   keyframe.lines.assign(frame.features->lines.size(), kNoId);
-  index_.Add(keyframe.id, *frame.features);
+  index_->Add(keyframe.id, *frame.features);
   return keyframe;
 }
 
@@ -261,7 +267,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
                                 : nullptr;
   }
   removed_[id] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
-  index_.Remove(id, *kf->frame.features);
+  index_->Remove(id, *kf->frame.features);
   --submaps_[kf->submap.index()].keyframes;
   keyframes_.Remove(id);
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map.h>
 
 namespace highwall {
@@ -70,7 +71,7 @@ void Map::RemoveSubmap(SubmapId id) {
     const std::vector<LineId> lines = kf.lines;
     for (const PointId p : points) RemovePoint(p);
     for (const LineId l : lines) RemoveLine(l);
-    index_.Remove(k, *kf.frame.features);
+    index_->Remove(k, *kf.frame.features);
     --submaps_[kf.submap.index()].keyframes;
     keyframes_.Remove(k);
   }

@@ -57,8 +57,4 @@ const Map& SlamSystem::map() const {
   return impl_->map();
 }
 
-const InertialOdometry* SlamSystem::inertial() const {
-  return impl_->inertial();
-}
-
 }  // namespace highwall

@@ -36,7 +36,6 @@ class SlamSystem::Impl {
   Trajectory keyframe_trajectory() const;
   std::vector<SubmapTrajectory> submaps() const;
   const Map& map() const { return map_; }
-  const InertialOdometry* inertial() const { return inertial_ ? &*inertial_ : nullptr; }
 
  private:
   // A submap that is lost with fewer, and joined with no other, is dropped: it began in blur.

@@ -14,32 +14,6 @@ constexpr double kBlurred = 0.5;
 
 }  // namespace
 
-const char* ToString(LossReason reason) {
-  switch (reason) {
-    case LossReason::kDark:
-      return "dark";
-    case LossReason::kBlurred:
-      return "blurred";
-    case LossReason::kPlain:
-      return "plain";
-    case LossReason::kNoDepth:
-      return "no depth";
-    case LossReason::kTooFast:
-      return "too fast";
-    case LossReason::kContradictory:
-      return "contradictory";
-    case LossReason::kAllMoving:
-      return "all moving";
-    case LossReason::kUnknownPlace:
-      return "unknown place";
-    case LossReason::kRepeatedImage:
-      return "repeated image";
-    case LossReason::kDeadReckoning:
-      return "dead reckoning";
-  }
-  return "unknown";
-}
-
 LossReason ReasonOf(const FrameFeatures& features, const LossClues& clues,
                     const FeatureNeeds& needs) {
   const auto with_depth = [](const auto& all, const auto& has_depth) {

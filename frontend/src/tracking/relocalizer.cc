@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/map/keyframe_index.h>
 
 #include "pose/pose_observations.h"
 #include "pose/support.h"

@@ -11,9 +11,6 @@
 
 namespace ceres {
 class Manifold;
-}  // namespace ceres
-
-namespace ceres {
 class Problem;
 }  // namespace ceres
 

@@ -22,7 +22,7 @@ namespace highwall {
 // Which states leave when there are more than fit.
 enum class LeavingPolicy {
   kOldestFirst,
-  // The one whose factors tell least about the states that stay (information_loss.h). Costs two
+  // The one whose factors tell least about the states that stay (InformationLoss()). Costs two
   // eliminations of the window per candidate.
   kLeastInformation,
 };

@@ -13,9 +13,10 @@
 // Absolute and relative pose error (APE, RPE) of an estimated trajectory. The figures equal those
 // of evo (github.com/MichaelGrupp/evo). Source: Sturm et al., "A benchmark for the evaluation of
 // RGB-D SLAM systems", IROS 2012, section IV.
-
-// What the absolute error of a trajectory is made of: how much of it a shift of the clock, a scale
-// or another point of the body would take away, and how fast the rest changes. docs/evaluation.md
+//
+// ExplainError() tells what the absolute error is made of: how much of it a shift of the clock, a
+// scale or another point of the body would take away, and how fast the rest changes
+// (docs/evaluation.md).
 
 namespace highwall {
 

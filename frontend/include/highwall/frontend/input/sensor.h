@@ -26,8 +26,8 @@ struct RgbdSensor {
 
 // The sensors of the TUM RGB-D benchmark (Sturm et al., "A Benchmark for the Evaluation of RGB-D
 // SLAM Systems", IROS 2012; ROS default calibrations of its file formats page): "tum1", "tum2" and
-// "tum3" for freiburg1, 2 and 3, with the depth of "kinect1" (sensor_profile.h). Empty for any
-// other name.
+// "tum3" for freiburg1, 2 and 3, with the depth of "kinect1" (docs/sensors.md). Empty for any other
+// name.
 std::optional<RgbdSensor> SensorPreset(std::string_view name);
 
 // The names SensorPreset knows, in order.

@@ -17,12 +17,13 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/frame.h>
-#include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map_ids.h>
 
 namespace highwall {
 
 class ImuPreintegration;  // highwall/factors/imu_preintegration.h
+class KeyFrameIndex;
+struct PyramidOptions;  // highwall/frontend/features/options.h
 
 // 256-bit binary descriptor (ORB of a point, LBD of a line).
 using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
@@ -89,6 +90,11 @@ struct KeyFrame {
 // beginning.
 class Map {
  public:
+  Map();
+  ~Map();
+  Map(Map&&) noexcept;
+  Map& operator=(Map&&) noexcept;
+
   // The same keyframes and landmarks under the same ids, features shared, without the index: a copy
   // to adjust and fuse in while this map goes on. No keyframe is to be removed from it.
   Map Clone() const;
@@ -114,7 +120,7 @@ class Map {
   std::size_t num_points() const { return points_.size(); }
   std::size_t num_lines() const { return lines_.size(); }
   // Of the live keyframes.
-  const KeyFrameIndex& index() const { return index_; }
+  const KeyFrameIndex& index() const { return *index_; }
 
   // Feature `index` of the keyframe observes the landmark. A keyframe observes a landmark once:
   // where it does already, or where the feature is taken, nothing happens and false is returned.
@@ -204,7 +210,7 @@ class Map {
   IdTable<MapLine> lines_;
   std::unordered_map<KeyFrameId, Removed> removed_;
   std::vector<Submap> submaps_ = std::vector<Submap>(1);
-  KeyFrameIndex index_;
+  std::unique_ptr<KeyFrameIndex> index_;
 };
 
 // The landmarks that live keyframes observe, each once, ascending, without those in `except` (in

@@ -8,6 +8,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/map/map_ids.h>
 
+// What adjustments, local mapping and loops have made of the map.
 namespace highwall {
 
 struct BundleAdjustmentReport {

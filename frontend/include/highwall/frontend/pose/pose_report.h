@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+// What becomes of the pose of a frame.
 namespace highwall {
 
 enum class TrackingState {

@@ -25,8 +25,6 @@
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/tracking/options.h>
 
-#include "pose/degeneracy.h"
-
 namespace highwall {
 
 // When the map goes on in a new submap (Map).
@@ -59,8 +57,6 @@ struct SlamOptions {
 // The options with everything on the caller's thread, in lockstep: the same input then gives the
 // same output, bit for bit.
 SlamOptions Deterministic(SlamOptions options);
-
-class InertialOdometry;
 
 // Milliseconds of one frame. features: points and lines together, which overlap in time.
 struct FrameTimes {
@@ -179,8 +175,6 @@ class SlamSystem {
   std::vector<SubmapTrajectory> submaps() const;
 
   const Map& map() const;
-  // Null without an IMU.
-  const InertialOdometry* inertial() const;
 
  private:
   class Impl;
