@@ -1,12 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include <highwall/core/error.h>
 
 #include "local/bundle_adjustment.h"
 #include "support/id_literals.h"
@@ -425,26 +422,6 @@ TEST_F(BundleAdjustmentOfLines, NeedsNoPoints) {
   EXPECT_EQ(report.points, 0);
   EXPECT_EQ(report.outliers, 0);
   ExpectPoses(1e-6);
-}
-
-TEST(BundleAdjustmentOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const BundleAdjustmentOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(BundleAdjustmentOptions().Validate());
-  expect_error({.point_huber = 0.0}, "point_huber");
-  expect_error({.line_huber = -1.0}, "line_huber");
-  expect_error({.inliers = {.chi2_4 = 0.0}}, "chi2_4");
-  expect_error({.first_iterations = 0}, "iterations");
-  expect_error({.tolerance = -1e-6}, "tolerance");
-  expect_error({.trust_region = 0.0}, "trust_region");
-  expect_error({.trust_region = std::numeric_limits<double>::infinity()}, "trust_region");
-  expect_error({.threads = 0}, "threads");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <highwall/frontend/features/frame.h>
 
 #include "features/frame_builder.h"
+#include "support/message_of.h"
 
 namespace highwall {
 namespace {
@@ -229,23 +230,9 @@ TEST(FrameBuilder, RefusesImagesThatDoNotFit) {
   refuses(cv::Mat(), cv::Mat());
 }
 
-TEST(FrameBuilderOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const FrameBuilderOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(FrameBuilderOptions().Validate());
-  expect_error({.use_points = false, .use_lines = false}, "use_points");
-  FrameBuilderOptions spread;
-  spread.depth_spread_share = -1.0;
-  expect_error(spread, "depth_spread_share");
-  FrameBuilderOptions nested;
-  nested.orb.pyramid.levels = 0;
-  expect_error(nested, "levels");
+TEST(FrameBuilderOptions, PointsOrLinesAreWanted) {
+  const FrameBuilderOptions neither{.use_points = false, .use_lines = false};
+  testing::ExpectError("use_points", [&] { neither.Validate(); });
 }
 
 }  // namespace

@@ -1,10 +1,6 @@
 #include <functional>
-#include <limits>
-#include <string>
 
 #include <gtest/gtest.h>
-
-#include <highwall/core/error.h>
 
 #include "inertial/inertial_initializer.h"
 #include "inertial_scene.h"
@@ -270,29 +266,6 @@ TEST(RateAt, IsTheMeanOfTenMillisecondsAround) {
   EXPECT_TRUE(RateAt(buffer, stamp, bias)
                   .isApprox(RateAt(buffer, stamp, ImuBias::Zero()) - bias.head<3>(), 1e-14));
   EXPECT_EQ(RateAt(buffer, FromSeconds(2.0), bias).norm(), 0.0) << "beyond the readings";
-}
-
-TEST(InertialInitializerOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const InertialInitializerOptions& options,
-                               const std::string& field) {
-    try {
-      const InertialInitializer initializer({}, options, true);
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NO_THROW(InertialInitializerOptions().Validate());
-  expect_error({.interval = 0.0}, "interval");
-  expect_error({.min_duration = nan}, "min_duration");
-  expect_error({.max_duration = 1.0}, "max_duration");
-  expect_error({.gyroscope_bias_sigma = 0.0}, "gyroscope_bias_sigma");
-  expect_error({.accelerometer_bias_sigma = 0.0}, "accelerometer_bias_sigma");
-  expect_error({.time_offset_sigma = -1.0}, "time_offset_sigma");
-  expect_error({.max_gravity_sigma = 0.0}, "max_gravity_sigma");
-  expect_error({.max_error = 0.0}, "max_error");
-  expect_error({.max_gravity_error = 1.0}, "max_gravity_error");
 }
 
 TEST(InitializationStatus, HasNames) {

@@ -6,6 +6,7 @@
 #include <highwall/core/error.h>
 
 #include "support/id_literals.h"
+#include "support/message_of.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall {
@@ -112,12 +113,7 @@ TEST_F(KeyFrameIndexTest, NothingLooksLikeNothing) {
 
 TEST(KeyFrameIndexOptions, ErrorsNameTheField) {
   const auto expect_error = [](const KeyFrameIndexOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
+    testing::ExpectError(field, [&] { options.Validate(); });
   };
   EXPECT_NO_THROW(KeyFrameIndexOptions().Validate());
   expect_error({.tables = 0}, "tables");

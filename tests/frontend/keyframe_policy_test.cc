@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
-
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 #include "tracking/keyframe_policy.h"
@@ -118,23 +116,6 @@ TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
   map.RemoveKeyFrame(0_kf, 1_kf);
   EXPECT_TRUE(policy.Wants(Tracked(54, 0, 0), map, 0));
   EXPECT_FALSE(policy.Wants(Tracked(55, 0, 0), map, 0));
-}
-
-TEST(KeyFramePolicyOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const KeyFramePolicyOptions& options, const std::string& field) {
-    try {
-      const KeyFramePolicy policy(options);
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(KeyFramePolicyOptions().Validate());
-  expect_error({.min_features = 5}, "min_features");
-  expect_error({.min_share = 0.0}, "min_share");
-  expect_error({.max_gap = 0.0}, "max_gap");
-  expect_error({.wanted_tracked = -1}, "wanted_tracked");
-  expect_error({.wanted_new = -1}, "wanted_new");
 }
 
 }  // namespace

@@ -1,9 +1,7 @@
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "pose/landmark_motion.h"
@@ -118,23 +116,6 @@ TEST_F(LandmarkMotion, WhatTheOthersLeaveOpenContradictsNothing) {
   EXPECT_FALSE(Moved());
   wall.resize(19);  // no pose at all
   EXPECT_FALSE(Moved());
-}
-
-TEST(LandmarkMotionOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const LandmarkMotionOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(LandmarkMotionOptions().Validate());
-  expect_error({.min_points = 0}, "min_points");
-  expect_error({.min_share = 0.0}, "min_share");
-  expect_error({.chi2 = 0.0}, "chi2");
-  expect_error({.min_support = 5}, "min_support");
-  expect_error({.outnumber = 0.0}, "outnumber");
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include <highwall/core/error.h>
 #include <highwall/factors/imu_preintegration.h>
 
 #include "local/local_mapper.h"
@@ -489,32 +488,6 @@ TEST_F(LocalMapperTest, WithoutWaitingAnAdjustmentEndsEarlyAndIsApplied) {
   for (const KeyFrameId id : map.keyframe_ids()) {
     EXPECT_LT(PositionError(map.keyframe(id)->T_WC, At(0.1 * id.value())), 0.01) << id;
   }
-}
-
-TEST(LocalMapperOptions, ErrorsNameTheField) {
-  const MeasurementModel model(IdealSensor(), {});
-  const auto expect_error = [&](const LocalMapperOptions& options, const std::string& field) {
-    try {
-      const LocalMapper mapper(model, options);
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(LocalMapperOptions().Validate());
-  expect_error({.adjusted_keyframes = 1}, "adjusted_keyframes");
-  expect_error({.fixed_keyframes = 0}, "fixed_keyframes");
-  expect_error({.fused_keyframes = -1}, "fused_keyframes");
-  expect_error({.min_found_ratio = 1.5}, "min_found_ratio");
-  expect_error({.probation_keyframes = 0}, "probation_keyframes");
-  expect_error({.min_observations = 0}, "min_observations");
-  expect_error({.redundant_share = 0.0}, "redundant_share");
-  expect_error({.redundant_observers = 0}, "redundant_observers");
-  expect_error({.max_motion_gap = 0.0}, "max_motion_gap");
-  expect_error({.motion_span = -1.0}, "motion_span");
-  expect_error({.min_line_length = 0.0}, "min_line_length");
-  expect_error({.max_depth_sigma = 0.0}, "max_depth_sigma");
-  expect_error({.bundle = {.threads = 0}}, "threads");
 }
 
 }  // namespace

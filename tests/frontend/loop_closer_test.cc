@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -286,27 +285,6 @@ TEST(LoopCorrection, WithoutGravityRollAndPitchAreFree) {
   const Eigen::Vector3d before = up_of(loop.edge.keyframe);
   ASSERT_TRUE(CorrectLoop({}, loop, scene.model, {}, {}, &scene.map).accepted);
   EXPECT_GT((up_of(loop.edge.keyframe) - before).norm(), 1e-3);
-}
-
-TEST(LoopCloserOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const LoopCloserOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(LoopCloserOptions().Validate());
-  expect_error({.detector = {.candidates = 0}}, "candidates");
-  expect_error({.correction = {.fused_keyframes = -1}}, "fused_keyframes");
-  expect_error({.correction = {.threads = 0}}, "threads");
-  expect_error({.bundle = {.threads = 0}}, "threads");
-  expect_error({.graph = {.loop_rotation = 0.0}}, "loop_rotation");
-  expect_error({.graph = {.neighbours = -1}}, "neighbours");
-  expect_error({.graph = {.drift_bias = -1.0}}, "drift_bias");
-  expect_error({.graph = {.max_loop_chi2 = 0.0}}, "max_loop_chi2");
-  expect_error({.graph = {.min_shared = 0}}, "min_shared");
 }
 
 }  // namespace

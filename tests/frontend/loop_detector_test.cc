@@ -1,8 +1,5 @@
-#include <string>
 
 #include <gtest/gtest.h>
-
-#include <highwall/core/error.h>
 
 #include "loops/loop_detector.h"
 #include "support/id_literals.h"
@@ -86,22 +83,6 @@ TEST_F(LoopDetectorTest, TheSameLooksInOtherPlacesAreNoLoop) {
 TEST_F(LoopDetectorTest, WhatTheMapConnectsIsNoLoop) {
   LoopScene scene({.connected = true});
   EXPECT_FALSE(Feed(scene));
-}
-
-TEST(LoopDetectorOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const LoopDetectorOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(LoopDetectorOptions().Validate());
-  expect_error({.candidates = 0}, "candidates");
-  expect_error({.consistency = 0}, "consistency");
-  expect_error({.min_support = 5}, "min_support");
-  expect_error({.min_found = 1.1}, "min_found");
 }
 
 }  // namespace

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
-
 #include "map/map_matcher.h"
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
@@ -245,23 +243,6 @@ TEST_F(MapMatcherTest, EmptyFeaturesMatchNothing) {
                   .MatchLast(empty, kPose, scene_map.map, *view.features,
                              scene_map.map.keyframe(0_kf)->points)
                   .empty());
-}
-
-TEST(MapMatcherOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const MapMatcherOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(MapMatcherOptions().Validate());
-  expect_error({.motion_radius = 0.0}, "motion_radius");
-  expect_error({.map_radius = 0.0}, "map_radius");
-  expect_error({.min_view_cosine = 1.1}, "min_view_cosine");
-  expect_error({.min_line_pixels = 0.5F}, "min_line_pixels");
-  expect_error({.map_match = {.ratio = 0.0}}, "ratio");
 }
 
 }  // namespace

@@ -1,10 +1,7 @@
 #include <memory>
-#include <string>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-
-#include <highwall/core/error.h>
 
 #include "box_world.h"
 #include "tracking/moving_objects.h"
@@ -340,25 +337,6 @@ TEST_F(MovingObjectsTest, FindsNothingWhenTurnedOff) {
   for (const Stamp stamp : {0L, 600'000'000L})
     off.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
   EXPECT_TRUE(off.Find(700'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
-}
-
-TEST(MovingObjectOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const MovingObjectOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(MovingObjectOptions().Validate());
-  expect_error({.settled = 0.0}, "settled");
-  expect_error({.max_share = 1.1}, "max_share");
-  expect_error({.interval = 0.0}, "interval");
-  expect_error({.history = 0.1}, "history");
-  expect_error({.min_surface = 0}, "min_surface");
-  expect_error({.max_surface = 0.0}, "max_surface");
-  expect_error({.landmarks = {.min_points = 0}}, "min_points");
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <ceres/loss_function.h>
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/so3.h>
 #include <highwall/frontend/map/measurement_model.h>
@@ -475,24 +474,6 @@ TEST(TrimToObservation, IsEmptyBehindTheCameraAndAlongTheRay) {
   EXPECT_FALSE(TrimToObservation(behind, {195, 340}, {445, 340}, camera));
   const auto along = PluckerLine::FromPoints({0, 0.1, 1}, {0, 0.1, 5});
   EXPECT_FALSE(TrimToObservation(along, {320, 240}, {320, 300}, camera));
-}
-
-TEST(PoseSolverOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const PoseSolverOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(PoseSolverOptions().Validate());
-  expect_error({.point_huber = 0.0}, "point_huber");
-  expect_error({.line_huber = 0.0}, "line_huber");
-  expect_error({.inliers = {.chi2_3 = 0.0}}, "chi2_3");
-  expect_error({.rounds = 0}, "rounds");
-  expect_error({.max_iterations = 0}, "max_iterations");
-  expect_error({.min_support = 2}, "min_support");
 }
 
 }  // namespace

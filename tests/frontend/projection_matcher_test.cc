@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
-
 #include "map/projection_matcher.h"
 #include "support/synthetic_scene.h"
 
@@ -134,21 +132,6 @@ TEST(MatchProjections, NothingFromNothing) {
   EXPECT_TRUE(Match({}, {Expect({100, 100}, 0)}).empty());
   EXPECT_TRUE(Match({{{100, 100}, 0, 0}}, {}).empty());
   EXPECT_TRUE(MatchProjections(FrameFeatures(), std::vector{Expect({1, 1}, 0)}, {}).empty());
-}
-
-TEST(ProjectionMatchOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const ProjectionMatchOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(ProjectionMatchOptions().Validate());
-  expect_error({.max_hamming = 257}, "max_hamming");
-  expect_error({.ratio = 0.0}, "ratio");
-  expect_error({.max_angle_diff = 0.0}, "max_angle_diff");
 }
 
 class ProjectSegmentTest : public ::testing::Test {

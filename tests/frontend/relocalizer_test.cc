@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
-
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
@@ -270,25 +268,6 @@ TEST_F(RelocalizerTest, NothingFromNothing) {
   EXPECT_FALSE(relocalizer.MatchKeyFrame(FrameFeatures(), scene_map.map, 0_kf, Pose()));
   const SyntheticView view = Look(scene, IdealSensor(), kQuery);
   EXPECT_FALSE(relocalizer.Relocalize(*view.features, Map()));
-}
-
-TEST(RelocalizerOptions, ErrorsNameTheField) {
-  const auto expect_error = [](const RelocalizerOptions& options, const std::string& field) {
-    try {
-      options.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(RelocalizerOptions().Validate());
-  expect_error({.candidates = 0}, "candidates");
-  expect_error({.max_hamming = -1}, "max_hamming");
-  expect_error({.ratio = 0.0}, "ratio");
-  expect_error({.min_matches = 2}, "min_matches");
-  expect_error({.min_inliers = 5}, "min_inliers");
-  expect_error({.min_line_inliers = 3}, "min_line_inliers");
-  expect_error({.ransac_iterations = 0}, "ransac_iterations");
 }
 
 }  // namespace

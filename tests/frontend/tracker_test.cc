@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 
@@ -373,30 +372,6 @@ TEST(TrackingState, HasANameForEach) {
   EXPECT_STREQ(ToString(TrackingState::kTracking), "tracking");
   EXPECT_STREQ(ToString(TrackingState::kInertial), "inertial");
   EXPECT_STREQ(ToString(TrackingState::kLost), "lost");
-}
-
-TEST(TrackerOptions, ErrorsNameTheField) {
-  const MeasurementModel model(IdealSensor(), {});
-  const auto expect_error = [&](const TrackerOptions& options, const std::string& field) {
-    try {
-      const Tracker tracker(model, options);
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  EXPECT_NO_THROW(TrackerOptions().Validate());
-  expect_error({.min_motion_support = 5}, "min_motion_support");
-  expect_error({.min_support = 5}, "min_support");
-  expect_error({.doubtful_agreement = 1.1}, "doubtful_agreement");
-  for (const double bad : {-0.1, 1.1}) {
-    expect_error({.doubtful_share = bad}, "doubtful_share");
-    expect_error({.doubtful_drop = bad}, "doubtful_drop");
-  }
-  expect_error({.local_keyframes = 0}, "local_keyframes");
-  expect_error({.pose = {.rounds = 0}}, "rounds");
-  expect_error({.relocalizer = {.candidates = 0}}, "candidates");
-  expect_error({.moving = {.settled = 0.0}}, "settled");
 }
 
 // A dozen points in view and no lines, before a wall, a floor and a box.

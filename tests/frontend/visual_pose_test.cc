@@ -1,13 +1,9 @@
 #include "inertial/visual_pose.h"
 
-#include <limits>
 #include <random>
-#include <string>
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
-
-#include <highwall/core/error.h>
 
 #include "support/synthetic_scene.h"
 #include "tracking/tracker.h"
@@ -157,23 +153,6 @@ TEST(VisualPose, TheFitOfTheLandmarksScalesTheirCovariance) {
   EXPECT_TRUE(scaled(0.5, 3.0).isApprox(information / 1.5, 1e-3));
   // Three landmarks that happen to fit exactly prove little.
   EXPECT_TRUE(scaled(0.0, 1.0).isApprox(information / 0.02, 0.02));
-}
-
-TEST(VisualNoise, ErrorsNameTheField) {
-  const auto expect_error = [](const VisualNoise& noise, const std::string& field) {
-    try {
-      noise.Validate();
-      FAIL() << field;
-    } catch (const InvalidArgument& e) {
-      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
-    }
-  };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NO_THROW(VisualNoise().Validate());
-  expect_error({.position = 0.0}, "position");
-  expect_error({.rotation = nan}, "rotation");
-  expect_error({.scale = -1.0}, "scale");
-  expect_error({.min_error = 0.0}, "min_error");
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <string>
 
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+
 namespace highwall::testing {
 
 // What the `Error` says that `action` throws; empty where it throws none.
@@ -13,6 +16,14 @@ std::string MessageOf(const Action& action) {
     return error.what();
   }
   return "";
+}
+
+// `action` throws an `Error` that says `text`, such as the name of a field.
+template <typename Error = InvalidArgument, typename Action>
+void ExpectError(const std::string& text, const Action& action) {
+  const std::string message = MessageOf<Error>(action);
+  EXPECT_FALSE(message.empty()) << "nothing is thrown: " << text;
+  EXPECT_NE(message.find(text), std::string::npos) << message;
 }
 
 }  // namespace highwall::testing

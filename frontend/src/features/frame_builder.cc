@@ -72,9 +72,6 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
   options_.Validate();
   const bool both = options.use_lines && options.use_points;
   team_ = std::make_unique<WorkerTeam>(options.parallel && both ? 2 : 1);
-  options_.segment_depth.noise = sensor.depth_noise;
-  options_.segment_depth.min_depth = sensor.min_depth;
-  options_.segment_depth.max_depth = sensor.max_depth;
 }
 
 FrameBuilder::~FrameBuilder() = default;
@@ -151,8 +148,7 @@ void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFe
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;
     feature.segment = Undistorted(raw, sensor_.camera);
-    feature.segment_C =
-        FitSegmentDepth(feature.segment, depth, sensor_.camera, options_.segment_depth);
+    feature.segment_C = FitSegmentDepth(feature.segment, depth, sensor_, options_.segment_depth);
     features.lines.push_back(feature);
   }
   features.line_descriptors = lines.descriptors;

@@ -43,14 +43,11 @@ void LineExtractorOptions::Validate() const {
 void SegmentDepthOptions::Validate() const {
   HIGHWALL_REQUIRE(samples >= 4 && samples <= 64,
                    "SegmentDepthOptions::samples must be in [4, 64]");
-  RequirePositive(min_depth, "SegmentDepthOptions::min_depth");
-  HIGHWALL_REQUIRE(max_depth > min_depth, "SegmentDepthOptions::max_depth must exceed min_depth");
   HIGHWALL_REQUIRE(min_valid > 0.0 && min_valid <= 1.0,
                    "SegmentDepthOptions::min_valid must be in (0, 1]");
   HIGHWALL_REQUIRE(min_inliers > 0.0 && min_inliers <= 1.0,
                    "SegmentDepthOptions::min_inliers must be in (0, 1]");
   RequirePositive(ransac_iterations, "SegmentDepthOptions::ransac_iterations");
-  noise.Validate();
 }
 
 void FrameBuilderOptions::Validate() const {

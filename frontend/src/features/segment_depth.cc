@@ -68,7 +68,8 @@ struct Fit {
 
 // Depth pixels on one side (-1 or 1) of the segment.
 Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
-                const PinholeCamera& camera, const SegmentDepthOptions& options) {
+                const RgbdSensor& sensor, const SegmentDepthOptions& options) {
+  const PinholeCamera& camera = sensor.camera;
   Samples samples;
   const Eigen::Vector2d s = segment.s.cast<double>(), d = segment.e.cast<double>() - s;
   const Eigen::Vector2d n = Eigen::Vector2d(d.y(), -d.x()).normalized() * side;
@@ -85,8 +86,9 @@ Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
       if (!camera.Contains(uv)) continue;
       const double z =
           depth.at<float>(static_cast<int>(uv.y() + 0.5), static_cast<int>(uv.x() + 0.5));
-      if (!(z >= options.min_depth && z <= options.max_depth)) continue;  // also NaN
-      samples.Add({t, static_cast<double>(side * k), 1.0 / z, z * z / options.noise.Sigma(z)});
+      if (!(z >= sensor.min_depth && z <= sensor.max_depth)) continue;  // also NaN
+      const double sigma = sensor.depth_noise.Sigma(z);
+      samples.Add({t, static_cast<double>(side * k), 1.0 / z, z * z / sigma});
     }
   }
   return samples;
@@ -197,9 +199,10 @@ double DepthDeviation(const Fit& fit, double t) {
 }  // namespace
 
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
-                                            const PinholeCamera& camera,
+                                            const RgbdSensor& sensor,
                                             const SegmentDepthOptions& options) {
   options.Validate();
+  const PinholeCamera& camera = sensor.camera;
   HIGHWALL_REQUIRE(
       depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
       "FitSegmentDepth: the depth image must be CV_32FC1 of the camera's size");
@@ -211,7 +214,7 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
   std::array<Fit, 2> fits;
   std::array<bool, 2> measured{};
   for (std::size_t i = 0; i < 2; ++i) {
-    sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, camera, options);
+    sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, sensor, options);
     measured[i] = sides[i].size() >= options.min_valid * kPixelsPerSide * options.samples;
     if (measured[i]) fits[i] = Refine(sides[i], Ransac(sides[i], options), Slope::kZero);
   }
@@ -230,7 +233,7 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
   }
   if (!IsGood(fit, options)) return std::nullopt;
   const double rho_s = fit.model.At(0.0), rho_e = fit.model.At(1.0);
-  if (std::min(rho_s, rho_e) * options.max_depth < 1.0) return std::nullopt;
+  if (std::min(rho_s, rho_e) * sensor.max_depth < 1.0) return std::nullopt;
 
   const PinholeCamera undistorted = camera.WithoutDistortion();
   result.p_C = undistorted.Unproject(segment.s.cast<double>(), 1.0 / rho_s);

@@ -6,10 +6,9 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include <highwall/core/camera.h>
-#include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/options.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "features/line_extractor.h"
 
@@ -22,10 +21,11 @@ namespace highwall {
 // sides where they make one plane, else over the nearer side, whose boundary the edge is.
 //
 // segment: undistorted pixels (of camera.WithoutDistortion()). depth: CV_32FC1 [m], raw pixels of
-// `camera`, its size; 0 or NaN mean no measurement. Nothing where too few pixels are measured or
-// the fit is poor. Throws InvalidArgument on another type or size and on bad options.
+// the sensor's camera, its size; 0, NaN or beyond the sensor's range mean no measurement. Nothing
+// where too few pixels are measured or the fit is poor. Throws InvalidArgument on another type or
+// size and on bad options.
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
-                                            const PinholeCamera& camera,
+                                            const RgbdSensor& sensor,
                                             const SegmentDepthOptions& options = {});
 
 }  // namespace highwall

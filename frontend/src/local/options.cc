@@ -11,8 +11,8 @@ void BundleAdjustmentOptions::Validate() const {
   RequirePositive(point_huber, "BundleAdjustmentOptions::point_huber");
   RequirePositive(line_huber, "BundleAdjustmentOptions::line_huber");
   inliers.Validate();
-  HIGHWALL_REQUIRE(first_iterations >= 1 && second_iterations >= 1,
-                   "BundleAdjustmentOptions: iterations must be at least 1");
+  RequireAtLeast(first_iterations, 1, "BundleAdjustmentOptions::first_iterations");
+  RequireAtLeast(second_iterations, 1, "BundleAdjustmentOptions::second_iterations");
   HIGHWALL_REQUIRE(tolerance >= 0.0 && std::isfinite(tolerance),
                    "BundleAdjustmentOptions::tolerance must be finite, not negative");
   HIGHWALL_REQUIRE(trust_region > 0.0 && std::isfinite(trust_region),

@@ -6,13 +6,13 @@
 namespace highwall {
 
 void KeyFrameGraphOptions::Validate() const {
-  HIGHWALL_REQUIRE(drift_translation > 0.0 && drift_rotation > 0.0,
-                   "KeyFrameGraphOptions::drift_translation and drift_rotation must be positive");
-  HIGHWALL_REQUIRE(step_translation > 0.0 && step_rotation > 0.0,
-                   "KeyFrameGraphOptions::step_translation and step_rotation must be positive");
+  RequirePositive(drift_translation, "KeyFrameGraphOptions::drift_translation");
+  RequirePositive(drift_rotation, "KeyFrameGraphOptions::drift_rotation");
+  RequirePositive(step_translation, "KeyFrameGraphOptions::step_translation");
+  RequirePositive(step_rotation, "KeyFrameGraphOptions::step_rotation");
   RequireNotNegative(drift_bias, "KeyFrameGraphOptions::drift_bias");
-  HIGHWALL_REQUIRE(loop_translation > 0.0 && loop_rotation > 0.0,
-                   "KeyFrameGraphOptions::loop_translation and loop_rotation must be positive");
+  RequirePositive(loop_translation, "KeyFrameGraphOptions::loop_translation");
+  RequirePositive(loop_rotation, "KeyFrameGraphOptions::loop_rotation");
   RequirePositive(max_loop_chi2, "KeyFrameGraphOptions::max_loop_chi2");
   RequireAtLeast(min_shared, 1, "KeyFrameGraphOptions::min_shared");
   RequireNotNegative(neighbours, "KeyFrameGraphOptions::neighbours");

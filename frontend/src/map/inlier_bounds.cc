@@ -1,6 +1,6 @@
 #include <highwall/frontend/map/options.h>
 
-#include <highwall/core/error.h>
+#include <highwall/internal/require.h>
 
 namespace highwall {
 
@@ -18,8 +18,10 @@ double InlierBounds::Of(int rows) const {
 }
 
 void InlierBounds::Validate() const {
-  HIGHWALL_REQUIRE(chi2_1 > 0.0 && chi2_2 > 0.0 && chi2_3 > 0.0 && chi2_4 > 0.0,
-                   "InlierBounds::chi2_1, chi2_2, chi2_3 and chi2_4 must be positive");
+  RequirePositive(chi2_1, "InlierBounds::chi2_1");
+  RequirePositive(chi2_2, "InlierBounds::chi2_2");
+  RequirePositive(chi2_3, "InlierBounds::chi2_3");
+  RequirePositive(chi2_4, "InlierBounds::chi2_4");
 }
 
 }  // namespace highwall

@@ -63,8 +63,8 @@ void KeyFramePolicyOptions::Validate() const {
   HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,
                    "KeyFramePolicyOptions::min_share must be in (0, 1]");
   RequirePositive(max_gap, "KeyFramePolicyOptions::max_gap");
-  HIGHWALL_REQUIRE(wanted_tracked >= 0 && wanted_new >= 0,
-                   "KeyFramePolicyOptions::wanted_tracked and wanted_new must not be negative");
+  RequireNotNegative(wanted_tracked, "KeyFramePolicyOptions::wanted_tracked");
+  RequireNotNegative(wanted_new, "KeyFramePolicyOptions::wanted_new");
 }
 
 }  // namespace highwall

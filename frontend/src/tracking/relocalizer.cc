@@ -200,9 +200,11 @@ std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& 
 
 }  // namespace
 
-Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options)
-    : model_(model), options_(options) {
+Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options,
+                         const PoseSolverOptions& pose)
+    : model_(model), options_(options), pose_(pose) {
   options_.Validate();
+  pose_.Validate();
 }
 
 std::optional<Relocalization> Relocalizer::Relocalize(const FrameFeatures& features,
@@ -227,7 +229,7 @@ std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& featu
                                                       const KeyFrame& keyframe,
                                                       const Pose& guess) const {
   const auto pairs = PairLines(features, map, keyframe, model_.options().line_matches);
-  PoseSolverOptions solver;
+  PoseSolverOptions solver = pose_;
   solver.min_support = Support(0, options_.min_line_inliers);
   solver.max_iterations = 15;
   Selection selection;
@@ -256,7 +258,8 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
   const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
   // A frame that is to be found again is often blurred.
-  PoseSolverOptions solver{.inliers = InlierBounds::ThreeSigma()};
+  PoseSolverOptions solver = pose_;
+  solver.inliers = InlierBounds::ThreeSigma();
   solver.min_support = options_.min_inliers;
   return Refine(model_, *rough, pairs, points, lines, keyframe.id, solver);
 }

@@ -29,7 +29,9 @@ struct Relocalization {
 // solved from a guess near the keyframe.
 class Relocalizer {
  public:
-  Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options);
+  // pose: of the tracker, but for what RelocalizerOptions say.
+  Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options,
+              const PoseSolverOptions& pose = {});
 
   // Empty where no keyframe is verified.
   std::optional<Relocalization> Relocalize(const FrameFeatures& features, const Map& map) const;
@@ -45,6 +47,7 @@ class Relocalizer {
 
   const MeasurementModel& model_;
   RelocalizerOptions options_;
+  PoseSolverOptions pose_;
 };
 
 }  // namespace highwall

@@ -71,7 +71,7 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options)
     : model_(model),
       options_(options),
       matcher_(model),
-      relocalizer_(model, options.relocalizer),
+      relocalizer_(model, options.relocalizer, options.pose),
       moving_(model, options.moving, options.pose),
       aligner_(moving_.grid(), model.depth_noise(), options.surfaces.matcher, options.direct) {
   options_.Validate();

@@ -2,8 +2,6 @@
 
 #include <cstdint>
 
-#include <highwall/factors/depth_noise.h>
-
 namespace highwall {
 
 // Of the images that corners are found in, the whole one first.
@@ -50,13 +48,10 @@ struct LineExtractorOptions {
 
 struct SegmentDepthOptions {
   int samples = 24;            // places along the segment, [4, 64]; four depth pixels at each
-  double min_depth = 0.05;     // [m] a nearer value is no measurement, > 0
-  double max_depth = 20.0;     // [m] neither is a farther one, > min_depth
   double min_valid = 0.5;      // share of the samples of a side that must be measurements, (0, 1]
   double min_inliers = 0.6;    // share of the measurements that must fit the line, (0, 1]
   int ransac_iterations = 16;  // for each side, > 0
   std::uint32_t seed = 1;      // of the drawn pairs: equal input gives equal output
-  DepthNoise noise = {};       // of the sensor
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -65,7 +60,7 @@ struct SegmentDepthOptions {
 struct FrameBuilderOptions {
   OrbExtractorOptions orb{};
   LineExtractorOptions lines{};
-  SegmentDepthOptions segment_depth{};  // its noise and range are taken from the sensor
+  SegmentDepthOptions segment_depth{};
   bool use_points = true;
   bool use_lines = true;
   // Share of the depth spread among a corner's neighbouring pixels that joins its depth noise,
