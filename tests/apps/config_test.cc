@@ -1,7 +1,6 @@
 #include "config.h"
 
 #include <filesystem>
-#include <functional>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -11,11 +10,13 @@
 
 #include "calibration_file.h"
 #include "support/generated_tum.h"
+#include "support/message_of.h"
 #include "yaml_reader.h"
 
 namespace highwall::apps {
 namespace {
 
+using testing::MessageOf;
 using testing::TemporaryDirectory;
 using testing::WriteText;
 using testing::WriteTum;
@@ -23,22 +24,12 @@ using testing::WriteTum;
 constexpr const char* kCamera =
     "camera: {width: 320, height: 240, fx: 260.5, fy: 261, cx: 159.5, cy: 120}\n";
 
-std::string IoMessage(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const IoError& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "no IoError";
-  return "";
-}
-
 // The message for a configuration file of this text, without its path.
 std::string LoadMessage(const std::string& text) {
   const TemporaryDirectory folder;
   const std::string path = (folder.path() / "c.yaml").string();
   WriteText(path, text);
-  const std::string message = IoMessage([&] { LoadConfig(path); });
+  const std::string message = MessageOf<IoError>([&] { LoadConfig(path); });
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   EXPECT_TRUE(message.starts_with(path)) << message;
   return message.substr(std::min(path.size(), message.size()));
@@ -226,7 +217,7 @@ TEST(Config, RefusesWhatIsNoYamlMap) {
   EXPECT_TRUE(LoadMessage("camera: {width: 3\n").find("is not YAML") != std::string::npos);
   EXPECT_EQ(LoadMessage(""), ": holds no 'key: value' lines");
   EXPECT_EQ(LoadMessage("just words\n"), ": holds no 'key: value' lines");
-  EXPECT_EQ(IoMessage([] { LoadConfig("/nowhere/c.yaml"); }),
+  EXPECT_EQ(MessageOf<IoError>([] { LoadConfig("/nowhere/c.yaml"); }),
             "/nowhere/c.yaml: is missing or cannot be read");
 }
 
@@ -250,14 +241,14 @@ TEST(ResolveConfig, PrefersTheOptionThenCalibrationYamlThenTheName) {
 
 TEST(ResolveConfig, SaysWhatToDoWhereNothingIsKnown) {
   const TemporaryDirectory folder;
-  EXPECT_EQ(IoMessage([&] { ResolveConfig("", folder.path()); }),
+  EXPECT_EQ(MessageOf<IoError>([&] { ResolveConfig("", folder.path()); }),
             folder.path().string() + ": is empty");
   WriteTum(folder.path());
-  EXPECT_EQ(IoMessage([&] { ResolveConfig("", folder.path()); }),
+  EXPECT_EQ(MessageOf<IoError>([&] { ResolveConfig("", folder.path()); }),
             folder.path().string() +
                 ": the camera is unknown: put calibration.yaml there, or give --config with a "
                 "file or one of tum1, tum2, tum3");
-  EXPECT_EQ(IoMessage([&] { ResolveConfig("tum9", folder.path()); }),
+  EXPECT_EQ(MessageOf<IoError>([&] { ResolveConfig("tum9", folder.path()); }),
             "tum9: is neither a file nor a preset (tum1, tum2, tum3)");
 }
 

@@ -15,11 +15,13 @@
 #include <opencv2/core.hpp>
 
 #include "support/faulty_readings.h"
+#include "support/rendered_walk.h"
 
 namespace highwall {
 namespace {
 
 using testing::Fault;
+using testing::RenderedWalk;
 using testing::Uniform;
 
 constexpr double kFps = 10.0;
@@ -35,34 +37,17 @@ SlamOptions LightOptions() {
   return options;
 }
 
-struct Sequence {
-  std::vector<RgbdImage> images;
-  std::vector<ImuSample> readings;
-  Trajectory truth;
-  ImuCalibration calibration;
-};
-
 // Two and a half seconds of a walk, rendered once.
-const Sequence& Walk() {
-  static const Sequence sequence = [] {
+const RenderedWalk& Walk() {
+  static const RenderedWalk walk = [] {
     simulate::SimulationOptions options;
     options.seed = 3;
     options.fps = kFps;
     options.duration = kFrames / kFps;
     options.camera = TinyCamera();
-    const simulate::Simulation room = simulate::SimulateRoom(options);
-    Sequence made;
-    for (int i = 0; i < room.size(); ++i) {
-      const simulate::SimulatedFrame frame = room.Render(i);
-      made.images.push_back({frame.stamp, frame.bgr, frame.depth});
-      made.truth.push_back({frame.stamp, frame.T_WC});
-    }
-    made.readings = room.ImuSamples();
-    made.calibration = {
-        .T_BC = options.imu.T_BC, .noise = options.imu.noise, .rate = options.imu.rate};
-    return made;
+    return testing::Render(simulate::SimulateRoom(options));
   }();
-  return sequence;
+  return walk;
 }
 
 // What may become of an image: its stamp stays.

@@ -11,10 +11,14 @@
 #include <highwall/factors/imu_preintegration.h>
 #include <simulate/scenes/room.h>
 
+#include "support/rendered_walk.h"
+
 #include "inertial/inertial_odometry.h"
 
 namespace highwall {
 namespace {
+
+using testing::RenderedWalk;
 
 constexpr int kFrames = 60;
 constexpr double kFps = 10.0;
@@ -33,13 +37,6 @@ double AngleTo(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 // Six seconds of a walk with an IMU, rendered once for all tests.
 class SlamInertialTest : public ::testing::Test {
  protected:
-  struct Walk {
-    std::vector<RgbdImage> images;
-    std::vector<ImuSample> readings;
-    Trajectory truth;
-    ImuCalibration calibration;
-  };
-
   static void SetUpTestSuite() {
     simulate::SimulationOptions options;
     options.seed = 3;
@@ -50,17 +47,7 @@ class SlamInertialTest : public ::testing::Test {
     options.imu.time_offset = kTimeOffset;
     // The tolerances of the darkness are those of the noise that the system is told.
     options.sensor.noise_ratio = options.imu.noise_ratio = 1.0;
-    const simulate::Simulation simulation = simulate::SimulateRoom(options);
-    auto walk = std::make_unique<Walk>();
-    for (int i = 0; i < simulation.size(); ++i) {
-      const simulate::SimulatedFrame frame = simulation.Render(i);
-      walk->images.push_back({frame.stamp, frame.bgr, frame.depth});
-      walk->truth.push_back({frame.stamp, frame.T_WC});
-    }
-    walk->readings = simulation.ImuSamples();
-    walk->calibration = {
-        .T_BC = options.imu.T_BC, .noise = options.imu.noise, .rate = options.imu.rate};
-    walk_ = std::move(walk);
+    walk_ = std::make_unique<RenderedWalk>(testing::Render(simulate::SimulateRoom(options)));
   }
   static void TearDownTestSuite() { walk_.reset(); }
 
@@ -83,13 +70,13 @@ class SlamInertialTest : public ::testing::Test {
     }
     return results;
   }
-  static const Walk& walk() { return *walk_; }
+  static const RenderedWalk& walk() { return *walk_; }
 
  private:
-  static std::unique_ptr<const Walk> walk_;
+  static std::unique_ptr<const RenderedWalk> walk_;
 };
 
-std::unique_ptr<const SlamInertialTest::Walk> SlamInertialTest::walk_;
+std::unique_ptr<const RenderedWalk> SlamInertialTest::walk_;
 
 TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   const RgbdSensor sensor{.camera = SmallCamera()};

@@ -8,8 +8,12 @@
 #include <highwall/frontend/system/slam_system.h>
 #include <simulate/scenes/room.h>
 
+#include "support/rendered_walk.h"
+
 namespace highwall {
 namespace {
+
+using testing::RenderedWalk;
 
 constexpr double kLap = 10.0, kSeconds = 15.0, kFps = 10.0;
 
@@ -25,20 +29,9 @@ class SlamLoopTest : public ::testing::Test {
     options.sensor.noise_ratio = 1.0;  // the bounds below are of the noise that is told
     const simulate::Simulation room(simulate::MakeRoom(options.seed),
                                     simulate::MakeRoomTrajectory(kLap, options.seed), options);
-    auto images = std::make_unique<std::vector<RgbdImage>>();
-    auto truth = std::make_unique<Trajectory>();
-    for (int i = 0; i < room.size(); ++i) {
-      const auto frame = room.Render(i);
-      images->push_back({frame.stamp, frame.bgr, frame.depth});
-      truth->push_back({frame.stamp, frame.T_WC});
-    }
-    images_ = std::move(images);
-    truth_ = std::move(truth);
+    walk_ = std::make_unique<RenderedWalk>(testing::Render(room));
   }
-  static void TearDownTestSuite() {
-    images_.reset();
-    truth_.reset();
-  }
+  static void TearDownTestSuite() { walk_.reset(); }
 
   static PinholeCamera Camera() {
     return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
@@ -64,7 +57,7 @@ class SlamLoopTest : public ::testing::Test {
     const auto keep = [&](const std::vector<LoopReport>& reports) {
       run.loops.insert(run.loops.end(), reports.begin(), reports.end());
     };
-    for (const RgbdImage& image : *images_) {
+    for (const RgbdImage& image : walk_->images) {
       const FrameResult result = slam.Track(image);
       if (result.state != TrackingState::kTracking) ++run.lost;
       keep(result.loops);
@@ -72,7 +65,7 @@ class SlamLoopTest : public ::testing::Test {
     }
     keep(slam.Finish());
     for (const StampedPose& pose : slam.trajectory()) run.poses.push_back(pose.pose.Matrix());
-    run.rmse = AbsolutePoseError(*truth_, slam.trajectory()).statistics.rmse;
+    run.rmse = AbsolutePoseError(walk_->truth, slam.trajectory()).statistics.rmse;
     if (run.lost == 0) run.closure = Closure(slam.trajectory());
     return run;
   }
@@ -83,18 +76,17 @@ class SlamLoopTest : public ::testing::Test {
     double sum = 0.0;
     for (std::size_t i = kLapFrames; i < estimate.size(); ++i) {
       const Pose way = estimate[i - kLapFrames].pose.Inverse() * estimate[i].pose;
-      const Pose true_way = (*truth_)[i - kLapFrames].pose.Inverse() * (*truth_)[i].pose;
+      const Trajectory& truth = walk_->truth;
+      const Pose true_way = truth[i - kLapFrames].pose.Inverse() * truth[i].pose;
       sum += (way.p() - true_way.p()).squaredNorm();
     }
     return std::sqrt(sum / static_cast<double>(estimate.size() - kLapFrames));
   }
 
-  static std::unique_ptr<const std::vector<RgbdImage>> images_;
-  static std::unique_ptr<const Trajectory> truth_;
+  static std::unique_ptr<const RenderedWalk> walk_;
 };
 
-std::unique_ptr<const std::vector<RgbdImage>> SlamLoopTest::images_;
-std::unique_ptr<const Trajectory> SlamLoopTest::truth_;
+std::unique_ptr<const RenderedWalk> SlamLoopTest::walk_;
 
 TEST_F(SlamLoopTest, ClosesTheLoopAndTheTrackerFollows) {
   LoopCloserOptions closing;

@@ -1,4 +1,3 @@
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,33 +10,24 @@
 
 #include "input/image_io.h"
 #include "support/generated_tum.h"
+#include "support/message_of.h"
 
 namespace highwall {
 namespace {
 
 using testing::GeneratedTum;
+using testing::MessageOf;
 using testing::TemporaryDirectory;
 using testing::Truncate;
 using testing::WriteText;
 using testing::WriteTum;
-
-// The message of the IoError that `action` must throw.
-std::string IoMessage(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const IoError& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "no IoError";
-  return "";
-}
 
 void ExpectContains(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << text << "\nlacks: " << part;
 }
 
 std::string OpenMessage(const std::filesystem::path& directory) {
-  const std::string message = IoMessage([&] { const TumDataset dataset(directory); });
+  const std::string message = MessageOf<IoError>([&] { const TumDataset dataset(directory); });
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   return message;
 }
@@ -166,7 +156,7 @@ TEST(TumDataset, RefusesImagesOfAnotherSizeThanTheCamera) {
   const TemporaryDirectory folder;
   WriteTum(folder.path());
   const TumDatasetOptions options{.width = 640, .height = 480};
-  ExpectContains(IoMessage([&] { const TumDataset dataset(folder.path(), options); }),
+  ExpectContains(MessageOf<IoError>([&] { const TumDataset dataset(folder.path(), options); }),
                  "is 64 x 48, but the camera is set to 640 x 480");
 }
 
@@ -219,7 +209,7 @@ TEST(TumImageList, NamesTheLineThatIsMalformed) {
   const auto list = folder.path() / "rgb.txt";
   const auto message = [&](const std::string& text) {
     WriteText(list, text);
-    return IoMessage([&] { ReadTumImageList(list); });
+    return MessageOf<IoError>([&] { ReadTumImageList(list); });
   };
   ExpectContains(message("# c\n1.0 a\nabc b\n"), "rgb.txt:3: 'abc' is not a time stamp");
   ExpectContains(message("1.0 a\nnan b\n"), "rgb.txt:2: 'nan' is not a time stamp");
@@ -253,7 +243,7 @@ TEST(ImageIo, DetectsAJpegThatWasCutShort) {
   EXPECT_EQ(ReadColourImage(path).size(), image.size());
   for (const double share : {0.97, 0.5, 0.1}) {
     Truncate(path, share);
-    ExpectContains(IoMessage([&] { ReadColourImage(path); }), "a.jpg: is truncated");
+    ExpectContains(MessageOf<IoError>([&] { ReadColourImage(path); }), "a.jpg: is truncated");
   }
 }
 
@@ -269,7 +259,7 @@ TEST(ImageIo, DetectsAPngCutShortAnywhere) {
   for (std::uintmax_t left = 8; left < size; left += 97) {
     std::filesystem::copy_file(whole, cut, std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(cut, left);
-    ExpectContains(IoMessage([&] { ReadDepthImage(cut); }), "cut.png: is truncated");
+    ExpectContains(MessageOf<IoError>([&] { ReadDepthImage(cut); }), "cut.png: is truncated");
   }
 }
 
@@ -285,7 +275,7 @@ TEST(ImageIo, DetectsADamagedPngAndWritesNothing) {
   file.write("damage", 6);
   file.close();
   ::testing::internal::CaptureStderr();
-  const std::string message = IoMessage([&] { ReadDepthImage(path); });
+  const std::string message = MessageOf<IoError>([&] { ReadDepthImage(path); });
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   ExpectContains(message, "d.png: is damaged");
 }
@@ -294,7 +284,7 @@ TEST(ImageIo, RefusesADepthImageOfEightBits) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "d.png";
   cv::imwrite(path.string(), cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3)));
-  ExpectContains(IoMessage([&] { ReadDepthImage(path); }), "found 3 of 8 bits");
+  ExpectContains(MessageOf<IoError>([&] { ReadDepthImage(path); }), "found 3 of 8 bits");
 }
 
 TEST(TumDataset, ReadsARealSequence) {

@@ -57,6 +57,8 @@ inline std::map<std::int32_t, highwall::DenseMap> Survey(const highwall::RgbdSen
 #include <gtest/gtest.h>
 #include <simulate/scenes/room.h>
 
+#include "support/rendered_walk.h"
+
 namespace highwall {
 namespace {
 
@@ -66,13 +68,8 @@ TEST(MappingTutorial, MakesTheRoomThatTheCameraSees) {
   options.duration = 1.5;
   options.camera = {
       .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
-  const simulate::Simulation room = simulate::SimulateRoom(options);
+  const std::vector<RgbdImage> images = testing::Render(simulate::SimulateRoom(options)).images;
   const RgbdSensor sensor{.camera = options.camera};
-  std::vector<RgbdImage> images;
-  for (int i = 0; i < room.size(); ++i) {
-    const simulate::SimulatedFrame frame = room.Render(i);
-    images.push_back({frame.stamp, frame.bgr, frame.depth});
-  }
 
   std::size_t next = 0;
   const auto maps = Survey(sensor, [&]() -> std::optional<RgbdImage> {

@@ -67,6 +67,8 @@ class Pilot {
 #include <highwall/core/trajectory_error.h>
 #include <simulate/scenes/room.h>
 
+#include "support/rendered_walk.h"
+
 namespace highwall {
 namespace {
 
@@ -87,14 +89,8 @@ TEST(SlamTutorial, FollowsACameraThatDoesNotWait) {
   options.duration = 1.5;
   options.camera = {
       .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
-  const simulate::Simulation room = simulate::SimulateRoom(options);
-  std::vector<RgbdImage> images;
-  Trajectory truth;
-  for (int i = 0; i < room.size(); ++i) {
-    const simulate::SimulatedFrame frame = room.Render(i);
-    images.push_back({frame.stamp, frame.bgr, frame.depth});
-    truth.push_back({frame.stamp, frame.T_WC});
-  }
+  const testing::RenderedWalk walk = testing::Render(simulate::SimulateRoom(options));
+  const std::vector<RgbdImage>& images = walk.images;
 
   const RgbdSensor sensor{.camera = options.camera};
   const auto pause =
@@ -110,7 +106,7 @@ TEST(SlamTutorial, FollowsACameraThatDoesNotWait) {
   ASSERT_TRUE(pilot.here());
   EXPECT_GE(pilot.places().size(), 1u);
   EXPECT_EQ(pilot.returns(), 0);
-  EXPECT_LT(AbsolutePoseError(truth, pilot.path()).statistics.rmse, 0.01);
+  EXPECT_LT(AbsolutePoseError(walk.truth, pilot.path()).statistics.rmse, 0.01);
 }
 
 }  // namespace
