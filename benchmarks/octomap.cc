@@ -22,11 +22,11 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/median.h>
 #include <highwall/mapping/octomap_builder.h>
 
 #include "bench_main.h"
 #include "config.h"
-#include "medians.h"
 #include "same_leaves.h"
 #include "support/stock_octree.h"
 #include "timing.h"
@@ -142,11 +142,11 @@ nlohmann::json CompareThreads(const std::vector<Scan>& scans, const PinholeCamer
       {"count", threads},
       {"equal", equal},
       {"speedup_of_best", single_best / parallel_best},
-      {"speedup_of_medians", bench::Median(single_times.wall) / bench::Median(parallel_times.wall)},
+      {"speedup_of_medians", UpperMedian(single_times.wall) / UpperMedian(parallel_times.wall)},
       {"one_wall_ms_best", 1e3 * single_best},
       {"wall_ms_best", 1e3 * parallel_best},
-      {"one_wall_ms_median", 1e3 * bench::Median(single_times.wall)},
-      {"wall_ms_median", 1e3 * bench::Median(parallel_times.wall)},
+      {"one_wall_ms_median", 1e3 * UpperMedian(single_times.wall)},
+      {"wall_ms_median", 1e3 * UpperMedian(parallel_times.wall)},
       {"one_processor_ms", single_times.processor * milliseconds},
       {"caller_processor_ms", parallel_times.caller * milliseconds},
       {"others_processor_ms", (parallel_times.processor - parallel_times.caller) * milliseconds}};

@@ -78,9 +78,10 @@ void Print(const nlohmann::json& report, bool json) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
-  Arguments arguments;
-  CLI::App app("Moving objects, little texture, a wrong depth: generated scenes, medians of seeds.",
-               "highwall_bench_conditions");
-  AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] { Print(Run(arguments), arguments.json); });
+  const BenchName name{
+      "highwall_bench_conditions",
+      "Moving objects, little texture, a wrong depth: generated scenes, medians of seeds."};
+  return RunBench<Arguments>(name, argc, argv, AddOptions, [](const Arguments& arguments) {
+    Print(Run(arguments), arguments.json);
+  });
 }

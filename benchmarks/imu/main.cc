@@ -14,9 +14,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/internal/median.h>
 
 #include "bench_main.h"
-#include "medians.h"
 #include "truth_noise.h"
 #include "windows.h"
 
@@ -32,9 +32,9 @@ nlohmann::json MedianErrors(const std::vector<Window>& windows, const Eigen::Vec
     const auto e = PredictionError(w, gravity_W);
     for (int i = 0; i < 3; ++i) errors[i].push_back(e.segment<3>(3 * i).norm());
   }
-  return {{"rotation_deg", kDegrees * Median(errors[0])},
-          {"velocity_m_s", Median(errors[1])},
-          {"position_m", Median(errors[2])}};
+  return {{"rotation_deg", kDegrees * UpperMedian(errors[0])},
+          {"velocity_m_s", UpperMedian(errors[1])},
+          {"position_m", UpperMedian(errors[2])}};
 }
 
 // truth: nullptr: the IMU alone.
@@ -51,7 +51,7 @@ nlohmann::json Normalised(const std::vector<Window>& windows, const Eigen::Vecto
     }
   }
   nlohmann::json json;
-  for (int i = 0; i < 3; ++i) json[kParts[i]] = Median(normalised[i]) / kMedianOfChi2;
+  for (int i = 0; i < 3; ++i) json[kParts[i]] = UpperMedian(normalised[i]) / kMedianOfChi2;
   return json;
 }
 
@@ -85,7 +85,7 @@ nlohmann::json Run(const std::filesystem::path& folder, double length, const Imu
   return {{"windows", windows.all.size()},
           {"skipped", windows.skipped},
           {"window_s", length},
-          {"median_motion_m", Median(motion)},
+          {"median_motion_m", UpperMedian(motion)},
           {"median_errors", MedianErrors(windows.all, down)},
           {"gravity_tilt_deg",
            std::atan2(down.cross(gravity_W).norm(), down.dot(gravity_W)) * kDegrees},

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "medians.h"
+#include <highwall/internal/median.h>
 
 namespace highwall::bench {
 namespace {
@@ -32,8 +32,8 @@ std::optional<Spread> SpreadOver(const Recording& recording, double length, cons
       squares.push_back(PredictionError(w, gravity_W).segment<3>(3 * part).squaredNorm());
       variances.push_back(w.imu.covariance().diagonal().segment<3>(3 * part).mean());
     }
-    spread.measured[part] = Median(squares) / kMedianOfChi2;
-    spread.of_imu[part] = Median(variances);
+    spread.measured[part] = UpperMedian(squares) / kMedianOfChi2;
+    spread.of_imu[part] = UpperMedian(variances);
   }
   return spread;
 }

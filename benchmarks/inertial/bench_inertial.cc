@@ -187,9 +187,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
-  Arguments arguments;
-  CLI::App app("What an IMU is worth, on generated sequences with exact truth.",
-               "highwall_bench_inertial");
-  AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] { Run(arguments); });
+  const BenchName name{"highwall_bench_inertial",
+                       "What an IMU is worth, on generated sequences with exact truth."};
+  return RunBench<Arguments>(name, argc, argv, AddOptions, Run);
 }

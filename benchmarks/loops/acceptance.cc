@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <fmt/core.h>
+#include <highwall/internal/median.h>
 #include <nlohmann/json.hpp>
 
 #include "bench_loops.h"
@@ -115,12 +116,6 @@ class Walk {
   const MeasurementModel model_{testing::IdealSensor(), {}};
 };
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 nlohmann::json Report(int keyframes, bool levelled, double bias, const Tally& tally) {
   const double chi2_ms = 1e3 * tally.chi2_seconds / tally.chi2_calls;
   const double correction_ms = 1e3 * tally.correction_seconds / std::max(1, tally.corrections);
@@ -131,7 +126,7 @@ nlohmann::json Report(int keyframes, bool levelled, double bias, const Tally& ta
       "in the median, {:.1f} at most), {:.1f} % within the drift, {:.1f} % beyond it, {:.1f} "
       "% 3 m off; {:.1f} ms to judge, {:.1f} ms to close\n",
       keyframes, levelled ? "with gravity" : "without gravity", bias, percent(tally.true_loops),
-      tally.true_loops.asked, Median(tally.chi2),
+      tally.true_loops.asked, UpperMedian(tally.chi2),
       *std::max_element(tally.chi2.begin(), tally.chi2.end()), percent(tally.inside),
       percent(tally.outside), percent(tally.metres), chi2_ms, correction_ms);
   return {{"keyframes", keyframes},
@@ -141,7 +136,7 @@ nlohmann::json Report(int keyframes, bool levelled, double bias, const Tally& ta
           {"inside", tally.inside.ToJson()},
           {"outside", tally.outside.ToJson()},
           {"three_metres", tally.metres.ToJson()},
-          {"true_chi2_median", Median(tally.chi2)},
+          {"true_chi2_median", UpperMedian(tally.chi2)},
           {"chi2_ms", chi2_ms},
           {"correction_ms", correction_ms}};
 }

@@ -94,9 +94,9 @@ void Print(nlohmann::json report, bool json) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
-  Arguments arguments;
-  CLI::App app("Loops, relocalization and place recognition in generated scenes.",
-               "highwall_bench_loops");
-  AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] { Print(Run(arguments), arguments.json); });
+  const BenchName name{"highwall_bench_loops",
+                       "Loops, relocalization and place recognition in generated scenes."};
+  return RunBench<Arguments>(name, argc, argv, AddOptions, [](const Arguments& arguments) {
+    Print(Run(arguments), arguments.json);
+  });
 }

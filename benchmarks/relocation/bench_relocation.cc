@@ -9,11 +9,11 @@
 #include <vector>
 
 #include <fmt/core.h>
+#include <highwall/internal/median.h>
 #include <nlohmann/json.hpp>
 
 #include "bench_main.h"
 #include "cache_folder.h"
-#include "medians.h"
 #include "option_checks.h"
 #include "parted_sequence.h"
 #include "progress.h"
@@ -154,7 +154,7 @@ class Table {
       for (const nlohmann::json& run : runs_) {
         if (run.contains(figure)) values.push_back(run[figure]);
       }
-      if (!values.empty()) json[fmt::format("median_{}", figure)] = Median(values);
+      if (!values.empty()) json[fmt::format("median_{}", figure)] = UpperMedian(values);
     }
     return json;
   }
@@ -317,9 +317,8 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
-  Arguments arguments;
-  CLI::App app("Kidnapped, covered and misled cameras, on generated walks with exact truth.",
-               "highwall_bench_relocation");
-  AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] { Bench(arguments); });
+  const BenchName name{
+      "highwall_bench_relocation",
+      "Kidnapped, covered and misled cameras, on generated walks with exact truth."};
+  return RunBench<Arguments>(name, argc, argv, AddOptions, Bench);
 }

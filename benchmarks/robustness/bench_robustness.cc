@@ -253,9 +253,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
-  Arguments arguments;
-  CLI::App app("Recordings spoiled on purpose, against themselves untouched.",
-               "highwall_bench_robustness");
-  AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] { Bench(arguments); });
+  const BenchName name{"highwall_bench_robustness",
+                       "Recordings spoiled on purpose, against themselves untouched."};
+  return RunBench<Arguments>(name, argc, argv, AddOptions, Bench);
 }

@@ -33,6 +33,13 @@ int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& 
   }
 }
 
+int RunBench(const BenchName& name, int argc, char** argv,
+             const std::function<void(CLI::App&)>& add_options, const std::function<void()>& run) {
+  CLI::App app(name.about, name.binary);
+  add_options(app);
+  return RunBench(app, argc, argv, run);
+}
+
 CLI::Option* AddList(CLI::App& app, const std::string& name, std::vector<std::string>& chosen,
                      const std::vector<std::string>& known, const std::string& remark) {
   const std::string help = fmt::format("{}; separated by commas{}", fmt::join(known, ", "), remark);

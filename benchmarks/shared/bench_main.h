@@ -18,6 +18,22 @@ namespace highwall::bench {
 // 2 IoError, 3 anything else.
 int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& run);
 
+struct BenchName {
+  std::string binary;
+  std::string about;  // a line
+};
+int RunBench(const BenchName& name, int argc, char** argv,
+             const std::function<void(CLI::App&)>& add_options, const std::function<void()>& run);
+
+// The same of Arguments that add_options(app, arguments) reads and run(arguments) takes.
+template <class Arguments, class AddOptions, class Run>
+int RunBench(const BenchName& name, int argc, char** argv, AddOptions add_options, Run run) {
+  Arguments arguments;
+  return RunBench(
+      name, argc, argv, [&](CLI::App& app) { add_options(app, arguments); },
+      [&] { run(arguments); });
+}
+
 // An option that takes some of `known`, separated by commas; `chosen` holds its default.
 CLI::Option* AddList(CLI::App& app, const std::string& name, std::vector<std::string>& chosen,
                      const std::vector<std::string>& known, const std::string& remark = "");

@@ -1,15 +1,10 @@
 #include "medians.h"
 
-#include <algorithm>
 #include <utility>
 
-namespace highwall::bench {
+#include <highwall/internal/median.h>
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+namespace highwall::bench {
 
 Scores Medians(const std::vector<Scores>& runs) {
   std::map<std::string, std::vector<double>> values;
@@ -17,7 +12,7 @@ Scores Medians(const std::vector<Scores>& runs) {
     for (const auto& [name, value] : run) values[name].push_back(value);
   }
   Scores medians;
-  for (auto& [name, list] : values) medians[name] = Median(std::move(list));
+  for (auto& [name, list] : values) medians[name] = UpperMedian(std::move(list));
   return medians;
 }
 

@@ -10,9 +10,6 @@ namespace highwall::bench {
 // computed is absent.
 using Scores = std::map<std::string, double>;
 
-// The upper one of the two in the middle where their number is even. values: not empty.
-double Median(std::vector<double> values);
-
 // Of each figure over the runs that have it.
 Scores Medians(const std::vector<Scores>& runs);
 

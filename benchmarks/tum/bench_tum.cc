@@ -237,9 +237,7 @@ void RunEither(const BenchArguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
-  BenchArguments arguments;
-  CLI::App app("Accuracy and speed of Highwall on sequences in the TUM RGB-D layout.",
-               "highwall_bench_tum");
-  AddOptions(app, arguments);
-  return RunBench(app, argc, argv, [&] { RunEither(arguments); });
+  const BenchName name{"highwall_bench_tum",
+                       "Accuracy and speed of Highwall on sequences in the TUM RGB-D layout."};
+  return RunBench<BenchArguments>(name, argc, argv, AddOptions, RunEither);
 }

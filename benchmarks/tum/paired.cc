@@ -12,8 +12,8 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
+#include <highwall/internal/median.h>
 
-#include "medians.h"
 #include "run_report.h"
 
 namespace highwall::bench {
@@ -107,7 +107,7 @@ std::optional<double> MedianOf(const std::vector<Pair>& pairs, bool compared,
   for (const Pair& pair : pairs) {
     if (!compared || pair.problem.empty()) values.push_back(figure(pair));
   }
-  return values.empty() ? std::nullopt : std::optional(Median(std::move(values)));
+  return values.empty() ? std::nullopt : std::optional(UpperMedian(std::move(values)));
 }
 
 // What the table shows of a sequence; empty where no pair is compared.
