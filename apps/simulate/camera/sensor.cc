@@ -13,6 +13,8 @@
 namespace highwall::simulate {
 namespace {
 
+constexpr double kMaxDepthBias = 0.1;
+constexpr double kBiasReference = 3.0;     // [m] where the bias is what its option says
 constexpr double kKinectBaseline = 0.075;  // [m] projector to camera
 constexpr double kDisparitySteps = 8.0;    // per pixel
 constexpr int kMatchingWindow = 5;         // [px]
@@ -53,6 +55,8 @@ void SensorOptions::Validate() const {
                    "SensorOptions::min_depth must be positive");
   HIGHWALL_REQUIRE(std::isfinite(max_depth) && max_depth > min_depth,
                    "SensorOptions::max_depth must exceed min_depth");
+  HIGHWALL_REQUIRE(std::abs(depth_bias) <= kMaxDepthBias,
+                   "SensorOptions::depth_bias must be in [-0.1, 0.1]");
   HIGHWALL_REQUIRE(std::isfinite(colour_sigma) && colour_sigma >= 0.0,
                    "SensorOptions::colour_sigma must not be negative");
   stereo.Validate();
@@ -71,6 +75,16 @@ Sensor::Sensor(const SensorOptions& options, const PinholeCamera& camera, std::u
       disparity_scale_(camera.fx * kKinectBaseline),
       random_(seed),
       stereo_(options.stereo, options.noise_ratio, camera) {}
+
+cv::Mat Sensor::Biased(const cv::Mat& depth) const {
+  const double slope = options_.depth_bias / kBiasReference;
+  cv::Mat biased = depth.clone();
+  biased.forEach<float>([slope](float& z, const int*) {
+    const auto exact = static_cast<double>(z);
+    z = static_cast<float>(exact * (1.0 + slope * exact));
+  });
+  return biased;
+}
 
 cv::Mat Sensor::KinectDepth(const Rendering& rendering, const CounterRandom& random,
                             int threads) const {
@@ -131,14 +145,14 @@ cv::Mat Sensor::CameraColour(const cv::Mat& bgr, const CounterRandom& random, in
   return out;
 }
 
-SensorImages Sensor::Observe(const Rendering& rendering, int frame, int threads,
-                             double gain) const {
+SensorImages Sensor::Observe(const Rendering& ideal, int frame, int threads, double gain) const {
+  const Rendering rendering{ideal.bgr, Biased(ideal.depth), ideal.cosine};
   const CounterRandom random = random_.Stream(static_cast<std::uint64_t>(frame));
   SensorImages out;
   switch (options_.noise) {
     case SensorNoise::kOff:
       rendering.bgr.convertTo(out.bgr, CV_8UC3);
-      out.depth = rendering.depth.clone();
+      out.depth = rendering.depth;
       break;
     case SensorNoise::kKinect:
       out = {KinectColour(rendering.bgr, random, threads), KinectDepth(rendering, random, threads)};

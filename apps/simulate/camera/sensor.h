@@ -25,10 +25,13 @@ struct SensorOptions {
   double noise_ratio = kUsualNoiseRatio;  // > 0; the depth's true sigma over that of Noise()
   double min_depth = 0.4;                 // [m] > 0; nearer is not measured
   double max_depth = 8.0;                 // [m] > min_depth; nor farther
-  double colour_sigma = 2.0;              // [grey levels] >= 0; of the Kinect
-  StereoOptions stereo{};                 // of the D435i
-  double read_noise = 0.8;                // [grey levels] >= 0, sigma; of the D435i, times gain
-  double shot_noise = 0.02;  // [grey levels] >= 0, variance per grey level; of the D435i, likewise
+  // In [-0.1, 0.1]: the share by which depth reads too long at 3 m; it grows with depth, so that z
+  // reads as z (1 + depth_bias z / 3 m), to which the noise belongs.
+  double depth_bias = 0.0;
+  double colour_sigma = 2.0;  // [grey levels] >= 0; of the Kinect
+  StereoOptions stereo{};     // of the D435i
+  double read_noise = 0.8;    // [grey levels] >= 0, sigma; of the D435i, times gain
+  double shot_noise = 0.02;   // [grey levels] >= 0, variance per grey level; of the D435i, likewise
 
   // What an estimator is told of the depth's sigma: the data sheet's.
   DepthNoise Noise() const;
@@ -58,6 +61,8 @@ class Sensor {
                        double gain = 1.0) const;
 
  private:
+  // depth: CV_32FC1 [m].
+  cv::Mat Biased(const cv::Mat& depth) const;
   cv::Mat KinectDepth(const Rendering& rendering, const CounterRandom& random, int threads) const;
   cv::Mat KinectColour(const cv::Mat& bgr, const CounterRandom& random, int threads) const;
   cv::Mat CameraColour(const cv::Mat& bgr, const CounterRandom& random, int threads,
