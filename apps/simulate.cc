@@ -47,7 +47,10 @@ struct SimulateArguments {
   std::uint64_t seed = 1;
   double fps = 30.0;
   double scale = 1.0;
-  double line_delay = 0.0;   // [us]
+  std::optional<double> line_delay;           // [us]
+  double readout = 0.0, depth_readout = 0.0;  // [s]
+  double depth_delay = 0.0;                   // [s]
+  double depth_bias = 0.0;                    // at 3 m
   double time_offset = 0.0;  // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
   std::string imu = "on";  // off, on, or a file
@@ -112,7 +115,13 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   options.rest = arguments.rest.value_or(options.rest);
   options.camera = simulate::Scaled(options.camera, arguments.scale);
   options.traffic = arguments.moving;
-  options.line_delay = 1e-6 * arguments.line_delay;
+  options.readout = arguments.readout;
+  options.depth_readout = arguments.depth_readout;
+  if (arguments.line_delay) {
+    options.readout = options.depth_readout = 1e-6 * *arguments.line_delay * options.camera.height;
+  }
+  options.depth_delay = arguments.depth_delay;
+  options.sensor.depth_bias = arguments.depth_bias;
   if (arguments.noise) {
     options.sensor.noise = *arguments.noise == "off"      ? SensorNoise::kOff
                            : *arguments.noise == "kinect" ? SensorNoise::kKinect
@@ -223,13 +232,31 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
                    "auto: motion blur, and noise in the dark; off: neither "
                    "[default: off in the room and without noise]")
       ->check(CLI::IsMember({"off", "auto"}));
-  command->add_option("--rolling-shutter", arguments->line_delay, "Delay of a row to the next [us]")
-      ->check(Between(0.0, 200.0))
-      ->capture_default_str();
   command
       ->add_option("--blackout", arguments->blackouts,
                    "Cover the lens at T for S seconds; may be repeated")
       ->check(IsBlackout());
+}
+
+// What cheap depth cameras do to time, and to depth.
+void AddDepthCameraOptions(CLI::App* command, SimulateArguments* arguments) {
+  const auto add = [command](const char* name, double* value, const char* what, double min,
+                             double max) {
+    return command->add_option(name, *value, what)->check(Between(min, max))->capture_default_str();
+  };
+  CLI::Option* readout = add("--readout", &arguments->readout,
+                             "Time from the first row of colour to the last [s]", 0.0, 1.0);
+  CLI::Option* depth_readout = add("--depth-readout", &arguments->depth_readout,
+                                   "Time from the first row of depth to the last [s]", 0.0, 1.0);
+  command
+      ->add_option("--rolling-shutter", arguments->line_delay,
+                   "Both, as the time from one row to the next [us]")
+      ->check(Between(0.0, 200.0))
+      ->excludes(readout, depth_readout);
+  add("--depth-delay", &arguments->depth_delay, "How much later than its stamp depth is taken [s]",
+      -0.2, 0.2);
+  add("--depth-bias", &arguments->depth_bias,
+      "Share by which depth reads too long at 3 m; it grows with depth", -0.1, 0.1);
 }
 
 void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {
@@ -259,6 +286,20 @@ void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {
                    "How far the IMU's clock is ahead of the camera's [s]")
       ->check(Between(-0.2, 0.2))
       ->capture_default_str();
+}
+
+// An image is read before the next one begins.
+void CheckReadouts(const SimulateArguments& arguments) {
+  const SimulationOptions options = MakeOptions(arguments);
+  const auto check = [interval = 1.0 / options.fps](const char* name, double readout) {
+    if (readout <= interval) return;
+    throw CLI::ValidationError(
+        name,
+        fmt::format("must not take longer than the {:.4g} s from frame to frame, takes {:.4g} s",
+                    interval, readout));
+  };
+  check(arguments.line_delay ? "--rolling-shutter" : "--readout", options.readout);
+  check("--depth-readout", options.depth_readout);
 }
 
 // A recorded motion needs its readings, a room, and no noise of its own.
@@ -305,10 +346,12 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
                     "Let a worker walk ahead and a truck come along; in the room, "
                     "somebody walk round it");
   AddCameraOptions(command, arguments.get());
+  AddDepthCameraOptions(command, arguments.get());
   AddImuOptions(command, arguments.get());
   command->footer("Example: highwall simulate mine --out mine --duration 20");
   command->callback([&action, arguments] {
     CheckRecorded(*arguments);
+    CheckReadouts(*arguments);
     action = [arguments] { return RunSimulate(*arguments); };
   });
 }

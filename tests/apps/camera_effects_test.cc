@@ -70,9 +70,9 @@ TEST(MotionBlur, WidensAnEdgeToTheWayItGoes) {
   const MotionBlur blur(SmallCamera());
   // Sideways by x: the wall moves f x / z = 8 px.
   const double x = 8.0 * 2.0 / 153.75;
-  const cv::Mat blurred =
-      blur.Apply(edge.bgr, edge.depth, Pose::FromTangent({-0.5 * x, 0, 0}, {0, 0, 0}),
-                 Pose::FromTangent({0.5 * x, 0, 0}, {0, 0, 0}));
+  const cv::Mat blurred = blur.Apply(edge.bgr, edge.depth,
+                                     ExposureMotion{Pose::FromTangent({-0.5 * x, 0, 0}, {0, 0, 0}),
+                                                    Pose::FromTangent({0.5 * x, 0, 0}, {0, 0, 0})});
   const auto column = [&](float level) {  // where the ramp reaches it, to a fraction of a pixel
     for (int u = 1; u < 160; ++u) {
       const float here = blurred.at<cv::Vec3f>(60, u)[0],
@@ -89,11 +89,13 @@ TEST(MotionBlur, WidensAnEdgeToTheWayItGoes) {
 TEST(MotionBlur, LeavesAStillImageAloneAndTheFarUnmovedBySteps) {
   const Rendering edge = MakeEdge(2.0f);
   const MotionBlur blur(SmallCamera());
-  EXPECT_EQ(cv::norm(blur.Apply(edge.bgr, edge.depth, Pose(), Pose()), edge.bgr, cv::NORM_INF),
+  EXPECT_EQ(cv::norm(blur.Apply(edge.bgr, edge.depth, ExposureMotion()), edge.bgr, cv::NORM_INF),
             0.0);
   const cv::Mat sky(120, 160, CV_32FC1, 0.0f);
   const Pose aside = Pose::FromTangent({0.3, 0, 0}, {0, 0, 0});
-  EXPECT_EQ(cv::norm(blur.Apply(edge.bgr, sky, Pose(), aside), edge.bgr, cv::NORM_INF), 0.0);
+  EXPECT_EQ(
+      cv::norm(blur.Apply(edge.bgr, sky, ExposureMotion{Pose(), aside}), edge.bgr, cv::NORM_INF),
+      0.0);
 }
 
 TEST(Exposure, TakesTimeFirstAndGainThen) {
@@ -292,19 +294,6 @@ TEST(Simulation, DeepShadowIsTakenLongAndWithGain) {
   EXPECT_GT(dark.exposure.gain, 4.0);
 }
 
-TEST(Simulation, PoseOfARollingShutterIsThatOfTheMiddleRow) {
-  SimulationOptions options = SmallOptions();
-  options.sensor.noise = SensorNoise::kOff;
-  options.exposure.mode = ExposureMode::kIdeal;
-  options.camera.height = 121;  // an odd number: the middle one exists
-  const SimulatedFrame global = SimulateWall(options).Render(70);
-  options.line_delay = 1e-4;
-  const SimulatedFrame rolling = SimulateWall(options).Render(70);
-  EXPECT_EQ((rolling.T_WC.p() - global.T_WC.p()).norm(), 0.0);
-  EXPECT_EQ(cv::norm(rolling.bgr.row(60), global.bgr.row(60), cv::NORM_INF), 0.0);
-  EXPECT_GT(cv::norm(rolling.bgr.row(0), global.bgr.row(0), cv::NORM_INF), 0.0);
-}
-
 TEST(Simulation, RefusesEffectsOutOfRangeByName) {
   const auto refused = [](auto&& change) {
     SimulationOptions options = SmallOptions();
@@ -316,7 +305,6 @@ TEST(Simulation, RefusesEffectsOutOfRangeByName) {
     }
     return std::string();
   };
-  EXPECT_NE(refused([](auto* o) { o->line_delay = -1.0; }).find("line_delay"), std::string::npos);
   EXPECT_NE(refused([](auto* o) {
               o->blackouts = {{1.0, 0.0}};
             }).find("Blackout::duration"),

@@ -367,6 +367,26 @@ TEST(SimulateCommand, BlackoutsAndShuttersOutOfRangeAreUsageErrors) {
   EXPECT_EQ(CountEntries(folder.path()), 0);
 }
 
+TEST(SimulateCommand, ReadoutsOutOfRangeAreUsageErrorsThatSayWhatTheLimitIs) {
+  const TemporaryDirectory folder;
+  const std::string command = "simulate room --out " + (folder.path() / "x").string();
+  const auto refused = [&](const std::string& bad, const std::string& why) {
+    const Outcome run = Highwall(command + bad);
+    EXPECT_EQ(run.exit_code, 1) << bad;
+    EXPECT_TRUE(testing::Contains(run.err, why)) << run.err;
+  };
+  refused(" --readout -0.01", "--readout: must be a number in [0 - 1], is -0.01");
+  refused(" --readout 0.04",
+          "--readout: must not take longer than the 0.03333 s from frame to frame, takes 0.04 s");
+  refused(" --depth-readout 0.06 --fps 20",
+          "--depth-readout: must not take longer than the 0.05 s from frame to frame");
+  refused(" --rolling-shutter 100", "--rolling-shutter: must not take longer than the 0.03333 s");
+  refused(" --rolling-shutter 10 --readout 0.01", "--readout excludes --rolling-shutter");
+  refused(" --depth-delay 1", "--depth-delay: must be a number in [-0.2 - 0.2], is 1");
+  refused(" --depth-bias 2", "--depth-bias: must be a number in [-0.1 - 0.1], is 2");
+  EXPECT_EQ(CountEntries(folder.path()), 0);
+}
+
 TEST(SimulateCommand, RefusesToOverwriteWithOneLine) {
   const TemporaryDirectory folder;
   WriteText(folder.path() / "mine.txt", "precious");

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include <highwall/core/error.h>
+
 #include "simulate/materials/lattice_noise.h"
 #include "simulate/parallel_for.h"
 
@@ -57,11 +59,20 @@ MotionBlur::MotionBlur(const PinholeCamera& camera) : camera_(camera) {
   }
 }
 
-cv::Mat MotionBlur::Apply(const cv::Mat& bgr, const cv::Mat& depth, const Pose& T_MB,
-                          const Pose& T_ME, int threads) const {
-  const Projection begin(T_MB.Inverse(), camera_), end(T_ME.Inverse(), camera_);
+cv::Mat MotionBlur::Apply(const cv::Mat& bgr, const cv::Mat& depth, const ExposureMotion& motion,
+                          int threads) const {
+  return Apply(bgr, depth, std::vector<ExposureMotion>(static_cast<std::size_t>(bgr.rows), motion),
+               threads);
+}
+
+cv::Mat MotionBlur::Apply(const cv::Mat& bgr, const cv::Mat& depth,
+                          std::span<const ExposureMotion> motion_of_row, int threads) const {
+  HIGHWALL_REQUIRE(motion_of_row.size() == static_cast<std::size_t>(bgr.rows),
+                   "MotionBlur: needs one motion per row");
   cv::Mat blurred(bgr.size(), bgr.type());
   ParallelFor(bgr.rows, threads, [&](int v) {
+    const auto& [T_MB, T_ME] = motion_of_row[static_cast<std::size_t>(v)];
+    const Projection begin(T_MB.Inverse(), camera_), end(T_ME.Inverse(), camera_);
     const auto* sharp = bgr.ptr<cv::Vec3f>(v);
     const auto* z = depth.ptr<float>(v);
     auto* out = blurred.ptr<cv::Vec3f>(v);

@@ -96,8 +96,12 @@ void SimulationOptions::Validate() const {
                    "SimulationOptions: duration times fps must not exceed a million frames");
   HIGHWALL_REQUIRE(std::isfinite(rest) && rest >= 0.0,
                    "SimulationOptions::rest must not be negative");
-  HIGHWALL_REQUIRE(std::isfinite(line_delay) && line_delay >= 0.0,
-                   "SimulationOptions::line_delay must not be negative");
+  HIGHWALL_REQUIRE(readout >= 0.0 && readout <= 1.0 / fps,
+                   "SimulationOptions::readout must lie between 0 and the interval of frames");
+  HIGHWALL_REQUIRE(
+      depth_readout >= 0.0 && depth_readout <= 1.0 / fps,
+      "SimulationOptions::depth_readout must lie between 0 and the interval of frames");
+  HIGHWALL_REQUIRE(std::isfinite(depth_delay), "SimulationOptions::depth_delay must be finite");
   for (const Blackout& blackout : blackouts) {
     HIGHWALL_REQUIRE(std::isfinite(blackout.begin), "Blackout::begin must be finite");
     HIGHWALL_REQUIRE(std::isfinite(blackout.duration) && blackout.duration > 0.0,
@@ -142,16 +146,30 @@ Pose Simulation::T_WC(Stamp stamp) const {
   return path_.T_WC(ToSeconds(stamp - kFirstStamp));
 }
 
-Rendering Simulation::RenderScene(Stamp stamp, int threads) const {
-  const double t = ToSeconds(stamp - kFirstStamp);
-  const double middle = 0.5 * (options_.camera.height - 1);
+double Simulation::TimeOfRow(int v, double t, double readout) const {
+  return t + (static_cast<double>(v) / options_.camera.height - 0.5) * readout;
+}
+
+Rendering Simulation::RenderScene(double t, double readout, int threads) const {
   std::vector<Pose> T_WC_of_row;
   for (int v = 0; v < options_.camera.height; ++v) {
-    T_WC_of_row.push_back(path_.T_WC(t + (v - middle) * options_.line_delay));
+    T_WC_of_row.push_back(path_.T_WC(TimeOfRow(v, t, readout)));
   }
   const Rendering still = renderer_.Render(T_WC_of_row, threads);
   if (!moving_) return still;
   return Renderer(moving_(t), options_.camera).RenderOver(still, T_WC_of_row, threads);
+}
+
+cv::Mat Simulation::Blur(const Rendering& sharp, double t, double exposure_time,
+                         int threads) const {
+  const double half = 0.5 * exposure_time;
+  std::vector<ExposureMotion> motion_of_row;
+  for (int v = 0; v < options_.camera.height; ++v) {
+    const double middle = TimeOfRow(v, t, options_.readout);
+    const Pose T_MW = path_.T_WC(middle).Inverse();
+    motion_of_row.push_back({T_MW * path_.T_WC(middle - half), T_MW * path_.T_WC(middle + half)});
+  }
+  return blur_.Apply(sharp.bgr, sharp.depth, motion_of_row, threads);
 }
 
 SimulatedFrame Simulation::Render(int i, int threads) const {
@@ -170,7 +188,7 @@ SimulatedFrame Simulation::Render(int i, int threads) const {
     return frame;
   }
 
-  Rendering rendering = RenderScene(frame.stamp, threads);
+  Rendering rendering = RenderScene(t, options_.readout, threads);
   AddHaze({.density = kHazeDensity * Intensity(stretches_, StretchKind::kDust, t),
            .seed = static_cast<std::uint32_t>(options_.seed)},
           t, &rendering);
@@ -184,10 +202,13 @@ SimulatedFrame Simulation::Render(int i, int threads) const {
   frame.exposure = ChooseExposure(options_.exposure, rendering.bgr);
   Expose(options_.exposure, frame.exposure, &rendering.bgr);
   if (frame.exposure.time > 0.0) {
-    const double half = 0.5 * frame.exposure.time;
-    const Pose T_CW = frame.T_WC.Inverse();
-    rendering.bgr = blur_.Apply(rendering.bgr, rendering.depth, T_CW * path_.T_WC(t - half),
-                                T_CW * path_.T_WC(t + half), threads);
+    rendering.bgr = Blur(rendering, t, frame.exposure.time, threads);
+  }
+  if (options_.depth_delay != 0.0 || options_.depth_readout != options_.readout) {
+    const Rendering of_depth =
+        RenderScene(t + options_.depth_delay, options_.depth_readout, threads);
+    rendering.depth = of_depth.depth;
+    rendering.cosine = of_depth.cosine;
   }
   SensorImages images = sensor_.Observe(rendering, i, threads, frame.exposure.gain);
   frame.bgr = std::move(images.bgr);

@@ -36,7 +36,12 @@ struct SimulationOptions {
   double fps = 30.0;       // [Hz] > 0
   double rest = 0.0;       // [s] >= 0; how long the camera stands still at first
   PinholeCamera camera{};
-  double line_delay = 0.0;  // [s] >= 0; from one row to the next: a rolling shutter
+  // Rolling shutters: row v of H is taken (v / H - 0.5) times the read-out [s] after the middle
+  // row, which is that of the stamp in the colour image and depth_delay [s] later in the depth
+  // image.
+  double readout = 0.0;        // [s] of colour, in [0, 1 / fps]
+  double depth_readout = 0.0;  // [s] likewise
+  double depth_delay = 0.0;    // [s] finite
   ExposureOptions exposure{};
   SensorOptions sensor{};
   std::vector<Blackout> blackouts{};
@@ -72,8 +77,9 @@ SimulationOptions FieldTestOptions();
 // A camera with `scale` times the pixels along each side, and the same view.
 PinholeCamera Scaled(PinholeCamera camera, double scale);
 
-// Stamp and pose belong to the middle of the exposure (of the middle row, where the shutter rolls);
-// depth is of that instant too, row by row.
+// Stamp and pose belong to the middle of the exposure (of the middle row, where the shutter rolls).
+// Depth is of that instant too unless options say otherwise: z in the camera where it is when that
+// row is taken.
 struct SimulatedFrame {
   Stamp stamp = 0;      // [ns]
   cv::Mat bgr;          // CV_8UC3
@@ -118,7 +124,12 @@ class Simulation {
   TrueState StateAt(Stamp stamp) const;
 
  private:
-  Rendering RenderScene(Stamp stamp, int threads) const;
+  // What an ideal camera sees whose middle row is taken at t [s] since the first frame.
+  Rendering RenderScene(double t, double readout, int threads) const;
+  // The same image, exposed for that long [s].
+  cv::Mat Blur(const Rendering& sharp, double t, double exposure_time, int threads) const;
+  // When row v is taken, in [s] as t.
+  double TimeOfRow(int v, double t, double readout) const;
 
   SimulationOptions options_;
   Renderer renderer_;
