@@ -51,6 +51,7 @@ struct SimulateArguments {
   double readout = 0.0, depth_readout = 0.0;  // [s]
   double depth_delay = 0.0;                   // [s]
   double depth_bias = 0.0;                    // at 3 m
+  bool write_timing = false;
   double time_offset = 0.0;  // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
   std::string imu = "on";  // off, on, or a file
@@ -200,9 +201,12 @@ int RunSimulate(const SimulateArguments& arguments) {
   const Simulation simulation = Simulate(arguments, MakeOptions(arguments));
   {
     Progress progress("rendering");
-    simulate::WriteTum(simulation, arguments.folder, [&progress](int done, int total) {
-      progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
-    });
+    simulate::WriteTum(simulation, arguments.folder,
+                       [&progress](int done, int total) {
+                         progress.Update(static_cast<std::size_t>(done),
+                                         static_cast<std::size_t>(total));
+                       },
+                       {.timing = arguments.write_timing});
   }
   std::cout << simulation.size() << " frames of the " << arguments.scene << " in "
             << arguments.folder << "\n";
@@ -257,6 +261,8 @@ void AddDepthCameraOptions(CLI::App* command, SimulateArguments* arguments) {
       -0.2, 0.2);
   add("--depth-bias", &arguments->depth_bias,
       "Share by which depth reads too long at 3 m; it grows with depth", -0.1, 0.1);
+  command->add_flag("--write-timing", arguments->write_timing,
+                    "Tell read-outs and delay in calibration.yaml");
 }
 
 void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {

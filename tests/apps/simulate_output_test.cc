@@ -367,6 +367,25 @@ TEST(SimulateCommand, BlackoutsAndShuttersOutOfRangeAreUsageErrors) {
   EXPECT_EQ(CountEntries(folder.path()), 0);
 }
 
+TEST(SimulateCommand, TellsTheTimingOfTheCameraWhereItIsToldTo) {
+  const TemporaryDirectory folder;
+  const std::string errors =
+      "simulate room --duration 0.03 --scale 0.2 --readout 0.03 --depth-delay 0.02 "
+      "--depth-readout 0.025 --depth-bias 0.02 --out ";
+  const auto calibration = [&](const std::string& name, const std::string& more) {
+    const Outcome run = Highwall(errors + (folder.path() / name).string() + more);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return ReadText(folder.path() / name / "calibration.yaml");
+  };
+  const std::string silent = calibration("silent", "");
+  EXPECT_EQ(silent.find("readout"), std::string::npos);
+  EXPECT_EQ(calibration("told", " --write-timing"),
+            silent + "colour:\n  readout: 0.03\ndepth:\n  delay: 0.02\n  readout: 0.025\n");
+  for (const char* list : {"rgb.txt", "groundtruth.txt", "imu.csv"}) {
+    EXPECT_EQ(ReadText(folder.path() / "silent" / list), ReadText(folder.path() / "told" / list));
+  }
+}
+
 TEST(SimulateCommand, ReadoutsOutOfRangeAreUsageErrorsThatSayWhatTheLimitIs) {
   const TemporaryDirectory folder;
   const std::string command = "simulate room --out " + (folder.path() / "x").string();

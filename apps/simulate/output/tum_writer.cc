@@ -140,6 +140,14 @@ std::string Calibration(const SimulationOptions& options) {
   return out.str();
 }
 
+std::string TimingYaml(const SimulationOptions& options) {
+  std::ostringstream out;
+  out << std::setprecision(std::numeric_limits<double>::digits10)
+      << "colour:\n  readout: " << options.readout << "\ndepth:\n  delay: " << options.depth_delay
+      << "\n  readout: " << options.depth_readout << "\n";
+  return out.str();
+}
+
 std::string StretchesCsv(const Simulation& simulation) {
   std::string csv = "#kind,begin [s],end [s]\n";
   const Stamp first = simulation.StampOf(0);
@@ -175,7 +183,7 @@ std::string SurfacePly(const Mesh& mesh) {
 }  // namespace
 
 void WriteTum(const Simulation& simulation, const fs::path& folder,
-              const std::function<void(int, int)>& progress) {
+              const std::function<void(int, int)>& progress, const TumOptions& options) {
   AtomicFolder output(folder);
   const fs::path& root = output.temporary();
   for (const char* kind : {"rgb", "depth"}) {
@@ -190,6 +198,7 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
     WriteBytes(root / "imu.csv", ImuCsv(simulation.ImuSamples()));
     WriteBytes(root / "groundtruth_state.csv", StateCsv(simulation, stamps));
   }
+  if (options.timing) calibration += TimingYaml(simulation.options());
   WriteBytes(root / "calibration.yaml", calibration);
   WriteBytes(root / "stretches.csv", StretchesCsv(simulation));
   WriteBytes(root / "surface.ply", SurfacePly(simulation.scene().mesh));

@@ -11,6 +11,12 @@ namespace highwall::simulate {
 constexpr double kTumDepthFactor = 5000.0;
 constexpr double kD435iDepthFactor = 1000.0;
 
+struct TumOptions {
+  // calibration.yaml tells the read-outs and the delay of depth, which somebody who has but the
+  // data sheets does not know.
+  bool timing = false;
+};
+
 // Writes the whole sequence as a TUM RGB-D dataset (docs/simulator.md): rgb/, depth/, rgb.txt,
 // depth.txt, groundtruth.txt (T_WC at 100 Hz or more), calibration.yaml, stretches.csv (the
 // hard parts), surface.ply, the true surface, and, where the IMU is enabled, imu.csv and
@@ -18,6 +24,6 @@ constexpr double kD435iDepthFactor = 1000.0;
 // the end. progress(done, total), if given, is called after each frame, one call at a time. Throws
 // IoError if `folder` exists and is not an empty folder, or cannot be written.
 void WriteTum(const Simulation& simulation, const std::filesystem::path& folder,
-              const std::function<void(int, int)>& progress = {});
+              const std::function<void(int, int)>& progress = {}, const TumOptions& options = {});
 
 }  // namespace highwall::simulate
