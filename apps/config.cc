@@ -61,6 +61,13 @@ void ReadDepthRange(YamlReader& section, RgbdSensor* sensor) {
   section.Read("max", &sensor->max_depth);
 }
 
+void ReadTiming(YamlReader& file, FrameTiming* timing) {
+  file.Section("colour").Read("readout", &timing->colour_readout);
+  YamlReader& depth = file.Section("depth");
+  depth.Read("readout", &timing->depth_readout);
+  depth.Read("delay", &timing->depth_delay);
+}
+
 void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibration* imu) {
   Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = imu->T_BC.Matrix();
   section.Read("T_BC", std::span<double>(T_BC.data(), 16));
@@ -114,6 +121,7 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
     }
     ReadDepthRange(file.Section("depth_range"), &config.sensor);
     ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
+    ReadTiming(file, &config.sensor.timing);
     YamlReader& imu = file.Section("imu");
     if (file.Has("imu")) ReadImu(imu, path, &config.imu.emplace());
     file.Finish();

@@ -36,6 +36,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"weighting", ToString(options.slam.measurement.weighting)},
           {"virtual_baseline_m", options.slam.measurement.baseline},
           {"moving_objects", options.slam.tracker.moving.enabled},
+          {"frame_timing", ToString(options.slam.tracker.timing)},
           {"parallel_features", frame.parallel},
           {"solver_threads", options.slam.mapper.bundle.threads},
           {"mapping_in_background", options.slam.mapper.background},
@@ -50,6 +51,12 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"octree_resolution_m", options.map.octree.resolution},
           {"voxel_m", options.map.cloud.voxel_size},
           {"imu", options.imu ? ToString(options.slam.inertial.weighting.policy) : "off"}};
+}
+
+nlohmann::json ToJson(const FrameTiming& timing) {
+  return {{"colour_readout", timing.colour_readout},
+          {"depth_readout", timing.depth_readout},
+          {"depth_delay", timing.depth_delay}};
 }
 
 nlohmann::json ToJson(const InertialSummary& inertial) {
@@ -174,6 +181,8 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"keyframes_made", run.keyframes_made},
       {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
       {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
+      {"frame_timing_s",
+       {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
       {"milliseconds", ToJson(run.times)},
       {"seconds", run.seconds},
       {"peak_memory_mib", PeakMemoryMib()}};

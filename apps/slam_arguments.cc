@@ -73,6 +73,14 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
                    "on: what moves is neither tracked nor mapped, or off (default: on)")
       ->transform(
           CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
+  command
+      ->add_option("--frame-timing", arguments->frame_timing,
+                   "estimated: read-out of the rows and delay of depth are found out, known: they "
+                   "are those of the calibration, or ignored (default: estimated)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, FrameTimingMode>{{"estimated", FrameTimingMode::kEstimated},
+                                                 {"known", FrameTimingMode::kKnown},
+                                                 {"ignored", FrameTimingMode::kIgnored}}));
   CLI::Option* deterministic =
       command->add_flag("--deterministic", arguments->deterministic,
                         "One thread; the same output, bit for bit, on every run");
@@ -117,6 +125,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.slam.measurement.weighting = arguments.weighting;
   options.slam.measurement.line_matches.mad_rule = arguments.mad_rule;
   options.slam.tracker.moving.enabled = arguments.moving_objects;
+  options.slam.tracker.timing = arguments.frame_timing;
   options.map.octree.resolution = arguments.resolution;
   // The dense map is made of the keyframes of the run: where there are none there is none.
   options.dense = !arguments.no_map && !arguments.localize;

@@ -25,6 +25,7 @@ struct SlamArguments {
   double resolution = OctomapBuilderOptions().resolution;
   std::string imu;  // --imu as given
   bool moving_objects = true;
+  FrameTimingMode frame_timing = TrackerOptions().timing;
   bool deterministic = false;
   bool live = false;
   bool no_map = false;

@@ -355,6 +355,7 @@ class DenseStage {
 // What comes of the map when tracking is over.
 void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
                SlamRun* run) {
+  run->timing = slam.timing();
   const auto attempt = [run](const char* what, const auto& work) {
     Attempt(what, &run->failures, work);
   };

@@ -115,6 +115,7 @@ struct SlamRun {
   // Why, by ToString(LossReason); "dropped": they were in a submap that was dropped.
   std::map<std::string, std::size_t> loss_reasons;
   std::size_t repeated = 0;                 // colour images that were the one before once more
+  FrameTimingEstimate timing;               // in the end
   std::optional<InertialSummary> inertial;  // with an IMU
   std::size_t relocalizations = 0;
   std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open

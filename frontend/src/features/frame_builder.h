@@ -35,6 +35,7 @@ class FrameBuilder {
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
                                              FrameBuilderTimes* times = nullptr);
 
+  const PinholeCamera& camera() const { return sensor_.camera; }
   const DepthGrid& depth_grid() const { return depth_grid_; }
 
  private:

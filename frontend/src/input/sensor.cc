@@ -48,9 +48,16 @@ const std::array<Preset, 3>& Presets() {
 
 }  // namespace
 
+void FrameTiming::Validate() const {
+  RequireNotNegativeFinite(colour_readout, "FrameTiming::colour_readout");
+  RequireNotNegativeFinite(depth_readout, "FrameTiming::depth_readout");
+  HIGHWALL_REQUIRE(std::isfinite(depth_delay), "FrameTiming::depth_delay must be finite");
+}
+
 void RgbdSensor::Validate() const {
   camera.Validate();
   depth_noise.Validate();
+  timing.Validate();
   HIGHWALL_REQUIRE(
       std::isfinite(depth_factor) && depth_factor > 0.0,
       "RgbdSensor::depth_factor must be positive, got " + std::to_string(depth_factor));

@@ -194,7 +194,10 @@ void TumDataset::Probe() {
 RgbdImage TumDataset::DoLoad(std::size_t index) const {
   const TumImageFile& colour = colour_[frames_[index].first];
   const TumImageFile& depth = depth_[frames_[index].second];
-  RgbdImage image{.stamp = colour.stamp, .bgr = ReadColourImage(colour.path), .depth = {}};
+  RgbdImage image{.stamp = colour.stamp,
+                  .bgr = ReadColourImage(colour.path),
+                  .depth = {},
+                  .depth_stamp = depth.stamp};
   const cv::Mat raw = ReadDepthImage(depth.path);
   if (raw.size() != image.bgr.size()) {
     throw IoError(depth.path, "is " + Size(raw) + ", but its colour image is " + Size(image.bgr));

@@ -57,4 +57,8 @@ const Map& SlamSystem::map() const {
   return impl_->map();
 }
 
+FrameTimingEstimate SlamSystem::timing() const {
+  return impl_->timing();
+}
+
 }  // namespace highwall

@@ -11,6 +11,8 @@
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/internal/stopwatch.h>
 
+#include "features/row_times.h"
+
 namespace highwall {
 namespace {
 
@@ -26,7 +28,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
     : options_((options.Validate(), options)),
       model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), options.frame.orb.pyramid),
       builder_(sensor, options.frame),
-      tracker_(model_, options.tracker),
+      tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
       mapper_(model_, options.mapper),
       loop_closer_(model_, options.loops),
@@ -55,7 +57,8 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   builder_.Check(image);
   result.repeated = Repeats(image);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
-  const Frame frame = Extract(image, result);
+  const RgbdImage at_once = AtOneTime(image, result.repeated);
+  const Frame frame = Extract(at_once, result);
   const Stopwatch watch;
   ApplyResults(result);
   result.times.loops = watch.Milliseconds();
@@ -65,8 +68,24 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     LookForLoop(tracked, result);
   }
   Report(tracked, result);
-  Notify(result, image);
+  Notify(result, at_once);
   return result;
+}
+
+RgbdImage SlamSystem::Impl::AtOneTime(const RgbdImage& image, bool repeated) const {
+  if (repeated || options_.tracker.timing == FrameTimingMode::kIgnored) return image;
+  std::optional<KnownPose> predicted;
+  if (inertial_) predicted = inertial_->Predict(image.stamp);
+  const Twist motion = tracker_.Motion(image.stamp, predicted ? &*predicted : nullptr);
+  const FrameTiming& timing = tracker_.timing();
+  const double delay =
+      timing.depth_delay + ToSeconds(image.depth_stamp.value_or(image.stamp) - image.stamp);
+  const double readout = timing.depth_readout - timing.colour_readout;
+  if ((motion.v.isZero(0.0) && motion.omega.isZero(0.0)) || (delay == 0.0 && readout == 0.0))
+    return image;
+  RgbdImage moved = image;
+  moved.depth = DepthAtTime(image.depth, builder_.camera(), motion, delay, readout);
+  return moved;
 }
 
 Frame SlamSystem::Impl::Extract(const RgbdImage& image, FrameResult& result) {

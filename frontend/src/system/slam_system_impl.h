@@ -35,6 +35,7 @@ class SlamSystem::Impl {
   Trajectory trajectory() const;
   Trajectory keyframe_trajectory() const;
   std::vector<SubmapTrajectory> submaps() const;
+  FrameTimingEstimate timing() const { return tracker_.timing_estimate(); }
   const Map& map() const { return map_; }
 
  private:
@@ -47,6 +48,8 @@ class SlamSystem::Impl {
   };
 
   // The stages of Track(), in their order.
+  // The image with the depth of its own rows' times, as the camera is expected to move.
+  RgbdImage AtOneTime(const RgbdImage& image, bool repeated) const;
   Frame Extract(const RgbdImage& image, FrameResult& result);
   // Whether the image shows nothing new.
   bool Repeats(const RgbdImage& image);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include <highwall/core/so3.h>
-
 namespace highwall {
 namespace {
 
@@ -14,17 +12,12 @@ constexpr double kShortestStep = 0.005;
 
 void ConstantVelocity::Measure(const Pose& T_AB, double dt) {
   if (!(dt >= kShortestStep)) return;
-  // The screw motion that leads there: p = Jl(theta) rho, where Jl(theta) = Jr(-theta).
-  const Eigen::Vector3d theta = so3::Log(T_AB.q());
-  v_ = so3::RightJacobianInverse(-theta) * T_AB.p() / dt;
-  omega_ = theta / dt;
+  twist_ = Twist::Between(T_AB, dt);
   step_ = dt;
 }
 
 Pose ConstantVelocity::Predict(double dt) const {
-  const double t = std::clamp(dt, 0.0, std::max(kLongestPrediction, step_));
-  const Eigen::Vector3d theta = t * omega_;
-  return Pose(so3::Exp(theta), so3::RightJacobian(-theta) * (t * v_));
+  return twist_.Over(std::clamp(dt, 0.0, std::max(kLongestPrediction, step_)));
 }
 
 }  // namespace highwall

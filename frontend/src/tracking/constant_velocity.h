@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include <highwall/core/pose.h>
+
+#include "features/twist.h"
 
 namespace highwall {
 
@@ -22,11 +22,11 @@ class ConstantVelocity {
   // moment: it is carried on no longer than half a second, or the step that it was measured over
   // where images are slower than that. Backwards in time there is none.
   Pose Predict(double dt) const;
+  const Twist& twist() const { return twist_; }
 
  private:
-  Eigen::Vector3d v_ = Eigen::Vector3d::Zero();      // [m/s]
-  Eigen::Vector3d omega_ = Eigen::Vector3d::Zero();  // [rad/s]
-  double step_ = 0.0;                                // [s] it was measured over
+  Twist twist_;
+  double step_ = 0.0;  // [s] it was measured over
 };
 
 }  // namespace highwall

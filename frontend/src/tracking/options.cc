@@ -5,6 +5,18 @@
 
 namespace highwall {
 
+const char* ToString(FrameTimingMode mode) {
+  switch (mode) {
+    case FrameTimingMode::kIgnored:
+      return "ignored";
+    case FrameTimingMode::kKnown:
+      return "known";
+    case FrameTimingMode::kEstimated:
+      break;
+  }
+  return "estimated";
+}
+
 void RelocalizerOptions::Validate() const {
   RequireAtLeast(candidates, 1, "RelocalizerOptions::candidates");
   HIGHWALL_REQUIRE(max_hamming >= 0 && max_hamming <= 256,

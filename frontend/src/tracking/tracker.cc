@@ -12,6 +12,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/internal/median.h>
 
+#include "features/row_times.h"
 #include "map/covisibility.h"
 #include "pose/depth_agreement.h"
 #include "pose/support.h"
@@ -67,26 +68,35 @@ int NumCells(const cv::Mat& mask) {
 
 }  // namespace
 
-Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options)
+Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
+                 const FrameTiming& timing)
     : model_(model),
       options_(options),
       matcher_(model),
       relocalizer_(model, options.relocalizer, options.pose),
       moving_(model, options.moving, options.pose),
+      timing_(timing, model, moving_.grid()),
       aligner_(moving_.grid(), model.depth_noise(), options.surfaces.matcher, options.direct) {
   options_.Validate();
 }
 
-TrackedFrame Tracker::Track(const Frame& frame, Map& map,
+TrackedFrame Tracker::Track(const Frame& seen, Map& map,
                             const std::optional<KnownPose>& predicted) {
   if (map.num_keyframes() == 0) {
-    TrackedFrame none = Unmatched(frame, Pose());
+    TrackedFrame none = Unmatched(seen, Pose());
     none.state = TrackingState::kInitializing;
     return none;
   }
   const bool was_tracking = last_.has_value();
+  const KnownPose* known = predicted ? &*predicted : nullptr;
+  Frame frame = seen;
+  const Twist expected = Motion(seen.stamp, known);
+  if (RowsDiffer() && was_tracking) {
+    frame.features =
+        AtMiddleRow(*seen.features, model_.camera(), timing().colour_readout, expected);
+  }
   LossClues clues{.predicted = predicted.has_value()};
-  auto match = Find(frame, map, predicted ? &*predicted : nullptr, &clues);
+  auto match = Find(frame, map, known, &clues);
   if (!match) {
     // With an IMU the landmarks of the last frame can be looked for again, however long ago.
     if (!predicted) last_.reset();
@@ -97,7 +107,11 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
   if (was_tracking && !tracked.relocalized) {
+    if (match->Support() > 0) FollowMotion(expected, map, known, &tracked);
     velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
+    if (options_.timing == FrameTimingMode::kEstimated) {
+      timing_.Add(tracked, map, velocity_.twist());
+    }
   } else {
     velocity_.Reset();
   }
@@ -111,6 +125,30 @@ TrackedFrame Tracker::Track(const Frame& frame, Map& map,
   moving_.objects().Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
                              tracked.reference, map);
   return tracked;
+}
+
+Twist Tracker::Motion(Stamp stamp, const KnownPose* predicted) const {
+  if (!last_) return {};
+  const double dt = ToSeconds(stamp - last_->frame.stamp);
+  if (predicted == nullptr || dt <= 0.0) return velocity_.twist();
+  return Twist::Between(last_->T_WC.Inverse() * predicted->T_WC, dt);
+}
+
+bool Tracker::RowsDiffer() const {
+  return options_.timing != FrameTimingMode::kIgnored && timing().colour_readout > 0.0;
+}
+
+void Tracker::FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,
+                           TrackedFrame* tracked) const {
+  if (!RowsDiffer()) return;
+  ConstantVelocity found = velocity_;
+  found.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
+  TrackedFrame again = *tracked;
+  again.frame.features = AtMiddleRow(*tracked->frame.features, model_.camera(),
+                                     timing().colour_readout, found.twist(), expected);
+  if (Solve(again, map, options_.min_motion_support, predicted, Aid::kNone)) {
+    *tracked = std::move(again);
+  }
 }
 
 std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& map,

@@ -16,6 +16,7 @@
 #include "pose/pose_solver.h"
 #include "pose/surface_matcher.h"
 #include "tracking/constant_velocity.h"
+#include "tracking/frame_timing_estimator.h"
 #include "tracking/moving_features.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
@@ -28,13 +29,15 @@ namespace highwall {
 // et al. 2025, figure 2, tracking.)
 class Tracker {
  public:
-  // model: must outlive the tracker.
-  Tracker(const MeasurementModel& model, const TrackerOptions& options);
+  // model: must outlive the tracker. timing: as far as it is known.
+  Tracker(const MeasurementModel& model, const TrackerOptions& options,
+          const FrameTiming& timing = {});
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
-  // predicted: the pose that an IMU tells, where there is one. Also counts in the map how often
-  // landmarks were in view and found.
+  // The features of `frame` are as its rows saw them, those of what is returned as its middle row
+  // would have. predicted: the pose that an IMU tells, where there is one. Also counts in the map
+  // how often landmarks were in view and found.
   TrackedFrame Track(const Frame& frame, Map& map,
                      const std::optional<KnownPose>& predicted = std::nullopt);
 
@@ -52,6 +55,12 @@ class Tracker {
   std::optional<KeyFrameId> reference() const;
   // The cells of a keyframe that move, as the depth of the seconds before and since tells.
   cv::Mat MovingIn(const KeyFrame& keyframe, const Map& map) const;
+  // The motion expected at `stamp`, from the last frame to `predicted` where there is one; none
+  // where the camera was lost.
+  Twist Motion(Stamp stamp, const KnownPose* predicted) const;
+  // When the rows of images are taken, as far as that is known by now.
+  const FrameTiming& timing() const { return timing_.timing(); }
+  FrameTimingEstimate timing_estimate() const { return timing_.estimate(); }
   // Follows the map, which has moved about here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
@@ -59,6 +68,11 @@ class Tracker {
   // What may tell a pose, beside points and lines.
   enum class Aid { kNone, kSurfaces };
 
+  bool RowsDiffer() const;
+  // Features that were moved to the middle row by an expected motion, moved by the one that was
+  // found, and the pose from them.
+  void FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,
+                    TrackedFrame* tracked) const;
   // [px] by which the image shifts until `frame` at constant velocity.
   double Shift(const Frame& frame) const;
   // [s] from the last frame tracked to `frame`.
@@ -133,6 +147,7 @@ class Tracker {
   MapMatcher matcher_;
   Relocalizer relocalizer_;
   MovingFeatures moving_;
+  FrameTimingEstimator timing_;
   DirectAligner aligner_;
   std::optional<TrackedFrame> last_;  // the last frame tracked
   int last_support_ = 0;              // of its pose

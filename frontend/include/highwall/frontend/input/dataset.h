@@ -21,8 +21,9 @@ namespace highwall {
 // One frame of an RGB-D camera; both images have one size.
 struct RgbdImage {
   Stamp stamp = 0;
-  cv::Mat bgr;    // CV_8UC3
-  cv::Mat depth;  // CV_32FC1 [m], 0 where nothing was measured
+  cv::Mat bgr;                         // CV_8UC3
+  cv::Mat depth;                       // CV_32FC1 [m], 0 where nothing was measured
+  std::optional<Stamp> depth_stamp{};  // where depth has another one
 };
 
 // A recorded RGB-D sequence, frames in the order of their stamps. A frame that cannot be used is

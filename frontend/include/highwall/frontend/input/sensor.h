@@ -11,6 +11,22 @@
 
 namespace highwall {
 
+// When the rows of the two images are taken (docs/row_times.md). The time of an image is that of
+// its middle row; a read-out goes from the first row to the last, 0 where all are taken at once.
+struct FrameTiming {
+  double colour_readout = 0.0;  // [s] >= 0
+  double depth_readout = 0.0;   // [s] >= 0
+  double depth_delay = 0.0;     // [s] by which depth is later than the stamps of the images say
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
+// What a sequence tells of it; sigma: standard deviations.
+struct FrameTimingEstimate {
+  FrameTiming value, sigma;
+};
+
 // An RGB-D camera whose depth image is registered to its colour image: one pinhole for both. The
 // default range is that of no sensor in particular: the noise decides what a reading is worth.
 struct RgbdSensor {
@@ -19,6 +35,7 @@ struct RgbdSensor {
   DepthNoise depth_noise{};      // of the metric depth
   double min_depth = 0.05;       // [m] > 0; a nearer reading is none
   double max_depth = 20.0;       // [m] > min_depth; neither is a farther one
+  FrameTiming timing{};          // where it is known; SlamSystem finds out more
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

@@ -108,7 +108,8 @@ struct SlamCallbacks {
   std::function<void(const LoopReport&)> on_merge = {};
   // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
   // everything, or when gravity was found or has become known much better; or a submap was dropped
-  // with its keyframes, which the map has no more. Whoever keeps poses or clouds asks the map again.
+  // with its keyframes, which the map has no more. Whoever keeps poses or clouds asks the map
+  // again.
   std::function<void(const Map&)> on_map = {};
   // Every frame, lost ones included, after the above: what Track() returns.
   std::function<void(const FrameResult&)> on_frame = {};
@@ -173,6 +174,9 @@ class SlamSystem {
   Trajectory keyframe_trajectory() const;
   // Each world in which frames were tracked and is still one: that of most frames first.
   std::vector<SubmapTrajectory> submaps() const;
+
+  // When the rows of the images are taken, as found out so far (TrackerOptions::timing).
+  FrameTimingEstimate timing() const;
 
   const Map& map() const;
 

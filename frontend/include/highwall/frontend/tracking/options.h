@@ -46,7 +46,17 @@ struct SurfaceTrackingOptions {
   void Validate() const;
 };
 
+// What becomes of the times of the rows (FrameTiming).
+enum class FrameTimingMode {
+  kIgnored,    // every image is of one time, and depth of that of its image
+  kKnown,      // as the sensor's timing and the stamps of depth images say
+  kEstimated,  // found out while tracking, beginning there
+};
+
+const char* ToString(FrameTimingMode mode);
+
 struct TrackerOptions {
+  FrameTimingMode timing = FrameTimingMode::kEstimated;
   PoseSolverOptions pose{};
   RelocalizerOptions relocalizer{};
   MovingObjectOptions moving{};

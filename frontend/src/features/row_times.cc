@@ -1,0 +1,158 @@
+#include "features/row_times.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include <opencv2/core/types.hpp>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr double kFar = 100.0;  // [m] where the motion of the camera does not show
+constexpr double kNear = 0.01;  // [m]
+
+// [1/m] mean over a sample of the readings; that of a far point where there are none.
+float MeanInverseDepth(const cv::Mat& depth) {
+  constexpr int kStep = 16;
+  double sum = 0.0;
+  int count = 0;
+  for (int v = 0; v < depth.rows; v += kStep) {
+    const float* row = depth.ptr<float>(v);
+    for (int u = 0; u < depth.cols; u += kStep) {
+      if (!(row[u] > 0.0F)) continue;
+      sum += 1.0 / static_cast<double>(row[u]);
+      ++count;
+    }
+  }
+  return static_cast<float>(count > 0 ? sum / count : 1.0 / kFar);
+}
+
+double MeanDepth(const FrameFeatures& features) {
+  double sum = 0.0;
+  int count = 0;
+  for (const PointFeature& point : features.points) {
+    if (!(point.depth > 0.0)) continue;
+    sum += 1.0 / point.depth;
+    ++count;
+  }
+  return count > 0 ? count / sum : kFar;
+}
+
+// One row of DepthAtTime: where its pixels were seen a little later, and what was read there.
+class LaterRow {
+ public:
+  LaterRow(const cv::Mat& depth, const PinholeCamera& camera)
+      : depth_(depth),
+        camera_(camera),
+        mean_(MeanInverseDepth(depth)),
+        x_(static_cast<std::size_t>(depth.cols)),
+        columns_(x_.size()),
+        rows_(x_.size()) {
+    for (int u = 0; u < depth.cols; ++u) {
+      x_[static_cast<std::size_t>(u)] = static_cast<float>((u - camera.cx) / camera.fx);
+    }
+  }
+
+  // The motion within the time by which row v is late.
+  void Fill(int v, const Eigen::Vector3f& rho, const Eigen::Vector3f& theta, cv::Mat* out) {
+    FindPixels(v, rho, theta);
+    const auto cx = static_cast<float>(camera_.cx), cy = static_cast<float>(camera_.cy);
+    const auto fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
+    float* filled = out->ptr<float>(v);
+    for (std::size_t u = 0; u < x_.size(); ++u) {
+      filled[u] = 0.0F;
+      if (!Contains(columns_[u], rows_[u])) continue;
+      const float z = depth_.ptr<float>(rows_[u])[columns_[u]];
+      if (!(z > 0.0F)) continue;
+      const float x = (static_cast<float>(columns_[u]) - cx) / fx;
+      const float y = (static_cast<float>(rows_[u]) - cy) / fy;
+      filled[u] = std::max(0.0F, z + rho.z() + z * (theta.x() * y - theta.y() * x));
+    }
+  }
+
+ private:
+  bool Contains(int u, int v) const {
+    return u >= 0 && v >= 0 && u < depth_.cols && v < depth_.rows;
+  }
+
+  void FindPixels(int v, const Eigen::Vector3f& rho, const Eigen::Vector3f& theta) {
+    const float* row = depth_.ptr<float>(v);
+    const auto y = static_cast<float>((v - camera_.cy) / camera_.fy);
+    const auto fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
+    const auto middle = static_cast<float>(v) + 0.5F;
+    for (std::size_t u = 0; u < x_.size(); ++u) {
+      const float x = x_[u];
+      const float inverse = row[u] > 0.0F ? 1.0F / row[u] : mean_;
+      const float turn = theta.x() * y - theta.y() * x;
+      const float dx = (rho.x() - x * rho.z()) * inverse + theta.y() - theta.z() * y - x * turn;
+      const float dy = (rho.y() - y * rho.z()) * inverse + theta.z() * x - theta.x() - y * turn;
+      columns_[u] = static_cast<int>(std::floor(static_cast<float>(u) + 0.5F - fx * dx));
+      rows_[u] = static_cast<int>(std::floor(middle - fy * dy));
+    }
+  }
+
+  const cv::Mat& depth_;
+  const PinholeCamera& camera_;
+  float mean_;            // [1/m]
+  std::vector<float> x_;  // of each column, on the plane z = 1
+  std::vector<int> columns_, rows_;
+};
+
+}  // namespace
+
+cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
+                    double delay, double readout) {
+  HIGHWALL_REQUIRE(
+      depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
+      "DepthAtTime: the depth image must be CV_32FC1 of the camera's size");
+  cv::Mat earlier(depth.size(), CV_32FC1);
+  LaterRow row(depth, camera);
+  for (int v = 0; v < depth.rows; ++v) {
+    const double late = delay + RowTime(v, depth.rows) * readout;
+    row.Fill(v, (late * motion.v).cast<float>(), (late * motion.omega).cast<float>(), &earlier);
+  }
+  return earlier;
+}
+
+std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
+                                                 const PinholeCamera& camera, double readout,
+                                                 const Twist& motion, const Twist& assumed) {
+  auto moved = std::make_shared<FrameFeatures>(features);
+  const double mean = MeanDepth(features);
+  const auto move = [&](const Eigen::Vector2d& uv, const Eigen::Vector3d& p_C) {
+    const double late = readout * RowTime(uv.y(), camera.height);
+    return (motion.Over(late) * (assumed.Over(late).Inverse() * p_C)).eval();
+  };
+  std::vector<cv::KeyPoint> keypoints;
+  keypoints.reserve(moved->points.size());
+  for (PointFeature& point : moved->points) {
+    const bool measured = point.depth > 0.0;
+    const Eigen::Vector3d p_C =
+        move(point.uv, camera.Unproject(point.uv, measured ? point.depth : mean));
+    if (p_C.z() >= kNear) {
+      point.uv = camera.Project(p_C);
+      if (measured) point.depth = p_C.z();
+    }
+    keypoints.emplace_back(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F,
+                           point.angle, 0.0F, point.octave);
+  }
+  moved->point_grid = FeatureGrid(keypoints, {camera.width, camera.height});
+  for (LineFeature& line : moved->lines) {
+    const auto move_end = [&](Eigen::Vector2f* end, Eigen::Vector3d* measured) {
+      const Eigen::Vector2d uv = end->cast<double>();
+      const Eigen::Vector3d p_C = move(uv, measured ? *measured : camera.Unproject(uv, mean));
+      if (p_C.z() < kNear) return;
+      *end = camera.Project(p_C).cast<float>();
+      if (measured) *measured = p_C;
+    };
+    move_end(&line.segment.s, line.segment_C ? &line.segment_C->p_C : nullptr);
+    move_end(&line.segment.e, line.segment_C ? &line.segment_C->q_C : nullptr);
+  }
+  return moved;
+}
+
+}  // namespace highwall

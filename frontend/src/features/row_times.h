@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/camera.h>
+#include <highwall/frontend/features/frame.h>
+
+#include "features/twist.h"
+
+namespace highwall {
+
+// Images whose rows are of one time each, as a camera moves on while they are read out
+// (docs/row_times.md). The time of an image is that of its middle row.
+
+// [-0.5, 0.5] inside the image: the share of the read-out by which row v is later than the middle.
+inline double RowTime(double v, int height) {
+  return v / height - 0.5;
+}
+
+// A depth image, as the sensor would have measured it `delay` + RowTime(v) * readout [s] earlier,
+// to first order in the motion meanwhile, each reading from the nearest pixel. depth: CV_32FC1 [m]
+// of the camera's size, else throws InvalidArgument; camera: its distortion is not counted.
+cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
+                    double delay, double readout);
+
+// Features of an image that was read out over `readout` [s], moved to where they would have been
+// seen at the time of the middle row, with their depth: an observation at its own time is one of
+// the camera's pose moved by its twist, and the other way round. Those without depth move as one at
+// the others' mean inverse depth, far away where there is none. camera: without distortion.
+// assumed: the motion that they have been moved by before.
+std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
+                                                 const PinholeCamera& camera, double readout,
+                                                 const Twist& motion, const Twist& assumed = {});
+
+}  // namespace highwall

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <highwall/core/stamp.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "features/depth_grid.h"
+#include "features/twist.h"
+#include "tracking/tracked_frame.h"
+
+namespace highwall {
+
+// When the rows of the images are taken, found out from the residuals of tracked points alone
+// (docs/row_times.md): a read-out shears the image of a camera that moves, depth that is late does
+// not fit the map. Each frame gives three equations, its pose eliminated; they are added up as an
+// information filter of some seconds, for the map has been made with what was believed before, and
+// follows.
+class FrameTimingEstimator {
+ public:
+  // known: where it begins. model, grid: must outlive it; grid as the features' depth_grid.
+  FrameTimingEstimator(const FrameTiming& known, const MeasurementModel& model,
+                       const DepthGrid& grid);
+
+  // A frame with its matches and pose, features moved to the middle row by timing(), and the motion
+  // of the camera at it. Backwards in time nothing happens.
+  void Add(const TrackedFrame& tracked, const Map& map, const Twist& motion);
+
+  const FrameTiming& timing() const { return timing_; }
+  FrameTimingEstimate estimate() const;
+
+ private:
+  using Vector = Eigen::Vector3d;  // colour read-out, depth read-out, delay of depth [s]
+  using Matrix = Eigen::Matrix3d;
+
+  // Least squares in (pose, timing) of one frame.
+  struct Equations {
+    Eigen::Matrix<double, 9, 9> H = Eigen::Matrix<double, 9, 9>::Zero();
+    Eigen::Matrix<double, 9, 1> g = Eigen::Matrix<double, 9, 1>::Zero();
+    int points = 0;
+  };
+  void AddPoint(const PointFeature& feature, const Eigen::Vector3d& p_W,
+                const TrackedFrame& tracked, const Twist& motion, Equations* equations) const;
+  // [m/s] by which the reading of depth at a pixel changes; nothing at an edge.
+  std::optional<double> DepthRate(const PointFeature& feature, const cv::Mat& depth_grid,
+                                  const Eigen::Vector3d& p_C, const Eigen::Vector3d& flow) const;
+  Matrix Covariance() const;
+
+  const MeasurementModel& model_;
+  const DepthGrid& grid_;
+  FrameTiming timing_;
+  Matrix information_ = Matrix::Zero();  // that the frames gave, the older the less
+  Stamp last_ = 0;
+};
+
+}  // namespace highwall

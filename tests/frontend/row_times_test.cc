@@ -1,0 +1,175 @@
+#include <cmath>
+#include <memory>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+
+#include "features/row_times.h"
+#include "support/synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::Look;
+using testing::MakeScene;
+using testing::Scene;
+using testing::SyntheticView;
+
+// A quick hand: 0.6 m/s and 80 degrees a second.
+const Twist kMotion{.v = {0.5, -0.3, 0.2}, .omega = {0.6, 1.2, -0.4}};
+
+// Depth of the plane n^T p = d from a camera that has moved by T since.
+class Plane {
+ public:
+  double Depth(const PinholeCamera& camera, const Pose& T, int u, int v) const {
+    const Eigen::Vector3d ray = T.q() * camera.Unproject({u, v}, 1.0);
+    return (d_ - n_.dot(T.p())) / n_.dot(ray);
+  }
+
+ private:
+  Eigen::Vector3d n_ = Eigen::Vector3d(0.3, -0.2, 1.0).normalized();
+  double d_ = 2.0;  // [m]
+};
+
+TEST(Twist, LeadsWhereItWasMeasured) {
+  const Pose T_AB = Pose::FromTangent({0.19, -0.02, 0.05}, {0.05, 0.28, -0.03});
+  const Twist twist = Twist::Between(T_AB, 0.1);
+  EXPECT_LT((twist.Over(0.1).p() - T_AB.p()).norm(), 1e-14);
+  EXPECT_LT((twist.Over(0.1).Inverse() * T_AB).Angle(), 1e-14);
+  // And back.
+  EXPECT_LT((twist.Over(-0.1) * T_AB).p().norm(), 1e-14);
+}
+
+TEST(Twist, FlowIsTheVelocityOfAPointAtRest) {
+  const Eigen::Vector3d p_C(0.4, -0.3, 1.7);
+  constexpr double kStep = 1e-6;  // [s] central: errors of 1e-12 relative, rounding of 1e-10
+  const Eigen::Vector3d flow =
+      (kMotion.Over(kStep).Inverse() * p_C - kMotion.Over(-kStep).Inverse() * p_C) / (2.0 * kStep);
+  EXPECT_LT((kMotion.Flow(p_C) - flow).norm(), 1e-8);
+}
+
+TEST(DepthAtTime, LateDepthBecomesThatOfTheMiddleRow) {
+  const PinholeCamera camera;
+  constexpr double kDelay = 0.02, kReadout = 0.03;  // [s]
+  const Plane plane;
+  cv::Mat late(camera.height, camera.width, CV_32FC1), truth = late.clone();
+  for (int v = 0; v < camera.height; ++v) {
+    const Pose T = kMotion.Over(kDelay + kReadout * RowTime(v, camera.height));
+    for (int u = 0; u < camera.width; ++u) {
+      late.at<float>(v, u) = static_cast<float>(plane.Depth(camera, T, u, v));
+      truth.at<float>(v, u) = static_cast<float>(plane.Depth(camera, Pose(), u, v));
+    }
+  }
+  const cv::Mat moved = DepthAtTime(late, camera, kMotion, kDelay, kReadout);
+  const cv::Rect inner(60, 60, camera.width - 120, camera.height - 120);
+  double before = 0.0, after = 0.0;
+  for (int v = inner.y; v < inner.br().y; ++v) {
+    for (int u = inner.x; u < inner.br().x; ++u) {
+      const double z = static_cast<double>(truth.at<float>(v, u));
+      before = std::max(before, std::abs(static_cast<double>(late.at<float>(v, u)) - z));
+      after = std::max(after, std::abs(static_cast<double>(moved.at<float>(v, u)) - z));
+    }
+  }
+  // The plane rises by up to 4 mm a pixel; a reading is half a pixel off, and as much is left of
+  // second order in the motion, (0.047 rad)^2 / 2 of 525 px.
+  EXPECT_LT(after, 5e-3);
+  EXPECT_GT(before, 30e-3);
+}
+
+TEST(DepthAtTime, WhatIsNotMeasuredStaysSoAndWithoutMotionNothingChanges) {
+  const PinholeCamera camera{.width = 64, .height = 48, .fx = 50, .fy = 50, .cx = 31, .cy = 23};
+  cv::Mat depth(48, 64, CV_32FC1, cv::Scalar(2.0));
+  depth(cv::Rect(10, 10, 5, 5)) = 0.0;
+  const cv::Mat same = DepthAtTime(depth, camera, {}, 0.02, 0.03);
+  EXPECT_EQ(cv::countNonZero(same != depth), 0);
+  const cv::Mat forward = DepthAtTime(depth, camera, {.v = {0.0, 0.0, 0.5}}, 0.02, 0.0);
+  EXPECT_EQ(forward.at<float>(12, 12), 0.0F);
+  EXPECT_NEAR(static_cast<double>(forward.at<float>(30, 30)), 2.01, 1e-6);
+  EXPECT_THROW(DepthAtTime(cv::Mat(48, 64, CV_16UC1), camera, {}, 0.02, 0.0), InvalidArgument);
+}
+
+// A view as rows see it that are read out over `readout` while the camera moves by kMotion: the
+// row tells the time, and the time where the point is, which a few rounds make one.
+SyntheticView SeenByRows(const Scene& scene, const RgbdSensor& sensor, double readout) {
+  SyntheticView view = Look(scene, sensor, Pose());
+  auto seen = std::make_shared<FrameFeatures>(*view.features);
+  const auto see = [&](const Eigen::Vector3d& p_C, Eigen::Vector2d uv) {
+    Eigen::Vector3d p;
+    for (int round = 0; round < 30; ++round) {
+      p = kMotion.Over(readout * RowTime(uv.y(), sensor.camera.height)).Inverse() * p_C;
+      uv = sensor.camera.Project(p);
+    }
+    return p;
+  };
+  for (PointFeature& point : seen->points) {
+    const Eigen::Vector3d p = see(sensor.camera.Unproject(point.uv, point.depth), point.uv);
+    point.uv = sensor.camera.Project(p);
+    point.depth = p.z();
+  }
+  for (LineFeature& line : seen->lines) {
+    line.segment_C->p_C = see(line.segment_C->p_C, line.segment.s.cast<double>());
+    line.segment_C->q_C = see(line.segment_C->q_C, line.segment.e.cast<double>());
+    line.segment.s = sensor.camera.Project(line.segment_C->p_C).cast<float>();
+    line.segment.e = sensor.camera.Project(line.segment_C->q_C).cast<float>();
+  }
+  view.features = seen;
+  return view;
+}
+
+TEST(AtMiddleRow, FeaturesAreWhereOneMomentWouldHaveSeenThem) {
+  const RgbdSensor sensor = testing::IdealSensor();
+  const Scene scene = MakeScene(3, 300, 30);
+  const SyntheticView truth = Look(scene, sensor, Pose());
+  const SyntheticView seen = SeenByRows(scene, sensor, 0.03);
+  const auto moved = AtMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
+  ASSERT_EQ(moved->points.size(), truth.features->points.size());
+  double shift = 0.0;
+  for (std::size_t i = 0; i < moved->points.size(); ++i) {
+    const PointFeature &a = moved->points[i], &b = truth.features->points[i];
+    EXPECT_LT((a.uv - b.uv).norm(), 1e-9);  // [px] double rounding
+    EXPECT_NEAR(a.depth, b.depth, 1e-12);
+    shift = std::max(shift, (seen.features->points[i].uv - b.uv).norm());
+  }
+  EXPECT_GT(shift, 5.0);
+  ASSERT_FALSE(moved->lines.empty());
+  for (std::size_t i = 0; i < moved->lines.size(); ++i) {
+    const LineFeature &a = moved->lines[i], &b = truth.features->lines[i];
+    // Ends are kept as floats, 3e-5 px, which are the row's time as well.
+    EXPECT_LT((a.segment.s - b.segment.s).norm(), 1e-4F);
+    EXPECT_LT((a.segment.e - b.segment.e).norm(), 1e-4F);
+    EXPECT_LT((a.segment_C->p_C - b.segment_C->p_C).norm(), 1e-6);
+    EXPECT_LT((a.segment_C->q_C - b.segment_C->q_C).norm(), 1e-6);
+  }
+}
+
+TEST(AtMiddleRow, AnAssumedMotionIsReplacedByTheOneThatWasFound) {
+  const RgbdSensor sensor = testing::IdealSensor();
+  const Scene scene = MakeScene(3, 300, 0);
+  const SyntheticView seen = SeenByRows(scene, sensor, 0.03);
+  const Twist assumed{.v = {0.3, -0.2, 0.1}, .omega = {0.3, 0.9, -0.3}};
+  const auto first = AtMiddleRow(*seen.features, sensor.camera, 0.03, assumed);
+  const auto second = AtMiddleRow(*first, sensor.camera, 0.03, kMotion, assumed);
+  const auto direct = AtMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
+  for (std::size_t i = 0; i < second->points.size(); ++i) {
+    // The row that a feature is moved to stands for the one it was seen in: 10 px of 480 of 30 ms,
+    // times the difference of the flows, 0.4 rad/s of 525 px.
+    EXPECT_LT((second->points[i].uv - direct->points[i].uv).norm(), 0.2);
+  }
+}
+
+TEST(AtMiddleRow, PointsWithoutDepthTurnWithTheCamera) {
+  const PinholeCamera camera;
+  FrameFeatures features;
+  features.points.push_back({.uv = {400.0, 100.0}});
+  const auto moved = AtMiddleRow(features, camera, 0.03, {.omega = {0.0, 0.0, 1.0}});
+  const double late = 0.03 * RowTime(100.0, camera.height);
+  const Eigen::Vector3d ray = Pose::FromTangent(Eigen::Vector3d::Zero(), {0.0, 0.0, late}).q() *
+                              camera.Unproject({400.0, 100.0}, 1.0);
+  EXPECT_LT((moved->points[0].uv - camera.Project(ray)).norm(), 1e-9);
+  EXPECT_EQ(moved->points[0].depth, 0.0);
+}
+
+}  // namespace
+}  // namespace highwall

@@ -1,0 +1,93 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/stamp.h>
+
+#include "features/row_times.h"
+#include "tracker_fixture.h"
+
+namespace highwall {
+namespace {
+
+using testing::IdealSensor;
+using testing::Look;
+using testing::MakeFrame;
+using testing::PoseOfFrame;
+using testing::PositionError;
+using testing::SyntheticView;
+using testing::TrackerTest;
+using testing::ViewNoise;
+
+constexpr double kReadout = 0.025;  // [s]
+
+class TrackerTiming : public TrackerTest {
+ protected:
+  // Frame i as rows see it that are read out over kReadout, with the motion from the frame before.
+  SyntheticView SeenByRows(int i) const {
+    const RgbdSensor sensor = IdealSensor();
+    SyntheticView view = Look(scene, sensor, PoseOfFrame(i),
+                              {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
+    const double dt = ToSeconds(MakeFrame(view, i).stamp - MakeFrame(view, i - 1).stamp);
+    const Twist motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), dt);
+    // Backwards in time: what is seen is the moment moved to the rows, to a tenth of a pixel.
+    view.features = AtMiddleRow(*view.features, sensor.camera, -kReadout, motion);
+    return view;
+  }
+
+  // Follows 240 frames and returns the root mean square of the errors of position [m] of the last
+  // 60.
+  double Follow(Tracker& tracker) {
+    Start(tracker, PoseOfFrame(0));
+    double sum = 0.0;
+    for (int i = 1; i < 240; ++i) {
+      const TrackedFrame tracked = Track(tracker, SeenByRows(i), i);
+      EXPECT_EQ(tracked.state, TrackingState::kTracking) << i;
+      if (i >= 180) sum += std::pow(PositionError(tracked.T_WC, PoseOfFrame(i)), 2);
+    }
+    return std::sqrt(sum / 60.0);
+  }
+};
+
+TEST_F(TrackerTiming, FindsTheReadoutAndItsPosesAreAsGoodAsWithTheKnownOne) {
+  Tracker ignoring(model, {.timing = FrameTimingMode::kIgnored});
+  Tracker knowing(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+  Tracker estimating(model, {});
+  const double ignored = Follow(ignoring), known = Follow(knowing), found = Follow(estimating);
+  EXPECT_LT(known, 0.5 * ignored);
+  EXPECT_LT(found, 1.1 * known);
+  const FrameTimingEstimate estimate = estimating.timing_estimate();
+  EXPECT_NEAR(estimate.value.colour_readout, kReadout,
+              std::max(0.1 * kReadout, 3.0 * estimate.sigma.colour_readout));
+  EXPECT_LT(estimate.sigma.colour_readout, 2e-3);
+  // Features without a grid of depth say nothing of when it was measured.
+  EXPECT_EQ(estimate.value.depth_readout, 0.0);
+  EXPECT_EQ(estimate.value.depth_delay, 0.0);
+  EXPECT_GT(estimate.sigma.depth_delay, 5e-3);
+  EXPECT_EQ(knowing.timing().colour_readout, kReadout);
+}
+
+TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {
+  Tracker tracker(model, {});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 240; ++i) {
+    Track(tracker,
+          Look(scene, IdealSensor(), PoseOfFrame(i),
+               {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)}),
+          i);
+  }
+  EXPECT_LT(tracker.timing().colour_readout, 1e-3);
+}
+
+TEST_F(TrackerTiming, ACameraAtRestTellsNothing) {
+  Tracker tracker(model, {}, {.colour_readout = 0.02});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 60; ++i) Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(0)), i);
+  EXPECT_NEAR(tracker.timing().colour_readout, 0.02, 1e-6);
+  EXPECT_GT(tracker.timing_estimate().sigma.colour_readout, 0.014);
+}
+
+}  // namespace
+}  // namespace highwall
