@@ -49,6 +49,23 @@ TEST(Config, ReadsCameraDepthFactorAndNoise) {
   EXPECT_EQ(sensor.depth_noise.quadratic, DepthNoise{}.quadratic);
 }
 
+TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
+  const TemporaryDirectory folder;
+  const auto path = folder.path() / "c.yaml";
+  const std::string start = std::string(kCamera) + "depth_factor: 1000\n";
+  WriteText(path, start);
+  EXPECT_EQ(LoadConfig(path).sensor.timing.colour_readout, 0.0);
+  WriteText(path, start + "colour: {readout: 0.026}\ndepth: {delay: -0.004, readout: 0.01}\n");
+  const FrameTiming timing = LoadConfig(path).sensor.timing;
+  EXPECT_EQ(timing.colour_readout, 0.026);
+  EXPECT_EQ(timing.depth_readout, 0.01);
+  EXPECT_EQ(timing.depth_delay, -0.004);
+  WriteText(path, start + "colour: {readout: -0.01}\n");
+  EXPECT_THROW(LoadConfig(path), IoError);
+  WriteText(path, start + "colour: {read_out: 0.01}\n");
+  EXPECT_THROW(LoadConfig(path), IoError);
+}
+
 TEST(Config, ReadsTheNoiseOfAStereoSensor) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";

@@ -144,19 +144,58 @@ TEST(AtMiddleRow, FeaturesAreWhereOneMomentWouldHaveSeenThem) {
   }
 }
 
-TEST(AtMiddleRow, AnAssumedMotionIsReplacedByTheOneThatWasFound) {
+TEST(MovedOtherwise, AnAssumedMotionIsReplacedByTheOneThatWasFound) {
   const RgbdSensor sensor = testing::IdealSensor();
+  const DepthGrid grid(sensor.camera);
   const Scene scene = MakeScene(3, 300, 0);
   const SyntheticView seen = SeenByRows(scene, sensor, 0.03);
   const Twist assumed{.v = {0.3, -0.2, 0.1}, .omega = {0.3, 0.9, -0.3}};
+  // Depth is of the time of its pixel.
+  const FrameTiming timing{.colour_readout = 0.03, .depth_readout = 0.03};
   const auto first = AtMiddleRow(*seen.features, sensor.camera, 0.03, assumed);
-  const auto second = AtMiddleRow(*first, sensor.camera, 0.03, kMotion, assumed);
+  const auto second = MovedOtherwise(*first, sensor.camera, grid, timing, assumed, kMotion);
   const auto direct = AtMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
   for (std::size_t i = 0; i < second->points.size(); ++i) {
     // The row that a feature is moved to stands for the one it was seen in: 10 px of 480 of 30 ms,
     // times the difference of the flows, 0.4 rad/s of 525 px.
     EXPECT_LT((second->points[i].uv - direct->points[i].uv).norm(), 0.2);
   }
+}
+
+TEST(MovedOtherwise, LateDepthFollowsTheMotionThatWasFound) {
+  // A wall that faces a camera which comes nearer: depth 20 ms late is 10 mm short, and was taken
+  // to be 4 mm short.
+  const PinholeCamera camera;
+  const DepthGrid grid(camera);
+  FrameFeatures features;
+  features.points.push_back({.uv = {400.0, 100.0}, .depth = 1.99 + 0.004, .depth_sigma = 0.01});
+  features.depth_grid = cv::Mat(DepthGrid::SizeFor(camera), CV_32FC1, cv::Scalar(1.99));
+  const auto moved = MovedOtherwise(features, camera, grid, {.depth_delay = 0.02},
+                                    {.v = {0.0, 0.0, 0.2}}, {.v = {0.0, 0.0, 0.5}});
+  EXPECT_NEAR(moved->points[0].depth, 2.0, 1e-12);
+  EXPECT_LT((moved->points[0].uv - features.points[0].uv).norm(), 1e-9);
+}
+
+TEST(DepthRate, OfASlopeIsThatOfItsReading) {
+  const PinholeCamera camera;
+  const DepthGrid grid(camera);
+  const Plane plane;
+  cv::Mat cells(DepthGrid::SizeFor(camera), CV_32FC1);
+  for (int v = 0; v < cells.rows; ++v) {
+    for (int u = 0; u < cells.cols; ++u) {
+      cells.at<float>(v, u) = static_cast<float>(plane.Depth(grid.camera(), Pose(), u, v));
+    }
+  }
+  const Eigen::Vector3d p_C =
+      grid.camera().Unproject({30, 20}, plane.Depth(grid.camera(), Pose(), 30, 20));
+  constexpr double kStep = 1e-5;  // [s]
+  const double rate = (plane.Depth(grid.camera(), kMotion.Over(kStep), 30, 20) -
+                       plane.Depth(grid.camera(), kMotion.Over(-kStep), 30, 20)) /
+                      (2.0 * kStep);
+  // The slope is taken over two cells, 16 px: a hundredth of it is curvature of z over the image.
+  EXPECT_NEAR(DepthRate(cells, grid, p_C, kMotion).value(), rate, 0.02 * std::abs(rate));
+  cells.at<float>(20, 31) = 1.0F;
+  EXPECT_FALSE(DepthRate(cells, grid, p_C, kMotion));
 }
 
 TEST(AtMiddleRow, PointsWithoutDepthTurnWithTheCamera) {

@@ -1,6 +1,7 @@
 #include "features/row_times.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -102,6 +103,41 @@ class LaterRow {
   std::vector<int> columns_, rows_;
 };
 
+// The features with their points p_C moved by move(row, p_C, whether its depth was measured).
+template <class Move>
+std::shared_ptr<const FrameFeatures> Moved(const FrameFeatures& features,
+                                           const PinholeCamera& camera, const Move& move) {
+  auto moved = std::make_shared<FrameFeatures>(features);
+  const double mean = MeanDepth(features);
+  std::vector<cv::KeyPoint> keypoints;
+  keypoints.reserve(moved->points.size());
+  for (PointFeature& point : moved->points) {
+    const bool measured = point.depth > 0.0;
+    const Eigen::Vector3d p_C =
+        move(point.uv.y(), camera.Unproject(point.uv, measured ? point.depth : mean), measured);
+    if (p_C.z() >= kNear) {
+      point.uv = camera.Project(p_C);
+      if (measured) point.depth = p_C.z();
+    }
+    keypoints.emplace_back(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F,
+                           point.angle, 0.0F, point.octave);
+  }
+  moved->point_grid = FeatureGrid(keypoints, {camera.width, camera.height});
+  for (LineFeature& line : moved->lines) {
+    const auto move_end = [&](Eigen::Vector2f* end, Eigen::Vector3d* measured) {
+      const Eigen::Vector2d uv = end->cast<double>();
+      const Eigen::Vector3d p_C =
+          move(uv.y(), measured ? *measured : camera.Unproject(uv, mean), measured != nullptr);
+      if (p_C.z() < kNear) return;
+      *end = camera.Project(p_C).cast<float>();
+      if (measured) *measured = p_C;
+    };
+    move_end(&line.segment.s, line.segment_C ? &line.segment_C->p_C : nullptr);
+    move_end(&line.segment.e, line.segment_C ? &line.segment_C->q_C : nullptr);
+  }
+  return moved;
+}
+
 }  // namespace
 
 cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
@@ -118,41 +154,57 @@ cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twi
   return earlier;
 }
 
+std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid,
+                                const Eigen::Vector3d& p_C, const Twist& motion) {
+  constexpr double kSmooth = 0.05;  // of the depth: a larger step between cells is an edge
+  const PinholeCamera& cells = grid.camera();
+  const Eigen::Vector2d uv = cells.Project(p_C);
+  const cv::Point cell(static_cast<int>(std::lround(uv.x())),
+                       static_cast<int>(std::lround(uv.y())));
+  const cv::Rect inner(1, 1, depth_grid.cols - 2, depth_grid.rows - 2);
+  if (!inner.contains(cell)) return std::nullopt;
+  const auto at = [&](int du, int dv) {
+    return static_cast<double>(depth_grid.at<float>(cell.y + dv, cell.x + du));
+  };
+  const std::array<double, 4> around{at(-1, 0), at(1, 0), at(0, -1), at(0, 1)};
+  for (const double z : around) {
+    if (!(std::abs(z - p_C.z()) < kSmooth * p_C.z())) return std::nullopt;
+  }
+  const Eigen::Vector2d slope(0.5 * (around[1] - around[0]), 0.5 * (around[3] - around[2]));
+  const Eigen::Vector3d flow = motion.Flow(p_C);
+  const Eigen::Vector2d shift(cells.fx * (flow.x() - p_C.x() / p_C.z() * flow.z()) / p_C.z(),
+                              cells.fy * (flow.y() - p_C.y() / p_C.z() * flow.z()) / p_C.z());
+  return flow.z() - slope.dot(shift);
+}
+
 std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
                                                  const PinholeCamera& camera, double readout,
-                                                 const Twist& motion, const Twist& assumed) {
-  auto moved = std::make_shared<FrameFeatures>(features);
-  const double mean = MeanDepth(features);
-  const auto move = [&](const Eigen::Vector2d& uv, const Eigen::Vector3d& p_C) {
-    const double late = readout * RowTime(uv.y(), camera.height);
-    return (motion.Over(late) * (assumed.Over(late).Inverse() * p_C)).eval();
-  };
-  std::vector<cv::KeyPoint> keypoints;
-  keypoints.reserve(moved->points.size());
-  for (PointFeature& point : moved->points) {
-    const bool measured = point.depth > 0.0;
-    const Eigen::Vector3d p_C =
-        move(point.uv, camera.Unproject(point.uv, measured ? point.depth : mean));
-    if (p_C.z() >= kNear) {
-      point.uv = camera.Project(p_C);
-      if (measured) point.depth = p_C.z();
+                                                 const Twist& motion) {
+  return Moved(features, camera, [&](double v, const Eigen::Vector3d& p_C, bool) {
+    return motion.Over(readout * RowTime(v, camera.height)) * p_C;
+  });
+}
+
+std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& features,
+                                                    const PinholeCamera& camera,
+                                                    const DepthGrid& grid,
+                                                    const FrameTiming& timing, const Twist& assumed,
+                                                    const Twist& motion) {
+  const Twist difference{motion.v - assumed.v, motion.omega - assumed.omega};
+  return Moved(features, camera, [&](double v, const Eigen::Vector3d& p_C, bool measured) {
+    const double row_time = RowTime(v, camera.height);
+    const double late = timing.colour_readout * row_time;
+    Eigen::Vector3d seen = assumed.Over(late).Inverse() * p_C;
+    if (measured) {
+      // The rate is linear in the motion. At an edge the surface is taken to face the camera.
+      const double rate =
+          DepthRate(features.depth_grid, grid, p_C, difference).value_or(difference.Flow(p_C).z());
+      const double depth_late =
+          timing.depth_delay + (timing.depth_readout - timing.colour_readout) * row_time;
+      seen *= std::max(0.5, 1.0 - depth_late * rate / seen.z());
     }
-    keypoints.emplace_back(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F,
-                           point.angle, 0.0F, point.octave);
-  }
-  moved->point_grid = FeatureGrid(keypoints, {camera.width, camera.height});
-  for (LineFeature& line : moved->lines) {
-    const auto move_end = [&](Eigen::Vector2f* end, Eigen::Vector3d* measured) {
-      const Eigen::Vector2d uv = end->cast<double>();
-      const Eigen::Vector3d p_C = move(uv, measured ? *measured : camera.Unproject(uv, mean));
-      if (p_C.z() < kNear) return;
-      *end = camera.Project(p_C).cast<float>();
-      if (measured) *measured = p_C;
-    };
-    move_end(&line.segment.s, line.segment_C ? &line.segment_C->p_C : nullptr);
-    move_end(&line.segment.e, line.segment_C ? &line.segment_C->q_C : nullptr);
-  }
-  return moved;
+    return (motion.Over(late) * seen).eval();
+  });
 }
 
 }  // namespace highwall

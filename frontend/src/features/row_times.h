@@ -1,12 +1,16 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/camera.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/input/sensor.h>
 
+#include "features/depth_grid.h"
 #include "features/twist.h"
 
 namespace highwall {
@@ -25,13 +29,25 @@ inline double RowTime(double v, int height) {
 cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
                     double delay, double readout);
 
+// [m/s] at which the reading of depth in the pixel of p_C changes while the camera moves, the slope
+// of the surface included. depth_grid: of the frame, as DepthGrid::Sample(). Nothing at an edge.
+std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid,
+                                const Eigen::Vector3d& p_C, const Twist& motion);
+
 // Features of an image that was read out over `readout` [s], moved to where they would have been
 // seen at the time of the middle row, with their depth: an observation at its own time is one of
 // the camera's pose moved by its twist, and the other way round. Those without depth move as one at
 // the others' mean inverse depth, far away where there is none. camera: without distortion.
-// assumed: the motion that they have been moved by before.
 std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
                                                  const PinholeCamera& camera, double readout,
-                                                 const Twist& motion, const Twist& assumed = {});
+                                                 const Twist& motion);
+
+// What AtMiddleRow makes of features whose depth is that of DepthAtTime, both by the motion
+// `assumed`, as another motion would have moved them. grid: of their depth.
+std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& features,
+                                                    const PinholeCamera& camera,
+                                                    const DepthGrid& grid,
+                                                    const FrameTiming& timing, const Twist& assumed,
+                                                    const Twist& motion);
 
 }  // namespace highwall

@@ -21,6 +21,11 @@ constexpr double kBlind = 0.48;
 // Times the search window: an image that shifts by more is smeared, and the next shift unknown.
 constexpr double kFarOff = 4.0;
 
+// [s] by which the stamp of its depth is later.
+double DepthDelay(const RgbdImage& image) {
+  return ToSeconds(image.depth_stamp.value_or(image.stamp) - image.stamp);
+}
+
 }  // namespace
 
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
@@ -78,8 +83,7 @@ RgbdImage SlamSystem::Impl::AtOneTime(const RgbdImage& image, bool repeated) con
   if (inertial_) predicted = inertial_->Predict(image.stamp);
   const Twist motion = tracker_.Motion(image.stamp, predicted ? &*predicted : nullptr);
   const FrameTiming& timing = tracker_.timing();
-  const double delay =
-      timing.depth_delay + ToSeconds(image.depth_stamp.value_or(image.stamp) - image.stamp);
+  const double delay = timing.depth_delay + DepthDelay(image);
   const double readout = timing.depth_readout - timing.colour_readout;
   if ((motion.v.isZero(0.0) && motion.omega.isZero(0.0)) || (delay == 0.0 && readout == 0.0))
     return image;
@@ -102,7 +106,7 @@ Frame SlamSystem::Impl::Extract(const RgbdImage& image, FrameResult& result) {
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(features->points.size());
   result.lines = static_cast<int>(features->lines.size());
-  return {next_index_++, image.stamp, features};
+  return {next_index_++, image.stamp, features, DepthDelay(image)};
 }
 
 TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result) {

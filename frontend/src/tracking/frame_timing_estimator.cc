@@ -1,7 +1,6 @@
 #include "tracking/frame_timing_estimator.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -23,7 +22,6 @@ constexpr double kAlike = 25.0;
 constexpr double kOverRelaxation = 2.0;
 constexpr double kMaxChi2 = 7.81;  // of three rows, 95 %
 constexpr int kMinPoints = 30;
-constexpr double kSmooth = 0.05;  // of the depth: a larger step between cells is an edge
 // Less of a pose than any image tells, which keeps what it leaves open out of the equations.
 constexpr double kPoseFloor = 1e-3;
 
@@ -46,28 +44,6 @@ FrameTimingEstimate FrameTimingEstimator::estimate() const {
       .sigma = {.colour_readout = sigma[0], .depth_readout = sigma[1], .depth_delay = sigma[2]}};
 }
 
-std::optional<double> FrameTimingEstimator::DepthRate(const PointFeature& feature,
-                                                      const cv::Mat& depth_grid,
-                                                      const Eigen::Vector3d& p_C,
-                                                      const Eigen::Vector3d& flow) const {
-  const cv::Point cell = grid_.CellOf(feature.uv);
-  const cv::Rect inner(1, 1, depth_grid.cols - 2, depth_grid.rows - 2);
-  if (!inner.contains(cell)) return std::nullopt;
-  const auto at = [&](int du, int dv) {
-    return static_cast<double>(depth_grid.at<float>(cell.y + dv, cell.x + du));
-  };
-  const std::array<double, 4> around{at(-1, 0), at(1, 0), at(0, -1), at(0, 1)};
-  for (const double z : around) {
-    if (!(std::abs(z - feature.depth) < kSmooth * feature.depth)) return std::nullopt;
-  }
-  const Eigen::Vector2d slope((around[1] - around[0]) / (2.0 * grid_.cell_size()),
-                              (around[3] - around[2]) / (2.0 * grid_.cell_size()));
-  const RgbdProjection& camera = model_.projection();
-  const Eigen::Vector2d shift(camera.fx() * (flow.x() - p_C.x() / p_C.z() * flow.z()) / p_C.z(),
-                              camera.fy() * (flow.y() - p_C.y() / p_C.z() * flow.z()) / p_C.z());
-  return flow.z() - slope.dot(shift);
-}
-
 void FrameTimingEstimator::AddPoint(const PointFeature& feature, const Eigen::Vector3d& p_W,
                                     const TrackedFrame& tracked, const Twist& motion,
                                     Equations* equations) const {
@@ -85,7 +61,7 @@ void FrameTimingEstimator::AddPoint(const PointFeature& feature, const Eigen::Ve
   // By how much the rows change when the pixel, or its depth alone, is a second later.
   const Eigen::Vector3d later = dr_dp_W * (view.R_BW.transpose() * flow);
   Eigen::Vector3d depth_later = Eigen::Vector3d::Zero();
-  if (const auto rate = DepthRate(feature, tracked.frame.features->depth_grid, p_C, flow)) {
+  if (const auto rate = DepthRate(tracked.frame.features->depth_grid, grid_, p_C, motion)) {
     const double per_metre = -camera.fx() * camera.baseline() / (feature.depth * feature.depth);
     depth_later = rows.A.col(2) * (per_metre * *rate);
   }

@@ -43,9 +43,6 @@ class FrameTimingEstimator {
   };
   void AddPoint(const PointFeature& feature, const Eigen::Vector3d& p_W,
                 const TrackedFrame& tracked, const Twist& motion, Equations* equations) const;
-  // [m/s] by which the reading of depth at a pixel changes; nothing at an edge.
-  std::optional<double> DepthRate(const PointFeature& feature, const cv::Mat& depth_grid,
-                                  const Eigen::Vector3d& p_C, const Eigen::Vector3d& flow) const;
   Matrix Covariance() const;
 
   const MeasurementModel& model_;

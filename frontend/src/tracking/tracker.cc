@@ -91,9 +91,8 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   const KnownPose* known = predicted ? &*predicted : nullptr;
   Frame frame = seen;
   const Twist expected = Motion(seen.stamp, known);
-  if (RowsDiffer() && was_tracking) {
-    frame.features =
-        AtMiddleRow(*seen.features, model_.camera(), timing().colour_readout, expected);
+  if (const auto times = TimingOf(seen); was_tracking && times && times->colour_readout > 0.0) {
+    frame.features = AtMiddleRow(*seen.features, model_.camera(), times->colour_readout, expected);
   }
   LossClues clues{.predicted = predicted.has_value()};
   auto match = Find(frame, map, known, &clues);
@@ -134,18 +133,24 @@ Twist Tracker::Motion(Stamp stamp, const KnownPose* predicted) const {
   return Twist::Between(last_->T_WC.Inverse() * predicted->T_WC, dt);
 }
 
-bool Tracker::RowsDiffer() const {
-  return options_.timing != FrameTimingMode::kIgnored && timing().colour_readout > 0.0;
+std::optional<FrameTiming> Tracker::TimingOf(const Frame& frame) const {
+  if (options_.timing == FrameTimingMode::kIgnored) return std::nullopt;
+  FrameTiming times = timing();
+  times.depth_delay += frame.depth_delay;
+  const bool differ =
+      times.colour_readout != 0.0 || times.depth_readout != 0.0 || times.depth_delay != 0.0;
+  return differ ? std::optional(times) : std::nullopt;
 }
 
 void Tracker::FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,
                            TrackedFrame* tracked) const {
-  if (!RowsDiffer()) return;
+  const auto times = TimingOf(tracked->frame);
+  if (!times) return;
   ConstantVelocity found = velocity_;
   found.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
   TrackedFrame again = *tracked;
-  again.frame.features = AtMiddleRow(*tracked->frame.features, model_.camera(),
-                                     timing().colour_readout, found.twist(), expected);
+  again.frame.features = MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(),
+                                        *times, expected, found.twist());
   if (Solve(again, map, options_.min_motion_support, predicted, Aid::kNone)) {
     *tracked = std::move(again);
   }

@@ -68,7 +68,8 @@ class Tracker {
   // What may tell a pose, beside points and lines.
   enum class Aid { kNone, kSurfaces };
 
-  bool RowsDiffer() const;
+  // Of the images of one frame; nothing where all is of one time.
+  std::optional<FrameTiming> TimingOf(const Frame& frame) const;
   // Features that were moved to the middle row by an expected motion, moved by the one that was
   // found, and the pose from them.
   void FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,

@@ -110,6 +110,7 @@ struct Frame {
   std::int64_t index = 0;  // counted from 0 over the frames fed
   Stamp stamp = 0;
   std::shared_ptr<const FrameFeatures> features;
+  double depth_delay = 0.0;  // [s] by which the stamp of its depth image is later
 };
 
 }  // namespace highwall
