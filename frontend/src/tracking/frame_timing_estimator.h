@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+
 #include <Eigen/Core>
 
 #include <highwall/core/stamp.h>
@@ -28,6 +30,9 @@ class FrameTimingEstimator {
   // of the camera at it. Backwards in time nothing happens.
   void Add(const TrackedFrame& tracked, const Map& map, const Twist& motion);
 
+  // A keyframe made of such a frame: its landmarks are as right as what is believed now.
+  void Remember(const KeyFrame& keyframe, const Twist& motion);
+
   const FrameTiming& timing() const { return timing_; }
   FrameTimingEstimate estimate() const;
 
@@ -41,14 +46,29 @@ class FrameTimingEstimator {
     Eigen::Matrix<double, 9, 1> g = Eigen::Matrix<double, 9, 1>::Zero();
     int points = 0;
   };
-  void AddPoint(const PointFeature& feature, const Eigen::Vector3d& p_W,
-                const TrackedFrame& tracked, const Twist& motion, Equations* equations) const;
+  // What a landmark has taken on of the timing that its keyframes were made with.
+  struct Landmark {
+    Matrix shift = Matrix::Zero();                    // of p_W [m] by each of the three, a second
+    Eigen::Vector3d since = Eigen::Vector3d::Zero();  // [m] by what was learnt since
+  };
+  // By how much a point observed in C moves with each of the three [m/s].
+  Matrix Shift(const PointFeature& feature, const cv::Mat& depth_grid, const Twist& motion) const;
+  Landmark ShiftOf(const MapPoint& point, const Map& map) const;
+  void AddPoint(const PointFeature& feature, const MapPoint& point, const TrackedFrame& tracked,
+                const Map& map, const Twist& motion, Equations* equations) const;
   Matrix Covariance() const;
 
+  struct MadeWith {
+    Twist motion;
+    Vector timing;
+  };
+
   const MeasurementModel& model_;
+  PinholeCamera camera_;  // without distortion
   const DepthGrid& grid_;
   FrameTiming timing_;
   Matrix information_ = Matrix::Zero();  // that the frames gave, the older the less
+  std::map<KeyFrameId, MadeWith> keyframes_;
   Stamp last_ = 0;
 };
 

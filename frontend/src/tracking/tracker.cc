@@ -262,6 +262,7 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->points = keyframe.points;
   last_->lines = keyframe.lines;
   last_->reference = keyframe.id;
+  timing_.Remember(keyframe, velocity_.twist());
 }
 
 void Tracker::Correct(const Pose& T_WC) {
