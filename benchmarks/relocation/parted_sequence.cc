@@ -110,6 +110,7 @@ void PartedSequence::PutInKnownOrder() {
 RgbdImage PartedSequence::Load(const PartedFrame& frame) const {
   if (ways_ == Ways::kCovered && !frame.part) return Covered(frame);
   RgbdImage image = sequence_.Load(frame.source);
+  if (image.depth_stamp) *image.depth_stamp += frame.stamp - image.stamp;
   image.stamp = frame.stamp;
   return image;
 }

@@ -72,6 +72,7 @@ RgbdImage AbusedSequence::DoLoad(std::size_t index) const {
   const AbusedFrame& frame = frames_[index];
   RgbdImage image = LoadOrThrow(*frame.images, frame.colour);
   if (frame.depth != frame.colour) image.depth = LoadOrThrow(*frame.images, frame.depth).depth;
+  if (image.depth_stamp) *image.depth_stamp += frame.stamp - image.stamp;
   image.stamp = frame.stamp;
   if (!change_) return image;
   // The recording may keep its images.

@@ -77,6 +77,12 @@ std::vector<Case> Cases() {
       {"--moving-objects off",
        {{"moving_objects", false}},
        [](O o) { return !o.slam.tracker.moving.enabled; }},
+      {"--frame-timing known",
+       {{"frame_timing", "known"}},
+       [](O o) { return o.slam.tracker.timing == FrameTimingMode::kKnown; }},
+      {"--frame-timing ignored",
+       {{"frame_timing", "ignored"}},
+       [](O o) { return o.slam.tracker.timing == FrameTimingMode::kIgnored; }},
       {"--imu paper",
        json::object(),  // "imu" is "off" without readings
        [](O o) { return o.slam.inertial.weighting.policy == ImuWeighting::kPaper; }},

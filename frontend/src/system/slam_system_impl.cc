@@ -1,6 +1,7 @@
 #include "system/slam_system_impl.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,9 +22,12 @@ constexpr double kBlind = 0.48;
 // Times the search window: an image that shifts by more is smeared, and the next shift unknown.
 constexpr double kFarOff = 4.0;
 
-// [s] by which the stamp of its depth is later.
+// [s] by which the stamp of its depth is later; none where it is so far off that nobody knows how
+// the camera moved, or of another clock.
 double DepthDelay(const RgbdImage& image) {
-  return ToSeconds(image.depth_stamp.value_or(image.stamp) - image.stamp);
+  constexpr double kLongest = 0.1;
+  const double delay = ToSeconds(image.depth_stamp.value_or(image.stamp) - image.stamp);
+  return std::abs(delay) <= kLongest ? delay : 0.0;
 }
 
 }  // namespace

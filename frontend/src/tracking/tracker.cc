@@ -106,13 +106,15 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
   if (was_tracking && !tracked.relocalized) {
-    if (match->Support() > 0) FollowMotion(expected, map, known, &tracked);
+    goes_on_ = GoesOn(expected, tracked);
+    if (goes_on_ && match->Support() > 0) FollowMotion(expected, map, known, &tracked);
     velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
-    if (options_.timing == FrameTimingMode::kEstimated) {
+    if (goes_on_ && options_.timing == FrameTimingMode::kEstimated) {
       timing_.Add(tracked, map, velocity_.twist());
     }
   } else {
     velocity_.Reset();
+    goes_on_ = false;
   }
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
@@ -129,7 +131,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
 Twist Tracker::Motion(Stamp stamp, const KnownPose* predicted) const {
   if (!last_) return {};
   const double dt = ToSeconds(stamp - last_->frame.stamp);
-  if (predicted == nullptr || dt <= 0.0) return velocity_.twist();
+  if (predicted == nullptr || dt <= 0.0) return goes_on_ ? velocity_.twist() : Twist();
   return Twist::Between(last_->T_WC.Inverse() * predicted->T_WC, dt);
 }
 
@@ -140,6 +142,17 @@ std::optional<FrameTiming> Tracker::TimingOf(const Frame& frame) const {
   const bool differ =
       times.colour_readout != 0.0 || times.depth_readout != 0.0 || times.depth_delay != 0.0;
   return differ ? std::optional(times) : std::nullopt;
+}
+
+bool Tracker::GoesOn(const Twist& expected, const TrackedFrame& tracked) const {
+  // More than a hand or a drone does to its camera, and less than a cut in the recording.
+  constexpr double kMaxAcceleration = 50.0;          // [m/s^2]
+  constexpr double kMaxAngularAcceleration = 100.0;  // [rad/s^2]
+  const double dt = SinceLast(tracked.frame);
+  if (!(dt > 0.0 && dt <= ConstantVelocity::kLongestPrediction)) return false;
+  const Twist found = Twist::Between(last_->T_WC.Inverse() * tracked.T_WC, dt);
+  return (found.v - expected.v).norm() <= kMaxAcceleration * dt &&
+         (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
 }
 
 void Tracker::FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,

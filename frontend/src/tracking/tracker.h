@@ -70,6 +70,8 @@ class Tracker {
 
   // Of the images of one frame; nothing where all is of one time.
   std::optional<FrameTiming> TimingOf(const Frame& frame) const;
+  // Whether the camera may have come here by moving on; else twists tell nothing.
+  bool GoesOn(const Twist& expected, const TrackedFrame& tracked) const;
   // Features that were moved to the middle row by an expected motion, moved by the one that was
   // found, and the pose from them.
   void FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,
@@ -155,6 +157,7 @@ class Tracker {
   Stamp last_landmarks_ = 0;          // of the last frame that landmarks held
   double usual_found_ = 0.0;          // TrackedFrame::found of late; 0: not known
   ConstantVelocity velocity_;         // at it
+  bool goes_on_ = false;              // whether it came there by moving on
 };
 
 }  // namespace highwall
