@@ -1,8 +1,10 @@
 #include "tracking/tracker.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -161,6 +163,13 @@ void Tracker::FollowMotion(const Twist& expected, const Map& map, const KnownPos
   if (!times) return;
   ConstantVelocity found = velocity_;
   found.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
+  // [px] A tenth of a corner's noise does not show.
+  constexpr double kShows = 0.1;
+  const double longest =
+      std::max({times->colour_readout, times->depth_readout, std::abs(times->depth_delay)});
+  const double turn = (found.twist().omega - expected.omega).norm();
+  const double shift = (found.twist().v - expected.v).norm() / MedianDepth();
+  if (model_.camera().fx * longest * (turn + shift) < kShows) return;
   TrackedFrame again = *tracked;
   again.frame.features = MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(),
                                         *times, expected, found.twist());
@@ -294,15 +303,17 @@ double Tracker::SinceLast(const Frame& frame) const {
   return ToSeconds(frame.stamp - last_->frame.stamp);
 }
 
-double Tracker::Shift(const Frame& frame) const {
+double Tracker::MedianDepth() const {
   std::vector<double> depths;
   for (const PointFeature& point : last_->frame.features->points) {
     if (point.depth > 0.0) depths.push_back(point.depth);
   }
+  return depths.empty() ? std::numeric_limits<double>::infinity() : UpperMedian(std::move(depths));
+}
+
+double Tracker::Shift(const Frame& frame) const {
   const Pose T = velocity_.Predict(SinceLast(frame));
-  double angle = T.Angle();
-  if (!depths.empty()) angle += T.p().norm() / UpperMedian(std::move(depths));
-  return model_.camera().fx * angle;
+  return model_.camera().fx * (T.Angle() + T.p().norm() / MedianDepth());
 }
 
 std::optional<TrackedFrame> Tracker::Coast(const Frame& frame) const {

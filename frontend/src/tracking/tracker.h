@@ -76,6 +76,8 @@ class Tracker {
   // found, and the pose from them.
   void FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,
                     TrackedFrame* tracked) const;
+  // [m] of the points of the last frame; infinite where there are none.
+  double MedianDepth() const;
   // [px] by which the image shifts until `frame` at constant velocity.
   double Shift(const Frame& frame) const;
   // [s] from the last frame tracked to `frame`.
