@@ -238,10 +238,9 @@ TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
   EXPECT_EQ(report["options"]["loaded_map"], map.string());
   const Trajectory second = ReadTumTrajectory(run() / "trajectory.txt");
   ASSERT_EQ(second.size(), first.size());
-  // In the same world, to the accuracy of either run: within its second each finds out anew when
-  // rows are taken, with a standard deviation of 5 ms of a walk at up to 1 m/s.
+  // In the same world, to the accuracy of either run.
   for (std::size_t i = 0; i < first.size(); ++i) {
-    EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.02) << i;
+    EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.01) << i;
   }
 
   const std::string bytes = ReadText(map);
@@ -277,7 +276,7 @@ TEST_F(SlamCommand, LocalizesInASavedMapThatStaysAsItIs) {
   const Trajectory second = ReadTumTrajectory(run() / "trajectory.txt");
   ASSERT_EQ(second.size(), first.size());
   for (std::size_t i = 0; i < first.size(); ++i) {
-    EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.02) << i;
+    EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.01) << i;
   }
   EXPECT_EQ(SlamOnDataset("--localize --imu off --load-map " + map.string()).exit_code, 0);
   EXPECT_EQ(SlamOnDataset("--localize").exit_code, 1);

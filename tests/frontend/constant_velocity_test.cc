@@ -37,6 +37,18 @@ TEST(ConstantVelocity, AMissingImageIsTwoSteps) {
   EXPECT_GT((seen(kStep) - seen(kStep * kStep)).norm(), 90.0);
 }
 
+TEST(ConstantVelocity, BetweenTwoStepsMotionIsBetweenTheirs) {
+  // Speeds up evenly: 1 m/s in the middle of the first 0.1 s, 2.5 in that of the next 0.2.
+  ConstantVelocity before, after;
+  before.Measure(Pose::FromTangent({0, 0, 0.1}, {0, 0, 0.01}), 0.1);
+  after.Measure(Pose::FromTangent({0, 0, 0.5}, {0, 0, 0.05}), 0.2);
+  const Twist between = after.AtBeginning(before);
+  EXPECT_NEAR(between.v.z(), 1.5, 1e-12);
+  EXPECT_NEAR(between.omega.z(), 0.15, 1e-12);
+  // With nothing before, what follows is all that is known.
+  EXPECT_EQ(after.AtBeginning(ConstantVelocity()).v, after.twist().v);
+}
+
 TEST(ConstantVelocity, HalfAStepTwiceIsAStep) {
   ConstantVelocity velocity;
   velocity.Measure(kStep, 0.1);

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -153,7 +154,8 @@ TEST(MovedOtherwise, AnAssumedMotionIsReplacedByTheOneThatWasFound) {
   // Depth is of the time of its pixel.
   const FrameTiming timing{.colour_readout = 0.03, .depth_readout = 0.03};
   const auto first = AtMiddleRow(*seen.features, sensor.camera, 0.03, assumed);
-  const auto second = MovedOtherwise(*first, sensor.camera, grid, timing, assumed, kMotion);
+  const auto second =
+      MovedOtherwise(*first, sensor.camera, grid, {timing, assumed}, {timing, kMotion});
   const auto direct = AtMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
   for (std::size_t i = 0; i < second->points.size(); ++i) {
     // The row that a feature is moved to stands for the one it was seen in: 10 px of 480 of 30 ms,
@@ -167,13 +169,46 @@ TEST(MovedOtherwise, LateDepthFollowsTheMotionThatWasFound) {
   // to be 4 mm short.
   const PinholeCamera camera;
   const DepthGrid grid(camera);
+  const FrameTiming late{.depth_delay = 0.02};
   FrameFeatures features;
   features.points.push_back({.uv = {400.0, 100.0}, .depth = 1.99 + 0.004, .depth_sigma = 0.01});
   features.depth_grid = cv::Mat(DepthGrid::SizeFor(camera), CV_32FC1, cv::Scalar(1.99));
-  const auto moved = MovedOtherwise(features, camera, grid, {.depth_delay = 0.02},
-                                    {.v = {0.0, 0.0, 0.2}}, {.v = {0.0, 0.0, 0.5}});
+  const auto moved = MovedOtherwise(features, camera, grid, {late, {.v = {0.0, 0.0, 0.2}}},
+                                    {late, {.v = {0.0, 0.0, 0.5}}});
   EXPECT_NEAR(moved->points[0].depth, 2.0, 1e-12);
   EXPECT_LT((moved->points[0].uv - features.points[0].uv).norm(), 1e-9);
+}
+
+TEST(MovedOtherwise, FeaturesThatNothingMovedFollowATimingThatIsLearntLater) {
+  const RgbdSensor sensor = testing::IdealSensor();
+  const DepthGrid grid(sensor.camera);
+  const Scene scene = MakeScene(3, 300, 30);
+  const SyntheticView seen = SeenByRows(scene, sensor, 0.03);
+  const RowMotion found{{.colour_readout = 0.03, .depth_readout = 0.03}, kMotion};
+  const auto moved = MovedOtherwise(*seen.features, sensor.camera, grid, {}, found);
+  const SyntheticView truth = Look(scene, sensor, Pose());
+  ASSERT_EQ(moved->points.size(), truth.features->points.size());
+  for (std::size_t i = 0; i < moved->points.size(); ++i) {
+    EXPECT_LT((moved->points[i].uv - truth.features->points[i].uv).norm(), 1e-9);
+    EXPECT_NEAR(moved->points[i].depth, truth.features->points[i].depth, 1e-12);
+  }
+}
+
+TEST(RowMotion, DiffersWhereATenthOfAPixelDoes) {
+  const PinholeCamera camera;  // f = 525 px
+  const FrameTiming timing{.colour_readout = 0.03, .depth_readout = 0.03};
+  const RowMotion at_rest{timing, {}};
+  const auto turning = [&](double rate) { return RowMotion{timing, {.omega = {0, rate, 0}}}; };
+  // 15 ms from the middle row to the first: 0.1 px at 0.0127 rad/s.
+  EXPECT_FALSE(Differ(at_rest, turning(0.0126), camera, 2.0));
+  EXPECT_TRUE(Differ(at_rest, turning(0.0128), camera, 2.0));
+  EXPECT_FALSE(Differ(turning(1.0), turning(1.0), camera, 2.0));
+  const RowMotion moving{timing, {.v = {0.05, 0, 0}}};
+  EXPECT_TRUE(Differ(at_rest, moving, camera, 2.0));
+  EXPECT_FALSE(Differ(at_rest, moving, camera, std::numeric_limits<double>::infinity()));
+  RowMotion late = moving;
+  late.timing.depth_delay = 0.02;
+  EXPECT_TRUE(Differ(moving, late, camera, 2.0));
 }
 
 TEST(DepthRate, OfASlopeIsThatOfItsReading) {

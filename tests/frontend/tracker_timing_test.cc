@@ -81,6 +81,57 @@ TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {
   EXPECT_LT(tracker.timing().colour_readout, 1e-3);
 }
 
+TEST_F(TrackerTiming, WhatIsNotToldFromWhatIsKnownIsLeftAsItIs) {
+  Tracker tracker(model, {}, {.colour_readout = kReadout});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 120; ++i) {
+    Track(tracker, SeenByRows(i), i);
+    const FrameTimingEstimate estimate = tracker.timing_estimate();
+    const double off = std::abs(estimate.value.colour_readout - kReadout);
+    // Two standard deviations: five of a hundred such numbers are further off by chance.
+    if (off < 2.0 * estimate.sigma.colour_readout) {
+      EXPECT_EQ(tracker.timing().colour_readout, kReadout) << i;
+    } else {
+      EXPECT_EQ(tracker.timing().colour_readout, estimate.value.colour_readout) << i;
+    }
+  }
+}
+
+TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
+  Tracker tracker(model, {});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 10; ++i) Track(tracker, SeenByRows(i), i);
+  const SyntheticView view = SeenByRows(10);
+  TrackedFrame tracked = Track(tracker, view, 10);
+  const KeyFrameId id = scene_map.Add(view, tracked.T_WC);
+  KeyFrame& keyframe = *scene_map.map.keyframe(id);
+  keyframe.frame = tracked.frame;
+  tracker.Anchor(tracked, keyframe);
+  for (int i = 11; i < 240; ++i) Track(tracker, SeenByRows(i), i);
+  tracker.Retime(&scene_map.map);
+  const SyntheticView truth =
+      Look(scene, IdealSensor(), PoseOfFrame(10), {.px = 0.5, .depth = true, .seed = 10});
+  double before = 0.0, after = 0.0;
+  for (std::size_t i = 0; i < truth.points.size(); ++i) {
+    const Eigen::Vector2d& uv = truth.features->points[i].uv;
+    before = std::max(before, (view.features->points[i].uv - uv).norm());
+    after = std::max(after, (keyframe.frame.features->points[i].uv - uv).norm());
+  }
+  EXPECT_GT(before, 2.0);
+  EXPECT_LT(after, 0.3 * before);
+}
+
+TEST_F(TrackerTiming, ACutInARecordingIsNoMotion) {
+  Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 20; ++i) Track(tracker, SeenByRows(i), i);
+  // Frame 50 takes the place of frame 20: 30 cm within an image's time.
+  const SyntheticView cut = Look(scene, IdealSensor(), PoseOfFrame(50));
+  const TrackedFrame tracked = Track(tracker, cut, 20);
+  ASSERT_EQ(tracked.state, TrackingState::kTracking);
+  EXPECT_EQ(tracker.Motion(MakeFrame(cut, 21).stamp, nullptr).v, Eigen::Vector3d::Zero());
+}
+
 TEST_F(TrackerTiming, ACameraAtRestTellsNothing) {
   Tracker tracker(model, {}, {.colour_readout = 0.02});
   Start(tracker, PoseOfFrame(0));

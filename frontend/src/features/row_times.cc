@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core/types.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/median.h>
 
 namespace highwall {
 namespace {
@@ -185,25 +188,44 @@ std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
   });
 }
 
+bool Differ(const RowMotion& a, const RowMotion& b, const PinholeCamera& camera, double depth) {
+  constexpr double kShows = 0.1;  // [px]
+  const auto shift = [&](double late_a, double late_b) {
+    return camera.fx * ((late_b * b.motion.omega - late_a * a.motion.omega).norm() +
+                        (late_b * b.motion.v - late_a * a.motion.v).norm() / depth);
+  };
+  return shift(0.5 * a.timing.colour_readout, 0.5 * b.timing.colour_readout) > kShows ||
+         shift(a.DepthLate(0.0, 1), b.DepthLate(0.0, 1)) > kShows ||
+         shift(a.DepthLate(1.0, 1), b.DepthLate(1.0, 1)) > kShows;
+}
+
+double MedianDepth(const FrameFeatures& features) {
+  std::vector<double> depths;
+  for (const PointFeature& point : features.points) {
+    if (point.depth > 0.0) depths.push_back(point.depth);
+  }
+  return depths.empty() ? std::numeric_limits<double>::infinity() : UpperMedian(std::move(depths));
+}
+
 std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& features,
                                                     const PinholeCamera& camera,
-                                                    const DepthGrid& grid,
-                                                    const FrameTiming& timing, const Twist& assumed,
-                                                    const Twist& motion) {
-  const Twist difference{motion.v - assumed.v, motion.omega - assumed.omega};
+                                                    const DepthGrid& grid, const RowMotion& assumed,
+                                                    const RowMotion& found) {
   return Moved(features, camera, [&](double v, const Eigen::Vector3d& p_C, bool measured) {
     const double row_time = RowTime(v, camera.height);
-    const double late = timing.colour_readout * row_time;
-    Eigen::Vector3d seen = assumed.Over(late).Inverse() * p_C;
+    Eigen::Vector3d seen =
+        assumed.motion.Over(assumed.timing.colour_readout * row_time).Inverse() * p_C;
     if (measured) {
+      const double before = assumed.DepthLate(v, camera.height);
+      const double after = found.DepthLate(v, camera.height);
       // The rate is linear in the motion. At an edge the surface is taken to face the camera.
-      const double rate =
-          DepthRate(features.depth_grid, grid, p_C, difference).value_or(difference.Flow(p_C).z());
-      const double depth_late =
-          timing.depth_delay + (timing.depth_readout - timing.colour_readout) * row_time;
-      seen *= std::max(0.5, 1.0 - depth_late * rate / seen.z());
+      const Twist more{after * found.motion.v - before * assumed.motion.v,
+                       after * found.motion.omega - before * assumed.motion.omega};
+      const double change =
+          DepthRate(features.depth_grid, grid, p_C, more).value_or(more.Flow(p_C).z());
+      seen *= std::max(0.5, 1.0 - change / seen.z());
     }
-    return (motion.Over(late) * seen).eval();
+    return (found.motion.Over(found.timing.colour_readout * row_time) * seen).eval();
   });
 }
 

@@ -42,12 +42,29 @@ std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
                                                  const PinholeCamera& camera, double readout,
                                                  const Twist& motion);
 
-// What AtMiddleRow makes of features whose depth is that of DepthAtTime, both by the motion
-// `assumed`, as another motion would have moved them. grid: of their depth.
+// What the rows of an image were moved by.
+struct RowMotion {
+  FrameTiming timing;  // the stamp of its depth image counted in
+  Twist motion;
+
+  // [s] by which the reading in row v is later than what its pixel is of.
+  double DepthLate(double v, int height) const {
+    return timing.depth_delay + (timing.depth_readout - timing.colour_readout) * RowTime(v, height);
+  }
+};
+
+// Whether two such differ by more than a tenth of a pixel anywhere, which is a tenth of a corner's
+// noise. depth: [m] of the scene.
+bool Differ(const RowMotion& a, const RowMotion& b, const PinholeCamera& camera, double depth);
+
+// [m] of the points of an image; infinite where none has depth.
+double MedianDepth(const FrameFeatures& features);
+
+// What AtMiddleRow makes of features whose depth is that of DepthAtTime, both as `assumed`, as
+// another motion and timing would have moved them. grid: of their depth.
 std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& features,
                                                     const PinholeCamera& camera,
-                                                    const DepthGrid& grid,
-                                                    const FrameTiming& timing, const Twist& assumed,
-                                                    const Twist& motion);
+                                                    const DepthGrid& grid, const RowMotion& assumed,
+                                                    const RowMotion& found);
 
 }  // namespace highwall

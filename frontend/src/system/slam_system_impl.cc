@@ -321,6 +321,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   });
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
+  tracker_.Retime(&map_);
   tracked.state = TrackingState::kTracking;
   ++submap_keyframes_;
   result.mapping =

@@ -22,7 +22,10 @@ class ConstantVelocity {
   // moment: it is carried on no longer than half a second, or the step that it was measured over
   // where images are slower than that. Backwards in time there is none.
   Pose Predict(double dt) const;
+  // The mean one of the last step.
   const Twist& twist() const { return twist_; }
+  // At the beginning of this step, which followed the step of `before`: between both means.
+  Twist AtBeginning(const ConstantVelocity& before) const;
 
  private:
   Twist twist_;

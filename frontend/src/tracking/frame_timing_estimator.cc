@@ -14,8 +14,10 @@ namespace {
 // [s] of what is not known of a camera: read-outs take up to an image's interval, some 33 ms; the
 // two images are of the same interval.
 const Eigen::Vector3d kPriorSigma(0.015, 0.015, 0.01);
-constexpr double kLongestReadout = 0.05, kLongestDelay = 0.03;  // [s]
-constexpr double kMemory = 5.0;                                 // [s] of the filter
+const Eigen::Vector3d kLeast(0.0, 0.0, -0.03), kMost(0.05, 0.05, 0.03);  // [s]
+// Standard deviations by which an estimate must differ from what is known to replace it.
+constexpr double kTold = 2.0;
+constexpr double kMemory = 5.0;  // [s] of the filter
 // Frames share landmarks, and with them errors: so many count as one.
 constexpr double kAlike = 25.0;
 constexpr double kMaxChi2 = 7.81;  // of three rows, 95 %
@@ -27,11 +29,21 @@ Eigen::Vector3d AsVector(const FrameTiming& timing) {
   return {timing.colour_readout, timing.depth_readout, timing.depth_delay};
 }
 
+FrameTiming AsTiming(const Eigen::Vector3d& vector) {
+  return {.colour_readout = vector[0], .depth_readout = vector[1], .depth_delay = vector[2]};
+}
+
 }  // namespace
 
 FrameTimingEstimator::FrameTimingEstimator(const FrameTiming& known, const MeasurementModel& model,
-                                           const DepthGrid& grid)
-    : model_(model), camera_(model.camera()), grid_(grid), timing_(known) {}
+                                           const DepthGrid& grid, const KeyframeRowTimes& keyframes)
+    : model_(model),
+      camera_(model.camera()),
+      grid_(grid),
+      known_(AsVector(known)),
+      estimate_(known_),
+      timing_(known),
+      keyframes_(keyframes) {}
 
 FrameTimingEstimator::Matrix FrameTimingEstimator::Covariance() const {
   Matrix information = information_;
@@ -41,13 +53,7 @@ FrameTimingEstimator::Matrix FrameTimingEstimator::Covariance() const {
 
 FrameTimingEstimate FrameTimingEstimator::estimate() const {
   const Vector sigma = Covariance().diagonal().cwiseSqrt();
-  return {
-      .value = timing_,
-      .sigma = {.colour_readout = sigma[0], .depth_readout = sigma[1], .depth_delay = sigma[2]}};
-}
-
-void FrameTimingEstimator::Remember(const KeyFrame& keyframe, const Twist& motion) {
-  keyframes_[keyframe.id] = {motion, AsVector(timing_)};
+  return {.value = AsTiming(estimate_), .sigma = AsTiming(sigma)};
 }
 
 FrameTimingEstimator::Matrix FrameTimingEstimator::Shift(const PointFeature& feature,
@@ -74,13 +80,12 @@ FrameTimingEstimator::Landmark FrameTimingEstimator::ShiftOf(const MapPoint& poi
     const PointFeature& feature = features.points[static_cast<std::size_t>(observation.index)];
     if (!(feature.depth > 0.0)) continue;
     ++views;
-    const auto known = keyframes_.find(observation.keyframe);
-    if (known == keyframes_.end()) continue;
-    const auto& [motion, timing] = known->second;
+    const RowMotion* known = keyframes_.Find(observation.keyframe);
+    if (known == nullptr) continue;
     const Matrix shift =
-        keyframe->T_WC.q().toRotationMatrix() * Shift(feature, features.depth_grid, motion);
+        keyframe->T_WC.q().toRotationMatrix() * Shift(feature, features.depth_grid, known->motion);
     landmark.shift += shift;
-    landmark.since += shift * (AsVector(timing_) - timing);
+    landmark.since += shift * (AsVector(timing_) - AsVector(known->timing));
   }
   if (views > 0) {
     landmark.shift /= views;
@@ -130,10 +135,12 @@ void FrameTimingEstimator::Add(const TrackedFrame& tracked, const Map& map, cons
   const Vector g = equations.g.tail<3>() - eliminated.transpose() * equations.g.head<6>();
   information_ = std::exp(-dt / kMemory) * information_ + N / kAlike;
   last_ = tracked.frame.stamp;
-  const Vector step = -(Covariance() * g) / kAlike;
-  timing_.colour_readout = std::clamp(timing_.colour_readout + step[0], 0.0, kLongestReadout);
-  timing_.depth_readout = std::clamp(timing_.depth_readout + step[1], 0.0, kLongestReadout);
-  timing_.depth_delay = std::clamp(timing_.depth_delay + step[2], -kLongestDelay, kLongestDelay);
+  const Matrix covariance = Covariance();
+  // The residuals are those of what was gone by.
+  const Vector gradient = g + N * (estimate_ - AsVector(timing_));
+  estimate_ = (estimate_ - covariance * gradient / kAlike).cwiseMax(kLeast).cwiseMin(kMost);
+  const Eigen::Array3d told = kTold * covariance.diagonal().array().sqrt();
+  timing_ = AsTiming(((estimate_ - known_).array().abs() > told).select(estimate_, known_));
 }
 
 }  // namespace highwall

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <map>
-
 #include <Eigen/Core>
 
 #include <highwall/core/stamp.h>
@@ -11,6 +9,7 @@
 
 #include "features/depth_grid.h"
 #include "features/twist.h"
+#include "tracking/keyframe_row_times.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {
@@ -22,17 +21,16 @@ namespace highwall {
 // follows.
 class FrameTimingEstimator {
  public:
-  // known: where it begins. model, grid: must outlive it; grid as the features' depth_grid.
+  // known: where it begins. model, grid, keyframes: must outlive it; grid as the features'
+  // depth_grid.
   FrameTimingEstimator(const FrameTiming& known, const MeasurementModel& model,
-                       const DepthGrid& grid);
+                       const DepthGrid& grid, const KeyframeRowTimes& keyframes);
 
   // A frame with its matches and pose, features moved to the middle row by timing(), and the motion
   // of the camera at it. Backwards in time nothing happens.
   void Add(const TrackedFrame& tracked, const Map& map, const Twist& motion);
 
-  // A keyframe made of such a frame: its landmarks are as right as what is believed now.
-  void Remember(const KeyFrame& keyframe, const Twist& motion);
-
+  // What to go by: each is as it was known until frames tell it to be another.
   const FrameTiming& timing() const { return timing_; }
   FrameTimingEstimate estimate() const;
 
@@ -58,17 +56,13 @@ class FrameTimingEstimator {
                 const Map& map, const Twist& motion, Equations* equations) const;
   Matrix Covariance() const;
 
-  struct MadeWith {
-    Twist motion;
-    Vector timing;
-  };
-
   const MeasurementModel& model_;
   PinholeCamera camera_;  // without distortion
   const DepthGrid& grid_;
-  FrameTiming timing_;
+  Vector known_, estimate_;
+  FrameTiming timing_;                   // the estimate where it is told from what is known
   Matrix information_ = Matrix::Zero();  // that the frames gave, the older the less
-  std::map<KeyFrameId, MadeWith> keyframes_;
+  const KeyframeRowTimes& keyframes_;
   Stamp last_ = 0;
 };
 

@@ -77,7 +77,8 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
       matcher_(model),
       relocalizer_(model, options.relocalizer, options.pose),
       moving_(model, options.moving, options.pose),
-      timing_(timing, model, moving_.grid()),
+      keyframe_times_(model.camera(), moving_.grid()),
+      timing_(timing, model, moving_.grid(), keyframe_times_),
       aligner_(moving_.grid(), model.depth_noise(), options.surfaces.matcher, options.direct) {
   options_.Validate();
 }
@@ -93,8 +94,13 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   const KnownPose* known = predicted ? &*predicted : nullptr;
   Frame frame = seen;
   const Twist expected = Motion(seen.stamp, known);
-  if (const auto times = TimingOf(seen); was_tracking && times && times->colour_readout > 0.0) {
-    frame.features = AtMiddleRow(*seen.features, model_.camera(), times->colour_readout, expected);
+  RowMotion moved_by;
+  if (const auto times = TimingOf(seen); was_tracking && times) {
+    moved_by = {*times, expected};
+    if (times->colour_readout > 0.0) {
+      frame.features =
+          AtMiddleRow(*seen.features, model_.camera(), times->colour_readout, expected);
+    }
   }
   LossClues clues{.predicted = predicted.has_value()};
   auto match = Find(frame, map, known, &clues);
@@ -108,9 +114,13 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
   if (was_tracking && !tracked.relocalized) {
+    const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
     goes_on_ = GoesOn(expected, tracked);
-    if (goes_on_ && match->Support() > 0) FollowMotion(expected, map, known, &tracked);
+    if (goes_on_ && match->Support() > 0) FollowMotion(map, known, &tracked, &moved_by);
     velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
+    if (goes_on_ && anchored_) {
+      keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
+    }
     if (goes_on_ && options_.timing == FrameTimingMode::kEstimated) {
       timing_.Add(tracked, map, velocity_.twist());
     }
@@ -118,6 +128,8 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
     velocity_.Reset();
     goes_on_ = false;
   }
+  moved_by_ = moved_by;
+  anchored_.reset();
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
   // What all of the image holds tells nothing of landmarks.
@@ -157,25 +169,24 @@ bool Tracker::GoesOn(const Twist& expected, const TrackedFrame& tracked) const {
          (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
 }
 
-void Tracker::FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,
-                           TrackedFrame* tracked) const {
+void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked,
+                           RowMotion* moved_by) const {
   const auto times = TimingOf(tracked->frame);
   if (!times) return;
   ConstantVelocity found = velocity_;
   found.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
-  // [px] A tenth of a corner's noise does not show.
-  constexpr double kShows = 0.1;
-  const double longest =
-      std::max({times->colour_readout, times->depth_readout, std::abs(times->depth_delay)});
-  const double turn = (found.twist().omega - expected.omega).norm();
-  const double shift = (found.twist().v - expected.v).norm() / MedianDepth();
-  if (model_.camera().fx * longest * (turn + shift) < kShows) return;
+  const RowMotion now{*times, found.twist()};
+  if (!Differ(*moved_by, now, model_.camera(), MedianDepth(*last_->frame.features))) return;
   TrackedFrame again = *tracked;
-  again.frame.features = MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(),
-                                        *times, expected, found.twist());
-  if (Solve(again, map, options_.min_motion_support, predicted, Aid::kNone)) {
-    *tracked = std::move(again);
-  }
+  again.frame.features =
+      MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(), *moved_by, now);
+  if (!Solve(again, map, options_.min_motion_support, predicted, Aid::kNone)) return;
+  *tracked = std::move(again);
+  *moved_by = now;
+}
+
+void Tracker::Retime(Map* map) {
+  if (options_.timing != FrameTimingMode::kIgnored) keyframe_times_.Retime(timing(), map);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& map,
@@ -284,7 +295,8 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->points = keyframe.points;
   last_->lines = keyframe.lines;
   last_->reference = keyframe.id;
-  timing_.Remember(keyframe, velocity_.twist());
+  if (options_.timing != FrameTimingMode::kIgnored) keyframe_times_.Remember(keyframe, moved_by_);
+  anchored_ = keyframe.id;
 }
 
 void Tracker::Correct(const Pose& T_WC) {
@@ -303,17 +315,9 @@ double Tracker::SinceLast(const Frame& frame) const {
   return ToSeconds(frame.stamp - last_->frame.stamp);
 }
 
-double Tracker::MedianDepth() const {
-  std::vector<double> depths;
-  for (const PointFeature& point : last_->frame.features->points) {
-    if (point.depth > 0.0) depths.push_back(point.depth);
-  }
-  return depths.empty() ? std::numeric_limits<double>::infinity() : UpperMedian(std::move(depths));
-}
-
 double Tracker::Shift(const Frame& frame) const {
   const Pose T = velocity_.Predict(SinceLast(frame));
-  return model_.camera().fx * (T.Angle() + T.p().norm() / MedianDepth());
+  return model_.camera().fx * (T.Angle() + T.p().norm() / MedianDepth(*last_->frame.features));
 }
 
 std::optional<TrackedFrame> Tracker::Coast(const Frame& frame) const {

@@ -61,6 +61,8 @@ class Tracker {
   // When the rows of images are taken, as far as that is known by now.
   const FrameTiming& timing() const { return timing_.timing(); }
   FrameTimingEstimate timing_estimate() const { return timing_.estimate(); }
+  // Keyframes and landmarks that were made with rows' times known worse than now follow.
+  void Retime(Map* map);
   // Follows the map, which has moved about here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
@@ -72,12 +74,10 @@ class Tracker {
   std::optional<FrameTiming> TimingOf(const Frame& frame) const;
   // Whether the camera may have come here by moving on; else twists tell nothing.
   bool GoesOn(const Twist& expected, const TrackedFrame& tracked) const;
-  // Features that were moved to the middle row by an expected motion, moved by the one that was
-  // found, and the pose from them.
-  void FollowMotion(const Twist& expected, const Map& map, const KnownPose* predicted,
-                    TrackedFrame* tracked) const;
-  // [m] of the points of the last frame; infinite where there are none.
-  double MedianDepth() const;
+  // Features that were moved by an expected motion, moved by the one that was found, and the pose
+  // from them.
+  void FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked,
+                    RowMotion* moved_by) const;
   // [px] by which the image shifts until `frame` at constant velocity.
   double Shift(const Frame& frame) const;
   // [s] from the last frame tracked to `frame`.
@@ -152,14 +152,17 @@ class Tracker {
   MapMatcher matcher_;
   Relocalizer relocalizer_;
   MovingFeatures moving_;
+  KeyframeRowTimes keyframe_times_;
   FrameTimingEstimator timing_;
   DirectAligner aligner_;
-  std::optional<TrackedFrame> last_;  // the last frame tracked
-  int last_support_ = 0;              // of its pose
-  Stamp last_landmarks_ = 0;          // of the last frame that landmarks held
-  double usual_found_ = 0.0;          // TrackedFrame::found of late; 0: not known
-  ConstantVelocity velocity_;         // at it
-  bool goes_on_ = false;              // whether it came there by moving on
+  std::optional<TrackedFrame> last_;    // the last frame tracked
+  int last_support_ = 0;                // of its pose
+  Stamp last_landmarks_ = 0;            // of the last frame that landmarks held
+  double usual_found_ = 0.0;            // TrackedFrame::found of late; 0: not known
+  ConstantVelocity velocity_;           // at it
+  bool goes_on_ = false;                // whether it came there by moving on
+  RowMotion moved_by_;                  // what its features were moved by
+  std::optional<KeyFrameId> anchored_;  // the keyframe that it became
 };
 
 }  // namespace highwall

@@ -1,0 +1,136 @@
+#include <cstddef>
+
+#include <gtest/gtest.h>
+
+#include "features/row_times.h"
+#include "support/synthetic_scene.h"
+#include "tracking/keyframe_row_times.h"
+
+namespace highwall {
+namespace {
+
+using testing::IdealSensor;
+using testing::Look;
+using testing::MakeScene;
+using testing::Scene;
+using testing::SceneMap;
+using testing::SyntheticView;
+
+const Twist kMotion{.v = {0.5, -0.3, 0.2}, .omega = {0.6, 1.2, -0.4}};
+constexpr FrameTiming kTiming{.colour_readout = 0.03, .depth_readout = 0.03};
+
+// A keyframe that was made while nobody knew that its rows have times.
+class KeyframeRowTimesTest : public ::testing::Test {
+ protected:
+  KeyframeRowTimesTest() : scene_map_(scene_) {
+    truth_ = Look(scene_, sensor_, T_WC_);
+    SyntheticView seen = truth_;
+    seen.features = AtMiddleRow(*truth_.features, sensor_.camera, -kTiming.colour_readout, kMotion);
+    id_ = scene_map_.Add(seen, T_WC_);
+    // Landmarks as this keyframe has them.
+    const KeyFrame& keyframe = *map().keyframe(id_);
+    for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
+      const PointFeature& feature = keyframe.frame.features->points[i];
+      map().point(keyframe.points[i])->p_W =
+          T_WC_ * sensor_.camera.Unproject(feature.uv, feature.depth);
+    }
+    times_.Remember(keyframe, {});
+  }
+
+  Map& map() { return scene_map_.map; }
+  const FrameFeatures& features() { return *map().keyframe(id_)->frame.features; }
+  // [m] of the landmark of point feature i.
+  double Error(std::size_t i) {
+    const Eigen::Vector3d& truth = scene_.points[static_cast<std::size_t>(truth_.points[i])].p_W;
+    return (map().point(map().keyframe(id_)->points[i])->p_W - truth).norm();
+  }
+  double LargestError() {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < truth_.points.size(); ++i) largest = std::max(largest, Error(i));
+    return largest;
+  }
+
+  const RgbdSensor sensor_ = IdealSensor();
+  const DepthGrid grid_{sensor_.camera};
+  const Scene scene_ = MakeScene(4, 200, 20);
+  const Pose T_WC_ = Pose::FromTangent({0.1, 0.2, -0.3}, {0.05, -0.1, 0.02});
+  SceneMap scene_map_;
+  SyntheticView truth_;
+  KeyFrameId id_ = kNoId;
+  KeyframeRowTimes times_{sensor_.camera, grid_};
+};
+
+TEST_F(KeyframeRowTimesTest, FeaturesAndLandmarksFollowWhatIsLearntOfTimingAndMotion) {
+  const auto expected = AtMiddleRow(features(), sensor_.camera, kTiming.colour_readout, kMotion);
+  const double before = LargestError();
+  EXPECT_GT(before, 0.02);
+  times_.Correct(id_, kMotion);
+  times_.Retime(kTiming, &map());
+  const KeyFrame& keyframe = *map().keyframe(id_);
+  for (std::size_t i = 0; i < truth_.points.size(); ++i) {
+    const PointFeature &now = features().points[i], &should = expected->points[i];
+    EXPECT_LT((now.uv - should.uv).norm(), 1e-9) << i;  // rounding
+    const Eigen::Vector3d p_W = T_WC_ * sensor_.camera.Unproject(should.uv, should.depth);
+    EXPECT_LT((map().point(keyframe.points[i])->p_W - p_W).norm(), 1e-12) << i;
+  }
+  // The row that a feature is moved to stands for the one it was seen in, 10 px of 480.
+  EXPECT_LT(LargestError(), 0.1 * before);
+  ASSERT_NE(times_.Find(id_), nullptr);
+  EXPECT_EQ(times_.Find(id_)->timing.colour_readout, kTiming.colour_readout);
+  EXPECT_EQ(times_.Find(id_)->motion.v, kMotion.v);
+}
+
+TEST_F(KeyframeRowTimesTest, LinesMoveAsTheirKeyframeSeesThem) {
+  const KeyFrame& keyframe = *map().keyframe(id_);
+  const auto before = keyframe.frame.features;
+  const std::vector<LineId> lines = keyframe.lines;
+  std::vector<Segment3> landmarks;
+  for (const LineId id : lines) landmarks.push_back(map().line(id)->segment_W);
+  times_.Correct(id_, kMotion);
+  times_.Retime(kTiming, &map());
+  ASSERT_FALSE(lines.empty());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const SegmentDepth &from = *before->lines[i].segment_C, &to = *features().lines[i].segment_C;
+    const Eigen::Vector3d shift =
+        T_WC_.q() * (0.5 * (to.p_C + to.q_C) - 0.5 * (from.p_C + from.q_C));
+    const Segment3& now = map().line(lines[i])->segment_W;
+    EXPECT_LT((now.p() - landmarks[i].p() - shift).norm(), 1e-12);
+    EXPECT_LT((now.q() - landmarks[i].q() - shift).norm(), 1e-12);
+  }
+}
+
+TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
+  const KeyFrame& keyframe = *map().keyframe(id_);
+  const PointId point = keyframe.points[0];
+  // Of another run, with nothing to be told of its rows.
+  const Pose elsewhere = T_WC_ * Pose::FromTangent({0.02, 0.0, 0.0}, Eigen::Vector3d::Zero());
+  const KeyFrameId other = scene_map_.Add(Look(scene_, sensor_, elsewhere), elsewhere);
+  ASSERT_EQ(map().point(point)->observations.size(), 2U);
+  const Eigen::Vector3d before = map().point(point)->p_W;
+  const auto kept = map().keyframe(other)->frame.features;
+  const PointFeature from = features().points[0];
+  times_.Correct(id_, kMotion);
+  times_.Retime(kTiming, &map());
+  const PointFeature& to = features().points[0];
+  const Eigen::Vector3d shift = T_WC_.q() * (sensor_.camera.Unproject(to.uv, to.depth) -
+                                             sensor_.camera.Unproject(from.uv, from.depth));
+  EXPECT_LT((map().point(point)->p_W - before - 0.5 * shift).norm(), 1e-12);
+  EXPECT_EQ(map().keyframe(other)->frame.features, kept);
+}
+
+TEST_F(KeyframeRowTimesTest, WhatShowsLessThanATenthOfAPixelMovesNothing) {
+  const auto before = map().keyframe(id_)->frame.features;
+  times_.Correct(id_, kMotion);
+  times_.Retime({.colour_readout = 1e-5, .depth_readout = 1e-5}, &map());
+  EXPECT_EQ(map().keyframe(id_)->frame.features, before);
+}
+
+TEST_F(KeyframeRowTimesTest, AKeyframeThatWasRemovedIsForgotten) {
+  const KeyFrameId other = scene_map_.Add(truth_, T_WC_);
+  map().RemoveKeyFrame(id_, other);
+  times_.Retime(kTiming, &map());
+  EXPECT_EQ(times_.Find(id_), nullptr);
+}
+
+}  // namespace
+}  // namespace highwall
