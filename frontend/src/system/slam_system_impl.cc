@@ -66,8 +66,11 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   builder_.Check(image);
   result.repeated = Repeats(image);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
+  const Stopwatch to_one_time;
   const RgbdImage at_once = AtOneTime(image, result.repeated);
+  const double moved = to_one_time.Milliseconds();
   const Frame frame = Extract(at_once, result);
+  result.times.features += moved;
   const Stopwatch watch;
   ApplyResults(result);
   result.times.loops = watch.Milliseconds();

@@ -60,7 +60,8 @@ SlamOptions Deterministic(SlamOptions options);
 
 // Milliseconds of one frame. features: points and lines together, which overlap in time.
 struct FrameTimes {
-  double points = 0.0, lines = 0.0, features = 0.0;
+  double points = 0.0, lines = 0.0;
+  double features = 0.0;  // both, and depth moved to the time of its pixels
   double tracking = 0.0;  // pose estimation, features not included
   double mapping = 0.0;   // local mapping, on keyframes, as far as the caller does it
   double loops = 0.0;     // applying what other threads have come to, and looking for loops
