@@ -1,0 +1,143 @@
+#include "loops/factor_adjuster.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <stop_token>
+#include <utility>
+
+#include <highwall/core/pose_graph.h>
+#include <highwall/internal/background_worker.h>
+#include <highwall/internal/stopwatch.h>
+
+#include "loops/frame_alignment.h"
+#include "loops/keyframe_graph.h"
+#include "loops/map_correction.h"
+
+namespace highwall {
+
+// One adjustment, on a copy of the map, and what has come out.
+class FactorAdjuster::Job {
+ public:
+  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, const OwnFactorOptions& options,
+      const KeyFrameGraphOptions& graph)
+      : map_(std::move(map)),
+        all_(map_.factors().all().size()),
+        submap_(submap),
+        loops_(loops.begin(), loops.end()),
+        options_(options),
+        graph_(graph) {
+    if (options_.background) {
+      worker_.emplace(1);
+      worker_->Post([this](const std::stop_token& stop) { Run(stop); });
+    } else {
+      Run({});
+    }
+  }
+
+  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
+  // Factors of the map.
+  std::size_t all() const { return all_; }
+
+  // Throws what ended the work.
+  FactorAdjustmentReport Write(Map* map) {
+    if (worker_) worker_->Wait();
+    if (report_.accepted) Apply(correction_, map);
+    return report_;
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    const Stopwatch watch;
+    std::atomic<bool> stopped = false;
+    const std::stop_callback on_stop(stop, [&] { stopped = true; });
+    for (const ReferenceFrameId id : map_.factors().frames()) {
+      // Anew each time: what a short way has told may be far off.
+      const auto T_FW = AlignFrame(map_, id, submap_, options_.max_angle);
+      if (T_FW) map_.factors().Place(id, map_.Root(submap_), *T_FW);
+    }
+    Solve(&stopped);
+    report_.seconds = watch.Seconds();
+    map_ = Map();  // as large as the map itself
+  }
+
+  void Solve(const std::atomic<bool>* stopped) {
+    if (map_.NumKeyFramesOf(submap_) < 2) {
+      report_.message = "less than two keyframes";
+      return;
+    }
+    KeyFrameGraph graph = MakeKeyFrameGraph(map_, loops_, graph_, submap_);
+    report_.keyframes = static_cast<int>(graph.keyframes.size());
+    report_.factors = static_cast<int>(graph.graph.factors.size());
+    if (graph.graph.factors.empty()) {
+      report_.message = "where the factors' frame lies is not known yet";
+      return;
+    }
+    PoseGraphOptions solve;
+    solve.estimate_variance_factor = false;
+    solve.solver.threads = options_.threads;
+    solve.solver.stop = stopped;
+    const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
+    report_.message = summary.message;
+    report_.accepted = summary.status != SolveStatus::kFailed;
+    if (!report_.accepted) return;
+    for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+      const Pose& T_WC = graph.graph.nodes[i].pose;
+      const Eigen::Vector3d way = T_WC.p() - map_.keyframe(graph.keyframes[i])->T_WC.p();
+      report_.moved = std::max(report_.moved, way.norm());
+      correction_.after.keyframes.emplace(graph.keyframes[i], T_WC);
+    }
+    correction_.after.frames = graph.FramePoses();
+  }
+
+  Map map_;
+  const std::size_t all_;
+  const SubmapId submap_;
+  const std::vector<LoopEdge> loops_;
+  const OwnFactorOptions options_;
+  const KeyFrameGraphOptions graph_;
+  FactorAdjustmentReport report_;
+  MapCorrection correction_;
+  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
+};
+
+FactorAdjuster::FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
+    : options_((options.Validate(), options)), graph_(graph) {}
+
+FactorAdjuster::~FactorAdjuster() = default;
+
+bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
+  const double share = options_.share * static_cast<double>(adjusted_);
+  return Start(map, submap, loops,
+               static_cast<std::size_t>(std::max<double>(options_.every, std::ceil(share))));
+}
+
+bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
+  return Start(map, submap, loops, 1);
+}
+
+bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops,
+                           std::size_t enough) {
+  const std::size_t factors = map.factors().all().size();
+  adjusted_ = std::min(adjusted_, factors);  // some may have gone with their submap
+  if (job_ || factors < adjusted_ + enough) return false;
+  job_ = std::make_unique<Job>(map.Clone(), submap, loops, options_, graph_);
+  return true;
+}
+
+bool FactorAdjuster::HasResult() const {
+  return job_ && job_->IsDone();
+}
+
+std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
+  if (!job_) return std::nullopt;
+  const std::unique_ptr<Job> job = std::move(job_);
+  adjusted_ = job->all();
+  return job->Write(map);
+}
+
+void FactorAdjuster::Cancel() {
+  job_.reset();
+}
+
+}  // namespace highwall
