@@ -28,11 +28,11 @@ class GpsTest : public ::testing::Test {
 };
 
 TEST_F(GpsTest, MetresAreTakenAsTheyAre) {
-  const auto fixes =
-      Read("# stamp [s], x [m], y [m], z [m], sigma_x, sigma_y, sigma_z\n"
-           "1305031102.175304123, 450000.25, -3, 7, 0.5, 0.6, 1\r\n"
-           "\n"
-           "1305031101 1 2 3\n");
+  const auto fixes = Read(
+      "# stamp [s], x [m], y [m], z [m], sigma_x, sigma_y, sigma_z\n"
+      "1305031102.175304123, 450000.25, -3, 7, 0.5, 0.6, 1\r\n"
+      "\n"
+      "1305031101 1 2 3\n");
   ASSERT_EQ(fixes.size(), 2u);
   EXPECT_EQ(fixes[0].stamp, 1305031101000000000) << "in the order of the stamps";
   EXPECT_EQ(fixes[0].sigma, Eigen::Vector3d(2.5, 2.5, 5.0));

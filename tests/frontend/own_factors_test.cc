@@ -7,6 +7,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
+#include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/testing/jacobian_check.h>
 #include <highwall/frontend/map/map.h>
@@ -176,10 +177,8 @@ TEST_F(OwnFactorsTest, AFrameMovesWhereEverythingIsAdjusted) {
   const Pose T_FW = Pose::FromTangent({10, -4, 2}, {0, 0, 1.0});
   map.factors().Place(frame, kFirstSubmap, T_FW * Pose::FromTangent({0.1, 0, 0}, {0, 0, 0.05}));
   for (const KeyFrameId id : map.keyframe_ids()) {
-    map.AddFactor({{{id, Pose()}},
-                   frame,
-                   PositionInFrame(T_FW * truth[id.index()].p(), 0.01),
-                   nullptr});
+    map.AddFactor(
+        {{{id, Pose()}}, frame, PositionInFrame(T_FW * truth[id.index()].p(), 0.01), nullptr});
   }
   const BundleAdjustmentReport report =
       AdjustBundle(map, model, map.keyframe_ids(), {}, {.first_iterations = 20});
@@ -199,15 +198,15 @@ TEST(CarriedCost, IsTheCostOfTheBodiesThatKeyFramesCarry) {
   const MapFactor apart{{{4_kf, a}, {7_kf, b}}, kNoId, relative, nullptr};
   const CarriedCost two(apart, T_XC);
   EXPECT_EQ(two.keyframes(), (std::vector<KeyFrameId>{4_kf, 7_kf}));
-  EXPECT_LT((Residual(two, {T_WX, T_WY}) -
-             Residual(*relative, {T_WX * T_XC * a, T_WY * T_XC * b}))
+  EXPECT_LT((Residual(two, {T_WX, T_WY}) - Residual(*relative, {T_WX * T_XC * a, T_WY * T_XC * b}))
                 .norm(),
             1e-12);
   const MapFactor together{{{4_kf, a}, {4_kf, b}}, kNoId, relative, nullptr};
   const CarriedCost one(together, T_XC);
   EXPECT_EQ(one.keyframes(), std::vector<KeyFrameId>{4_kf});
-  EXPECT_LT((Residual(one, {T_WX}) - Residual(*relative, {T_WX * T_XC * a, T_WX * T_XC * b})).norm(),
-            1e-12);
+  EXPECT_LT(
+      (Residual(one, {T_WX}) - Residual(*relative, {T_WX * T_XC * a, T_WX * T_XC * b})).norm(),
+      1e-12);
 }
 
 TEST(CarriedCost, JacobiansMatchCentralDifferences) {
@@ -231,8 +230,7 @@ TEST(CarriedCost, JacobiansMatchCentralDifferences) {
                                                     Eigen::Matrix<double, 6, 6>::Identity());
   const CarriedCost together(
       {{{4_kf, RandomPose(rng)}, {4_kf, RandomPose(rng)}}, kNoId, prior, nullptr}, Pose());
-  const auto check =
-      testing::CheckJacobians(together, {ToBlock(RandomPose(rng))}, {&kManifold});
+  const auto check = testing::CheckJacobians(together, {ToBlock(RandomPose(rng))}, {&kManifold});
   EXPECT_TRUE(check) << check.message;
 }
 

@@ -28,7 +28,7 @@ Course MakeCourse(std::uint64_t seed) {
   RandomSequence random(Mix(seed));
   const double a = random.Uniform(0.0, 2.0 * std::numbers::pi);
   const double b = random.Uniform(0.0, 2.0 * std::numbers::pi);
-  const auto points = [&](double size) {
+  const auto ring = [&](double size) {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < kPoints; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / kPoints;
@@ -40,7 +40,7 @@ Course MakeCourse(std::uint64_t seed) {
     return points;
   };
   const double size = kLength / (2.0 * std::numbers::pi);
-  return Course(points(size * kLength / Course(points(size)).length()));
+  return Course(ring(size * kLength / Course(ring(size)).length()));
 }
 
 void AddGround(Terrain* terrain) {
