@@ -22,7 +22,10 @@
 namespace highwall {
 namespace {
 
-constexpr double kSigma = 0.02;  // [m] of a position
+constexpr double kSigma = 0.02;  // [m] of a position, by axis
+// [m] RMS, twice the noise of one position: those about it make up for that, but one in twenty is
+// off by metres, and even robustly weighed it pulls.
+constexpr double kBound = 2.0 * 1.7321 * kSigma;
 const Pose kT_GW = Pose::FromTangent({4.5e5, 5.4e6, 400}, {0, 0, 2.0});
 
 class SlamOwnFactorsTest : public ::testing::Test {
@@ -30,7 +33,7 @@ class SlamOwnFactorsTest : public ::testing::Test {
   static void SetUpTestSuite() {
     simulate::SimulationOptions options = simulate::FieldTestOptions();
     options.seed = 3;
-    options.duration = 25.0;  // 47 m
+    options.duration = 20.0;  // 37 m
     options.fps = 10.0;
     options.camera = simulate::Scaled(options.camera, 0.4);
     options.exposure.mode = simulate::ExposureMode::kIdeal;
@@ -46,7 +49,9 @@ class SlamOwnFactorsTest : public ::testing::Test {
     RgbdSensor sensor{.camera = simulation_->options().camera};
     sensor.depth_noise = simulation_->options().sensor.Noise();
     sensor.max_depth = simulation_->options().sensor.max_depth;
-    return SlamSystem(sensor, lockstep ? Deterministic({}) : SlamOptions());
+    SlamOptions options;
+    options.frame.use_lines = false;  // for the time it takes
+    return SlamSystem(sensor, lockstep ? Deterministic(options) : options);
   }
 
   // Three positions a second, none of them at a frame, before the frame that follows; the third of
@@ -56,7 +61,7 @@ class SlamOwnFactorsTest : public ::testing::Test {
     const Stamp first = drive_->images.front().stamp + FromSeconds(0.03);
     std::mt19937 rng(11);
     std::normal_distribution<double> normal(0.0, kSigma);
-    for (int i = 0; i < 74; ++i) {
+    for (int i = 0; i < 59; ++i) {
       const Stamp stamp = first + FromSeconds(i / 3.0);
       const double x = normal(rng), y = normal(rng), z = normal(rng);
       if (stamp <= from || stamp > until) continue;
@@ -113,13 +118,13 @@ TEST_F(SlamOwnFactorsTest, PositionsKeepALongWayFromDrifting) {
   const ReferenceFrameId frame = with.AddReferenceFrame();
   const double held = Drive(with, frame);
   EXPECT_EQ(with.factor_counts().waiting, 0u);
-  EXPECT_EQ(with.factor_counts().attached, 74u);
+  EXPECT_EQ(with.factor_counts().attached, 59u);
   EXPECT_EQ(with.factor_counts().refused, 0u);
-  EXPECT_GE(told_maps, 3);
+  EXPECT_GE(told_maps, 2);
   // What is left is not the drift but the noise of positions and depth.
   EXPECT_LT(held, 0.5 * drift);
-  EXPECT_LT(held, 2.0 * kSigma);
-  EXPECT_LT(ErrorInFrame(with, frame), 2.0 * kSigma);
+  EXPECT_LT(held, kBound);
+  EXPECT_LT(ErrorInFrame(with, frame), kBound);
   Drive(again, again.AddReferenceFrame());
   EXPECT_EQ(again.trajectory().back().pose.Matrix(), with.trajectory().back().pose.Matrix())
       << "bit for bit";
@@ -129,19 +134,19 @@ TEST_F(SlamOwnFactorsTest, OnThreadsOfTheirOwnAndAllAtOnceInTheEndTheyDoSoToo) {
   SlamSystem live = MakeSystem(/*lockstep=*/false);
   const ReferenceFrameId frame = live.AddReferenceFrame();
   Drive(live, frame);
-  EXPECT_LT(ErrorInFrame(live, frame), 2.0 * kSigma);
+  EXPECT_LT(ErrorInFrame(live, frame), kBound);
 
   SlamSystem late = MakeSystem();
   const ReferenceFrameId given_late = late.AddReferenceFrame();
   for (std::size_t i = 0; i + 1 < drive_->images.size(); ++i) late.Track(drive_->images[i]);
   AddPositions(given_late, 0, drive_->images.back().stamp, late);
-  EXPECT_EQ(late.factor_counts().waiting, 74u);
+  EXPECT_EQ(late.factor_counts().waiting, 59u);
   late.Track(drive_->images.back());
   late.Finish();
-  EXPECT_LT(ErrorInFrame(late, given_late), 2.0 * kSigma);
+  EXPECT_LT(ErrorInFrame(late, given_late), kBound);
   // Everything adjusted together keeps what they tell.
-  EXPECT_GT(late.AdjustAll().own_factors, 50);
-  EXPECT_LT(ErrorInFrame(late, given_late), 2.0 * kSigma);
+  EXPECT_GT(late.AdjustAll().own_factors, 40);
+  EXPECT_LT(ErrorInFrame(late, given_late), kBound);
 }
 
 TEST_F(SlamOwnFactorsTest, MotionBetweenStampsNeedsNoFrame) {
@@ -156,7 +161,7 @@ TEST_F(SlamOwnFactorsTest, MotionBetweenStampsNeedsNoFrame) {
   }
   const double drift = Drive(plain);
   EXPECT_LT(Drive(with), 0.7 * drift);
-  EXPECT_EQ(with.factor_counts().attached, 24u);
+  EXPECT_EQ(with.factor_counts().attached, 19u);
 }
 
 TEST_F(SlamOwnFactorsTest, WhatFitsNoFrameIsRefused) {

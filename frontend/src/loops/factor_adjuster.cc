@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <stop_token>
 #include <utility>
 
@@ -19,12 +21,13 @@ namespace highwall {
 // One adjustment, on a copy of the map, and what has come out.
 class FactorAdjuster::Job {
  public:
-  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, const OwnFactorOptions& options,
-      const KeyFrameGraphOptions& graph)
+  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, Moves moves,
+      const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
       : map_(std::move(map)),
         all_(map_.factors().all().size()),
         submap_(submap),
         loops_(loops.begin(), loops.end()),
+        moves_(std::move(moves)),
         options_(options),
         graph_(graph) {
     if (options_.background) {
@@ -39,10 +42,12 @@ class FactorAdjuster::Job {
   // Factors of the map.
   std::size_t all() const { return all_; }
 
-  // Throws what ended the work.
-  FactorAdjustmentReport Write(Map* map) {
+  // Throws what ended the work. moves: of the keyframes, so far.
+  FactorAdjustmentReport Write(Map* map, Moves* moves) {
     if (worker_) worker_->Wait();
-    if (report_.accepted) Apply(correction_, map);
+    if (!report_.accepted) return report_;
+    Apply(correction_, map);
+    for (auto& [id, move] : moves_) (*moves)[id] = move;
     return report_;
   }
 
@@ -73,6 +78,7 @@ class FactorAdjuster::Job {
       report_.message = "where the factors' frame lies is not known yet";
       return;
     }
+    TakeOutMoves(&graph);
     PoseGraphOptions solve;
     solve.estimate_variance_factor = false;
     solve.solver.threads = options_.threads;
@@ -83,17 +89,40 @@ class FactorAdjuster::Job {
     if (!report_.accepted) return;
     for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
       const Pose& T_WC = graph.graph.nodes[i].pose;
-      const Eigen::Vector3d way = T_WC.p() - map_.keyframe(graph.keyframes[i])->T_WC.p();
-      report_.moved = std::max(report_.moved, way.norm());
+      const Pose& before = map_.keyframe(graph.keyframes[i])->T_WC;
+      report_.moved = std::max(report_.moved, (T_WC.p() - before.p()).norm());
+      Pose& move = moves_.at(graph.keyframes[i]);
+      move = move * before.Inverse() * T_WC;
       correction_.after.keyframes.emplace(graph.keyframes[i], T_WC);
     }
     correction_.after.frames = graph.FramePoses();
+  }
+
+  // Makes odometry, and what is covisible within some steps of it, that of images alone. Across a
+  // loop or a seam of submaps the map as it is knows better.
+  void TakeOutMoves(KeyFrameGraph* graph) const {
+    constexpr std::int64_t kNear = 30;  // steps
+    const auto count = static_cast<std::int64_t>(graph->keyframes.size());
+    const auto keyframe = [&](std::int64_t node) {
+      return graph->keyframes[static_cast<std::size_t>(node)];
+    };
+    const auto by_images = [&](std::int64_t node) {
+      return map_.keyframe(keyframe(node))->T_WC * moves_.at(keyframe(node)).Inverse();
+    };
+    for (PoseGraphEdge& edge : graph->graph.edges) {
+      if (!edge.trusted || edge.i >= count || edge.j >= count) continue;
+      const bool near = std::abs(edge.j - edge.i) <= kNear;
+      const bool one_submap =
+          map_.keyframe(keyframe(edge.i))->submap == map_.keyframe(keyframe(edge.j))->submap;
+      if (near && one_submap) edge.Z = by_images(edge.i).Inverse() * by_images(edge.j);
+    }
   }
 
   Map map_;
   const std::size_t all_;
   const SubmapId submap_;
   const std::vector<LoopEdge> loops_;
+  Moves moves_;
   const OwnFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   FactorAdjustmentReport report_;
@@ -121,8 +150,23 @@ bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const Loop
   const std::size_t factors = map.factors().all().size();
   adjusted_ = std::min(adjusted_, factors);  // some may have gone with their submap
   if (job_ || factors < adjusted_ + enough) return false;
-  job_ = std::make_unique<Job>(map.Clone(), submap, loops, options_, graph_);
+  Inherit(map);
+  job_ = std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_);
   return true;
+}
+
+void FactorAdjuster::Inherit(const Map& map) {
+  std::unordered_map<SubmapId, KeyFrameId> newest;  // that was moved, of each submap
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const KeyFrame& keyframe = *map.keyframe(id);
+    const auto [before, first] = newest.try_emplace(keyframe.submap, id);
+    const auto [move, is_new] = moves_.try_emplace(id);
+    if (is_new && !first) {
+      const Pose T = keyframe.T_WC.Inverse() * map.keyframe(before->second)->T_WC;
+      move->second = T * moves_.at(before->second) * T.Inverse();
+    }
+    before->second = id;
+  }
 }
 
 bool FactorAdjuster::HasResult() const {
@@ -133,7 +177,7 @@ std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
   if (!job_) return std::nullopt;
   const std::unique_ptr<Job> job = std::move(job_);
   adjusted_ = job->all();
-  return job->Write(map);
+  return job->Write(map, &moves_);
 }
 
 void FactorAdjuster::Cancel() {

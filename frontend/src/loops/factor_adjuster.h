@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include <highwall/frontend/loops/options.h>
@@ -15,6 +16,10 @@ namespace highwall {
 // the frames they are measured in, and solves the pose graph of keyframes, loops, frames and
 // factors. Local adjustments move a few keyframes against those before them, and would let an error
 // that grows slowly grow.
+//
+// What factors have moved, keyframe by keyframe, is remembered, so that the graph's odometry is
+// what images have told: were it that of the map as it is, each time would fit the same factors
+// once more, and the map would come to follow their noise.
 class FactorAdjuster {
  public:
   FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGraphOptions& graph);
@@ -38,12 +43,17 @@ class FactorAdjuster {
 
  private:
   class Job;
+  // T_WC = T_V B: where images alone have the keyframe, and the move by factors, in the camera.
+  using Moves = std::unordered_map<KeyFrameId, Pose>;
 
+  // Keyframes that are new were tracked where those before them had been moved to.
+  void Inherit(const Map& map);
   bool Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops, std::size_t enough);
 
   const OwnFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   std::size_t adjusted_ = 0;  // factors of the map that took part last
+  Moves moves_;
   std::unique_ptr<Job> job_;
 };
 
