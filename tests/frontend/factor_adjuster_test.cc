@@ -129,6 +129,25 @@ TEST_F(FactorAdjusterTest, APlaceIsFoundFromAnyHeadingAndNotBeforeTheWayTellsIt)
   }
 }
 
+TEST_F(FactorAdjusterTest, AStraightWayTellsTheHeadingOfAnUprightFrame) {
+  Map straight;
+  const auto features = std::make_shared<FrameFeatures>();
+  const ReferenceFrameId upright = straight.factors().AddFrame({}),
+                         any = straight.factors().AddFrame({.upright = false});
+  const Pose T_FW = Pose::FromTangent({10, 20, 30}, {0, 0, 2.0});
+  for (int i = 0; i < 20; ++i) {
+    const Pose T_WC = Pose::FromTangent({0.5 * i, 0, 0}, {0, 0, 0});
+    const KeyFrameId id = straight.AddKeyFrame({.index = i, .features = features}, T_WC).id;
+    const auto cost = PositionInFrame(T_FW * T_WC.p(), 0.01);
+    straight.AddFactor({{{id, Pose()}}, upright, cost, nullptr});
+    straight.AddFactor({{{id, Pose()}}, any, cost, nullptr});
+  }
+  const auto found = AlignFrame(straight, upright, kFirstSubmap, 0.1);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->Inverse() * T_FW).Angle(), 1e-5);
+  EXPECT_FALSE(AlignFrame(straight, any, kFirstSubmap, 0.1)) << "it may turn about the way";
+}
+
 TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
   OwnFactorOptions options = lockstep;
   options.every = 30;

@@ -39,7 +39,7 @@ std::vector<const MapFactor*> FactorsOf(const Map& map, ReferenceFrameId frame, 
 class Alignment {
  public:
   Alignment(const Map& map, ReferenceFrameId frame, SubmapId submap)
-      : T_FW_(graph_.AddVariable(Pose())) {
+      : upright_(map.factors().frame(frame).upright), T_FW_(graph_.AddVariable(Pose())) {
     for (const MapFactor* factor : FactorsOf(map, frame, submap)) {
       auto cost = std::make_shared<CarriedCost>(*factor, Pose());
       std::vector<VariableId> variables;
@@ -47,7 +47,7 @@ class Alignment {
       variables.push_back(T_FW_);
       factors_.push_back({cost, factor->loss, std::move(variables), {}});
     }
-    if (map.factors().frame(frame).upright) {
+    if (upright_) {
       graph_.AddFactor(std::make_unique<UprightPrior>(UprightSigma(map, submap)), T_FW_);
     }
   }
@@ -74,11 +74,13 @@ class Alignment {
 
   Pose value() const { return graph_.Value(T_FW_); }
 
-  // [rad] The largest sigma of its rotation; infinite where it is not determined.
+  // [rad] The largest sigma of its rotation, that of its heading where it is upright: a straight
+  // way tells no more of the tilt than the prior does, nor needs it. Infinite where it is not
+  // determined.
   double AngleSigma() const {
     try {
-      const Eigen::Matrix3d covariance = graph_.Covariance(T_FW_).bottomRightCorner<3, 3>();
-      return std::sqrt(covariance.diagonal().maxCoeff());
+      const Eigen::MatrixXd covariance = graph_.Covariance(T_FW_);
+      return std::sqrt(upright_ ? covariance(5, 5) : covariance.diagonal().tail<3>().maxCoeff());
     } catch (const InvalidArgument&) {
       return std::numeric_limits<double>::infinity();
     }
@@ -109,6 +111,7 @@ class Alignment {
     }
   }
 
+  const bool upright_;
   FactorGraph graph_;
   const Variable<Pose> T_FW_;
   std::map<KeyFrameId, VariableId> poses_;
