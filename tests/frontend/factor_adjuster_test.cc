@@ -1,8 +1,10 @@
 #include "loops/factor_adjuster.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -185,6 +187,40 @@ TEST_F(FactorAdjusterTest, ALoopIsClosedWithThemAndTheirFrame) {
   map.factors() = {};
   const double without = LoopChi2(MakeKeyFrameGraph(map, {}), loop);
   EXPECT_GT(with, 10.0 * without);
+}
+
+// A map as a drive of 2 km at 2 m/s makes it, with a fix a second.
+TEST(FactorAdjuster, TwoKilometresWithAFixASecondEndWithoutDrift) {
+  RingMap ring(8000);
+  ring.Drift({.bias_rotation = 0.003 * M_PI / 180.0}, /*levelled=*/true);
+  const ReferenceFrameId frame = ring.map.factors().AddFrame({});
+  std::mt19937 rng(8);
+  std::normal_distribution<double> normal(0.0, 0.5);
+  const auto errors_in = [&](const Pose& T_FW) {
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < ring.truth.size(); ++i) {
+      const Pose& T_WC = ring.map.keyframe(KeyFrameId(i))->T_WC;
+      errors.push_back((T_FW * T_WC.p() - kT_FW * ring.truth[i].p()).norm());
+    }
+    return errors;
+  };
+  FactorAdjuster adjuster({.threads = 1, .background = false}, {});
+  for (std::size_t i = 0; i < ring.truth.size(); i += 8) {
+    const double x = normal(rng), y = normal(rng), z = normal(rng);
+    const Eigen::Vector3d p_F = kT_FW * ring.truth[i].p() + Eigen::Vector3d(x, y, 2.0 * z);
+    ring.map.AddFactor({{{KeyFrameId(i), Pose()}}, frame, PositionInFrame(p_F, 0.6), nullptr});
+  }
+  const std::optional<Pose> before = AlignFrame(ring.map, frame, kFirstSubmap, 0.1);
+  ASSERT_TRUE(before);
+  const std::vector<double> drift = errors_in(*before);
+  EXPECT_GT(*std::max_element(drift.begin(), drift.end()), 5.0) << "there is drift to take out";
+  ASSERT_TRUE(adjuster.BeginLast(ring.map, kFirstSubmap, {}));
+  ASSERT_TRUE(adjuster.Finish(&ring.map)->accepted);
+  const std::vector<double> left = errors_in(*ring.map.factors().T_FW(frame, kFirstSubmap));
+  double sum = 0.0;
+  for (const double error : left) sum += error * error;
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(left.size())), 0.5);
+  EXPECT_LT(*std::max_element(left.begin(), left.end()), 1.0);
 }
 
 TEST(OwnFactorOptions, AreValidated) {
