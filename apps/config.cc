@@ -83,6 +83,14 @@ void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibrat
   imu->T_BC = Pose::FromMatrix(T_BC);
 }
 
+void ReadGpsSection(YamlReader& section, const std::filesystem::path& path,
+                    Eigen::Vector3d* antenna_B) {
+  section.Read("antenna", std::span<double>(antenna_B->data(), 3));
+  if (!antenna_B->allFinite()) {
+    throw IoError(path, "'antenna' of section 'gps' must be three numbers [m]");
+  }
+}
+
 std::string PresetList() {
   std::string list;
   for (const std::string_view name : SensorPresetNames()) {
@@ -124,6 +132,7 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
     ReadTiming(file, &config.sensor.timing);
     YamlReader& imu = file.Section("imu");
     if (file.Has("imu")) ReadImu(imu, path, &config.imu.emplace());
+    ReadGpsSection(file.Section("gps"), path, &config.antenna_B);
     file.Finish();
     config.sensor.Validate();
     if (config.imu) config.imu->Validate();

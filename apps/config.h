@@ -4,6 +4,8 @@
 #include <optional>
 #include <string>
 
+#include <Eigen/Core>
+
 #include <highwall/frontend/input/sensor.h>
 
 namespace highwall::apps {
@@ -12,6 +14,8 @@ namespace highwall::apps {
 struct RunConfig {
   RgbdSensor sensor{};
   std::optional<ImuCalibration> imu{};  // empty: the file says nothing about an IMU
+  // [m] of a GPS, in the frame of the IMU, of the camera where there is none.
+  Eigen::Vector3d antenna_B = Eigen::Vector3d::Zero();
 };
 
 // Reads
@@ -23,6 +27,7 @@ struct RunConfig {
 //   depth_noise: {baseline: 0.05, focal: 385, subpixel: 0.08}   # or that of DepthNoise::Stereo()
 //   imu: {T_BC: [16 numbers, row by row], gyroscope_noise, accelerometer_noise, gyroscope_walk,
 //         accelerometer_walk, rate, time_offset}        # and each of its keys: see ImuCalibration
+//   gps: {antenna: [x, y, z]}   # [m] may be absent: RunConfig::antenna_B
 // Throws IoError for a file that cannot be read, an unknown or missing key, a wrong type, and a
 // value out of range.
 RunConfig LoadConfig(const std::filesystem::path& path);

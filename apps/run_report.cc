@@ -95,6 +95,14 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
   return json;
 }
 
+nlohmann::json ToJson(const GpsSummary& gps) {
+  nlohmann::json json = {{"fixes", gps.fixes}, {"used", gps.used}, {"refused", gps.refused}};
+  if (!gps.T_GW) return json;
+  json["rms"] = gps.rms;
+  json["T_GW"] = std::vector<double>(gps.T_GW->data(), gps.T_GW->data() + Pose::kSize);
+  return json;
+}
+
 nlohmann::json ToJson(const DepthNoise& noise) {
   return {{"offset", noise.offset}, {"quadratic", noise.quadratic}, {"reference", noise.reference}};
 }
@@ -187,6 +195,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"seconds", run.seconds},
       {"peak_memory_mib", PeakMemoryMib()}};
   if (run.inertial) json["imu"] = ToJson(*run.inertial);
+  if (run.gps) json["gps"] = ToJson(*run.gps);
   return json;
 }
 

@@ -25,6 +25,7 @@
 #include "simulate/motion/recorded_motion.h"
 #include "simulate/noise_ratio.h"
 #include "simulate/output/tum_writer.h"
+#include "simulate/scenes/drive.h"
 #include "simulate/scenes/haul_road.h"
 #include "simulate/scenes/mine.h"
 #include "simulate/scenes/recorded_room.h"
@@ -57,7 +58,9 @@ struct SimulateArguments {
   std::string imu = "on";  // off, on, or a file
   std::filesystem::path trajectory;
   std::vector<double> imu_noise;
-  std::string imu_faults = "off";  // ParseImuFaults
+  std::string imu_faults = "off";                   // ParseImuFaults
+  double gps_rate = 0.0;                            // [Hz] 0: none
+  double gps_noise = simulate::GpsOptions().sigma;  // [m]
   bool moving = false;
   std::optional<double> duration, rest;
   std::optional<std::string> noise, exposure;
@@ -88,6 +91,7 @@ CLI::Validator IsBlackout() {
 
 double DefaultDuration(const std::string& scene) {
   if (scene == "mine") return 90.0;
+  if (scene == "drive") return 60.0;
   return scene == "road" ? 35.0 : 10.0;
 }
 
@@ -194,19 +198,28 @@ Simulation Simulate(const SimulateArguments& arguments, const SimulationOptions&
   }
   if (arguments.scene == "mine") return simulate::SimulateMine(options);
   if (arguments.scene == "road") return simulate::SimulateRoad(options);
+  if (arguments.scene == "drive") return simulate::SimulateDrive(options);
   return simulate::SimulateRoom(options);
+}
+
+simulate::TumOptions MakeTumOptions(const SimulateArguments& arguments) {
+  simulate::TumOptions options{.timing = arguments.write_timing};
+  if (arguments.gps_rate > 0.0) {
+    options.gps = simulate::GpsOptions{.rate = arguments.gps_rate, .sigma = arguments.gps_noise};
+  }
+  return options;
 }
 
 int RunSimulate(const SimulateArguments& arguments) {
   const Simulation simulation = Simulate(arguments, MakeOptions(arguments));
   {
     Progress progress("rendering");
-    simulate::WriteTum(simulation, arguments.folder,
-                       [&progress](int done, int total) {
-                         progress.Update(static_cast<std::size_t>(done),
-                                         static_cast<std::size_t>(total));
-                       },
-                       {.timing = arguments.write_timing});
+    simulate::WriteTum(
+        simulation, arguments.folder,
+        [&progress](int done, int total) {
+          progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
+        },
+        MakeTumOptions(arguments));
   }
   std::cout << simulation.size() << " frames of the " << arguments.scene << " in "
             << arguments.folder << "\n";
@@ -294,6 +307,19 @@ void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {
       ->capture_default_str();
 }
 
+void AddGpsOptions(CLI::App* command, SimulateArguments* arguments) {
+  CLI::Option* rate =
+      command
+          ->add_option("--gps", arguments->gps_rate, "Write gps.csv, with so many fixes a second")
+          ->check(Between(0.01, 100.0));
+  command
+      ->add_option("--gps-noise", arguments->gps_noise,
+                   "Sigma of a fix east and north [m]; up it is twice that")
+      ->check(Between(1e-4, 100.0))
+      ->needs(rate)
+      ->capture_default_str();
+}
+
 // An image is read before the next one begins.
 void CheckReadouts(const SimulateArguments& arguments) {
   const SimulationOptions options = MakeOptions(arguments);
@@ -330,9 +356,9 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand(
       "simulate", "Make an RGB-D-inertial dataset with exact truth, in the TUM layout");
-  command->add_option("SCENE", arguments->scene, "The scene: mine, road or room")
+  command->add_option("SCENE", arguments->scene, "The scene: mine, road, drive or room")
       ->required()
-      ->check(CLI::IsMember({"mine", "road", "room"}));
+      ->check(CLI::IsMember({"mine", "road", "drive", "room"}));
   command->add_option("--out", arguments->folder, "Folder to make; it must be absent or empty")
       ->required()
       ->check(NotEmpty());
@@ -340,9 +366,10 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
       ->check(Between(0.0, 4294967295.0))
       ->capture_default_str();
   command
-      ->add_option("--duration", arguments->duration,
-                   "Length of the sequence [s] [default: mine 90, road 35, room 10, all of a "
-                   "recorded motion]")
+      ->add_option(
+          "--duration", arguments->duration,
+          "Length of the sequence [s] [default: mine 90, road 35, drive 60, room 10, all of a "
+          "recorded motion]")
       ->check(Between(1e-3, kLongest));
   command
       ->add_option("--rest", arguments->rest,
@@ -354,6 +381,7 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
   AddCameraOptions(command, arguments.get());
   AddDepthCameraOptions(command, arguments.get());
   AddImuOptions(command, arguments.get());
+  AddGpsOptions(command, arguments.get());
   command->footer("Example: highwall simulate mine --out mine --duration 20");
   command->callback([&action, arguments] {
     CheckRecorded(*arguments);

@@ -35,6 +35,14 @@ void WarnOfImu(const SlamRun& run) {
       run.inertial->last.reason.empty() ? "it was never initialized" : run.inertial->last.reason);
 }
 
+void WarnOfGps(const SlamRun& run) {
+  if (!run.gps || run.gps->T_GW) return;
+  fmt::print(stderr,
+             "highwall slam: warning: the GPS was not used: {} of its {} fixes fell to tracked "
+             "frames, too few, or too near to each other, to tell how the map lies in its frame\n",
+             run.gps->used, run.gps->fixes);
+}
+
 // Beyond doubt, and more than the calibration of most depth cameras leaves.
 void WarnOfDepth(const SlamRun& run, double depth_factor) {
   if (!run.inertial || !run.inertial->depth_scale) return;
@@ -64,6 +72,10 @@ void PrintMapping(const SlamRun& run) {
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
   if (run.inertial) PrintInertial(*run.inertial);
+  if (run.gps && run.gps->T_GW) {
+    fmt::print("gps         {} of {} fixes used, {:.2f} m RMS from the trajectory\n", run.gps->used,
+               run.gps->fixes, run.gps->rms);
+  }
   fmt::print("loops       {} closed, {} refused\n", run.loops.closed, run.loops.refused);
   fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
 }
@@ -146,6 +158,9 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
   std::vector<std::string> warnings;
   options.imu = ReadImuFeed(arguments, opened, &warnings);
+  if (arguments.gps && !arguments.localize) {
+    options.gps = LoadGps(arguments.dataset, opened.config, options.imu.has_value());
+  }
   for (const std::string& warning : warnings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
@@ -168,6 +183,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   }
   WarnOfImu(run);
   WarnOfDepth(run, sensor.depth_factor);
+  WarnOfGps(run);
   if (run.largest.trajectory.empty() && !arguments.load_map.empty()) {
     throw IoError(arguments.load_map, "no frame was recognized in this map");
   }

@@ -69,6 +69,12 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
                    "consistent where the dataset has an IMU)")
       ->check(ImuChoice());
   command
+      ->add_option("--gps", arguments->gps,
+                   "on: the fixes of gps.csv keep the map from drifting, where the dataset has "
+                   "them, or off (default: on)")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
+  command
       ->add_option("--moving-objects", arguments->moving_objects,
                    "on: what moves is neither tracked nor mapped, or off (default: on)")
       ->transform(

@@ -24,6 +24,7 @@ struct SlamArguments {
   MadRule mad_rule = LineMatcherOptions().mad_rule;
   double resolution = OctomapBuilderOptions().resolution;
   std::string imu;  // --imu as given
+  bool gps = true;
   bool moving_objects = true;
   FrameTimingMode frame_timing = TrackerOptions().timing;
   bool deterministic = false;

@@ -66,6 +66,32 @@ class ImuReplay {
   std::size_t next_ = 0;
 };
 
+// The fixes of a recording, likewise.
+class GpsReplay {
+ public:
+  GpsReplay(const std::optional<GpsFeed>& feed, SlamSystem& slam) : feed_(feed) {
+    if (feed_) frame_ = slam.AddReferenceFrame();
+  }
+
+  void FeedUntil(Stamp image, SlamSystem& slam) {
+    if (!feed_) return;
+    for (; next_ < feed_->fixes.size() && feed_->fixes[next_].stamp <= image; ++next_) {
+      slam.AddFactor(MakeGpsFactor(feed_->fixes[next_], feed_->antenna_B, frame_));
+    }
+  }
+
+  // Call last.
+  std::optional<GpsSummary> Summary(const SlamSystem& slam) const {
+    if (!feed_) return std::nullopt;
+    return SummarizeGps(*feed_, slam.factor_counts(), slam.T_FW(frame_), slam.trajectory());
+  }
+
+ private:
+  const std::optional<GpsFeed>& feed_;
+  ReferenceFrameId frame_;
+  std::size_t next_ = 0;
+};
+
 // Adds up an InertialSummary.
 class InertialTally {
  public:
@@ -290,7 +316,8 @@ class KeyframeMapping {
       }
     }
     const bool levelled = result.inertial && result.inertial->T_level;
-    if (levelled || result.drops_submap || MovesMap(result.loops)) {
+    const bool follows_gps = result.factors && result.factors->accepted;
+    if (levelled || result.drops_submap || follows_gps || MovesMap(result.loops)) {
       mapper_.SetPoses(KeyFramePoses(slam_.map()));
     }
     settling_.HandOver(image.stamp);  // as the map stands now
@@ -415,12 +442,14 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   const Stopwatch stopwatch;
   SlamSystem slam = MakeSystem(sensor, options);
   ImuReplay imu(options.imu);
+  GpsReplay gps(options.gps, slam);
   DenseStage mapping(slam, sensor, options);
   FrameSource reader(dataset, options);
 
   RunTally tally;
   while (const std::optional<RgbdImage> image = reader.Next()) {
     imu.FeedUntil(image->stamp, slam);
+    gps.FeedUntil(image->stamp, slam);
     const FrameResult result = slam.Track(*image);
     tally.Add(result);
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
@@ -434,6 +463,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   Count(last, &run.loops);
   Record(last, &run.loop_events);
   if (!options.imu) run.inertial.reset();
+  run.gps = gps.Summary(slam);
   run.dropped = reader.dropped();
   run.skipped = reader.count() - run.frames - run.dropped;
   run.keyframes = slam.keyframe_trajectory();

@@ -14,6 +14,7 @@
 #include <highwall/frontend/system/slam_system.h>
 #include <highwall/mapping/dense_mapper.h>
 
+#include "gps_input.h"
 #include "sparse_map_picture.h"
 
 namespace highwall::apps {
@@ -26,6 +27,7 @@ struct ImuFeed {
 
 struct SlamRunOptions {
   SlamOptions slam;
+  std::optional<GpsFeed> gps;  // empty: none
   std::optional<ImuFeed> imu;  // empty: RGB-D alone
   bool dense = true;           // build cloud, octree and grid
   DenseMapOptions map;
@@ -117,6 +119,7 @@ struct SlamRun {
   std::size_t repeated = 0;                 // colour images that were the one before once more
   FrameTimingEstimate timing;               // in the end
   std::optional<InertialSummary> inertial;  // with an IMU
+  std::optional<GpsSummary> gps;            // with a GPS
   std::size_t relocalizations = 0;
   std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open
   std::size_t points = 0, lines = 0;  // landmarks in the end

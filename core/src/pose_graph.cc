@@ -102,6 +102,11 @@ void RequireValues(const PoseGraph& graph) {
     HIGHWALL_REQUIRE(problem == nullptr, "PoseGraph: edge " + std::to_string(edge.i) + " " +
                                              std::to_string(edge.j) + " " + problem);
   }
+  HIGHWALL_REQUIRE(graph.factors.empty() || graph.space == PoseGraphSpace::kSe3,
+                   "PoseGraph: factors need the poses of kSe3");
+  for (const PoseGraphFactor& factor : graph.factors) {
+    HIGHWALL_REQUIRE(factor.cost != nullptr, "PoseGraph: a factor has no cost");
+  }
 }
 
 }  // namespace internal
@@ -136,6 +141,8 @@ void InitializePoseGraph(PoseGraph* graph, PoseGraphInitialization initializatio
       ComposeAlongTree(topology, /*free_odometry=*/false, graph);
       break;
     case PoseGraphInitialization::kChordal:
+      HIGHWALL_REQUIRE(graph->factors.empty(),
+                       "PoseGraph: the chordal relaxation knows edges alone, and no factors");
       internal::InitializeChordal(topology, graph);
       break;
   }

@@ -69,6 +69,11 @@ PoseGraphProblem::PoseGraphProblem(const PoseGraph& graph, const PoseGraphTopolo
                              : static_cast<VariableId>(graph_.AddVariable(pose)));
     if (topology.held[n]) graph_.Fix(variables_.back());
   }
+  for (const PoseGraphFactor& factor : graph.factors) {
+    std::vector<VariableId> blocks;
+    for (const std::int64_t id : factor.nodes) blocks.push_back(variables_[topology.IndexOf(id)]);
+    graph_.AddFactorToBlocks(factor.cost, factor.loss, blocks);
+  }
 }
 
 FactorId PoseGraphProblem::AddEdge(std::size_t edge, std::shared_ptr<ceres::LossFunction> loss) {

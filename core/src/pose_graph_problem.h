@@ -19,7 +19,8 @@ std::shared_ptr<ceres::CostFunction> MakeEdgeFactor(PoseGraphSpace space,
 // highwall::EdgeChi2() of a valid graph.
 std::vector<double> EdgeChi2(const PoseGraph& graph, const PoseGraphTopology& topology);
 
-// A pose graph as variables and factors; factors are added one by one.
+// A pose graph as variables and factors: those of your own are there, those of edges are added one
+// by one.
 class PoseGraphProblem {
  public:
   // graph: valid; both must outlive the problem.

@@ -147,6 +147,7 @@ class PoseGraphSolver {
   // False loops may have bent the poses that were given: the chordal relaxation over what is left
   // takes their place where it fits that better.
   void ImproveStart(const std::vector<bool>& used) {
+    if (!graph_.factors.empty()) return;  // which it does not know
     PoseGraph given = Select(graph_, used);
     PoseGraph relaxed = given;
     InitializePoseGraph(&relaxed, PoseGraphInitialization::kChordal);

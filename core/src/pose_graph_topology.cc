@@ -9,18 +9,37 @@ namespace {
 
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
+// Nodes that share a factor, by node.
+using Partners = std::vector<std::vector<std::size_t>>;
+
+Partners PartnersByFactors(const PoseGraph& graph, const PoseGraphTopology& topology) {
+  Partners partners(graph.nodes.size());
+  for (const PoseGraphFactor& factor : graph.factors) {
+    for (std::size_t i = 1; i < factor.nodes.size(); ++i) {
+      const std::size_t a = topology.IndexOf(factor.nodes[i - 1]);
+      const std::size_t b = topology.IndexOf(factor.nodes[i]);
+      partners[a].push_back(b);
+      partners[b].push_back(a);
+    }
+  }
+  return partners;
+}
+
 // Marks what can be reached from `start`.
-void FillComponent(std::size_t start, std::size_t name, PoseGraphTopology* topology) {
+void FillComponent(std::size_t start, std::size_t name, const Partners& partners,
+                   PoseGraphTopology* topology) {
   std::vector<std::size_t> open = {start};
   topology->component[start] = name;
   while (!open.empty()) {
     const std::size_t node = open.back();
     open.pop_back();
-    for (const auto& [next, edge] : topology->neighbours[node]) {
-      if (topology->component[next] != kNone) continue;
+    const auto reach = [&](std::size_t next) {
+      if (topology->component[next] != kNone) return;
       topology->component[next] = name;
       open.push_back(next);
-    }
+    };
+    for (const auto& [next, edge] : topology->neighbours[node]) reach(next);
+    for (const std::size_t next : partners[node]) reach(next);
   }
 }
 
@@ -46,10 +65,11 @@ PoseGraphTopology::PoseGraphTopology(const PoseGraph& graph)
     neighbours[e.j].push_back({e.i, ends.size()});
     ends.push_back(e);
   }
+  const Partners partners = PartnersByFactors(graph, *this);
   std::vector<bool> has_gauge;
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
     if (component[n] == kNone) {
-      FillComponent(n, components++, this);
+      FillComponent(n, components++, partners, this);
       has_gauge.push_back(false);
     }
     if (graph.nodes[n].fixed) held[n] = has_gauge[component[n]] = true;

@@ -48,4 +48,23 @@ bool DirectionPrior::Evaluate(double const* const* parameters, double* residuals
   return true;
 }
 
+UprightPrior::UprightPrior(double sigma) : inverse_sigma_(1.0 / sigma) {
+  HIGHWALL_REQUIRE(std::isfinite(sigma) && sigma > 0.0, "UprightPrior: sigma must be positive");
+}
+
+bool UprightPrior::Evaluate(double const* const* parameters, double* residuals,
+                            double** jacobians) const {
+  const Eigen::Map<const Eigen::Quaterniond> q(parameters[0] + 3);
+  const Eigen::Matrix3d R = q.toRotationMatrix();
+  Eigen::Map<Eigen::Vector2d> r(residuals);
+  r = inverse_sigma_ * R.topRightCorner<2, 1>();  // Eq. 6
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Eigen::Matrix<double, 2, 6> J = Eigen::Matrix<double, 2, 6>::Zero();
+    J.col(3) = -inverse_sigma_ * R.block<2, 1>(0, 1);  // Eq. 7
+    J.col(4) = inverse_sigma_ * R.block<2, 1>(0, 0);
+    PoseManifold::Lift<2>(parameters[0], J, jacobians[0]);
+  }
+  return true;
+}
+
 }  // namespace highwall

@@ -15,6 +15,7 @@
 
 #include "support/false_loops.h"
 #include "support/pose_graph_scenes.h"
+#include "support/position_in_frame.h"
 
 namespace highwall {
 namespace {
@@ -337,6 +338,64 @@ TEST(PoseGraph, CovarianceShrinksByLoopsAndCanLeaveThemOut) {
   EXPECT_THROW(PoseGraphCovariance(graph, ids, all), InvalidArgument);
   const std::int64_t unknown[] = {4711};
   EXPECT_THROW(PoseGraphCovariance(graph, unknown), InvalidArgument);
+}
+
+// A chain of nodes that each odometry step turns a little too far, and what fixes their positions
+// in a frame of its own.
+TEST(PoseGraph, FactorsOnNodesTakePartAndTieAFrameThatNoEdgeReaches) {
+  const Pose step = Pose::FromTangent({1, 0, 0}, {0, 0, 0.05});
+  const Pose drifted = Pose::FromTangent({1.02, 0, 0}, {0, 0, 0.055});
+  const Pose T_GW = Pose::FromTangent({100, -50, 7}, {0, 0, 2.0});
+  constexpr std::int64_t kFrame = 100;
+  PoseGraph graph;
+  std::vector<Pose> truth = {Pose()};
+  graph.nodes.push_back({0, Pose(), true});
+  for (std::int64_t i = 1; i <= 30; ++i) {
+    truth.push_back(truth.back() * step);
+    graph.nodes.push_back({i, graph.nodes.back().pose * drifted});
+    graph.edges.push_back({i - 1, i, drifted, 1e4 * PoseInformation::Identity(6, 6)});
+  }
+  graph.nodes.push_back({kFrame, T_GW * Pose::FromTangent({1, 1, 1}, {0.05, 0.02, 0.1})});
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    graph.factors.push_back({{static_cast<std::int64_t>(i), kFrame},
+                             testing::PositionInFrame(T_GW * truth[i].p(), 1e-3)});
+  }
+  const PoseGraphSummary summary = SolvePoseGraph(&graph);
+  EXPECT_EQ(summary.components, 1);
+  EXPECT_TRUE(summary.warnings.empty());
+  const Pose& solved = graph.nodes.back().pose;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    // In the frame, which alone knows: drift was 0.6 m along the way and 9 degrees. Of positions
+    // known to 1 mm.
+    EXPECT_LT((solved * graph.nodes[i].pose.p() - T_GW * truth[i].p()).norm(), 3e-3) << i;
+  }
+  // The first node is held, and what follows tells of its heading by odometry of 0.01 rad a step.
+  EXPECT_LT((solved.Inverse() * T_GW).Angle(), 0.01);
+
+  const std::int64_t last[] = {30};
+  const auto uncertainty = [&] {
+    return std::sqrt(PoseGraphCovariance(graph, last).topLeftCorner(3, 3).trace());
+  };
+  graph.nodes.front().fixed = false;
+  graph.nodes.back().fixed = true;
+  EXPECT_LT(uncertainty(), 2e-3);
+  graph.factors.clear();
+  graph.nodes.pop_back();
+  EXPECT_GT(uncertainty(), 0.1);
+}
+
+TEST(PoseGraph, BadFactorsAreRefused) {
+  PoseGraph graph;
+  graph.nodes = {{0, Pose(), true}, {1, Pose()}};
+  graph.edges = {{0, 1, Pose(), PoseInformation::Identity(6, 6)}};
+  const auto cost = testing::PositionInFrame(Eigen::Vector3d::Zero(), 1.0);
+  graph.factors = {{{0, 7}, cost}};
+  ExpectInvalid(graph, "node 7 is not there");
+  graph.factors = {{{0, 1}, nullptr}};
+  ExpectInvalid(graph, "a factor has no cost");
+  graph.factors = {{{0, 1}, cost}};
+  EXPECT_THROW(InitializePoseGraph(&graph, Initialization::kChordal), InvalidArgument);
+  EXPECT_NO_THROW(graph.Validate());
 }
 
 TEST(PoseGraph, ProgressIsReportedAndAStopIsHeeded) {

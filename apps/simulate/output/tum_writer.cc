@@ -198,6 +198,11 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
     WriteBytes(root / "imu.csv", ImuCsv(simulation.ImuSamples()));
     WriteBytes(root / "groundtruth_state.csv", StateCsv(simulation, stamps));
   }
+  if (options.gps) {
+    calibration += GpsCalibrationYaml(simulation.options());
+    WriteBytes(root / "gps.csv", GpsCsv(simulation, *options.gps));
+    WriteBytes(root / "groundtruth_gps.txt", GpsAlignmentText(simulation));
+  }
   if (options.timing) calibration += TimingYaml(simulation.options());
   WriteBytes(root / "calibration.yaml", calibration);
   WriteBytes(root / "stretches.csv", StretchesCsv(simulation));

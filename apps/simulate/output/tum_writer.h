@@ -2,8 +2,10 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 
 #include "simulate/camera/simulation.h"
+#include "simulate/output/gps_files.h"
 
 namespace highwall::simulate {
 
@@ -15,6 +17,7 @@ struct TumOptions {
   // calibration.yaml tells the read-outs and the delay of depth, which somebody who has but the
   // data sheets does not know.
   bool timing = false;
+  std::optional<GpsOptions> gps{};  // writes gps.csv and groundtruth_gps.txt
 };
 
 // Writes the whole sequence as a TUM RGB-D dataset (docs/simulator.md): rgb/, depth/, rgb.txt,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include <highwall/core/prior.h>
 #include <highwall/factors/imu_factor.h>
 
+#include "map/carried_cost.h"
 #include "pose/pose_solver.h"
 
 namespace highwall {
@@ -39,6 +41,8 @@ struct BundleAdjuster::Result {
   std::vector<Motion> motions;
   std::vector<std::pair<PointId, Eigen::Vector3d>> points;
   std::vector<std::pair<LineId, PluckerLine>> lines;
+  SubmapId world = kNoId;                                 // of the frames
+  std::vector<std::pair<ReferenceFrameId, Pose>> frames;  // T_FW, of those that moved
   OutlierObservations outliers;
 
   void Write(Map& map) const {
@@ -61,6 +65,7 @@ struct BundleAdjuster::Result {
       // A line that has turned across its old ends leaves nothing between them.
       if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
     }
+    for (const auto& [id, T_FW] : frames) map.factors().Place(id, map.Root(world), T_FW);
     Forget(outliers, &map);
   }
 };
@@ -111,6 +116,28 @@ class BundleAdjuster::Problem {
     }
   }
 
+  // What the user has measured of keyframes that move. all: nothing beyond the keyframes holds them
+  // in place; then the frames of the measurements move along, which few keyframes tell little of.
+  void AddFactors(const Map& map, std::span<const KeyFrameId> ids, bool all) {
+    if (ids.empty() || map.factors().all().empty()) return;
+    world_ = map.Root(map.keyframe(ids.front())->submap);
+    for (const MapFactor* factor : FactorsIn(map, world_)) {
+      auto cost = std::make_unique<CarriedCost>(*factor, model_.T_BC());
+      std::vector<VariableId> variables;
+      bool moves = false;
+      for (const KeyFrameId id : cost->keyframes()) {
+        const auto pose = poses_.find(id);
+        if (pose == poses_.end()) break;
+        variables.push_back(pose->second);
+        moves = moves || !graph_.IsFixed(pose->second);
+      }
+      if (variables.size() < cost->keyframes().size() || !moves) continue;
+      if (factor->frame != kNoId) variables.push_back(FrameAt(map, factor->frame, !all));
+      graph_.AddFactorToBlocks(std::move(cost), factor->loss, variables);
+      ++report_.own_factors;
+    }
+  }
+
   // Every landmark that a keyframe of `ids` sees.
   void AddLandmarks(const Map& map, std::span<const KeyFrameId> ids) {
     for (const KeyFrameId id : ids) {
@@ -153,6 +180,10 @@ class BundleAdjuster::Problem {
     }
     for (const auto& [id, body] : bodies_) {
       result.motions.push_back({id, graph_.Value(body.velocity), graph_.Value(body.bias)});
+    }
+    result.world = world_;
+    for (const auto& [id, frame] : frames_) {
+      if (!graph_.IsFixed(frame)) result.frames.emplace_back(id, graph_.Value(frame));
     }
     for (const auto& [id, point] : points_) result.points.emplace_back(id, graph_.Value(point));
     for (const auto& [id, line] : lines_) {
@@ -246,6 +277,18 @@ class BundleAdjuster::Problem {
     ++report_.imu_factors;
   }
 
+  Variable<Pose> FrameAt(const Map& map, ReferenceFrameId id, bool fixed) {
+    const auto found = frames_.find(id);
+    if (found != frames_.end()) return found->second;
+    const Variable<Pose> frame = graph_.AddVariable(*map.factors().T_FW(id, world_));
+    if (fixed) {
+      graph_.Fix(frame);
+    } else if (map.factors().frame(id).upright) {
+      graph_.AddFactor(std::make_unique<UprightPrior>(UprightSigma(map, world_)), frame);
+    }
+    return frames_.emplace(id, frame).first->second;
+  }
+
   void AddPoint(const Map& map, const MapPoint& point) {
     const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
     points_.emplace(point.id, variable);
@@ -283,6 +326,8 @@ class BundleAdjuster::Problem {
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
   std::unordered_map<KeyFrameId, Body> bodies_;
   std::optional<Variable<UnitDirection>> gravity_;
+  SubmapId world_ = kNoId;  // of the frames
+  std::map<ReferenceFrameId, Variable<Pose>> frames_;
   std::unordered_map<PointId, Variable<Point>> points_;
   std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
   std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keep what Seen points at alive
@@ -296,7 +341,8 @@ BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
     : problem_(std::make_unique<Problem>(model, (options.Validate(), options))) {
   std::vector<KeyFrameId> moving(free.begin(), free.end());
   std::vector<KeyFrameId> held(fixed.begin(), fixed.end());
-  if (held.empty() && !moving.empty()) {
+  const bool all = held.empty();
+  if (all && !moving.empty()) {
     const auto oldest = std::min_element(moving.begin(), moving.end());
     held.push_back(*oldest);
     moving.erase(oldest);
@@ -304,6 +350,7 @@ BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
   problem_->AddKeyFrames(map, held, true);
   problem_->AddKeyFrames(map, moving, false);
   problem_->AddMotions(map);
+  problem_->AddFactors(map, moving, all);
   problem_->AddLandmarks(map, free);
 }
 

@@ -11,7 +11,10 @@
 #include <Eigen/Cholesky>
 
 #include <highwall/core/error.h>
+#include <highwall/core/prior.h>
 #include <highwall/core/so3.h>
+
+#include "map/carried_cost.h"
 
 namespace highwall {
 namespace {
@@ -56,6 +59,33 @@ void HoldGravity(PoseGraph* graph) {
     information.bottomRightCorner<3, 3>() +=
         (Eigen::Matrix3d::Identity() - up_C * up_C.transpose()) / (kSigma * kSigma);
     graph->edges.push_back({world, graph->nodes[i].id, T_WC, information, /*trusted=*/true});
+  }
+}
+
+// Behind the keyframes, and behind the node of gravity: never next to another node.
+std::int64_t NodeOfFrame(const KeyFrameGraph& graph, std::size_t frame) {
+  return static_cast<std::int64_t>(graph.keyframes.size() + 3 + 2 * frame);
+}
+
+// The user's measurements, and the frames they are taken in as nodes.
+void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
+  PoseGraph& graph = result->graph;
+  for (const MapFactor* factor : FactorsIn(map, submap)) {
+    auto cost = std::make_shared<CarriedCost>(*factor, Pose());
+    PoseGraphFactor added{{}, cost, factor->loss};
+    for (const KeyFrameId id : cost->keyframes()) added.nodes.push_back(result->NodeOf(id));
+    if (const ReferenceFrameId id = factor->frame; id != kNoId) {
+      const std::int64_t node = NodeOfFrame(*result, id.index());
+      if (result->frames.try_emplace(id, graph.nodes.size()).second) {
+        graph.nodes.push_back({node, *map.factors().T_FW(id, map.Root(submap))});
+        if (map.factors().frame(id).upright) {
+          graph.factors.push_back(
+              {{node}, std::make_shared<UprightPrior>(UprightSigma(map, submap))});
+        }
+      }
+      added.nodes.push_back(node);
+    }
+    graph.factors.push_back(std::move(added));
   }
 }
 
@@ -134,6 +164,12 @@ void KeyFrameGraph::Add(const LoopEdge& loop, const KeyFrameGraphOptions& option
   graph.edges.push_back(std::move(edge));
 }
 
+std::map<ReferenceFrameId, Pose> KeyFrameGraph::FramePoses() const {
+  std::map<ReferenceFrameId, Pose> poses;
+  for (const auto& [id, node] : frames) poses.emplace(id, graph.nodes[node].pose);
+  return poses;
+}
+
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
                                 const KeyFrameGraphOptions& options, SubmapId submap) {
   options.Validate();
@@ -161,6 +197,7 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
     if (takes_part(loop.match) && takes_part(loop.keyframe)) result.Add(loop, options);
   }
   if (options.hold_gravity && map.gravity_W(submap)) HoldGravity(&graph);
+  if (!map.factors().all().empty()) AddFactors(map, submap, &result);
   return result;
 }
 

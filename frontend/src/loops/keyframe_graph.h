@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct KeyFrameGraph {
   PoseGraph graph;                      // the node of keyframes[i] has the id i
   std::vector<KeyFrameId> keyframes;    // ascending
   std::vector<std::size_t> loop_edges;  // places in graph.edges, of the loops in their order
+  // Places in graph.nodes of the frames, T_FW, in which the user's factors are measured.
+  std::map<ReferenceFrameId, std::size_t> frames{};
 
   // Throws InvalidArgument where there is no such keyframe.
   std::int64_t NodeOf(KeyFrameId keyframe) const;
@@ -23,13 +26,15 @@ struct KeyFrameGraph {
   void AllowBias(const LoopEdge& loop, const KeyFrameGraphOptions& options);
   // Throws as NodeOf.
   void Add(const LoopEdge& loop, const KeyFrameGraphOptions& options);
+  // T_FW of the frames as the solved graph has them.
+  std::map<ReferenceFrameId, Pose> FramePoses() const;
 };
 
 // Of the keyframes of a submap and all that is joined with it, at least two. Odometry joins each
 // keyframe of a submap with the next, covisibility with those it shares most landmarks with, and a
 // submap with the older ones where they share most; all as the map has them now, sharing the
 // information of one, and trusted. Loops join as measured; one is left out where one of its
-// keyframes is no more, or of another submap.
+// keyframes is no more, or of another submap. The factors of the user's (FactorsIn) take part.
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
                                 const KeyFrameGraphOptions& options = {},
                                 SubmapId submap = kFirstSubmap);

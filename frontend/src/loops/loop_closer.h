@@ -34,6 +34,8 @@ class LoopCloser {
   std::vector<LoopReport> TakeRefused();
   // A loop itself, not the adjustment after it, is being closed.
   bool IsClosing() const;
+  // Neither is a loop being closed, nor the map adjusted after one.
+  bool IsIdle() const { return job_ == nullptr; }
   // Is anything ready to be applied?
   bool HasResult() const;
   // Applies what is ready to the map; between frames. What moves: MapCorrection. Throws what ended

@@ -65,6 +65,8 @@ bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
     poses.push_back(graph.graph.nodes[i].pose);
   }
   MoveKeyFrames(graph.keyframes, poses, map);
+  const SubmapId world = *map->RootOf(loop.edge.keyframe);
+  for (const auto& [id, T_FW] : graph.FramePoses()) map->factors().Place(id, world, T_FW);
   return true;
 }
 

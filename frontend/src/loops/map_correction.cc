@@ -46,6 +46,16 @@ class Moves {
   std::unordered_map<KeyFrameId, Pose> moves_;
 };
 
+void PlaceFrames(const MapGeometry& after, Map* map) {
+  if (after.frames.empty()) return;
+  for (const auto& [id, pose] : after.keyframes) {
+    const std::optional<SubmapId> root = map->RootOf(id);
+    if (!root) continue;
+    for (const auto& [frame, T_FW] : after.frames) map->factors().Place(frame, *root, T_FW);
+    return;
+  }
+}
+
 }  // namespace
 
 MapGeometry GeometryOf(const Map& map, SubmapId submap) {
@@ -54,7 +64,8 @@ MapGeometry GeometryOf(const Map& map, SubmapId submap) {
           ById<Eigen::Vector3d>(PointsSeenBy(map, keyframes, {}),
                                 [&](auto id) { return map.point(id)->p_W; }),
           ById<Segment3>(LinesSeenBy(map, keyframes, {}),
-                         [&](auto id) { return map.line(id)->segment_W; })};
+                         [&](auto id) { return map.line(id)->segment_W; }),
+          map.factors().PlacesIn(map.Root(submap))};
 }
 
 void Apply(const MapCorrection& correction, Map* map) {
@@ -79,6 +90,7 @@ void Apply(const MapCorrection& correction, Map* map) {
     if (auto& motion = map->keyframe(id)->motion) motion->v_WB = moves[id].q() * motion->v_WB;
   }
   if (merge) map->Join(merge->root, merge->other);
+  PlaceFrames(after, map);
   Apply(fusion, map);
   Forget(outliers, map);
 }

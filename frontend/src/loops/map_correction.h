@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -21,6 +22,7 @@ struct MapGeometry {
   std::unordered_map<KeyFrameId, Pose> keyframes;       // T_WC
   std::unordered_map<PointId, Eigen::Vector3d> points;  // p_W [m]
   std::unordered_map<LineId, Segment3> lines;           // [m]
+  std::map<ReferenceFrameId, Pose> frames{};            // T_FW of their world
 };
 // Of a submap and all that is joined with it.
 MapGeometry GeometryOf(const Map& map, SubmapId submap = kFirstSubmap);

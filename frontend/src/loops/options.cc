@@ -41,4 +41,12 @@ void LoopCloserOptions::Validate() const {
   bundle.Validate();
 }
 
+void OwnFactorOptions::Validate() const {
+  RequireAtLeast(every, 1, "OwnFactorOptions::every");
+  RequireNotNegative(share, "OwnFactorOptions::share");
+  RequirePositive(max_angle, "OwnFactorOptions::max_angle");
+  RequirePositive(max_gap, "OwnFactorOptions::max_gap");
+  RequireAtLeast(threads, 1, "OwnFactorOptions::threads");
+}
+
 }  // namespace highwall

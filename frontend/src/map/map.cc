@@ -119,6 +119,7 @@ Map Map::Clone() const {
   clone.lines_ = lines_;
   clone.removed_ = removed_;
   clone.submaps_ = submaps_;
+  clone.factors_ = factors_;
   return clone;
 }
 
@@ -267,6 +268,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
                                 : nullptr;
   }
   removed_[id] = {parent, keyframe(parent)->T_WC.Inverse() * kf->T_WC};
+  factors_.Carry(id, parent, removed_[id].T_parent);
   index_->Remove(id, *kf->frame.features);
   --submaps_[kf->submap.index()].keyframes;
   keyframes_.Remove(id);
@@ -305,6 +307,17 @@ std::optional<SubmapId> Map::RootOf(KeyFrameId id) const {
   Pose T;
   const KeyFrame* const live = Resolve(id, &T);
   return live != nullptr ? std::optional(Root(live->submap)) : std::nullopt;
+}
+
+bool Map::AddFactor(MapFactor factor) {
+  for (CarriedPose& pose : factor.poses) {
+    Pose T_live_K;
+    const KeyFrame* const live = Resolve(pose.keyframe, &T_live_K);
+    if (live == nullptr) return false;
+    pose = {live->id, T_live_K * pose.T_KB};
+  }
+  factors_.Add(std::move(factor));
+  return true;
 }
 
 void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {

@@ -61,6 +61,7 @@ void Map::Join(SubmapId a, SubmapId b) {
   }
   auto& gravity_W = submaps_[root.index()].gravity_W;
   if (!gravity_W) gravity_W = submap(other).gravity_W;
+  factors_.Join(root, other);
 }
 
 void Map::RemoveSubmap(SubmapId id) {
@@ -73,6 +74,7 @@ void Map::RemoveSubmap(SubmapId id) {
     for (const LineId l : lines) RemoveLine(l);
     index_->Remove(k, *kf.frame.features);
     --submaps_[kf.submap.index()].keyframes;
+    factors_.Remove(k);
     keyframes_.Remove(k);
   }
 }
@@ -82,6 +84,7 @@ void Map::Transform(const Pose& T_new_old) {
   for (Submap& each : submaps_) {
     if (each.gravity_W) each.gravity_W = T_new_old.q() * *each.gravity_W;
   }
+  for (const SubmapId root : roots()) factors_.Transform(root, T_new_old);
 }
 
 void Map::Transform(const Pose& T_new_old, SubmapId id) {
@@ -90,6 +93,7 @@ void Map::Transform(const Pose& T_new_old, SubmapId id) {
   if (auto& gravity_W = submaps_[root.index()].gravity_W) {
     gravity_W = T_new_old.q() * *gravity_W;
   }
+  factors_.Transform(root, T_new_old);
 }
 
 template <class Takes>

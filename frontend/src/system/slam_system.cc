@@ -25,6 +25,22 @@ ImuSampleStatus SlamSystem::AddImu(const ImuSample& sample) {
   return impl_->AddImu(sample);
 }
 
+ReferenceFrameId SlamSystem::AddReferenceFrame(const ReferenceFrame& frame) {
+  return impl_->AddReferenceFrame(frame);
+}
+
+void SlamSystem::AddFactor(PoseFactor factor) {
+  impl_->AddFactor(std::move(factor));
+}
+
+std::optional<Pose> SlamSystem::T_FW(ReferenceFrameId frame) const {
+  return impl_->T_FW(frame);
+}
+
+FactorCounts SlamSystem::factor_counts() const {
+  return impl_->factor_counts();
+}
+
 FrameResult SlamSystem::Track(const RgbdImage& image) {
   return impl_->Track(image);
 }

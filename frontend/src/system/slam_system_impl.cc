@@ -41,6 +41,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       policy_(options.keyframes),
       mapper_(model_, options.mapper),
       loop_closer_(model_, options.loops),
+      factor_adjuster_(options.factors, options.loops.graph),
+      pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
   const auto ids = map_.keyframe_ids();
@@ -55,6 +57,19 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
 ImuSampleStatus SlamSystem::Impl::AddImu(const ImuSample& sample) {
   HIGHWALL_REQUIRE(inertial_, "SlamSystem::AddImu: the system was made without an IMU");
   return inertial_->AddSample(sample);
+}
+
+void SlamSystem::Impl::AddFactor(PoseFactor factor) {
+  HIGHWALL_REQUIRE(!options_.localize_only,
+                   "SlamSystem::AddFactor: SlamOptions::localize_only keeps the map as it is");
+  factor.Validate();
+  if (factor.frame != kNoId) (void)map_.factors().frame(factor.frame);  // there is one
+  pending_.Add(std::move(factor));
+}
+
+std::optional<Pose> SlamSystem::Impl::T_FW(ReferenceFrameId frame) const {
+  const std::vector<SubmapTrajectory> all = submaps();
+  return map_.factors().T_FW(frame, all.empty() ? kFirstSubmap : all.front().submap);
 }
 
 FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
@@ -78,8 +93,10 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
+    AdjustToFactors(tracked, result);
   }
   Report(tracked, result);
+  pending_.Attach(tracked_, &map_);
   Notify(result, at_once);
   return result;
 }
@@ -194,7 +211,10 @@ void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image)
   if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
   Notify(result.loops);
   const bool levelled = result.inertial && result.inertial->T_level;
-  if (callbacks_.on_map && (levelled || result.drops_submap)) callbacks_.on_map(map_);
+  const bool follows_factors = result.factors && result.factors->accepted;
+  if (callbacks_.on_map && (levelled || result.drops_submap || follows_factors)) {
+    callbacks_.on_map(map_);
+  }
   if (callbacks_.on_frame) callbacks_.on_frame(result);
 }
 
@@ -264,6 +284,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     // What is being adjusted is a map that stood otherwise.
     mapper_.Cancel();
     loop_closer_.Cancel();
+    factor_adjuster_.Cancel();
     map_.Transform(*T_level, submap_);
     tracker_.Transform(*T_level);
     tracked.T_WC = *T_level * tracked.T_WC;
@@ -344,11 +365,25 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_)) {
+    factor_adjuster_.Cancel();  // they are among what closes the loop
     // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
     ApplyResults(result);
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
   for (LoopReport& refused : loop_closer_.TakeRefused()) result.loops.push_back(std::move(refused));
+  result.times.loops += watch.Milliseconds();
+}
+
+void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& result) {
+  const Stopwatch watch;
+  if (loop_closer_.IsIdle()) factor_adjuster_.Begin(map_, submap_, loop_closer_.loops());
+  if (!factor_adjuster_.HasResult()) return;
+  WithTracker([&] {
+    // It moves what is being adjusted: that comes first.
+    if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
+    result.factors = factor_adjuster_.Finish(&map_);
+  });
+  tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   result.times.loops += watch.Milliseconds();
 }
 
@@ -384,11 +419,17 @@ void SlamSystem::Impl::ApplyResults(FrameResult& result) {
 
 std::vector<LoopReport> SlamSystem::Impl::Finish() {
   std::vector<LoopReport> reports;
+  std::optional<FactorAdjustmentReport> factors;
   WithTracker([&] {
     mapper_.Finish(&map_);
     reports = loop_closer_.Finish(&map_);
+    factors = factor_adjuster_.Finish(&map_);
+    if (factor_adjuster_.BeginLast(map_, submap_, loop_closer_.loops())) {
+      factors = factor_adjuster_.Finish(&map_);
+    }
   });
   Notify(reports);
+  if (callbacks_.on_map && factors && factors->accepted) callbacks_.on_map(map_);
   return reports;
 }
 
@@ -425,7 +466,7 @@ Trajectory SlamSystem::Impl::keyframe_trajectory() const {
 
 std::vector<SubmapTrajectory> SlamSystem::Impl::submaps() const {
   std::map<SubmapId, SubmapTrajectory> by_root;
-  for (const Tracked& t : tracked_) {
+  for (const PosedFrame& t : tracked_) {
     const SubmapId root = *map_.RootOf(t.pose.reference);
     const auto [found, is_new] =
         by_root.try_emplace(root, SubmapTrajectory{root, map_.NumKeyFramesOf(root), {}});

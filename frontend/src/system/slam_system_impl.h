@@ -14,7 +14,9 @@
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
+#include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
+#include "system/pending_factors.h"
 #include "tracking/keyframe_policy.h"
 #include "tracking/tracker.h"
 
@@ -28,6 +30,14 @@ class SlamSystem::Impl {
 
   void SetCallbacks(SlamCallbacks callbacks) { callbacks_ = std::move(callbacks); }
   ImuSampleStatus AddImu(const ImuSample& sample);
+  ReferenceFrameId AddReferenceFrame(const ReferenceFrame& frame) {
+    return map_.factors().AddFrame(frame);
+  }
+  void AddFactor(PoseFactor factor);
+  std::optional<Pose> T_FW(ReferenceFrameId frame) const;
+  FactorCounts factor_counts() const {
+    return {pending_.waiting(), pending_.attached(), pending_.refused()};
+  }
   FrameResult Track(const RgbdImage& image);
   cv::Mat MovingIn(KeyFrameId keyframe) const;
   std::vector<LoopReport> Finish();
@@ -41,11 +51,6 @@ class SlamSystem::Impl {
  private:
   // A submap that is lost with fewer, and joined with no other, is dropped: it began in blur.
   static constexpr int kMinSubmapKeyFrames = 5;
-
-  struct Tracked {
-    Stamp stamp = 0;
-    AnchoredPose pose;
-  };
 
   // The stages of Track(), in their order.
   // The image with the depth of its own rows' times, as the camera is expected to move.
@@ -78,6 +83,8 @@ class SlamSystem::Impl {
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
+  // Applies what has come of the factors of the user's, and begins anew where enough are new.
+  void AdjustToFactors(TrackedFrame& tracked, FrameResult& result);
   std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
   // Changes the map and lets tracker and odometry follow: by how the reference keyframe moved.
   template <class Change>
@@ -95,9 +102,11 @@ class SlamSystem::Impl {
   LocalMapper mapper_;
   std::optional<InertialOdometry> inertial_;
   LoopCloser loop_closer_;
+  FactorAdjuster factor_adjuster_;
+  PendingFactors pending_;
   Map map_;
   SlamCallbacks callbacks_;
-  std::vector<Tracked> tracked_;
+  std::vector<PosedFrame> tracked_;
   std::optional<Stamp> last_stamp_;
   RepeatedImage repeated_;
   std::optional<LossReason> lost_for_;  // of the last frame, where it has no pose

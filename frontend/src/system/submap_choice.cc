@@ -58,7 +58,7 @@ void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   mapper_.Cancel();
   result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
   map_.RemoveSubmap(submap_);
-  std::erase_if(tracked_, [&](const Tracked& t) { return !map_.RootOf(t.pose.reference); });
+  std::erase_if(tracked_, [&](const PosedFrame& t) { return !map_.RootOf(t.pose.reference); });
 }
 
 }  // namespace highwall

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,11 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/core/solver.h>
+
+namespace ceres {
+class CostFunction;
+class LossFunction;
+}  // namespace ceres
 
 namespace highwall {
 
@@ -42,16 +48,25 @@ struct PoseGraphEdge {
   bool IsLoop() const { return !trusted && !IsOdometry(); }
 };
 
+// A cost of your own on the poses of nodes, in kSe3 only: trusted, weighed by itself and its loss.
+// It takes part in solutions and covariances; initializations, chi2 and files know edges alone.
+struct PoseGraphFactor {
+  std::vector<std::int64_t> nodes;  // by its blocks, each a pose (7, PoseManifold)
+  std::shared_ptr<ceres::CostFunction> cost;
+  std::shared_ptr<ceres::LossFunction> loss{};  // may be null
+};
+
 struct PoseGraph {
   PoseGraphSpace space = PoseGraphSpace::kSe3;
   std::vector<PoseGraphNode> nodes;
   std::vector<PoseGraphEdge> edges;
+  std::vector<PoseGraphFactor> factors{};
   bool has_poses = true;  // false: nobody has given the nodes their poses yet
 
   // Throws InvalidArgument, naming the node or the edge, for a graph without edges, a negative or
   // repeated id, an edge to a missing node or to itself, a value that is not finite, a pose that
-  // leaves the plane of kSe2, and an information matrix that has the wrong size, is not symmetric
-  // or not positive definite.
+  // leaves the plane of kSe2, an information matrix that has the wrong size, is not symmetric or
+  // not positive definite, and a factor in kSe2, without a cost or of a node that is missing.
   void Validate() const;
 };
 
@@ -73,7 +88,8 @@ enum class PoseGraphInitialization {
 // fixed node. Those keep theirs; where nobody gave poses they are the identity.
 // Source of kChordal: Carlone, Tron, Daniilidis, Dellaert, "Initialization techniques for 3D SLAM",
 // ICRA 2015, section III (chordal relaxation, Martinec and Pajdla 2007).
-// Throws as Validate(); InvalidArgument for kGiven where has_poses is false.
+// Throws as Validate(); InvalidArgument for kGiven where has_poses is false, and for kChordal where
+// there are factors.
 void InitializePoseGraph(PoseGraph* graph, PoseGraphInitialization initialization);
 
 // How false loops are kept from bending the graph. Odometry is trusted. docs/pose_graph.md.

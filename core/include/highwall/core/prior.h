@@ -54,6 +54,27 @@ class DirectionPrior final : public ceres::SizedCostFunction<2, 3> {
   const Eigen::Matrix<double, 2, 3> W_;
 };
 
+// Two frames both have their z axis up, as a world that knows gravity and the frame of a GPS have;
+// nothing is known of the heading and the position between them.
+//
+//   r = [x y](R e_z) / sigma                                      docs/factors/prior.md, Eq. 6
+//
+// Blocks:  0: T  pose (7, PoseManifold), of the one frame in the other
+// Domain:  less than 90 deg between the axes: |r| is the sine of the angle over sigma.
+class UprightPrior final : public ceres::SizedCostFunction<2, 7> {
+ public:
+  using Variables = VariableList<Pose>;
+
+  // sigma: [rad] > 0. Throws InvalidArgument if it is not.
+  explicit UprightPrior(double sigma);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const double inverse_sigma_;
+};
+
 // Prior knowledge of a Euclidean variable of N doubles: a point, a velocity, a bias, a scalar.
 //
 //   r = W (x - x_0)                                               docs/factors/prior.md, Eq. 3

@@ -75,4 +75,18 @@ struct LoopCloserOptions {
   void Validate() const;
 };
 
+// When the keyframes are adjusted to factors of the user's (docs/own_factors.md).
+struct OwnFactorOptions {
+  int every = 20;          // >= 1: factors that have joined the map since the last time
+  double share = 0.05;     // >= 0: of all of them, at least: a long way is adjusted less often
+  double max_angle = 0.1;  // [rad] > 0: sigma of the rotation of a frame that counts as found
+  // [s] > 0: a measurement between two frames that are farther apart counts for nothing.
+  double max_gap = 0.5;
+  int threads = 2;         // >= 1: of the solver; 1 gives bit-equal results on every run
+  bool background = true;  // as LoopCloserOptions::background
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
 }  // namespace highwall

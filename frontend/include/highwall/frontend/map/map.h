@@ -18,6 +18,7 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map_ids.h>
+#include <highwall/frontend/map/own_factors.h>
 
 namespace highwall {
 
@@ -176,6 +177,13 @@ class Map {
   const std::optional<Eigen::Vector3d>& gravity_W(SubmapId submap = kFirstSubmap) const;
   void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = kFirstSubmap);
 
+  // Factors of the user's, which follow keyframes and worlds; not kept in files.
+  const OwnFactors& factors() const { return factors_; }
+  OwnFactors& factors() { return factors_; }
+  // poses: hang on keyframes that may have been removed, and then on their parents. False, and
+  // nothing is added, where one went with its submap.
+  bool AddFactor(MapFactor factor);
+
   // Descriptor, viewing direction and scale range of a point from its observations.
   void RefreshPoint(PointId id, const PyramidOptions& pyramid);
 
@@ -210,6 +218,7 @@ class Map {
   IdTable<MapLine> lines_;
   std::unordered_map<KeyFrameId, Removed> removed_;
   std::vector<Submap> submaps_ = std::vector<Submap>(1);
+  OwnFactors factors_;
   std::unique_ptr<KeyFrameIndex> index_;
 };
 

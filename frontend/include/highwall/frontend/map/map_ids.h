@@ -46,6 +46,8 @@ using PointId = Id<struct PointTag>;
 using LineId = Id<struct LineTag>;
 // A run of keyframes that odometry ties one to the next (Map).
 using SubmapId = Id<struct SubmapTag>;
+// A frame that lies somewhere outside of the map (ReferenceFrame).
+using ReferenceFrameId = Id<struct ReferenceFrameTag>;
 
 // Every map has it, from the beginning.
 inline constexpr SubmapId kFirstSubmap{0};

@@ -15,6 +15,7 @@ struct BundleAdjustmentReport {
   int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;
   int observations = 0, outliers = 0;
   int imu_factors = 0;
+  int own_factors = 0;  // of the user's
   double initial_cost = 0.0, final_cost = 0.0;
   bool usable = false;  // false: the solver failed and the map was not touched
 };
@@ -62,6 +63,15 @@ struct LoopReport {
   std::optional<BundleAdjustmentReport> bundle{};
   int fused_points = 0, fused_lines = 0;
   double seconds = 0.0;  // from the detection of the loop to the result
+};
+
+// What the factors of the user's have made of all keyframes of a world.
+struct FactorAdjustmentReport {
+  bool accepted = false;  // false: nothing was moved
+  std::string message{};  // the solver's words, or why not
+  int keyframes = 0, factors = 0;
+  double moved = 0.0;  // [m] the largest way of a keyframe
+  double seconds = 0.0;
 };
 
 }  // namespace highwall

@@ -45,6 +45,7 @@ struct SlamOptions {
   LocalMapperOptions mapper{};
   InertialOptions inertial{};  // where there is an IMU
   LoopCloserOptions loops{};
+  OwnFactorOptions factors{};  // where there are any
   SubmapOptions submaps{};
   // The map that is given stays as it is, but for how often its landmarks were looked for and
   // found: frames find their pose in it, none becomes a keyframe. Images alone, without an IMU.
@@ -91,6 +92,7 @@ struct FrameResult {
   // What was applied to the map since the last frame.
   std::optional<BundleAdjustmentReport> adjustment;
   std::vector<LoopReport> loops;
+  std::optional<FactorAdjustmentReport> factors;  // of the user's
   FrameTimes times;
 };
 
@@ -108,12 +110,19 @@ struct SlamCallbacks {
   // on_loop is given as well.
   std::function<void(const LoopReport&)> on_merge = {};
   // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
-  // everything, or when gravity was found or has become known much better; or a submap was dropped
-  // with its keyframes, which the map has no more. Whoever keeps poses or clouds asks the map
-  // again.
+  // everything or to factors of the user's, or when gravity was found or has become known much
+  // better; or a submap was dropped with its keyframes, which the map has no more. Whoever keeps
+  // poses or clouds asks the map again.
   std::function<void(const Map&)> on_map = {};
   // Every frame, lost ones included, after the above: what Track() returns.
   std::function<void(const FrameResult&)> on_frame = {};
+};
+
+// What became of the factors of the user's.
+struct FactorCounts {
+  std::size_t waiting = 0;   // for a frame at their stamp
+  std::size_t attached = 0;  // to keyframes
+  std::size_t refused = 0;   // there was no frame with a pose near enough
 };
 
 // What was tracked in one world frame.
@@ -154,6 +163,17 @@ class SlamSystem {
   // the system was made without an IMU.
   ImuSampleStatus AddImu(const ImuSample& sample);
 
+  // A frame that factors of your own are measured in.
+  ReferenceFrameId AddReferenceFrame(const ReferenceFrame& frame = {});
+  // A measurement of your own (docs/own_factors.md), in any order, before or after the frames of
+  // its stamps. Takes part in local adjustments, loops and AdjustAll(), and moves the whole map
+  // where it has drifted. Throws InvalidArgument where it is not as PoseFactor says, its frame is
+  // none of this system, or the system localizes only.
+  void AddFactor(PoseFactor factor);
+  // T_FW, where F lies, in the world of trajectory(); empty as long as that is not known.
+  std::optional<Pose> T_FW(ReferenceFrameId frame) const;
+  FactorCounts factor_counts() const;
+
   // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
   FrameResult Track(const RgbdImage& image);
 
@@ -161,8 +181,8 @@ class SlamSystem {
   // seconds before and since: a second or two later more is known than at once.
   cv::Mat MovingIn(KeyFrameId keyframe) const;
 
-  // Waits for what is being adjusted and for the loop that is being closed, if any, and applies
-  // both to the map.
+  // Waits for what is being adjusted and for the loop that is being closed, if any, applies both to
+  // the map, and then what factors of the user's are new.
   std::vector<LoopReport> Finish();
   // After Finish(): one more adjustment of all keyframes and landmarks together. Frames follow.
   // Throws InvalidArgument where the system localizes only.

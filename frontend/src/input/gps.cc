@@ -1,0 +1,137 @@
+#include <highwall/frontend/input/gps.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+namespace {
+
+constexpr const char* kForm =
+    "a fix is a stamp [s], three coordinates and, or not, their three sigmas [m]";
+
+// Metres east, north and up of a place on WGS 84.
+class LocalFrame {
+ public:
+  // lla: latitude, longitude [deg], altitude [m].
+  explicit LocalFrame(const Eigen::Vector3d& lla) : origin_(ToEarth(lla)) {
+    const double lat = Radians(lla.x()), lon = Radians(lla.y());
+    R_GE_ << -std::sin(lon), std::cos(lon), 0.0,                                        //
+        -std::sin(lat) * std::cos(lon), -std::sin(lat) * std::sin(lon), std::cos(lat),  //
+        std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat);
+  }
+  Eigen::Vector3d ToLocal(const Eigen::Vector3d& lla) const {
+    return R_GE_ * (ToEarth(lla) - origin_);
+  }
+
+ private:
+  static double Radians(double degrees) { return degrees * M_PI / 180.0; }
+  // In the frame of the Earth's middle. (NIMA TR8350.2, 2000: the ellipsoid's two numbers.)
+  static Eigen::Vector3d ToEarth(const Eigen::Vector3d& lla) {
+    constexpr double kEquator = 6378137.0, kFlattening = 1.0 / 298.257223563;
+    constexpr double kE2 = kFlattening * (2.0 - kFlattening);
+    const double lat = Radians(lla.x()), lon = Radians(lla.y());
+    const double n = kEquator / std::sqrt(1.0 - kE2 * std::sin(lat) * std::sin(lat));
+    return {(n + lla.z()) * std::cos(lat) * std::cos(lon),
+            (n + lla.z()) * std::cos(lat) * std::sin(lon),
+            (n * (1.0 - kE2) + lla.z()) * std::sin(lat)};
+  }
+
+  Eigen::Vector3d origin_;
+  Eigen::Matrix3d R_GE_;
+};
+
+std::vector<std::string_view> Fields(std::string_view line) {
+  constexpr std::string_view kBetween = ", \t\r";
+  std::vector<std::string_view> fields;
+  while (true) {
+    const std::size_t begin = line.find_first_not_of(kBetween);
+    if (begin == std::string_view::npos) return fields;
+    line.remove_prefix(begin);
+    const std::size_t end = std::min(line.find_first_of(kBetween), line.size());
+    fields.push_back(line.substr(0, end));
+    line.remove_prefix(end);
+  }
+}
+
+std::optional<double> ParseNumber(std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+bool IsHeading(std::string_view line) {
+  return std::isalpha(static_cast<unsigned char>(line.front())) != 0 && !line.starts_with("nan");
+}
+
+GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::string_view line) {
+  const std::vector<std::string_view> fields = Fields(line);
+  if (fields.size() != 4 && fields.size() != 7) {
+    throw IoError(path, number, "has " + std::to_string(fields.size()) + " fields; " + kForm);
+  }
+  const std::optional<Stamp> stamp = ParseStamp(fields[0]);
+  if (!stamp) {
+    throw IoError(path, number,
+                  "'" + std::string(fields[0]) + "' is not a time stamp; write seconds");
+  }
+  std::vector<double> values;
+  for (const std::string_view field : std::span(fields).subspan(1)) {
+    const std::optional<double> value = ParseNumber(field);
+    if (!value) {
+      throw IoError(path, number,
+                    "'" + std::string(field) + "' is not a number; correct the line or remove it");
+    }
+    values.push_back(*value);
+  }
+  GpsFix fix{*stamp, {values[0], values[1], values[2]}, {2.5, 2.5, 5.0}};
+  if (values.size() == 6) fix.sigma = {values[3], values[4], values[5]};
+  if (fix.p_G.allFinite() && !(fix.sigma.minCoeff() > 0.0 && fix.sigma.allFinite())) {
+    throw IoError(path, number, "has a sigma that is not positive; " + std::string(kForm));
+  }
+  return fix;
+}
+
+}  // namespace
+
+std::vector<GpsFix> ReadGps(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file || std::filesystem::is_directory(path)) {
+    throw IoError(path, "is missing or cannot be read");
+  }
+  std::vector<GpsFix> fixes;
+  bool geodetic = false;
+  std::string line;
+  for (std::int64_t number = 1; std::getline(file, line); ++number) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    if (line.front() == '#' || IsHeading(line)) {
+      geodetic = geodetic || line.find("lat") != std::string::npos;
+      continue;
+    }
+    const GpsFix fix = ParseFix(path, number, line);
+    if (fix.p_G.allFinite()) fixes.push_back(fix);
+  }
+  if (fixes.empty()) throw IoError(path, "holds no fix: " + std::string(kForm));
+  std::ranges::stable_sort(fixes, {}, &GpsFix::stamp);
+  if (!geodetic) return fixes;
+  const LocalFrame frame(fixes.front().p_G);
+  for (GpsFix& fix : fixes) {
+    if (std::abs(fix.p_G.x()) > 90.0 || std::abs(fix.p_G.y()) > 360.0) {
+      throw IoError(path, "the heading names lat, but " + std::to_string(fix.p_G.x()) + " " +
+                              std::to_string(fix.p_G.y()) +
+                              " is no latitude and longitude [deg]: name the columns x y z");
+    }
+    fix.p_G = frame.ToLocal(fix.p_G);
+  }
+  return fixes;
+}
+
+}  // namespace highwall

@@ -1,0 +1,187 @@
+#include "loops/factor_adjuster.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <stop_token>
+#include <utility>
+
+#include <highwall/core/pose_graph.h>
+#include <highwall/internal/background_worker.h>
+#include <highwall/internal/stopwatch.h>
+
+#include "loops/frame_alignment.h"
+#include "loops/keyframe_graph.h"
+#include "loops/map_correction.h"
+
+namespace highwall {
+
+// One adjustment, on a copy of the map, and what has come out.
+class FactorAdjuster::Job {
+ public:
+  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, Moves moves,
+      const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
+      : map_(std::move(map)),
+        all_(map_.factors().all().size()),
+        submap_(submap),
+        loops_(loops.begin(), loops.end()),
+        moves_(std::move(moves)),
+        options_(options),
+        graph_(graph) {
+    if (options_.background) {
+      worker_.emplace(1);
+      worker_->Post([this](const std::stop_token& stop) { Run(stop); });
+    } else {
+      Run({});
+    }
+  }
+
+  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
+  // Factors of the map.
+  std::size_t all() const { return all_; }
+
+  // Throws what ended the work. moves: of the keyframes, so far.
+  FactorAdjustmentReport Write(Map* map, Moves* moves) {
+    if (worker_) worker_->Wait();
+    if (!report_.accepted) return report_;
+    Apply(correction_, map);
+    for (auto& [id, move] : moves_) (*moves)[id] = move;
+    return report_;
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    const Stopwatch watch;
+    std::atomic<bool> stopped = false;
+    const std::stop_callback on_stop(stop, [&] { stopped = true; });
+    for (const ReferenceFrameId id : map_.factors().frames()) {
+      // Anew each time: what a short way has told may be far off.
+      const auto T_FW = AlignFrame(map_, id, submap_, options_.max_angle);
+      if (T_FW) map_.factors().Place(id, map_.Root(submap_), *T_FW);
+    }
+    Solve(&stopped);
+    report_.seconds = watch.Seconds();
+    map_ = Map();  // as large as the map itself
+  }
+
+  void Solve(const std::atomic<bool>* stopped) {
+    if (map_.NumKeyFramesOf(submap_) < 2) {
+      report_.message = "less than two keyframes";
+      return;
+    }
+    KeyFrameGraph graph = MakeKeyFrameGraph(map_, loops_, graph_, submap_);
+    report_.keyframes = static_cast<int>(graph.keyframes.size());
+    report_.factors = static_cast<int>(graph.graph.factors.size());
+    if (graph.graph.factors.empty()) {
+      report_.message = "where the factors' frame lies is not known yet";
+      return;
+    }
+    TakeOutMoves(&graph);
+    PoseGraphOptions solve;
+    solve.estimate_variance_factor = false;
+    solve.solver.threads = options_.threads;
+    solve.solver.stop = stopped;
+    const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
+    report_.message = summary.message;
+    report_.accepted = summary.status != SolveStatus::kFailed;
+    if (!report_.accepted) return;
+    for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+      const Pose& T_WC = graph.graph.nodes[i].pose;
+      const Pose& before = map_.keyframe(graph.keyframes[i])->T_WC;
+      report_.moved = std::max(report_.moved, (T_WC.p() - before.p()).norm());
+      Pose& move = moves_.at(graph.keyframes[i]);
+      move = move * before.Inverse() * T_WC;
+      correction_.after.keyframes.emplace(graph.keyframes[i], T_WC);
+    }
+    correction_.after.frames = graph.FramePoses();
+  }
+
+  // Makes odometry, and what is covisible within some steps of it, that of images alone. Across a
+  // loop or a seam of submaps the map as it is knows better.
+  void TakeOutMoves(KeyFrameGraph* graph) const {
+    constexpr std::int64_t kNear = 30;  // steps
+    const auto count = static_cast<std::int64_t>(graph->keyframes.size());
+    const auto keyframe = [&](std::int64_t node) {
+      return graph->keyframes[static_cast<std::size_t>(node)];
+    };
+    const auto by_images = [&](std::int64_t node) {
+      return map_.keyframe(keyframe(node))->T_WC * moves_.at(keyframe(node)).Inverse();
+    };
+    for (PoseGraphEdge& edge : graph->graph.edges) {
+      if (!edge.trusted || edge.i >= count || edge.j >= count) continue;
+      const bool near = std::abs(edge.j - edge.i) <= kNear;
+      const bool one_submap =
+          map_.keyframe(keyframe(edge.i))->submap == map_.keyframe(keyframe(edge.j))->submap;
+      if (near && one_submap) edge.Z = by_images(edge.i).Inverse() * by_images(edge.j);
+    }
+  }
+
+  Map map_;
+  const std::size_t all_;
+  const SubmapId submap_;
+  const std::vector<LoopEdge> loops_;
+  Moves moves_;
+  const OwnFactorOptions options_;
+  const KeyFrameGraphOptions graph_;
+  FactorAdjustmentReport report_;
+  MapCorrection correction_;
+  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
+};
+
+FactorAdjuster::FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
+    : options_((options.Validate(), options)), graph_(graph) {}
+
+FactorAdjuster::~FactorAdjuster() = default;
+
+bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
+  const double share = options_.share * static_cast<double>(adjusted_);
+  return Start(map, submap, loops,
+               static_cast<std::size_t>(std::max<double>(options_.every, std::ceil(share))));
+}
+
+bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
+  return Start(map, submap, loops, 1);
+}
+
+bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops,
+                           std::size_t enough) {
+  const std::size_t factors = map.factors().all().size();
+  adjusted_ = std::min(adjusted_, factors);  // some may have gone with their submap
+  if (job_ || factors < adjusted_ + enough) return false;
+  Inherit(map);
+  job_ = std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_);
+  return true;
+}
+
+void FactorAdjuster::Inherit(const Map& map) {
+  std::unordered_map<SubmapId, KeyFrameId> newest;  // that was moved, of each submap
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const KeyFrame& keyframe = *map.keyframe(id);
+    const auto [before, first] = newest.try_emplace(keyframe.submap, id);
+    const auto [move, is_new] = moves_.try_emplace(id);
+    if (is_new && !first) {
+      const Pose T = keyframe.T_WC.Inverse() * map.keyframe(before->second)->T_WC;
+      move->second = T * moves_.at(before->second) * T.Inverse();
+    }
+    before->second = id;
+  }
+}
+
+bool FactorAdjuster::HasResult() const {
+  return job_ && job_->IsDone();
+}
+
+std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
+  if (!job_) return std::nullopt;
+  const std::unique_ptr<Job> job = std::move(job_);
+  adjusted_ = job->all();
+  return job->Write(map, &moves_);
+}
+
+void FactorAdjuster::Cancel() {
+  job_.reset();
+}
+
+}  // namespace highwall

@@ -1,0 +1,132 @@
+#include "loops/frame_alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <ceres/loss_function.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/prior.h>
+
+#include "map/carried_cost.h"
+
+namespace highwall {
+namespace {
+
+constexpr std::size_t kMost = 200;  // factors that take part, evenly spread: a way tells enough
+constexpr int kHeadings = 8;        // that the search starts from
+
+std::vector<const MapFactor*> FactorsOf(const Map& map, ReferenceFrameId frame, SubmapId submap) {
+  std::vector<const MapFactor*> all, some;
+  for (const MapFactor& factor : map.factors().all()) {
+    const bool inside = std::ranges::all_of(factor.poses, [&](const CarriedPose& pose) {
+      return map.Root(map.keyframe(pose.keyframe)->submap) == map.Root(submap);
+    });
+    if (factor.frame == frame && inside) all.push_back(&factor);
+  }
+  const std::size_t count = std::min(all.size(), kMost);
+  for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
+  return some;
+}
+
+// The frame as the only unknown.
+class Alignment {
+ public:
+  Alignment(const Map& map, ReferenceFrameId frame, SubmapId submap)
+      : upright_(map.factors().frame(frame).upright), T_FW_(graph_.AddVariable(Pose())) {
+    for (const MapFactor* factor : FactorsOf(map, frame, submap)) {
+      auto cost = std::make_shared<CarriedCost>(*factor, Pose());
+      std::vector<VariableId> variables;
+      for (const KeyFrameId id : cost->keyframes()) variables.push_back(PoseOf(map, id));
+      variables.push_back(T_FW_);
+      factors_.push_back({cost, factor->loss, std::move(variables), {}});
+    }
+    if (upright_) {
+      graph_.AddFactor(std::make_unique<UprightPrior>(UprightSigma(map, submap)), T_FW_);
+    }
+  }
+
+  bool IsEmpty() const { return factors_.empty(); }
+
+  // The best of what all headings lead to. Without losses at first, whose pull ends far away.
+  bool Solve() {
+    std::optional<Pose> best;
+    double least = std::numeric_limits<double>::infinity();
+    Add(/*robust=*/false);
+    for (int i = 0; i < kHeadings; ++i) {
+      graph_.SetValue(T_FW_, Pose::FromTangent({0, 0, 0}, {0, 0, 2.0 * M_PI * i / kHeadings}));
+      const SolveSummary summary = graph_.Solve();
+      if (!summary.IsUsable() || !(summary.final_cost < least)) continue;
+      least = summary.final_cost;
+      best = graph_.Value(T_FW_);
+    }
+    if (!best) return false;
+    graph_.SetValue(T_FW_, *best);
+    Add(/*robust=*/true);
+    return graph_.Solve().IsUsable();
+  }
+
+  Pose value() const { return graph_.Value(T_FW_); }
+
+  // [rad] The largest sigma of its rotation, that of its heading where it is upright: a straight
+  // way tells no more of the tilt than the prior does, nor needs it. Infinite where it is not
+  // determined.
+  double AngleSigma() const {
+    try {
+      const Eigen::MatrixXd covariance = graph_.Covariance(T_FW_);
+      return std::sqrt(upright_ ? covariance(5, 5) : covariance.diagonal().tail<3>().maxCoeff());
+    } catch (const InvalidArgument&) {
+      return std::numeric_limits<double>::infinity();
+    }
+  }
+
+ private:
+  struct Factor {
+    std::shared_ptr<ceres::CostFunction> cost;
+    std::shared_ptr<ceres::LossFunction> loss;
+    std::vector<VariableId> variables;
+    FactorId id;  // none as long as it was not added
+  };
+
+  VariableId PoseOf(const Map& map, KeyFrameId id) {
+    const auto [found, is_new] = poses_.try_emplace(id);
+    if (is_new) {
+      found->second = graph_.AddVariable(map.keyframe(id)->T_WC);
+      graph_.Fix(found->second);
+    }
+    return found->second;
+  }
+
+  void Add(bool robust) {
+    for (Factor& factor : factors_) {
+      if (factor.id != FactorId()) graph_.RemoveFactor(factor.id);
+      factor.id =
+          graph_.AddFactorToBlocks(factor.cost, robust ? factor.loss : nullptr, factor.variables);
+    }
+  }
+
+  const bool upright_;
+  FactorGraph graph_;
+  const Variable<Pose> T_FW_;
+  std::map<KeyFrameId, VariableId> poses_;
+  std::vector<Factor> factors_;
+};
+
+}  // namespace
+
+std::optional<Pose> AlignFrame(const Map& map, ReferenceFrameId frame, SubmapId submap,
+                               double max_angle) {
+  Alignment alignment(map, frame, submap);
+  if (alignment.IsEmpty() || !alignment.Solve() || !(alignment.AngleSigma() <= max_angle)) {
+    return std::nullopt;
+  }
+  return alignment.value();
+}
+
+}  // namespace highwall

@@ -1,0 +1,97 @@
+#include <highwall/frontend/map/own_factors.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include <ceres/cost_function.h>
+
+#include <highwall/core/error.h>
+
+namespace highwall {
+
+void PoseFactor::Validate() const {
+  HIGHWALL_REQUIRE(cost != nullptr, "PoseFactor: it has no cost");
+  HIGHWALL_REQUIRE(!stamps.empty(), "PoseFactor: it has no stamp");
+  HIGHWALL_REQUIRE(std::ranges::is_sorted(stamps, std::less_equal<>()),
+                   "PoseFactor: the stamps must ascend, each once");
+  const std::vector<std::int32_t>& sizes = cost->parameter_block_sizes();
+  const std::size_t blocks = stamps.size() + (frame != kNoId ? 1 : 0);
+  HIGHWALL_REQUIRE(sizes.size() == blocks && std::ranges::count(sizes, Pose::kSize) ==
+                                                 static_cast<std::ptrdiff_t>(blocks),
+                   "PoseFactor: the cost must have " + std::to_string(blocks) +
+                       " blocks of 7: a pose T_WB for each stamp, and T_FW where there is a frame");
+}
+
+ReferenceFrameId OwnFactors::AddFrame(const ReferenceFrame& frame) {
+  frames_.push_back({frame, {}});
+  return ReferenceFrameId(frames_.size() - 1);
+}
+
+const OwnFactors::Frame& OwnFactors::At(ReferenceFrameId id) const {
+  HIGHWALL_REQUIRE(id.index() < frames_.size(), "OwnFactors: there is no such frame");
+  return frames_[id.index()];
+}
+
+const ReferenceFrame& OwnFactors::frame(ReferenceFrameId id) const {
+  return At(id).frame;
+}
+
+std::optional<Pose> OwnFactors::T_FW(ReferenceFrameId id, SubmapId root) const {
+  const auto& places = At(id).T_FW;
+  const auto found = places.find(root);
+  return found != places.end() ? std::optional(found->second) : std::nullopt;
+}
+
+void OwnFactors::Place(ReferenceFrameId id, SubmapId root, const Pose& T_FW) {
+  (void)At(id);  // there is one
+  frames_[id.index()].T_FW[root] = T_FW;
+}
+
+std::map<ReferenceFrameId, Pose> OwnFactors::PlacesIn(SubmapId root) const {
+  std::map<ReferenceFrameId, Pose> places;
+  for (const ReferenceFrameId id : frames()) {
+    if (const auto place = T_FW(id, root)) places.emplace(id, *place);
+  }
+  return places;
+}
+
+std::vector<ReferenceFrameId> OwnFactors::frames() const {
+  std::vector<ReferenceFrameId> ids;
+  for (std::size_t i = 0; i < frames_.size(); ++i) ids.emplace_back(i);
+  return ids;
+}
+
+void OwnFactors::Carry(KeyFrameId from, KeyFrameId to, const Pose& T_to_from) {
+  for (MapFactor& factor : factors_) {
+    for (CarriedPose& pose : factor.poses) {
+      if (pose.keyframe == from) pose = {to, T_to_from * pose.T_KB};
+    }
+  }
+}
+
+void OwnFactors::Remove(KeyFrameId keyframe) {
+  std::erase_if(factors_, [&](const MapFactor& factor) {
+    return std::ranges::any_of(factor.poses,
+                               [&](const CarriedPose& pose) { return pose.keyframe == keyframe; });
+  });
+}
+
+void OwnFactors::Transform(SubmapId root, const Pose& T_new_old) {
+  for (Frame& frame : frames_) {
+    const auto found = frame.T_FW.find(root);
+    if (found != frame.T_FW.end()) found->second = found->second * T_new_old.Inverse();
+  }
+}
+
+void OwnFactors::Join(SubmapId root, SubmapId other) {
+  for (Frame& frame : frames_) {
+    const auto found = frame.T_FW.find(other);
+    if (found == frame.T_FW.end()) continue;
+    frame.T_FW.emplace(root, found->second);
+    frame.T_FW.erase(other);
+  }
+}
+
+}  // namespace highwall

@@ -1,0 +1,236 @@
+#include "loops/factor_adjuster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "loops/frame_alignment.h"
+#include "loops/keyframe_graph.h"
+#include "support/id_literals.h"
+#include "support/position_in_frame.h"
+#include "support/ring_map.h"
+
+namespace highwall {
+namespace {
+
+using testing::PositionInFrame;
+using testing::RingMap;
+using testing::operator""_kf;
+
+constexpr int kKeyFrames = 200;  // 50 m
+const Pose kT_FW = Pose::FromTangent({4.5e5, -2e6, 300}, {0, 0, 2.5});
+
+// A ring that odometry does not close, and positions in a frame far away.
+class FactorAdjusterTest : public ::testing::Test {
+ protected:
+  FactorAdjusterTest() {
+    ring.Drift({.bias_rotation = 0.1 * M_PI / 180.0}, /*levelled=*/true);
+    frame = map.factors().AddFrame({});
+  }
+
+  // Of every n-th keyframe until the last, with noise.
+  void Measure(double sigma, int every = 4, int last = kKeyFrames - 1) {
+    std::mt19937 rng(7);
+    std::normal_distribution<double> normal(0.0, sigma);
+    for (int i = 0; i <= last; i += every) {
+      const Pose T_KB = Pose::FromTangent({0.1, 0.0, 0.2}, {0, 0, 0});
+      const double x = normal(rng), y = normal(rng), z = normal(rng);
+      const Eigen::Vector3d p_F =
+          kT_FW * (ring.truth[static_cast<std::size_t>(i)] * T_KB.p()) + Eigen::Vector3d(x, y, z);
+      map.AddFactor({{{KeyFrameId(i), T_KB}}, frame, PositionInFrame(p_F, sigma), nullptr});
+    }
+  }
+
+  // [m] RMS of the keyframes, where the frame has them.
+  double Error() const {
+    const Pose T_FW = *map.factors().T_FW(frame, kFirstSubmap);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < ring.truth.size(); ++i) {
+      const Pose& T_WC = map.keyframe(KeyFrameId(i))->T_WC;
+      sum += (T_FW * T_WC.p() - kT_FW * ring.truth[i].p()).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(ring.truth.size()));
+  }
+
+  std::optional<FactorAdjustmentReport> Adjust(const OwnFactorOptions& options) {
+    FactorAdjuster adjuster(options, {});
+    return adjuster.BeginLast(map, kFirstSubmap, {}) ? adjuster.Finish(&map) : std::nullopt;
+  }
+
+  const OwnFactorOptions lockstep{.threads = 1, .background = false};
+  RingMap ring{kKeyFrames};
+  Map& map = ring.map;
+  ReferenceFrameId frame;
+};
+
+TEST_F(FactorAdjusterTest, TakesTheDriftOutOfTheWholeMap) {
+  Measure(0.1);
+  const std::optional<Pose> before = AlignFrame(map, frame, kFirstSubmap, 0.1);
+  ASSERT_TRUE(before);
+  map.factors().Place(frame, kFirstSubmap, *before);
+  ASSERT_GT(Error(), 0.2) << "there is drift to take out";
+  const Eigen::Vector3d landmark = map.point(PointId(1000))->p_W;
+  const auto report = Adjust(lockstep);
+  ASSERT_TRUE(report);
+  ASSERT_TRUE(report->accepted) << report->message;
+  EXPECT_EQ(report->keyframes, kKeyFrames);
+  EXPECT_GT(report->moved, 0.2);
+  // 50 positions of 0.1 m: better than one of them.
+  EXPECT_LT(Error(), 0.1);
+  EXPECT_GT((map.point(PointId(1000))->p_W - landmark).norm(), 0.01) << "landmarks follow";
+  EXPECT_EQ(map.keyframe(0_kf)->T_WC.p(), ring.truth[0].p()) << "the origin holds the world";
+}
+
+TEST_F(FactorAdjusterTest, InTheBackgroundItComesToTheSame) {
+  Measure(0.1);
+  const auto report = Adjust({});
+  ASSERT_TRUE(report && report->accepted);
+  EXPECT_LT(Error(), 0.1);
+}
+
+TEST_F(FactorAdjusterTest, KeepsGravityWhereTheMapKnowsIt) {
+  Measure(0.1);
+  ASSERT_TRUE(Adjust(lockstep)->accepted);
+  for (std::size_t i = 0; i < ring.truth.size(); ++i) {
+    const Eigen::Vector3d up_C = ring.truth[i].R().transpose() * Eigen::Vector3d::UnitZ();
+    // 1e-3 rad is what the graph leaves to each keyframe.
+    EXPECT_LT((map.keyframe(KeyFrameId(i))->T_WC.q() * up_C - Eigen::Vector3d::UnitZ()).norm(),
+              5e-3);
+  }
+}
+
+TEST_F(FactorAdjusterTest, APlaceIsFoundFromAnyHeadingAndNotBeforeTheWayTellsIt) {
+  // Half a metre: 10 cm of noise leave the heading open.
+  Measure(0.1, 1, 2);
+  EXPECT_FALSE(AlignFrame(map, frame, kFirstSubmap, 0.1));
+  const auto report = Adjust(lockstep);
+  ASSERT_TRUE(report);
+  EXPECT_FALSE(report->accepted);
+  EXPECT_NE(report->message.find("not known yet"), std::string::npos) << report->message;
+  for (const double heading : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0}) {
+    Map other = map.Clone();
+    const ReferenceFrameId turned = other.factors().AddFrame({});
+    const Pose T_FW = Pose::FromTangent({10, 20, 30}, {0, 0, heading});
+    for (int i = 0; i < kKeyFrames; i += 10) {
+      const KeyFrameId id(i);
+      other.AddFactor({{{id, Pose()}},
+                       turned,
+                       PositionInFrame(T_FW * other.keyframe(id)->T_WC.p(), 0.1),
+                       nullptr});
+    }
+    const auto found = AlignFrame(other, turned, kFirstSubmap, 0.1);
+    ASSERT_TRUE(found) << heading;
+    EXPECT_LT((found->p() - T_FW.p()).norm(), 1e-4) << heading;
+    EXPECT_LT((found->Inverse() * T_FW).Angle(), 1e-5) << heading;
+  }
+}
+
+TEST_F(FactorAdjusterTest, AStraightWayTellsTheHeadingOfAnUprightFrame) {
+  Map straight;
+  const auto features = std::make_shared<FrameFeatures>();
+  const ReferenceFrameId upright = straight.factors().AddFrame({}),
+                         any = straight.factors().AddFrame({.upright = false});
+  const Pose T_FW = Pose::FromTangent({10, 20, 30}, {0, 0, 2.0});
+  for (int i = 0; i < 20; ++i) {
+    const Pose T_WC = Pose::FromTangent({0.5 * i, 0, 0}, {0, 0, 0});
+    const KeyFrameId id = straight.AddKeyFrame({.index = i, .features = features}, T_WC).id;
+    const auto cost = PositionInFrame(T_FW * T_WC.p(), 0.01);
+    straight.AddFactor({{{id, Pose()}}, upright, cost, nullptr});
+    straight.AddFactor({{{id, Pose()}}, any, cost, nullptr});
+  }
+  const auto found = AlignFrame(straight, upright, kFirstSubmap, 0.1);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->Inverse() * T_FW).Angle(), 1e-5);
+  EXPECT_FALSE(AlignFrame(straight, any, kFirstSubmap, 0.1)) << "it may turn about the way";
+}
+
+TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
+  OwnFactorOptions options = lockstep;
+  options.every = 30;
+  FactorAdjuster adjuster(options, {});
+  Measure(0.1, 10);  // 20
+  EXPECT_FALSE(adjuster.Begin(map, kFirstSubmap, {}));
+  Measure(0.1, 10);
+  EXPECT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+  EXPECT_FALSE(adjuster.Begin(map, kFirstSubmap, {})) << "one at a time";
+  EXPECT_TRUE(adjuster.Finish(&map)->accepted);
+  EXPECT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {})) << "nothing is new";
+  EXPECT_FALSE(adjuster.Finish(&map));
+}
+
+TEST_F(FactorAdjusterTest, WhatWasCancelledIsDoneAgain) {
+  Measure(0.1);
+  FactorAdjuster adjuster(lockstep, {});
+  ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+  const Pose before = map.keyframe(150_kf)->T_WC;
+  adjuster.Cancel();
+  EXPECT_FALSE(adjuster.Finish(&map));
+  EXPECT_EQ(map.keyframe(150_kf)->T_WC.p(), before.p());
+  EXPECT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+}
+
+TEST_F(FactorAdjusterTest, ALoopIsClosedWithThemAndTheirFrame) {
+  Measure(0.1);
+  map.factors().Place(frame, kFirstSubmap, *AlignFrame(map, frame, kFirstSubmap, 0.1));
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map, {});
+  EXPECT_EQ(graph.frames.size(), 1u);
+  EXPECT_EQ(graph.graph.factors.size(), 51u);  // and what is known of the frame's tilt
+  // A loop is judged by the drift that is left with them.
+  const LoopEdge loop = ring.Loop(0_kf, ring.last());
+  const double with = LoopChi2(graph, loop);
+  map.factors() = {};
+  const double without = LoopChi2(MakeKeyFrameGraph(map, {}), loop);
+  EXPECT_GT(with, 10.0 * without);
+}
+
+// A map as a drive of 2 km at 2 m/s makes it, with a fix a second.
+TEST(FactorAdjuster, TwoKilometresWithAFixASecondEndWithoutDrift) {
+  RingMap ring(8000);
+  ring.Drift({.bias_rotation = 0.003 * M_PI / 180.0}, /*levelled=*/true);
+  const ReferenceFrameId frame = ring.map.factors().AddFrame({});
+  std::mt19937 rng(8);
+  std::normal_distribution<double> normal(0.0, 0.5);
+  const auto errors_in = [&](const Pose& T_FW) {
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < ring.truth.size(); ++i) {
+      const Pose& T_WC = ring.map.keyframe(KeyFrameId(i))->T_WC;
+      errors.push_back((T_FW * T_WC.p() - kT_FW * ring.truth[i].p()).norm());
+    }
+    return errors;
+  };
+  FactorAdjuster adjuster({.threads = 1, .background = false}, {});
+  for (std::size_t i = 0; i < ring.truth.size(); i += 8) {
+    const double x = normal(rng), y = normal(rng), z = normal(rng);
+    const Eigen::Vector3d p_F = kT_FW * ring.truth[i].p() + Eigen::Vector3d(x, y, 2.0 * z);
+    ring.map.AddFactor({{{KeyFrameId(i), Pose()}}, frame, PositionInFrame(p_F, 0.6), nullptr});
+  }
+  const std::optional<Pose> before = AlignFrame(ring.map, frame, kFirstSubmap, 0.1);
+  ASSERT_TRUE(before);
+  const std::vector<double> drift = errors_in(*before);
+  EXPECT_GT(*std::max_element(drift.begin(), drift.end()), 5.0) << "there is drift to take out";
+  ASSERT_TRUE(adjuster.BeginLast(ring.map, kFirstSubmap, {}));
+  ASSERT_TRUE(adjuster.Finish(&ring.map)->accepted);
+  const std::vector<double> left = errors_in(*ring.map.factors().T_FW(frame, kFirstSubmap));
+  double sum = 0.0;
+  for (const double error : left) sum += error * error;
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(left.size())), 0.5);
+  EXPECT_LT(*std::max_element(left.begin(), left.end()), 1.0);
+}
+
+TEST(OwnFactorOptions, AreValidated) {
+  EXPECT_NO_THROW(OwnFactorOptions().Validate());
+  EXPECT_THROW(OwnFactorOptions{.every = 0}.Validate(), InvalidArgument);
+  EXPECT_THROW(OwnFactorOptions{.share = -1.0}.Validate(), InvalidArgument);
+  EXPECT_THROW(OwnFactorOptions{.max_angle = 0.0}.Validate(), InvalidArgument);
+  EXPECT_THROW(OwnFactorOptions{.max_gap = 0.0}.Validate(), InvalidArgument);
+  EXPECT_THROW(OwnFactorOptions{.threads = 0}.Validate(), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall
