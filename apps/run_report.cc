@@ -1,5 +1,7 @@
 #include "run_report.h"
 
+#include <cmath>
+
 #include <ceres/version.h>
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -59,6 +61,21 @@ nlohmann::json ToJson(const FrameTiming& timing) {
           {"depth_delay", timing.depth_delay}};
 }
 
+nlohmann::json ToJson(const std::vector<ImuState>& states) {
+  nlohmann::json json;
+  for (const char* key : {"stamp", "gyroscope_bias", "accelerometer_bias", "time_offset"}) {
+    json[key] = nlohmann::json::array();
+  }
+  for (const ImuState& state : states) {
+    const ImuBias& b = state.bias;
+    json["stamp"].push_back(FormatStamp(state.stamp));
+    json["gyroscope_bias"].push_back({b(0), b(1), b(2)});
+    json["accelerometer_bias"].push_back({b(3), b(4), b(5)});
+    json["time_offset"].push_back(state.time_offset);
+  }
+  return json;
+}
+
 nlohmann::json ToJson(const InertialSummary& inertial) {
   const InertialReport& last = inertial.last;
   nlohmann::json json = {
@@ -75,6 +92,7 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
     intervals["innovation_per_dof"].push_back(
         interval.innovation ? nlohmann::json(*interval.innovation) : nlohmann::json());
   }
+  if (!inertial.states.empty()) json["states"] = ToJson(inertial.states);
   if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
   if (!last.reason.empty()) json["reason"] = last.reason;
   if (const auto& depth = inertial.depth_scale) {
@@ -142,18 +160,40 @@ nlohmann::json SubmapsJson(const SlamRun& run) {
   return all;
 }
 
-nlohmann::json ToJson(const std::vector<LoopEvent>& events) {
+// Ids mean nothing outside of the run; stamps are those of frames. A keyframe of a map that was
+// loaded has none.
+nlohmann::json LoopEventsJson(const SlamRun& run) {
   nlohmann::json all = nlohmann::json::array();
-  for (const LoopEvent& event : events) {
+  const auto add_stamp = [&run](const char* key, KeyFrameId id, nlohmann::json* json) {
+    const auto stamp = run.keyframe_stamps.find(id);
+    if (stamp != run.keyframe_stamps.end()) (*json)[key] = FormatStamp(stamp->second);
+  };
+  for (const LoopEvent& event : run.loop_events) {
     nlohmann::json json = {{"keyframe", event.edge.keyframe.value()},
                            {"match", event.edge.match.value()},
                            {"result", !event.accepted ? "refused"
                                       : event.merged  ? "merged"
                                                       : "closed"}};
+    add_stamp("keyframe_stamp", event.edge.keyframe, &json);
+    add_stamp("match_stamp", event.edge.match, &json);
     if (!event.accepted) json["because"] = event.message;
     all.push_back(std::move(json));
   }
   return all;
+}
+
+nlohmann::json ToJson(const std::vector<TrackedFrame>& frames) {
+  nlohmann::json json;
+  for (const char* key : {"stamp", "points", "lines", "milliseconds"}) {
+    json[key] = nlohmann::json::array();
+  }
+  for (const TrackedFrame& frame : frames) {
+    json["stamp"].push_back(FormatStamp(frame.stamp));
+    json["points"].push_back(frame.points);
+    json["lines"].push_back(frame.lines);
+    json["milliseconds"].push_back(std::round(frame.milliseconds * 100.0) / 100.0);
+  }
+  return json;
 }
 
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
@@ -172,6 +212,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"coverage", Coverage(run)},
       {"lost_frames", run.lost.size()},
       {"lost_stamps", lost},
+      {"lost_because", run.lost_because},
       {"loss_reasons", run.loss_reasons},
       {"repeated_images", run.repeated},
       {"relocalizations", run.relocalizations},
@@ -180,7 +221,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
        {{"closed", run.loops.closed},
         {"refused", run.loops.refused},
         {"merges", run.loops.merges},
-        {"events", ToJson(run.loop_events)},
+        {"events", LoopEventsJson(run)},
         {"fused_points", run.loops.fused_points},
         {"fused_lines", run.loops.fused_lines},
         {"worst_seconds", run.loops.worst_seconds}}},
@@ -189,6 +230,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"keyframes_made", run.keyframes_made},
       {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
       {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
+      {"per_frame", ToJson(run.per_frame)},
       {"frame_timing_s",
        {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
       {"milliseconds", ToJson(run.times)},
