@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include <fmt/core.h>
+
 #include <highwall/core/error.h>
 
 namespace highwall::bench {
@@ -23,6 +25,25 @@ double StudentProbability(double bound, int degrees_of_freedom) {
   }
   series *= std::sin(theta);
   return odd ? 2.0 / std::numbers::pi * (theta + series) : series;
+}
+
+// Of independent summands; degrees of freedom by Welch and Satterthwaite, none where one of the
+// variances is not known.
+MeanLog SumOf(const std::vector<MeanLog>& summands) {
+  MeanLog sum;
+  double squares = 0.0, degrees_of_freedom = 0.0;
+  for (const MeanLog& one : summands) {
+    sum.mean += one.mean;
+    sum.variance += one.variance;
+    degrees_of_freedom += one.degrees_of_freedom;
+    if (one.variance > 0.0) squares += one.variance * one.variance / one.degrees_of_freedom;
+  }
+  const bool known = std::ranges::all_of(
+      summands, [](const MeanLog& one) { return one.degrees_of_freedom >= 1.0; });
+  if (!known) return sum;
+  sum.degrees_of_freedom = squares > 0.0 ? sum.variance * sum.variance / squares  //
+                                         : degrees_of_freedom;
+  return sum;
 }
 
 }  // namespace
@@ -52,21 +73,15 @@ MeanLog MeanOf(const std::vector<double>& logs) {
 MeanLog MeanOfMeans(const std::vector<MeanLog>& means) {
   HIGHWALL_REQUIRE(!means.empty(), "the mean of nothing");
   const auto n = static_cast<double>(means.size());
-  MeanLog all;
-  double squares = 0.0, degrees_of_freedom = 0.0;
+  std::vector<MeanLog> shares;
   for (const MeanLog& one : means) {
-    const double variance = one.variance / (n * n);  // its share
-    all.mean += one.mean / n;
-    all.variance += variance;
-    degrees_of_freedom += one.degrees_of_freedom;
-    if (variance > 0.0) squares += variance * variance / one.degrees_of_freedom;
+    shares.push_back({one.mean / n, one.variance / (n * n), one.degrees_of_freedom});
   }
-  const bool known =
-      std::ranges::all_of(means, [](const MeanLog& one) { return one.degrees_of_freedom >= 1.0; });
-  if (!known) return all;
-  all.degrees_of_freedom = squares > 0.0 ? all.variance * all.variance / squares  //
-                                         : degrees_of_freedom;
-  return all;
+  return SumOf(shares);
+}
+
+MeanLog DifferenceOf(const MeanLog& a, const MeanLog& b) {
+  return SumOf({a, {-b.mean, b.variance, b.degrees_of_freedom}});
 }
 
 double Ratio(const MeanLog& mean) {
@@ -80,6 +95,18 @@ std::optional<Interval> RatioInterval(const MeanLog& mean) {
   const int whole = static_cast<int>(std::min(mean.degrees_of_freedom + kRounding, 1000.0));
   const double half = StudentBound(whole) * std::sqrt(mean.variance);
   return Interval{std::exp(mean.mean - half), std::exp(mean.mean + half)};
+}
+
+std::string IntervalText(const std::optional<MeanLog>& mean) {
+  const std::optional<Interval> interval = mean ? RatioInterval(*mean) : std::nullopt;
+  return interval ? fmt::format("{:.3f} to {:.3f}", interval->low, interval->high) : "-";
+}
+
+OverSequences Over(const std::vector<MeanLog>& sequences) {
+  if (sequences.empty()) return {};
+  std::vector<double> logs;
+  for (const MeanLog& one : sequences) logs.push_back(one.mean);
+  return {sequences.size(), MeanOfMeans(sequences), MeanOf(logs)};
 }
 
 }  // namespace highwall::bench
