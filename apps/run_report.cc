@@ -1,5 +1,7 @@
 #include "run_report.h"
 
+#include <cmath>
+
 #include <ceres/version.h>
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -59,6 +61,21 @@ nlohmann::json ToJson(const FrameTiming& timing) {
           {"depth_delay", timing.depth_delay}};
 }
 
+nlohmann::json ToJson(const std::vector<ImuState>& states) {
+  nlohmann::json json;
+  for (const char* key : {"stamp", "gyroscope_bias", "accelerometer_bias", "time_offset"}) {
+    json[key] = nlohmann::json::array();
+  }
+  for (const ImuState& state : states) {
+    const ImuBias& b = state.bias;
+    json["stamp"].push_back(FormatStamp(state.stamp));
+    json["gyroscope_bias"].push_back({b(0), b(1), b(2)});
+    json["accelerometer_bias"].push_back({b(3), b(4), b(5)});
+    json["time_offset"].push_back(state.time_offset);
+  }
+  return json;
+}
+
 nlohmann::json ToJson(const InertialSummary& inertial) {
   const InertialReport& last = inertial.last;
   nlohmann::json json = {
@@ -75,6 +92,7 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
     intervals["innovation_per_dof"].push_back(
         interval.innovation ? nlohmann::json(*interval.innovation) : nlohmann::json());
   }
+  if (!inertial.states.empty()) json["states"] = ToJson(inertial.states);
   if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
   if (!last.reason.empty()) json["reason"] = last.reason;
   if (const auto& depth = inertial.depth_scale) {
@@ -148,6 +166,20 @@ nlohmann::json ToJson(const std::vector<LoopEvent>& events) {
   return all;
 }
 
+nlohmann::json ToJson(const std::vector<TrackedFrame>& frames) {
+  nlohmann::json json;
+  for (const char* key : {"stamp", "points", "lines", "milliseconds"}) {
+    json[key] = nlohmann::json::array();
+  }
+  for (const TrackedFrame& frame : frames) {
+    json["stamp"].push_back(FormatStamp(frame.stamp));
+    json["points"].push_back(frame.points);
+    json["lines"].push_back(frame.lines);
+    json["milliseconds"].push_back(std::round(frame.milliseconds * 100.0) / 100.0);
+  }
+  return json;
+}
+
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration) {
   nlohmann::json lost = nlohmann::json::array();
@@ -164,6 +196,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"coverage", Coverage(run)},
       {"lost_frames", run.lost.size()},
       {"lost_stamps", lost},
+      {"lost_because", run.lost_because},
       {"loss_reasons", run.loss_reasons},
       {"repeated_images", run.repeated},
       {"relocalizations", run.relocalizations},
@@ -181,6 +214,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"keyframes_made", run.keyframes_made},
       {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
       {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
+      {"per_frame", ToJson(run.per_frame)},
       {"frame_timing_s",
        {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
       {"milliseconds", ToJson(run.times)},

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <set>
@@ -26,6 +25,12 @@ namespace {
 
 // A scale that is known less well tells nobody whether a depth camera is calibrated.
 constexpr double kMaxScaleSigma = 0.02;
+constexpr Stamp kStateInterval = 250'000'000;  // [ns] between ImuStates: biases change slowly
+
+// All that SlamSystem::Track() took for a frame.
+double TotalOf(const FrameTimes& times) {
+  return times.features + times.tracking + times.mapping + times.loops;
+}
 
 // The samples of StageTimes, frame by frame.
 struct StageSamples {
@@ -38,7 +43,7 @@ struct StageSamples {
     pose.push_back(times.tracking);
     tracking.push_back(times.features + times.tracking);
     if (keyframe) mapping.push_back(times.mapping);
-    frame.push_back(times.features + times.tracking + times.mapping + times.loops);
+    frame.push_back(TotalOf(times));
   }
 
   StageTimes Summary() const {
@@ -74,6 +79,7 @@ class InertialTally {
     const InertialReport& report = *result.inertial;
     summary_.last = report;
     if (report.estimate && !summary_.initialized) summary_.initialized = result.stamp;
+    AddState(result.stamp, report);
     if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;
     if (report.restarted) ++summary_.restarts;
     if (report.weight > 0.0) {
@@ -102,6 +108,13 @@ class InertialTally {
   }
 
  private:
+  void AddState(Stamp stamp, const InertialReport& report) {
+    std::vector<ImuState>& states = summary_.states;
+    if (!report.estimate) return;
+    if (!states.empty() && stamp - states.back().stamp < kStateInterval) return;
+    states.push_back({stamp, report.estimate->bias, report.time_offset});
+  }
+
   InertialSummary summary_;
   double squared_innovation_ = 0.0;
   int dof_ = 0;
@@ -217,7 +230,8 @@ class RunTally {
     Record(result.loops, &run_.loop_events);
     run_.matched_points += result.matched_points;
     run_.matched_lines += result.matched_lines;
-    stamps_.push_back(result.stamp);
+    run_.per_frame.push_back(
+        {result.stamp, result.matched_points, result.matched_lines, TotalOf(result.times)});
     if (result.reason) reasons_[result.stamp] = *result.reason;
     if (result.repeated) ++run_.repeated;
     if (HasPose(result.state)) {
@@ -245,11 +259,12 @@ class RunTally {
                             std::move(submap.frames),
                             {}});
     }
-    std::ranges::copy_if(stamps_, std::back_inserter(run.lost),
-                         [&](Stamp stamp) { return !posed.contains(stamp); });
-    for (const Stamp stamp : run.lost) {
-      const auto reason = reasons_.find(stamp);
-      ++run.loss_reasons[reason != reasons_.end() ? ToString(reason->second) : "dropped"];
+    for (const TrackedFrame& frame : run.per_frame) {
+      if (posed.contains(frame.stamp)) continue;
+      const auto reason = reasons_.find(frame.stamp);
+      run.lost.push_back(frame.stamp);
+      run.lost_because.push_back(reason != reasons_.end() ? ToString(reason->second) : "dropped");
+      ++run.loss_reasons[run.lost_because.back()];
     }
     if (!run.others.empty()) {
       run.largest = std::move(run.others.front());
@@ -263,7 +278,6 @@ class RunTally {
  private:
   SlamRun run_;
   std::size_t tracked_ = 0;
-  std::vector<Stamp> stamps_;
   std::map<Stamp, LossReason> reasons_;
   std::map<SubmapId, Trajectory> causal_;
   StageSamples samples_;

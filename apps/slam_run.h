@@ -62,6 +62,13 @@ struct WeighedInterval {
   std::optional<double> innovation;  // squared, per degree of freedom, where it was formed
 };
 
+// What was known of the IMU after an image.
+struct ImuState {
+  Stamp stamp = 0;
+  ImuBias bias = ImuBias::Zero();  // [rad/s, m/s^2]
+  double time_offset = 0.0;        // [s]
+};
+
 // How the IMU fared over a run.
 struct InertialSummary {
   InertialReport last;                     // of the last frame
@@ -72,8 +79,16 @@ struct InertialSummary {
   double reduced_share = 0.0;              // of them, with a weight below 1
   double mean_innovation = 0.0;            // squared, per degree of freedom: 1 where consistent
   std::vector<WeighedInterval> intervals;  // by images, ascending
+  std::vector<ImuState> states;            // a few a second, ascending
   // In the end; empty where the motion does not tell it to 2 %.
   std::optional<DepthScale> depth_scale;
+};
+
+// What a frame has come to, as it was told when it had been tracked.
+struct TrackedFrame {
+  Stamp stamp = 0;
+  int points = 0, lines = 0;  // matched with the map
+  double milliseconds = 0.0;  // StageTimes::frame
 };
 
 // What loops came to in a run. Those that joined submaps are among the closed.
@@ -112,8 +127,9 @@ struct SlamRun {
   std::size_t dropped = 0;  // that came too fast, where live
   // Frames without a pose in any submap, those before the map began included.
   std::vector<Stamp> lost;
-  // Why, by ToString(LossReason); "dropped": they were in a submap that was dropped.
-  std::map<std::string, std::size_t> loss_reasons;
+  // Why each, by ToString(LossReason); "dropped": it was in a submap that was dropped.
+  std::vector<std::string> lost_because;
+  std::map<std::string, std::size_t> loss_reasons;  // how many of each
   std::size_t repeated = 0;                 // colour images that were the one before once more
   FrameTimingEstimate timing;               // in the end
   std::optional<InertialSummary> inertial;  // with an IMU
@@ -122,6 +138,7 @@ struct SlamRun {
   std::size_t points = 0, lines = 0;  // landmarks in the end
   std::size_t keyframes_made = 0;     // culled ones included
   double matched_points = 0.0, matched_lines = 0.0;  // mean per tracked frame
+  std::vector<TrackedFrame> per_frame;               // lost ones included
   StageTimes times;
   double seconds = 0.0;  // of the whole run, dense map included
   // What could not be done in the end, and why; it stopped nothing else.
