@@ -36,6 +36,7 @@ void AddInfoCommand(CLI::App& app, CommandAction& action);
 void AddMapCommand(CLI::App& app, CommandAction& action);
 void AddMergeCommand(CLI::App& app, CommandAction& action);
 void AddPosegraphCommand(CLI::App& app, CommandAction& action);
+void AddReportCommand(CLI::App& app, CommandAction& action);
 void AddSimulateCommand(CLI::App& app, CommandAction& action);
 void AddSlamCommand(CLI::App& app, CommandAction& action);
 

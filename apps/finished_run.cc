@@ -22,19 +22,6 @@ namespace fs = std::filesystem;
 // A pose that was written and read again; another session's is farther off.
 constexpr double kSamePose = 1e-3;  // [m], and [rad]
 
-nlohmann::json ReadReport(const fs::path& folder) {
-  const fs::path path = folder / kReportFile;
-  std::ifstream stream(path);
-  if (!stream) {
-    throw IoError(folder,
-                  "is no finished run: it has no run.json (highwall slam --out, or "
-                  "highwall merge --out, writes one in the end)");
-  }
-  nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
-  if (!report.is_object()) throw IoError(path, "is damaged: run highwall slam again");
-  return report;
-}
-
 // The map of a run: that in its folder, else the one that it was told to save.
 fs::path MapOfRun(const fs::path& folder, const nlohmann::json& report) {
   using Pointer = nlohmann::json::json_pointer;
@@ -141,6 +128,19 @@ std::vector<Anchor> FindAnchors(const Trajectory& frames, const Map& map) {
 }
 
 }  // namespace
+
+nlohmann::json ReadReport(const fs::path& folder) {
+  const fs::path path = folder / kReportFile;
+  std::ifstream stream(path);
+  if (!stream) {
+    throw IoError(folder,
+                  "is no finished run: it has no run.json (highwall slam --out, or "
+                  "highwall merge --out, writes one in the end)");
+  }
+  nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
+  if (!report.is_object()) throw IoError(path, "is damaged: run highwall slam again");
+  return report;
+}
 
 bool IsSameCamera(const PinholeCamera& a, const PinholeCamera& b) {
   return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy &&

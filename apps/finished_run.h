@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/depth_noise.h>
@@ -34,6 +36,10 @@ struct FinishedRun {
   DepthNoise depth_noise;
   std::vector<Session> sessions;  // several where it is of runs that were merged
 };
+
+// run.json of a finished run, or of runs that were merged. Throws IoError where there is none, or
+// it is damaged.
+nlohmann::json ReadReport(const std::filesystem::path& folder);
 
 // path: the folder of `highwall slam --out` or `highwall merge --out`, or a map that --save-map
 // wrote, whose frames are its keyframes. Throws IoError where it is neither, or has no map.

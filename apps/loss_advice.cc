@@ -5,6 +5,8 @@
 
 #include <fmt/core.h>
 
+#include <highwall/frontend/pose/pose_report.h>
+
 namespace highwall::apps {
 namespace {
 
@@ -53,21 +55,21 @@ constexpr LossReason kReasons[] = {
 
 }  // namespace
 
-std::string LossAdvice(const SlamRun& run) {
-  if (run.loss_reasons.empty()) return "";
-  const auto most = std::ranges::max_element(run.loss_reasons, {},
-                                             [](const auto& entry) { return entry.second; });
+std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::size_t lost) {
+  if (reasons.empty()) return "";
+  const auto most =
+      std::ranges::max_element(reasons, {}, [](const auto& entry) { return entry.second; });
   const auto& [name, count] = *most;
   for (const LossReason reason : kReasons) {
     if (name != ToString(reason)) continue;
     const Words words = Explain(reason);
-    return fmt::format("{} of {} frames without a pose: {}; what helps: {}", count, run.lost.size(),
+    return fmt::format("{} of {} frames without a pose: {}; what helps: {}", count, lost,
                        words.what, words.helps);
   }
   return fmt::format(
       "{} of {} frames without a pose: their submaps were lost at once and dropped; "
       "what helps: slower motion, more light",
-      count, run.lost.size());
+      count, lost);
 }
 
 }  // namespace highwall::apps

@@ -54,6 +54,7 @@ int Main(int argc, char** argv) {
   AddMapCommand(app, action);
   AddMergeCommand(app, action);
   AddPosegraphCommand(app, action);
+  AddReportCommand(app, action);
   AddSimulateCommand(app, action);
 
   try {

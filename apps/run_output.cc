@@ -23,8 +23,6 @@ namespace {
 
 constexpr const char* kCausal = "trajectory_causal.txt";
 constexpr const char* kOfRun = "trajectory_run";
-constexpr const char* kCloud = "cloud.ply";
-constexpr const char* kOctree = "map.bt";
 constexpr const char* kGrid = "grid.yaml";
 constexpr const char* kGridImage = "grid.pgm";
 constexpr const char* kImuPlot = "imu.svg";
@@ -66,9 +64,9 @@ bool IsOfRun(const std::string& file) {
 // What an earlier run wrote, the files of its other submaps included.
 void RemoveResults(const std::filesystem::path& folder,
                    std::span<const std::filesystem::path> kept) {
-  std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausal, kAdjustedFile,
-                                    kKeyframesFile, kCloud,          kOctree, kGrid,
-                                    kGridImage,     kSparseMapFile,  kImuPlot};
+  std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausal,     kAdjustedFile,
+                                    kKeyframesFile, kCloudFile,      kOctreeFile, kGrid,
+                                    kGridImage,     kSparseMapFile,  kImuPlot,    kReportPage};
   for (const MapPicture& picture : kMapPictures) names.push_back(picture.file);
   for (const char* const name : names) RemoveStale(folder / name);
   const std::filesystem::path map = folder / kMapFile;
@@ -102,13 +100,13 @@ nlohmann::json DenseJson(const DenseMap& dense, const std::filesystem::path& dir
   const OctreeLeafCount leaves = dense.octree.LeafCount();
   nlohmann::json json;
   json["cloud"] = {{"points", dense.cloud.size()}, {"merge_ms", dense.merge_ms}};
-  AddFileSize(directory / NameOfSubmap(kCloud, place), json["cloud"]);
+  AddFileSize(directory / NameOfSubmap(kCloudFile, place), json["cloud"]);
   json["octree"] = {{"resolution_m", dense.octree.options().resolution},
                     {"occupied_leaves", leaves.occupied},
                     {"free_leaves", leaves.free},
                     {"memory_mb", static_cast<double>(dense.octree.MemoryBytes()) / 1e6},
                     {"build_ms", dense.octree_ms}};
-  AddFileSize(directory / NameOfSubmap(kOctree, place), json["octree"]);
+  AddFileSize(directory / NameOfSubmap(kOctreeFile, place), json["octree"]);
   json["grid"] = {{"width", dense.grid.width},
                   {"height", dense.grid.height},
                   {"resolution_m", dense.grid.resolution}};
@@ -211,9 +209,9 @@ void RunOutput::WriteDense(const SubmapRun& submap, std::size_t place) {
   if (!submap.dense) return;
   const DenseMap& dense = *submap.dense;
   const auto path = [&](const char* name) { return directory_ / NameOfSubmap(name, place); };
-  Attempt([&] { dense.octree.WriteBinary(path(kOctree)); });
+  Attempt([&] { dense.octree.WriteBinary(path(kOctreeFile)); });
   if (dense.grid.width > 0) Attempt([&] { WriteOccupancyGrid(path(kGrid), dense.grid); });
-  Attempt([&] { WritePly(path(kCloud), dense.cloud); });
+  Attempt([&] { WritePly(path(kCloudFile), dense.cloud); });
   for (const MapPicture& picture : kMapPictures) {
     Attempt([&] { WriteMapPicture(path(picture.file), picture, dense, submap.trajectory); });
   }

@@ -24,6 +24,9 @@ inline constexpr const char* kReportFile = "run.json";
 inline constexpr const char* kTrajectoryFile = "trajectory.txt";
 inline constexpr const char* kAdjustedFile = "trajectory_adjusted.txt";
 inline constexpr const char* kKeyframesFile = "keyframes.txt";
+inline constexpr const char* kCloudFile = "cloud.ply";
+inline constexpr const char* kOctreeFile = "map.bt";
+inline constexpr const char* kReportPage = "report.html";
 inline constexpr const char* kSparseMapFile = "sparse_map.png";
 inline constexpr const char* kMapFile = "map.hwmap";  // SaveMap
 

@@ -152,14 +152,22 @@ nlohmann::json SubmapsJson(const SlamRun& run) {
   return all;
 }
 
-nlohmann::json ToJson(const std::vector<LoopEvent>& events) {
+// Ids mean nothing outside of the run; stamps are those of frames. A keyframe of a map that was
+// loaded has none.
+nlohmann::json LoopEventsJson(const SlamRun& run) {
   nlohmann::json all = nlohmann::json::array();
-  for (const LoopEvent& event : events) {
+  const auto add_stamp = [&run](const char* key, KeyFrameId id, nlohmann::json* json) {
+    const auto stamp = run.keyframe_stamps.find(id);
+    if (stamp != run.keyframe_stamps.end()) (*json)[key] = FormatStamp(stamp->second);
+  };
+  for (const LoopEvent& event : run.loop_events) {
     nlohmann::json json = {{"keyframe", event.edge.keyframe.value()},
                            {"match", event.edge.match.value()},
                            {"result", !event.accepted ? "refused"
                                       : event.merged  ? "merged"
                                                       : "closed"}};
+    add_stamp("keyframe_stamp", event.edge.keyframe, &json);
+    add_stamp("match_stamp", event.edge.match, &json);
     if (!event.accepted) json["because"] = event.message;
     all.push_back(std::move(json));
   }
@@ -205,7 +213,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
        {{"closed", run.loops.closed},
         {"refused", run.loops.refused},
         {"merges", run.loops.merges},
-        {"events", ToJson(run.loop_events)},
+        {"events", LoopEventsJson(run)},
         {"fused_points", run.loops.fused_points},
         {"fused_lines", run.loops.fused_lines},
         {"worst_seconds", run.loops.worst_seconds}}},

@@ -3,8 +3,10 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <cmath>
+#include <exception>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,7 @@
 #include "opened_dataset.h"
 #include "output_checks.h"
 #include "progress.h"
+#include "report/html_report.h"
 #include "run_output.h"
 #include "run_report.h"
 #include "slam_arguments.h"
@@ -84,7 +87,7 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments) {
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
              100.0 * Coverage(run));
-  if (const std::string advice = LossAdvice(run); !advice.empty()) {
+  if (const std::string advice = LossAdvice(run.loss_reasons, run.lost.size()); !advice.empty()) {
     fmt::print("lost        {}\n", advice);
   }
   if (run.repeated > 0) fmt::print("repeated    {} colour images\n", run.repeated);
@@ -130,6 +133,20 @@ void RequireMemory(const Dataset& dataset, const PinholeCamera& camera,
         "{:.0f} MB: choose a coarser --resolution or --no-map",
         octree.resolution, megabytes, kLimit));
   }
+}
+
+// report.html, of what is in the folder by now; false where it could not be written.
+bool WritePage(const std::filesystem::path& folder) {
+  try {
+    WriteHtmlReport(folder / kReportPage, std::span(&folder, 1));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "highwall slam: {}\n", OneLine(error.what()));
+    return false;
+  }
+  if (!HasView3d()) {
+    fmt::print(stderr, "highwall slam: warning: report.html has no 3-D view: {}\n", kNoView3d);
+  }
+  return true;
 }
 
 int RunSlamCommand(const SlamArguments& arguments) {
@@ -187,7 +204,8 @@ int RunSlamCommand(const SlamArguments& arguments) {
   for (const std::string& failure : output.failures()) {
     fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));
   }
-  return output.failures().empty() ? kExitOk : kExitFailed;
+  const bool has_page = !arguments.report || WritePage(arguments.out);
+  return output.failures().empty() && has_page ? kExitOk : kExitFailed;
 }
 
 }  // namespace

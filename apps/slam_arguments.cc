@@ -91,6 +91,8 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
   AddMapOptions(command, arguments);
   command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
+  command->add_flag("--report", arguments->report,
+                    "Write report.html too: the run on one page, for any browser");
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
 }
 

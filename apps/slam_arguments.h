@@ -33,6 +33,7 @@ struct SlamArguments {
   bool adjust_all = false;
   bool localize = false;
   bool json = false;
+  bool report = false;
 };
 
 // Adds them to the command; `arguments` must outlive the parsing. Contradictions between them are

@@ -240,7 +240,9 @@ class RunTally {
     }
     if (result.relocalized) ++run_.relocalizations;
     if (!result.open_directions.empty()) ++run_.open_frames;
-    if (result.mapping) ++run_.keyframes_made;
+    if (!result.mapping) return;
+    ++run_.keyframes_made;
+    run_.keyframe_stamps[result.mapping->keyframe] = result.stamp;
   }
 
   // Call once, last. submaps: in the end.

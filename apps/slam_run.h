@@ -122,9 +122,10 @@ struct SlamRun {
   SparseMap sparse;               // in the end
   LoopCounts loops;
   std::vector<LoopEvent> loop_events;
-  std::size_t frames = 0;   // fed
-  std::size_t skipped = 0;  // unusable images
-  std::size_t dropped = 0;  // that came too fast, where live
+  std::map<KeyFrameId, Stamp> keyframe_stamps;  // of all that were made, culled ones included
+  std::size_t frames = 0;                       // fed
+  std::size_t skipped = 0;                      // unusable images
+  std::size_t dropped = 0;                      // that came too fast, where live
   // Frames without a pose in any submap, those before the map began included.
   std::vector<Stamp> lost;
   // Why each, by ToString(LossReason); "dropped": it was in a submap that was dropped.

@@ -92,6 +92,7 @@ TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
                                             "octree_top.png",
                                             "octree.png",
                                             "sparse_map.png",
+                                            "report.html",
                                             "map.hwmap",
                                             "trajectory_run1.txt",
                                             "trajectory_run12_2.txt"};
