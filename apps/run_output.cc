@@ -110,6 +110,8 @@ nlohmann::json DenseJson(const DenseMap& dense, const std::filesystem::path& dir
   json["grid"] = {{"width", dense.grid.width},
                   {"height", dense.grid.height},
                   {"resolution_m", dense.grid.resolution}};
+  const Eigen::Vector3d up_W = dense.R_GW.conjugate() * Eigen::Vector3d::UnitZ();
+  json["up_W"] = {up_W.x(), up_W.y(), up_W.z()};
   if (dense.ground_height) json["grid"]["ground_height_m"] = *dense.ground_height;
   return json;
 }

@@ -119,16 +119,18 @@ std::string Inertial(const nlohmann::json& imu) {
 }
 
 std::string Timing(const nlohmann::json& run) {
-  const auto value = [&](const char* key) {
+  const auto value = [&](const char* key, double sign) {
     const std::string at = std::string("/frame_timing_s/value/") + key;
     const std::string sigma = std::string("/frame_timing_s/sigma/") + key;
-    return fmt::format("{:.1f} ± {:.1f} ms", 1e3 * Number(run, at.c_str()),
+    return fmt::format("{:.1f} ± {:.1f} ms", sign * 1e3 * Number(run, at.c_str()),
                        1e3 * Number(run, sigma.c_str()));
   };
+  const bool early = Number(run, "/frame_timing_s/value/depth_delay") < 0.0;
   return fmt::format(
       "From the first row of an image to the last pass {} in colour and {} in depth; depth is {} "
-      "later than its stamp.",
-      value("colour_readout"), value("depth_readout"), value("depth_delay"));
+      "{} than its stamp.",
+      value("colour_readout", 1.0), value("depth_readout", 1.0),
+      value("depth_delay", early ? -1.0 : 1.0), early ? "earlier" : "later");
 }
 
 std::string Speed(const nlohmann::json& run) {

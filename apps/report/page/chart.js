@@ -11,10 +11,13 @@
     return (value) => low + ((f(value) - a) / (b - a)) * (high - low);
   }
 
+  // Powers of ten, and between few of them their double and fivefold.
   function decades([low, high]) {
-    const values = [];
-    for (let e = Math.ceil(Math.log10(low) - 1e-9); e <= Math.log10(high) + 1e-9; ++e) values.push(Math.pow(10, e));
-    return values;
+    const values = [], steps = high / low < 1e3 ? [1, 2, 5] : [1];
+    for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); ++e) {
+      for (const step of steps) values.push(step * Math.pow(10, e));
+    }
+    return values.filter((v) => v >= low && v <= high);
   }
 
   function widened([low, high], fromZero) {
@@ -26,12 +29,13 @@
   }
 
   // The range that several charts share, so that they can be compared.
-  Highwall.sharedRange = function (lists, { fromZero = true, logarithmic = false } = {}) {
+  Highwall.sharedRange = function (lists, { fromZero = true, logarithmic = false, level } = {}) {
     const range = [Infinity, -Infinity];
     for (const list of lists) extent(logarithmic ? list.filter((v) => v > 0) : list, range);
     if (!logarithmic) return widened(range, fromZero);
     if (!isFinite(range[0])) return [0.1, 10];
-    return [Math.min(range[0], 0.9) / 1.3, Math.max(range[1], 1.1) * 1.3];
+    if (level !== undefined) extent([level], range);
+    return [range[0] / 1.3, range[1] * 1.3];
   };
 
   // A path that is interrupted where there is no value, and where time leaps.

@@ -49,9 +49,9 @@
     };
     const tiles = [
       ["APE, RMSE", value("errors/ape/rmse", 1e3), "mm"], ["RPE over 1 s", value("errors/rpe/rmse", 1e3), "mm"],
-      ["frames with a pose", value("run/coverage", 100, 4), "%"], ["keyframes", value("run/keyframes"), ""],
+      ["coverage", value("run/coverage", 100, 4), "%"], ["keyframes", value("run/keyframes"), ""],
       ["points", value("run/landmarks/points"), ""], ["lines", value("run/landmarks/lines"), ""],
-      ["loops closed", value("run/loops/closed"), ""], ["a frame, median", value("run/milliseconds/frame/median"), "ms"],
+      ["loops closed", value("run/loops/closed"), ""], ["frame time", value("run/milliseconds/frame/median"), "ms"],
       ["memory", value("run/peak_memory_mib"), "MiB"],
     ];
     return html("dl", { class: "tiles" }, tiles.filter(([, v]) => v !== null).map(([name, v, unit]) =>

@@ -53,6 +53,19 @@ const Highwall = {};
     return bytes.buffer;
   };
 
+  // What turns positions so that `up` (a unit vector) points along z, by the shortest way: how a map
+  // lies, where the camera did not begin level.
+  Highwall.levelling = function (up) {
+    if (!up || up[2] < -0.9) return { quaternion: [0, 0, 0, 1], apply: (p) => p };
+    const [x, y, w] = [up[1], -up[0], 1 + up[2]], length = Math.hypot(x, y, w);
+    const [a, b, c] = [x / length, y / length, w / length];
+    const apply = ([px, py, pz]) => {
+      const t = [2 * b * pz, -2 * a * pz, 2 * (a * py - b * px)];
+      return [px + c * t[0] + b * t[2], py + c * t[1] - a * t[2], pz + c * t[2] + a * t[1] - b * t[0]];
+    };
+    return { quaternion: [a, b, 0, c], apply };
+  };
+
   // Smallest and largest of what is a number.
   Highwall.extent = function (values, range = [Infinity, -Infinity]) {
     for (const value of values) {

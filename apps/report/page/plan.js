@@ -91,15 +91,15 @@
     plot.append(svg("circle", { class: "node", cx: map.x(first[options.axes[0]]), cy: map.y(first[options.axes[1]]), r: 4.5 }),
       svg("text", { class: "label", x: map.x(first[options.axes[0]]) + 8, y: map.y(first[options.axes[1]]) - 7 }, "start"));
     return html("figure", {}, html("figcaption", {}, options.title),
-      options.truth ? Highwall.legend([{ name: "ground truth", style: "truth" }, { name: "estimate, coloured by " + options.label, style: "s0" }]) : null,
+      options.truth ? Highwall.legend([{ name: "ground truth", style: "truth" }, { name: "estimate, coloured by " + options.label, style: "scale" }]) : null,
       plot);
   };
 
   // Keyframes, whom they share landmarks with, and loops. options: title, axes, extentOf, graph,
-  // loops.
+  // loops, level (turns positions).
   Highwall.graphPlan = function (options) {
     const box = { left: kLeft, top: kTop, width: kWidth - kLeft - 14, height: kHeight - kTop - kBottom };
-    const places = options.graph.keyframes.map((k) => k.position);
+    const places = options.graph.keyframes.map((k) => options.level(k.position));
     const map = projection(options.extentOf, options.axes, box);
     const edge = (a, b) => `M${map.at(a)}L${map.at(b)}`;
     const closed = options.loops.filter((l) => l.result !== "refused"), refused = options.loops.filter((l) => l.result === "refused");
@@ -109,7 +109,7 @@
     plot.append(svg("path", { class: "shared", d: options.graph.covisible.map(([a, b]) => edge(places[a], places[b])).join("") }));
     for (const [loops, style] of [[refused, "refused"], [closed, "loop"]]) {
       const drawn = loops.filter((l) => l.from && l.to);
-      plot.append(svg("path", { class: style, d: drawn.map((l) => edge(l.from, l.to)).join("") }));
+      plot.append(svg("path", { class: style, d: drawn.map((l) => edge(options.level(l.from), options.level(l.to))).join("") }));
     }
     for (const place of places) plot.append(svg("circle", { class: "node", cx: map.x(place[options.axes[0]]), cy: map.y(place[options.axes[1]]), r: 2.6 }));
     const legend = [{ name: "keyframe", style: "node" }, { name: "shares landmarks", style: "shared" }];

@@ -13,11 +13,13 @@
       runs.length > 1 ? html("h3", {}, runs[i].name) : null, d || html("p", { class: "missing" }, "This run has none."))));
   }
   const pair = (runs, ...figures) => html("div", { class: runs.length > 1 ? "" : "pair" }, figures);
-  function add(id, title, note, draw) { kSections.push({ id, title, note, draw }); }
+  const kShort = { map3d: "Map", errors: "Errors", features: "Features", losses: "Losses", maps: "Maps", graph: "Keyframes", sensors: "Sensors", options: "Options" };
+  function add(id, title, note, draw) { kSections.push({ id, title, note, draw, short: kShort[id] || title }); }
 
   // What several runs are drawn in, so that they can be compared.
   const timeRange = (runs) => [0, Math.max(...runs.map((run) => run.path.t[run.path.t.length - 1]), ...runs.map((run) => (run.lost.length ? run.lost[run.lost.length - 1].t : 0)))];
-  const positionsOf = (runs) => runs.flatMap((run) => run.path.position.concat(run.errors ? run.errors.truth.position : []));
+  const levelled = (run, positions) => positions.map(run.level.apply);
+  const positionsOf = (runs) => runs.flatMap((run) => levelled(run, run.path.position.concat(run.errors ? run.errors.truth.position : [])));
 
   // Neighbouring frames that were lost, as stretches of time.
   function lostBands(run) {
@@ -43,7 +45,7 @@
   add("map3d", "The map", "Drag to turn, scroll to zoom, right button to move. Keys, once the view is chosen: arrows turn, + and − zoom, W A S D move, Home shows all of it.",
     (runs) => (Highwall.view = Highwall.view3d(runs)).element);
 
-  add("trajectory", "Trajectory", "In the world of the run, at one scale; the ground truth is laid on it by a rigid alignment.", (runs) => {
+  add("trajectory", "Trajectory", "In metres from where the run began, at one scale, levelled where the map tells what is level; the ground truth is laid on it by a rigid alignment.", (runs) => {
     const all = positionsOf(runs), views = Highwall.viewsOf(all);
     const worst = Math.max(...runs.map((run) => (run.errors ? run.errors.ape.max : 0)));
     return perRun(runs, (run) => {
@@ -51,8 +53,8 @@
         ? { values: run.path.error, range: [0, Math.max(1e3 * worst, 1e-3)], colour: Highwall.viridis, label: "error [mm]" }
         : { values: run.path.t, range: timeRange(runs), colour: Highwall.cividis, label: "time [s]" };
       if (run.errors) common.values = run.path.error.map((e) => (e === null ? null : 1e3 * e));
-      const plan = (title, axes) => Highwall.pathPlan({ title, axes, extentOf: all, path: run.path.position,
-        truth: run.errors && run.errors.truth.position, ...common });
+      const plan = (title, axes) => Highwall.pathPlan({ title, axes, extentOf: all, path: levelled(run, run.path.position),
+        truth: run.errors && levelled(run, run.errors.truth.position), ...common });
       return pair(runs, plan("From above", views.top), plan("From the side", views.side));
     });
   });
@@ -101,7 +103,7 @@
 
   add("graph", "Keyframes and loops", "Keyframes from above, with those that they share most landmarks with, and places that were recognized: closed, or refused after a check.", (runs) => perRun(runs, (run) => {
     if (!run.graph.keyframes) return null;
-    const plan = Highwall.graphPlan({ title: "Keyframe graph", axes: [0, 1], extentOf: run.path.position, graph: run.graph, loops: run.loops });
+    const plan = Highwall.graphPlan({ title: "Keyframe graph", axes: [0, 1], extentOf: levelled(run, run.path.position), graph: run.graph, loops: run.loops, level: run.level.apply });
     const rows = run.loops.slice(0, 200).map((l, i) => [String(i + 1), l.result, number(l.t), number(l.t_match), l.because || ""]);
     const list = rows.length ? table(`Places that were recognized: ${run.loops.length}`, ["", "result", "seen at [s]", "known since [s]", "because"], rows)
       : html("p", {}, "No place was recognized that the map did not know to be near.");
@@ -127,7 +129,7 @@
     const xRange = timeRange(runs);
     const shared = (pick, options) => sharedRange(known.flatMap(pick), options);
     const weights = shared((run) => [run.imu.weight], { fromZero: true });
-    const innovations = shared((run) => [run.imu.innovation_per_dof], { logarithmic: true });
+    const innovations = shared((run) => [run.imu.innovation_per_dof], { logarithmic: true, level: 1 });
     const axes = (states, key) => [0, 1, 2].map((k) => ({ name: "xyz"[k], x: states.t, y: states[key].map((b) => b[k]), style: ["s0", "s1 dash1", "s2 dash2"][k] }));
     return perRun(runs, (run) => {
       if (!run.imu) return null;

@@ -19,9 +19,9 @@
   // Until revision 113 a number, true from then on.
   const kVertexColours = () => THREE.VertexColors || true;
 
-  function heightColours(position) {
+  function heightColours(position, level) {
     const heights = [];
-    for (let i = 2; i < position.length; i += 3) heights.push(position[i]);
+    for (let i = 0; i < position.length; i += 3) heights.push(level.apply(position.subarray(i, i + 3))[2]);
     const sorted = Float32Array.from(heights).sort();
     const low = sorted[Math.floor(0.02 * (sorted.length - 1))], high = sorted[Math.ceil(0.98 * (sorted.length - 1))];
     const colours = new Uint8Array(position.length);
@@ -29,18 +29,18 @@
     return colours;
   }
 
-  function cloud(data) {
+  function cloud(data, level) {
     const position = vectors(new Uint16Array(bytes(data.positions)), data.low, data.step);
     const own = new Uint8Array(bytes(data.colours));
     const points = new THREE.Points(geometry(position, own),
       new THREE.PointsMaterial({ size: 2, sizeAttenuation: false, vertexColors: kVertexColours() }));
-    points.userData = { own, byHeight: null, position };
+    points.userData = { own, byHeight: null, position, level };
     return points;
   }
 
   function colourCloud(points, byHeight) {
     const data = points.userData;
-    if (byHeight && !data.byHeight) data.byHeight = heightColours(data.position);
+    if (byHeight && !data.byHeight) data.byHeight = heightColours(data.position, data.level);
     points.geometry.setAttribute("color", new THREE.BufferAttribute(byHeight ? data.byHeight : data.own, 3, true));
   }
 
@@ -55,20 +55,20 @@
   ];
 
   // Only faces that no other cell hides.
-  function octree(data) {
+  function octree(data, level) {
     const cells = new Uint16Array(bytes(data.cells)), taken = new Set();
     const key = (x, y, z) => (x * 65536 + y) * 65536 + z;
     const heights = [];
     for (let i = 0; i < cells.length; i += 3) {
       taken.add(key(cells[i], cells[i + 1], cells[i + 2]));
-      heights.push(cells[i + 2]);
+      heights.push(level.apply([cells[i], cells[i + 1], cells[i + 2]])[2]);
     }
     heights.sort((a, b) => a - b);
     const low = heights[Math.floor(0.02 * (heights.length - 1))], high = heights[Math.ceil(0.98 * (heights.length - 1))];
     const position = [], colour = [], index = [], half = data.size * 0.5;
     for (let i = 0; i < cells.length; i += 3) {
       const cell = [cells[i], cells[i + 1], cells[i + 2]];
-      const base = Highwall.viridis((cell[2] - low) / Math.max(high - low, 1));
+      const base = Highwall.viridis((level.apply(cell)[2] - low) / Math.max(high - low, 1));
       for (const face of kFaces) {
         if (taken.has(key(cell[0] + face.n[0], cell[1] + face.n[1], cell[2] + face.n[2]))) continue;
         const at = position.length / 3;
@@ -115,14 +115,13 @@
 
   // All but the outermost points of the cloud, with the path.
   function extentOf(run, layers) {
-    const box = spread(run.path.position);
+    const box = spread(run.path.position.map(run.level.apply));
     if (!layers.cloud) return box;
-    const p = layers.cloud.object.userData.position;
+    const all = layers.cloud.object.userData.position, some = [];
+    const stride = 3 * Math.max(1, Math.floor(all.length / 60000));
+    for (let i = 0; i < all.length; i += stride) some.push(run.level.apply(all.subarray(i, i + 3)));
     for (let k = 0; k < 3; ++k) {
-      const values = [];
-      for (let i = k; i < p.length; i += 3 * Math.max(1, Math.floor(p.length / 60000))) values.push(p[i]);
-      values.sort((a, b) => a - b);
-      const axis = "xyz"[k];
+      const values = some.map((p) => p[k]).sort((a, b) => a - b), axis = "xyz"[k];
       box.min[axis] = Math.min(box.min[axis], values[Math.floor(0.02 * values.length)]);
       box.max[axis] = Math.max(box.max[axis], values[Math.floor(0.98 * (values.length - 1))]);
     }
@@ -133,8 +132,8 @@
     const layers = {};
     const length = Math.max(0.03, 0.05 * spread(run.path.position).getSize(new THREE.Vector3()).length());
     const add = (name, label, shown, make) => { layers[name] = { label, shown, make, object: null }; };
-    if (run.scene.cloud) add("cloud", "cloud", true, () => cloud(run.scene.cloud));
-    if (run.scene.octree) add("octree", "octree", !run.scene.cloud, () => octree(run.scene.octree));
+    if (run.scene.cloud) add("cloud", "cloud", true, () => cloud(run.scene.cloud, run.level));
+    if (run.scene.octree) add("octree", "octree", !run.scene.cloud, () => octree(run.scene.octree, run.level));
     if (run.graph.lines) add("lines", "lines", true, () => lineSegments(new Float32Array(bytes(run.graph.lines)), 0xf0a030));
     if (run.graph.keyframes) add("keyframes", "keyframes", true, () => frusta(run.graph.keyframes, length));
     add("path", "path", true, () => strip(run.path.position, 0xff6f91));
@@ -161,6 +160,9 @@
     }
     show(run) {
       this.scene = new THREE.Scene();
+      this.world = new THREE.Group();
+      this.world.quaternion.set(...run.level.quaternion);
+      this.scene.add(this.world);
       this.layers = layersOf(run);
       for (const name of Object.keys(this.layers)) if (this.layers[name].shown) this.toggle(name, true);
       this.box = extentOf(run, this.layers);
@@ -169,7 +171,7 @@
     toggle(name, shown) {
       const layer = this.layers[name];
       layer.shown = shown;
-      if (shown && !layer.object) this.scene.add((layer.object = layer.make()));
+      if (shown && !layer.object) this.world.add((layer.object = layer.make()));
       if (layer.object) layer.object.visible = shown;
       this.draw();
     }
@@ -177,7 +179,7 @@
       const centre = this.box.getCenter(new THREE.Vector3()), size = Math.max(this.box.getSize(new THREE.Vector3()).length(), 0.5);
       const direction = { top: [0, -1e-3, 1], front: [0, -1, 0.02], side: [-1, 0, 0.02], oblique: [-0.75, -0.55, 0.62] }[from];
       this.controls.target.copy(centre);
-      this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...direction).normalize(), 0.85 * size);
+      this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...direction).normalize(), 0.75 * size);
       this.camera.near = 0.002 * size;
       this.camera.far = 20 * size;
       this.controls.maxDistance = 8 * size;
@@ -275,7 +277,7 @@
       if (view.layers.cloud && view.layers.cloud.object) colourCloud(view.layers.cloud.object, byHeight.checked);
       view.draw();
     });
-    const size = html("input", { type: "range", min: 1, max: 6, step: 0.5, value: 2, style: "width:6rem" });
+    const size = html("input", { type: "range", min: 1, max: 6, step: 0.5, value: 2, style: "width:5rem" });
     size.addEventListener("input", () => {
       if (view.layers.cloud && view.layers.cloud.object) view.layers.cloud.object.material.size = +size.value;
       view.draw();
@@ -283,8 +285,8 @@
     const choose = html("select", { "aria-label": "Run that is shown" }, runs.map((run, i) => html("option", { value: i }, run.name)));
     choose.addEventListener("change", () => { view.show(runs[+choose.value]); byHeight.checked = false; refresh(); });
     refresh();
-    return html("div", { class: "bar" }, runs.length > 1 ? choose : null, buttons, layers, html("span", { class: "gap" }),
-      html("label", {}, byHeight, "cloud by height"), html("label", {}, "points ", size));
+    return html("div", { class: "bar" }, runs.length > 1 ? choose : null, buttons, layers,
+      html("label", {}, byHeight, "by height"), html("label", {}, "points ", size));
   }
 
   function webgl() {
