@@ -104,7 +104,8 @@
   add("graph", "Keyframes and loops", "Keyframes from above, with those that they share most landmarks with, and places that were recognized: closed, or refused after a check.", (runs) => perRun(runs, (run) => {
     if (!run.graph.keyframes) return null;
     const plan = Highwall.graphPlan({ title: "Keyframe graph", axes: [0, 1], extentOf: levelled(run, run.path.position), graph: run.graph, loops: run.loops, level: run.level.apply });
-    const rows = run.loops.slice(0, 200).map((l, i) => [String(i + 1), l.result, number(l.t), number(l.t_match), l.because || ""]);
+    const seconds = (t) => (t === null ? "–" : t.toFixed(1));
+    const rows = run.loops.slice(0, 200).map((l, i) => [String(i + 1), l.result, seconds(l.t), seconds(l.t_match), l.because || ""]);
     const list = rows.length ? table(`Places that were recognized: ${run.loops.length}`, ["", "result", "seen at [s]", "known since [s]", "because"], rows)
       : html("p", {}, "No place was recognized that the map did not know to be near.");
     return pair(runs, plan, html("div", {}, list));

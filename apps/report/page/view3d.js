@@ -128,9 +128,17 @@
     return box;
   }
 
+  // [m] Small enough to tell keyframes apart.
+  function frustumLength(run) {
+    const places = (run.graph.keyframes || []).map((k) => new THREE.Vector3(...k.position));
+    const steps = places.slice(1).map((p, i) => p.distanceTo(places[i])).sort((a, b) => a - b);
+    const wanted = 0.05 * spread(run.path.position).getSize(new THREE.Vector3()).length();
+    return Math.max(0.03, Math.min(wanted, 2 * (steps[steps.length >> 1] || wanted)));
+  }
+
   function layersOf(run) {
     const layers = {};
-    const length = Math.max(0.03, 0.05 * spread(run.path.position).getSize(new THREE.Vector3()).length());
+    const length = frustumLength(run);
     const add = (name, label, shown, make) => { layers[name] = { label, shown, make, object: null }; };
     if (run.scene.cloud) add("cloud", "cloud", true, () => cloud(run.scene.cloud, run.level));
     if (run.scene.octree) add("octree", "octree", !run.scene.cloud, () => octree(run.scene.octree, run.level));
@@ -156,7 +164,7 @@
       this.controls.enableKeys = false;
       this.controls.addEventListener("change", () => this.draw());
       this.waiting = false;
-      new ResizeObserver(() => this.resize()).observe(canvas);
+      new ResizeObserver(() => this.fit() && this.render()).observe(canvas);
     }
     show(run) {
       this.scene = new THREE.Scene();
@@ -179,11 +187,11 @@
       const centre = this.box.getCenter(new THREE.Vector3()), size = Math.max(this.box.getSize(new THREE.Vector3()).length(), 0.5);
       const direction = { top: [0, -1e-3, 1], front: [0, -1, 0.02], side: [-1, 0, 0.02], oblique: [-0.75, -0.55, 0.62] }[from];
       this.controls.target.copy(centre);
-      this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...direction).normalize(), 0.75 * size);
+      this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...direction).normalize(), 0.95 * size);
       this.camera.near = 0.002 * size;
       this.camera.far = 20 * size;
       this.controls.maxDistance = 8 * size;
-      this.resize();
+      this.fit();
       this.controls.update();
       this.draw();
     }
@@ -206,13 +214,14 @@
       this.controls.update();
       this.draw();
     }
-    resize() {
-      const { clientWidth, clientHeight } = this.canvas;
-      if (!clientWidth || !clientHeight) return;
+    fit() {
+      const { clientWidth, clientHeight } = this.canvas, size = `${clientWidth} ${clientHeight}`;
+      if (!clientWidth || !clientHeight || size === this.size) return false;
+      this.size = size;
       this.camera.aspect = clientWidth / clientHeight;
       this.camera.updateProjectionMatrix();
       this.renderer.setSize(clientWidth, clientHeight, false);
-      this.render();
+      return true;
     }
     draw() {
       if (this.waiting) return;
