@@ -10,6 +10,7 @@
 
 #include "plot_axes.h"
 #include "svg.h"
+#include "trajectory_drawing.h"
 
 namespace highwall::apps {
 namespace {
@@ -29,13 +30,18 @@ const SvgStroke kLeftStroke{.color = "#e08a1e", .width = 1.2};
 const SvgStroke kMeanStroke{.color = "#1b7f5c", .width = 1.6, .dashes = "7 4"};
 const SvgStroke kRmseStroke{.color = "#c8352b", .width = 1.6, .dashes = "2 3"};
 
-// From blue (0) through teal and amber to red (1).
+// Viridis (Smith and van der Walt, 2015): read alike with every kind of colour vision.
 std::string Color(double share) {
-  constexpr std::array<std::array<double, 3>, 5> kStops = {{{38.0, 70.0, 150.0},
-                                                            {30.0, 145.0, 170.0},
-                                                            {120.0, 185.0, 90.0},
-                                                            {240.0, 170.0, 50.0},
-                                                            {205.0, 35.0, 40.0}}};
+  constexpr std::array<std::array<double, 3>, 10> kStops = {{{68.0, 1.0, 84.0},
+                                                             {72.0, 40.0, 120.0},
+                                                             {62.0, 74.0, 137.0},
+                                                             {49.0, 104.0, 142.0},
+                                                             {38.0, 130.0, 142.0},
+                                                             {31.0, 158.0, 137.0},
+                                                             {53.0, 183.0, 121.0},
+                                                             {110.0, 206.0, 88.0},
+                                                             {181.0, 222.0, 43.0},
+                                                             {253.0, 231.0, 37.0}}};
   const double at = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
   const std::size_t i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
   std::array<int, 3> rgb;
@@ -50,69 +56,11 @@ std::string ErrorLabel(const ErrorPlotText& text) {
   return text.unit.empty() ? text.quantity : fmt::format("{} [{}]", text.quantity, text.unit);
 }
 
-// A range to draw: not empty, with a margin on either side.
-PlotRange WithMargin(PlotRange range) {
-  if (range.Width() < 1e-9) range.Widen(1.0);
-  range.Widen(1.08 * range.Width());
-  return range;
-}
-
 // The range of the colours; all errors may be equal.
 PlotRange ErrorRange(const ErrorStatistics& statistics) {
   PlotRange range{statistics.min, statistics.max};
   if (range.Width() <= 1e-12 * statistics.max) range.max = range.min + 1.0;
   return range;
-}
-
-// The two axes along which both trajectories extend most, in alphabetical order.
-class MapProjection {
- public:
-  MapProjection(const Trajectory& reference, const Trajectory& estimate) {
-    for (const Trajectory* trajectory : {&reference, &estimate}) {
-      for (const StampedPose& stamped : *trajectory) {
-        for (std::size_t c = 0; c < 3; ++c) ranges_[c].Include(stamped.pose.data()[c]);
-      }
-    }
-    std::size_t thin = 2;
-    for (std::size_t c = 2; c-- > 0;) {
-      if (ranges_[c].Width() < ranges_[thin].Width()) thin = c;
-    }
-    horizontal_ = thin == 0 ? 1 : 0;
-    vertical_ = thin == 2 ? 1 : 2;
-  }
-
-  PlotAxes MakeAxes() const {
-    return PlotAxes::WithEqualScale(kMapBox, WithMargin(ranges_[horizontal_]),
-                                    WithMargin(ranges_[vertical_]));
-  }
-  SvgPoint Map(const PlotAxes& axes, const Pose& pose) const {
-    return axes.Map(pose.data()[horizontal_], pose.data()[vertical_]);
-  }
-  std::string HorizontalLabel() const { return fmt::format("{} [m]", "xyz"[horizontal_]); }
-  std::string VerticalLabel() const { return fmt::format("{} [m]", "xyz"[vertical_]); }
-
- private:
-  std::array<PlotRange, 3> ranges_;
-  std::size_t horizontal_ = 0;
-  std::size_t vertical_ = 1;
-};
-
-// A line through the points, or a dot where there is only one.
-void DrawPiece(const std::vector<SvgPoint>& points, const SvgStroke& stroke, Svg* svg) {
-  if (points.size() == 1) svg->Circle(points.front(), stroke.width, stroke.color);
-  if (points.size() > 1) svg->Polyline(points, stroke);
-}
-
-void DrawReference(const MapProjection& projection, const PlotAxes& axes,
-                   const Trajectory& reference, Stamp max_gap, Svg* svg) {
-  std::vector<SvgPoint> piece;
-  for (std::size_t i = 0; i < reference.size(); ++i) {
-    if (i > 0 && reference[i].stamp - reference[i - 1].stamp > max_gap) {
-      DrawPiece(std::exchange(piece, {}), kReferenceStroke, svg);
-    }
-    piece.push_back(projection.Map(axes, reference[i].pose));
-  }
-  DrawPiece(piece, kReferenceStroke, svg);
 }
 
 // For each matched pose the error that it takes part in: its own, or that of the pair that ends
@@ -173,23 +121,19 @@ void DrawColorBar(const ErrorPlotText& text, const ErrorStatistics& statistics, 
             {.size = 13.0, .anchor = SvgAnchor::kMiddle, .rotation = -90.0});
 }
 
-// A sample of the stroke and its meaning; returns where the next entry begins.
-double DrawLegend(double left, const std::string& label, const SvgStroke& stroke, Svg* svg) {
-  svg->Line({left, kLegendHeight - 4.0}, {left + 28.0, kLegendHeight - 4.0}, stroke);
-  svg->Text({left + 34.0, kLegendHeight}, label, {});
-  return left + 58.0 + 6.6 * static_cast<double>(label.size());
-}
-
 void DrawMap(const ErrorPlotText& text, const Trajectory& reference, const TrajectoryError& result,
              Svg* svg) {
-  const MapProjection projection(reference, result.estimate);
-  const PlotAxes axes = projection.MakeAxes();
+  const std::array both = {&reference, &result.estimate};
+  const MapProjection projection(both);
+  const PlotAxes axes = projection.MakeAxes(kMapBox);
   axes.Draw(projection.HorizontalLabel(), projection.VerticalLabel(), svg);
-  DrawReference(projection, axes, reference, result.max_gap, svg);
+  DrawTrajectory(projection, axes, reference, result.max_gap, kReferenceStroke, svg);
   DrawEstimate(projection, axes, result, svg);
   DrawColorBar(text, result.statistics, svg);
-  const double next = DrawLegend(kMapBox.left, "reference", kReferenceStroke, svg);
-  DrawLegend(next, "estimate, coloured by error", {.color = Color(0.25), .width = 2.4}, svg);
+  const double next =
+      DrawLegendEntry({kMapBox.left, kLegendHeight}, "reference", kReferenceStroke, svg);
+  DrawLegendEntry({next, kLegendHeight}, "estimate, coloured by error",
+                  {.color = Color(0.25), .width = 2.4}, svg);
 }
 
 // values: one an error of the result; not a number where there is none.
@@ -221,11 +165,13 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
   const auto draw_level = [&](double left, const char* name, double value,
                               const SvgStroke& stroke) {
     svg->Line(axes.Map(time.min, value), axes.Map(time.max, value), stroke);
-    return DrawLegend(left, fmt::format("{} {:.4g} {}", name, value, text.unit), stroke, svg);
+    return DrawLegendEntry({left, kLegendHeight},
+                           fmt::format("{} {:.4g} {}", name, value, text.unit), stroke, svg);
   };
   const double next = draw_level(kErrorBox.left, "mean", s.mean, kMeanStroke);
   const double last = draw_level(next, "rmse", s.rmse, kRmseStroke);
-  if (!text.left.empty()) DrawLegend(last, "without shift, scale, lever arm", kLeftStroke, svg);
+  if (!text.left.empty())
+    DrawLegendEntry({last, kLegendHeight}, "without shift, scale, lever arm", kLeftStroke, svg);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// highwall eval: the error of an estimated trajectory against a reference.
+// highwall eval: the errors of estimated trajectories against a reference.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -19,8 +20,12 @@
 
 #include "commands.h"
 #include "error_plot.h"
+#include "eval_output.h"
+#include "evo_result.h"
 #include "explanation_report.h"
 #include "option_checks.h"
+#include "overlay_plot.h"
+#include "trajectory_file.h"
 
 namespace highwall::apps {
 namespace {
@@ -28,7 +33,7 @@ namespace {
 struct EvalArguments {
   std::string metric;
   std::filesystem::path reference;
-  std::filesystem::path estimate;
+  std::vector<std::filesystem::path> estimates;
   std::string alignment;  // empty: se3 for ape, none for rpe
   std::string relation = "trans_part";
   double t_max_diff = 0.02;  // [s]
@@ -36,8 +41,9 @@ struct EvalArguments {
   std::string delta_unit = "f";
   bool all_pairs = false;
   bool json = false;
+  bool csv = false;
   bool explain = false;
-  std::optional<std::filesystem::path> plot;
+  std::optional<std::filesystem::path> plot, evo_results;
 };
 
 struct Quantity {
@@ -59,14 +65,29 @@ TrajectoryAlignment FindAlignment(const std::string& name) {
       {"none", TrajectoryAlignment::kNone},
       {"se3", TrajectoryAlignment::kSe3},
       {"sim3", TrajectoryAlignment::kSim3},
+      {"scale", TrajectoryAlignment::kScale},
       {"origin", TrajectoryAlignment::kOrigin}};
   return alignments.at(name);
 }
 
-Trajectory ReadPoses(const std::filesystem::path& path) {
-  Trajectory trajectory = ReadTumTrajectory(path);
-  if (trajectory.empty()) throw IoError(path, "holds no pose");
-  return trajectory;
+TrajectoryFile ReadPoses(const std::filesystem::path& path) {
+  TrajectoryFile file = ReadTrajectoryFile(path);
+  if (file.poses.empty()) throw IoError(path, "holds no pose");
+  return file;
+}
+
+// Poses without stamps are matched by their place in the file: there must be as many in both.
+void RequireSameClock(const TrajectoryFile& reference, const std::filesystem::path& path,
+                      const TrajectoryFile& estimate) {
+  const bool kitti = reference.format == TrajectoryFormat::kKitti;
+  if (kitti != (estimate.format == TrajectoryFormat::kKitti)) {
+    throw IoError(path, fmt::format("is in the format {}, the reference in {}: one has no stamps",
+                                    ToString(estimate.format), ToString(reference.format)));
+  }
+  if (kitti && estimate.poses.size() != reference.poses.size()) {
+    throw IoError(path, fmt::format("holds {} poses without stamps, the reference {}",
+                                    estimate.poses.size(), reference.poses.size()));
+  }
 }
 
 TrajectoryError Evaluate(const EvalArguments& arguments, const Trajectory& reference,
@@ -103,61 +124,146 @@ std::string Describe(const EvalArguments& arguments) {
   return text + ", alignment " + arguments.alignment;
 }
 
-void PrintJson(const TrajectoryError& result, const std::optional<ErrorExplanation>& explanation) {
-  const ErrorStatistics& s = result.statistics;
-  nlohmann::ordered_json json = {{"stats",
-                                  {{"max", s.max},
-                                   {"mean", s.mean},
-                                   {"median", s.median},
-                                   {"min", s.min},
-                                   {"rmse", s.rmse},
-                                   {"sse", s.sse},
-                                   {"std", s.std}}},
-                                 {"associated", result.estimate.size()},
-                                 {"coverage", result.coverage},
-                                 {"scale", result.scale}};
-  if (explanation) json["explanation"] = ToJson(*explanation);
-  fmt::print("{}\n", json.dump());
+// The same with evo, where its command line knows both formats; empty where it does not.
+std::string EvoCommand(const EvalArguments& arguments, TrajectoryFormat reference,
+                       TrajectoryFormat estimate) {
+  const bool same = reference == estimate ||
+                    (reference == TrajectoryFormat::kEuroc && estimate == TrajectoryFormat::kTum);
+  if (!same || reference == TrajectoryFormat::kRos || arguments.estimates.size() > 1) return "";
+  static const std::map<std::string, std::string> alignments = {{"none", ""},
+                                                                {"se3", " -a"},
+                                                                {"sim3", " -as"},
+                                                                {"scale", " -s"},
+                                                                {"origin", " --align_origin"}};
+  std::string command =
+      fmt::format("evo_{} {} {} {} -r {}{}", arguments.metric, ToString(reference),
+                  arguments.reference.string(), arguments.estimates.front().string(),
+                  arguments.relation, alignments.at(arguments.alignment));
+  if (reference != TrajectoryFormat::kKitti) {
+    command += fmt::format(" --t_max_diff {}", arguments.t_max_diff);
+  }
+  if (arguments.metric == "rpe") {
+    command += fmt::format(" -d {} -u {}{}", arguments.delta, arguments.delta_unit,
+                           arguments.all_pairs ? " --all_pairs" : "");
+  }
+  return command;
 }
 
-void PrintTable(const EvalArguments& arguments, const TrajectoryError& result,
-                std::size_t reference_poses, std::size_t estimate_poses) {
+void PrintTable(const EvalArguments& arguments, const TrajectoryFile& reference,
+                const TrajectoryFile& estimate, const TrajectoryError& result) {
   const ErrorStatistics& s = result.statistics;
   fmt::print("{}\n", Describe(arguments));
-  fmt::print("  reference  {:>6} poses  {}\n", reference_poses, arguments.reference.string());
-  fmt::print("  estimate   {:>6} poses  {}\n", estimate_poses, arguments.estimate.string());
-  fmt::print("  matched    {:>6} poses  coverage {:.1f} %, scale {:.6f}\n\n",
-             result.estimate.size(), 100.0 * result.coverage, result.scale);
-  fmt::print("  {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>14}\n", "rmse", "mean", "median",
+  fmt::print("  reference  {:>6} poses  {}\n", reference.poses.size(),
+             arguments.reference.string());
+  fmt::print("  estimate   {:>6} poses  {}\n", estimate.poses.size(),
+             arguments.estimates.front().string());
+  fmt::print("  matched    {:>6} poses  coverage {:.1f} %, scale {:.6f}\n", result.estimate.size(),
+             100.0 * result.coverage, result.scale);
+  if (const std::string evo = EvoCommand(arguments, reference.format, estimate.format);
+      !evo.empty()) {
+    fmt::print("  the same by evo  {}\n", evo);
+  }
+  fmt::print("\n  {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>14}\n", "rmse", "mean", "median",
              "std", "min", "max", "sse");
   fmt::print("  {:12.6f} {:12.6f} {:12.6f} {:12.6f} {:12.6f} {:12.6f} {:14.6f}\n", s.rmse, s.mean,
              s.median, s.std, s.min, s.max, s.sse);
 }
 
-int RunEval(const EvalArguments& arguments) {
-  const Trajectory reference = ReadPoses(arguments.reference);
-  const Trajectory estimate = ReadPoses(arguments.estimate);
-  const TrajectoryError result = Evaluate(arguments, reference, estimate);
-  if (!std::isfinite(result.statistics.sse)) {
-    throw IoError(arguments.estimate, "holds positions too large to be compared");
-  }
-  std::optional<ErrorExplanation> explanation;
-  if (arguments.explain) explanation = ExplainError(reference, result);
-  if (arguments.plot) {
-    const Quantity& quantity = FindQuantity(arguments.relation);
+void Plot(const EvalArguments& arguments, const Trajectory& reference,
+          const std::vector<NamedError>& errors,
+          const std::optional<ErrorExplanation>& explanation) {
+  const Quantity& quantity = FindQuantity(arguments.relation);
+  const std::string against = " against " + arguments.reference.filename().string();
+  if (errors.size() == 1) {
     WriteErrorPlot(*arguments.plot,
-                   {.title = arguments.estimate.filename().string() + " against " +
-                             arguments.reference.filename().string(),
+                   {.title = arguments.estimates.front().filename().string() + against,
                     .subtitle = Describe(arguments),
                     .quantity = quantity.name,
                     .unit = quantity.unit,
                     .left = explanation ? explanation->left : std::vector<double>()},
-                   reference, result);
+                   reference, errors.front().error);
+    return;
   }
-  if (arguments.json) {
-    PrintJson(result, explanation);
+  const std::string unit = quantity.unit.empty() ? "" : " [" + quantity.unit + "]";
+  WriteOverlayPlot(*arguments.plot,
+                   {.title = fmt::format("{} estimates{}", errors.size(), against),
+                    .subtitle = Describe(arguments),
+                    .quantity = quantity.name + unit},
+                   reference, errors);
+}
+
+// One file, or where there are several estimates a folder with a file of each.
+void WriteEvoResults(const EvalArguments& arguments, const std::vector<NamedError>& errors) {
+  const Quantity& quantity = FindQuantity(arguments.relation);
+  const std::string metric = arguments.metric == "ape" ? "APE" : "RPE";
+  const std::filesystem::path& out = *arguments.evo_results;
+  if (errors.size() > 1) std::filesystem::create_directories(out);
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const std::string name =
+        fmt::format("{}_{}.zip", i + 1, arguments.estimates[i].stem().string());
+    WriteEvoResult(
+        errors.size() > 1 ? out / name : out,
+        {.title = Describe(arguments),
+         .label = fmt::format("{} ({})", metric, quantity.unit.empty() ? "1" : quantity.unit),
+         .reference = arguments.reference.string(),
+         .estimate = errors[i].name},
+        errors[i].error);
+  }
+}
+
+NamedError ErrorOf(const EvalArguments& arguments, const TrajectoryFile& reference,
+                   const std::filesystem::path& path, const TrajectoryFile& estimate) {
+  RequireSameClock(reference, path, estimate);
+  TrajectoryError error;
+  try {
+    error = Evaluate(arguments, reference.poses, estimate.poses);
+  } catch (const InvalidArgument& what) {
+    throw IoError(path, what.what());
+  }
+  if (!std::isfinite(error.statistics.sse)) {
+    throw IoError(path, "holds positions too large to be compared");
+  }
+  return {path.string(), std::move(error)};
+}
+
+void PrintJson(const EvalArguments& arguments, const std::vector<NamedError>& errors,
+               const std::optional<ErrorExplanation>& explanation) {
+  nlohmann::ordered_json json;
+  if (errors.size() == 1) {
+    json = ErrorJson(errors.front().error);
+    if (explanation) json["explanation"] = ToJson(*explanation);
   } else {
-    PrintTable(arguments, result, reference.size(), estimate.size());
+    json["reference"] = arguments.reference.string();
+    for (const NamedError& named : errors) {
+      nlohmann::ordered_json estimate = {{"estimate", named.name}};
+      estimate.update(ErrorJson(named.error));
+      json["estimates"].push_back(std::move(estimate));
+    }
+  }
+  fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+int RunEval(const EvalArguments& arguments) {
+  const TrajectoryFile reference = ReadPoses(arguments.reference);
+  std::vector<TrajectoryFile> estimates;
+  std::vector<NamedError> errors;
+  for (const std::filesystem::path& path : arguments.estimates) {
+    estimates.push_back(ReadPoses(path));
+    errors.push_back(ErrorOf(arguments, reference, path, estimates.back()));
+  }
+  std::optional<ErrorExplanation> explanation;
+  if (arguments.explain) explanation = ExplainError(reference.poses, errors.front().error);
+  if (arguments.plot) Plot(arguments, reference.poses, errors, explanation);
+  if (arguments.evo_results) WriteEvoResults(arguments, errors);
+  if (arguments.json) {
+    PrintJson(arguments, errors, explanation);
+  } else if (arguments.csv) {
+    fmt::print("{}", ErrorsCsv(errors));
+  } else if (errors.size() > 1) {
+    fmt::print("{}\n  reference  {:>6} poses  {}\n\n{}", Describe(arguments),
+               reference.poses.size(), arguments.reference.string(), ErrorsTable(errors));
+  } else {
+    PrintTable(arguments, reference, estimates.front(), errors.front().error);
     if (explanation) fmt::print("{}", ExplanationTable(*explanation));
   }
   return kExitOk;
@@ -171,13 +277,21 @@ void CheckTogether(const CLI::App& command, EvalArguments* arguments) {
       throw CLI::ValidationError(option, "works with rpe only");
     }
   }
-  if (arguments->plot && arguments->plot->extension() != ".svg") {
-    throw CLI::ValidationError("--plot", "writes SVG: the name must end in .svg");
+  const bool several = arguments->estimates.size() > 1;
+  if (arguments->plot && arguments->plot->extension() != ".svg" &&
+      arguments->plot->extension() != ".png") {
+    throw CLI::ValidationError("--plot", "the name must end in .svg or .png");
+  }
+  if (arguments->evo_results && !several && arguments->evo_results->extension() != ".zip") {
+    throw CLI::ValidationError("--evo-results", "the name must end in .zip");
   }
   if (arguments->delta_unit == "f" && arguments->delta != std::floor(arguments->delta)) {
     throw CLI::ValidationError("--delta", "must be a whole number of frames");
   }
   if (arguments->alignment.empty()) arguments->alignment = relative ? "none" : "se3";
+  if (arguments->explain && several) {
+    throw CLI::ValidationError("--explain", "works with one estimate only");
+  }
   if (arguments->explain &&
       (relative || arguments->alignment != "se3" || arguments->relation != "trans_part")) {
     throw CLI::ValidationError("--explain", "works with ape, --align se3 and trans_part only");
@@ -193,13 +307,18 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
   command->add_option("metric", arguments->metric, "ape: absolute, rpe: relative pose error")
       ->required()
       ->check(CLI::IsMember({"ape", "rpe"}));
-  command->add_option("reference", arguments->reference, "TUM file: stamp tx ty tz qx qy qz qw")
+  command
+      ->add_option("reference", arguments->reference,
+                   "Poses in the format of TUM, KITTI or EuRoC, or as ROS prints them")
       ->required();
-  command->add_option("estimate", arguments->estimate, "TUM file of the estimate")->required();
+  command
+      ->add_option("estimate", arguments->estimates,
+                   "One or several estimates in any of these formats")
+      ->required();
   command
       ->add_option("--align", arguments->alignment,
                    "How the estimate is laid on the reference [ape: se3, rpe: none]")
-      ->check(CLI::IsMember({"none", "se3", "sim3", "origin"}));
+      ->check(CLI::IsMember({"none", "se3", "sim3", "scale", "origin"}));
   command->add_option("--relation", arguments->relation, "What is measured")
       ->check(CLI::IsMember({"trans_part", "angle_deg", "full"}))
       ->capture_default_str();
@@ -216,13 +335,21 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
       ->capture_default_str();
   command->add_flag("--all-pairs", arguments->all_pairs,
                     "rpe: a pair from every pose on instead of one after the other");
-  command->add_flag("--json", arguments->json, "One JSON object on standard output");
+  CLI::Option* json =
+      command->add_flag("--json", arguments->json, "One JSON object on standard output");
+  command->add_flag("--csv", arguments->csv, "A row for each estimate on standard output")
+      ->excludes(json);
   command->add_flag("--explain", arguments->explain,
                     "ape: what a shift of the clock, a scale, a lever arm and a turn between the "
                     "bodies would take away, and how much of the error is slow");
-  command->add_option("--plot", arguments->plot, "Draw the trajectories and the error: FILE.svg");
+  command->add_option("--plot", arguments->plot,
+                      "Draw the trajectories and the errors: FILE.svg or FILE.png");
+  command->add_option("--evo-results", arguments->evo_results,
+                      "Write what evo_res opens: FILE.zip, of several estimates a folder of them");
   command->footer(
       "Example:\n  highwall eval ape groundtruth.txt estimate.txt --align se3 --plot error.svg\n"
+      "  highwall eval ape groundtruth.txt run_a/trajectory.txt run_b/trajectory.txt --plot "
+      "all.png\n"
       "  highwall eval rpe groundtruth.txt estimate.txt --delta 0.5 --delta-unit m --json");
   command->callback([command, arguments, &action] {
     CheckTogether(*command, arguments.get());

@@ -53,7 +53,7 @@ void AddReportCommand(CLI::App& app, CommandAction& action) {
                          ->check(NotEmpty());
   command
       ->add_option("--groundtruth", arguments->truth,
-                   "TUM file to measure errors against [groundtruth.txt of the run's dataset]")
+                   "Poses of the camera to measure errors against [groundtruth.txt of the dataset]")
       ->check(NotEmpty());
   command->footer(
       "Example:\n  highwall report run\n  highwall report run_a run_b --out compared.html");

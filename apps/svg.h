@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace highwall::apps {
@@ -28,6 +29,27 @@ struct SvgFont {
   double rotation = 0.0;  // [deg], clockwise about the point
 };
 
+struct SvgRectangle {
+  SvgPoint corner;
+  double width = 0.0, height = 0.0;
+  std::string fill;
+};
+struct SvgPolyline {
+  std::vector<SvgPoint> points;
+  SvgStroke stroke;
+};
+struct SvgCircle {
+  SvgPoint center;
+  double radius = 0.0;
+  std::string fill;
+};
+struct SvgText {
+  SvgPoint at;
+  std::string text;
+  SvgFont font;
+};
+using SvgElement = std::variant<SvgRectangle, SvgPolyline, SvgCircle, SvgText>;
+
 // A drawing that grows element by element, later ones on top.
 class Svg {
  public:
@@ -41,11 +63,17 @@ class Svg {
   void Circle(SvgPoint center, double radius, const std::string& fill);
   void Text(SvgPoint at, const std::string& text, const SvgFont& font);
 
+  double width() const { return width_; }
+  double height() const { return height_; }
+  const std::vector<SvgElement>& elements() const { return elements_; }
+
+  // An SVG file, or a PNG with two pixels for one of the drawing where the name ends in .png.
   // Throws IoError.
   void Write(const std::filesystem::path& path) const;
 
  private:
-  std::string elements_;
+  double width_, height_;
+  std::vector<SvgElement> elements_;
 };
 
 }  // namespace highwall::apps

@@ -20,6 +20,7 @@
 #include "report/report_number.h"
 #include "report/report_words.h"
 #include "run_output.h"
+#include "trajectory_file.h"
 
 namespace highwall::apps {
 namespace {
@@ -143,7 +144,7 @@ json PicturesOf(const fs::path& folder) {
 }
 
 std::optional<Trajectory> TruthOf(const json& run, const RunDataOptions& options) {
-  if (options.truth) return ReadTumTrajectory(*options.truth);
+  if (options.truth) return ReadTrajectoryFile(*options.truth).poses;
   const fs::path beside = fs::path(run.value("dataset", std::string())) / "groundtruth.txt";
   if (!fs::exists(beside)) return std::nullopt;
   return ReadTumTrajectory(beside);

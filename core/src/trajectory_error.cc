@@ -85,6 +85,9 @@ Similarity FindAlignment(const TrajectoryError& matched, TrajectoryAlignment ali
     case TrajectoryAlignment::kSim3:
       return AlignUmeyama(Positions(matched.reference), Positions(matched.estimate),
                           alignment == TrajectoryAlignment::kSim3);
+    case TrajectoryAlignment::kScale:
+      return {AlignUmeyama(Positions(matched.reference), Positions(matched.estimate), true).scale,
+              Pose()};
     case TrajectoryAlignment::kOrigin:
       return {1.0, matched.reference.front().pose * matched.estimate.front().pose.Inverse()};
   }

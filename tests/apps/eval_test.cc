@@ -157,7 +157,10 @@ TEST_F(EvalCommand, WrongUsageExitsWithOne) {
   ExpectFailure("eval rpe reference.txt estimate.txt --delta 0", 1, "--delta");
   ExpectFailure("eval rpe reference.txt estimate.txt --delta 1.5", 1, "whole number");
   ExpectFailure("eval rpe reference.txt estimate.txt --delta many", 1, "--delta");
-  ExpectFailure("eval ape reference.txt estimate.txt --plot a.png", 1, ".svg");
+  ExpectFailure("eval ape reference.txt estimate.txt --plot a.pdf", 1, ".svg or .png");
+  ExpectFailure("eval ape reference.txt estimate.txt --evo-results a.tar", 1, ".zip");
+  ExpectFailure("eval ape reference.txt estimate.txt --json --csv", 1, "--csv");
+  ExpectFailure("eval ape reference.txt estimate.txt estimate.txt --explain", 1, "one estimate");
 }
 
 TEST_F(EvalCommand, BadDataExitsWithTwoAndSaysWhere) {

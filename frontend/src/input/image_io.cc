@@ -4,12 +4,14 @@
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <span>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <highwall/core/crc32.h>
 #include <highwall/core/error.h>
 
 namespace highwall {
@@ -36,24 +38,6 @@ bool StartsWith(const Bytes& bytes, const std::array<std::uint8_t, kSize>& magic
 
 enum class Condition { kWhole, kTruncated, kDamaged };
 
-// CRC-32 of the PNG specification, annex D: the remainder of each byte.
-constexpr std::array<std::uint32_t, 256> CrcTable() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t n = 0; n < table.size(); ++n) {
-    std::uint32_t c = n;
-    for (int bit = 0; bit < 8; ++bit) c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1U) : c >> 1U;
-    table[n] = c;
-  }
-  return table;
-}
-
-std::uint32_t Crc(const std::uint8_t* begin, const std::uint8_t* end) {
-  static constexpr std::array<std::uint32_t, 256> kTable = CrcTable();
-  std::uint32_t c = 0xFFFFFFFFU;
-  for (; begin != end; ++begin) c = kTable[(c ^ *begin) & 0xFFU] ^ (c >> 8U);
-  return ~c;
-}
-
 std::uint32_t BigEndian(const std::uint8_t* bytes) {
   return std::uint32_t{bytes[0]} << 24U | std::uint32_t{bytes[1]} << 16U |
          std::uint32_t{bytes[2]} << 8U | std::uint32_t{bytes[3]};
@@ -69,7 +53,9 @@ Condition ConditionOfPng(const Bytes& bytes) {
     if (length > bytes.size() - at - kOverhead) return Condition::kTruncated;
     const std::uint8_t* type = &bytes[at + 4];
     const std::uint8_t* checksum = type + 4 + length;
-    if (Crc(type, checksum) != BigEndian(checksum)) return Condition::kDamaged;
+    if (Crc32(std::as_bytes(std::span(type, checksum))) != BigEndian(checksum)) {
+      return Condition::kDamaged;
+    }
     if (std::equal(end.begin(), end.end(), type)) return Condition::kWhole;
     at += length + kOverhead;
   }

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <unordered_map>
@@ -18,6 +19,7 @@
 #include <opencv2/core/types.hpp>
 
 #include <highwall/core/atomic_file.h>
+#include <highwall/core/crc32.h>
 #include <highwall/core/error.h>
 
 #include "features/depth_grid.h"
@@ -33,24 +35,6 @@ constexpr std::uint32_t kVersion = 3;
 constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
-
-// CRC-32 as of Ethernet and zip (polynomial 0x04C11DB7, reflected).
-std::uint32_t Crc32(const char* data, std::size_t size) {
-  static const auto kTable = [] {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < table.size(); ++i) {
-      std::uint32_t c = i;
-      for (int bit = 0; bit < 8; ++bit) c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1) : c >> 1;
-      table[i] = c;
-    }
-    return table;
-  }();
-  std::uint32_t crc = 0xFFFFFFFFU;
-  for (std::size_t i = 0; i < size; ++i) {
-    crc = kTable[(crc ^ static_cast<unsigned char>(data[i])) & 0xFFU] ^ (crc >> 8);
-  }
-  return ~crc;
-}
 
 // Appends values to the content of a file.
 class Writer {
@@ -506,7 +490,7 @@ void SaveMap(const std::filesystem::path& path, const PinholeCamera& camera, con
   Writer header;
   header.Bytes(kMagic.data(), kMagic.size());
   header(kVersion);
-  header(Crc32(content.data(), content.size()));
+  header(Crc32(std::as_bytes(std::span(content))));
   header(static_cast<std::uint64_t>(content.size()));
   AtomicFile file(path);
   file.stream() << header.content() << content;
@@ -534,7 +518,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   }
   const char* const content = bytes.data() + kHeaderSize;
   if (bytes.size() - kHeaderSize < size) throw IoError(path, "is cut short");
-  if (bytes.size() - kHeaderSize > size || Crc32(content, size) != crc) {
+  if (bytes.size() - kHeaderSize > size || Crc32(std::as_bytes(std::span(content, size))) != crc) {
     throw IoError(path, "is damaged: its checksum does not fit");
   }
   Reader reader(path, content, size);

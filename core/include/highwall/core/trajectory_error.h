@@ -25,6 +25,7 @@ enum class TrajectoryAlignment {
   kNone,
   kSe3,     // rigid, least squares over all matched positions
   kSim3,    // the same with scale
+  kScale,   // that scale alone: positions are multiplied, not moved
   kOrigin,  // the first matched poses laid on each other
 };
 

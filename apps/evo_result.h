@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <highwall/core/trajectory_error.h>
+
+namespace highwall::apps {
+
+// What evo's tables and plots call a result.
+struct EvoResultInfo {
+  std::string title;      // such as "APE w.r.t. translation part (m)"
+  std::string label;      // such as "APE (m)"
+  std::string reference;  // names of the files
+  std::string estimate;
+};
+
+// A result as evo_ape and evo_rpe save it with --save_results: a zip with info.json, stats.json,
+// error_array.npy, timestamps.npy, seconds_from_start.npy and both trajectories in TUM's form, the
+// estimate aligned. evo_res compares such files. Throws IoError.
+void WriteEvoResult(const std::filesystem::path& path, const EvoResultInfo& info,
+                    const TrajectoryError& result);
+
+}  // namespace highwall::apps

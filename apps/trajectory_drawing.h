@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <highwall/core/trajectory.h>
+
+#include "plot_axes.h"
+#include "svg.h"
+
+namespace highwall::apps {
+
+// What plots of trajectories share.
+
+// A range to draw: not empty, with a margin on either side.
+PlotRange WithMargin(PlotRange range);
+
+// The two axes along which trajectories extend most, in alphabetical order.
+class MapProjection {
+ public:
+  explicit MapProjection(std::span<const Trajectory* const> trajectories);
+
+  PlotAxes MakeAxes(const PlotAxes::Box& box) const;
+  SvgPoint Map(const PlotAxes& axes, const Pose& pose) const {
+    return axes.Map(pose.data()[horizontal_], pose.data()[vertical_]);
+  }
+  std::string HorizontalLabel() const;
+  std::string VerticalLabel() const;
+
+ private:
+  std::array<PlotRange, 3> ranges_;
+  std::size_t horizontal_ = 0;
+  std::size_t vertical_ = 1;
+};
+
+// A line through the points, or a dot where there is only one.
+void DrawPiece(const std::vector<SvgPoint>& points, const SvgStroke& stroke, Svg* svg);
+
+// Interrupted where neighbouring stamps are further apart than max_gap [ns].
+void DrawTrajectory(const MapProjection& projection, const PlotAxes& axes,
+                    const Trajectory& trajectory, Stamp max_gap, const SvgStroke& stroke, Svg* svg);
+
+// A sample of the stroke and its meaning; returns where the next entry begins.
+double DrawLegendEntry(SvgPoint at, const std::string& label, const SvgStroke& stroke, Svg* svg);
+
+}  // namespace highwall::apps
