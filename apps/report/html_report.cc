@@ -16,8 +16,7 @@ constexpr std::string_view kThree = "three.min.js";
 constexpr std::string_view kOrbit = "OrbitControls.js";
 constexpr std::string_view kScripts[] = {"elements.js", "chart.js",    "plan.js",  "view3d.js",
                                          "compare.js",  "sections.js", "report.js"};
-constexpr std::string_view kLicence =
-    "/* three.js: copyright its authors, MIT licence, https://threejs.org/license */\n";
+constexpr std::string_view kLicence = "three_licence.txt";
 
 const Resource* Find(std::string_view name) {
   const auto resources = Resources();
@@ -62,9 +61,10 @@ std::string InScript(const nlohmann::json& data) {
 
 std::string Scripts() {
   std::string scripts;
-  if (HasView3d())
-    scripts +=
-        "<script>\n" + std::string(kLicence) + Text(kThree) + "\n" + Text(kOrbit) + "</script>\n";
+  if (HasView3d()) {
+    scripts += "<script>\n/*\n" + Text(kLicence) + "*/\n";
+    scripts += Text(kThree) + "\n" + Text(kOrbit) + "</script>\n";
+  }
   for (const std::string_view name : kScripts) scripts += "<script>\n" + Text(name) + "</script>\n";
   return scripts;
 }

@@ -267,6 +267,11 @@ TEST(ReportPage, WhatIsInTheDataStaysData) {
   EXPECT_EQ(data["name"], evil);
 }
 
+TEST(ReportPage, CarriesTheLicenceOfThreeJsWithIt) {
+  const std::string page = HtmlPage("t", json::object());
+  EXPECT_EQ(page.find("Copyright © 2010-2019 three.js authors") != std::string::npos, HasView3d());
+}
+
 TEST(ReportPage, NamesThatAreNoUtf8DoNotStopIt) {
   EXPECT_NO_THROW(HtmlPage("t", {{"name", "caf\xe9"}}));
 }

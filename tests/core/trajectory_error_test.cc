@@ -159,6 +159,26 @@ TEST(AbsolutePoseError, Sim3FindsTheScaleAndSe3LeavesIt) {
   EXPECT_GT(error(TrajectoryAlignment::kSe3).statistics.rmse, 0.1);
 }
 
+TEST(AbsolutePoseError, ScaleAloneMultipliesPositionsAndMovesNothing) {
+  const Trajectory reference = BentPath(50);
+  Trajectory shrunk = reference;
+  for (StampedPose& stamped : shrunk) {
+    stamped.pose = Pose(stamped.pose.q(), 0.8 * stamped.pose.p());
+  }
+  const TrajectoryError here =
+      AbsolutePoseError(reference, shrunk, {.alignment = TrajectoryAlignment::kScale});
+  EXPECT_NEAR(here.scale, 1.25, kRounding);
+  EXPECT_LT(here.statistics.max, kRounding);
+  const Pose away = SomePose();
+  const TrajectoryError moved =
+      AbsolutePoseError(reference, Moved(away, shrunk), {.alignment = TrajectoryAlignment::kScale});
+  EXPECT_NEAR(moved.scale, 1.25, kRounding);
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const Eigen::Vector3d expected = 1.25 * (away * shrunk[i].pose.p());
+    EXPECT_LT((moved.estimate[i].pose.p() - expected).norm(), kRounding);
+  }
+}
+
 TEST(RelativePoseError, CountsFramesFromEveryPoseOrOneAfterTheOther) {
   const Trajectory reference = StraightPath(11, 1.0);
   const Trajectory estimate = StraightPath(11, 1.1);  // 10 % too long
