@@ -54,13 +54,6 @@
     return d;
   }
 
-  function medianStep(x) {
-    const steps = [];
-    for (let i = 1; i < x.length; ++i) steps.push(x[i] - x[i - 1]);
-    steps.sort((a, b) => a - b);
-    return steps.length ? steps[steps.length >> 1] : 1;
-  }
-
   function nearest(x, t) {
     let low = 0, high = x.length - 1;
     while (low < high) {
@@ -154,8 +147,7 @@
       frame.append(svg("path", { class: "curve s5 dash1", d: `M${kLeft} ${mapY(options.level)}h${box.width}` }));
     }
     for (const s of series) {
-      const gap = Math.max(4 * medianStep(s.x), 0.25);
-      frame.append(svg("path", { class: "curve " + s.style, d: pathOf(s.x, s.y, mapX, mapY, options.logarithmic, gap) }));
+      frame.append(svg("path", { class: "curve " + s.style, d: pathOf(s.x, s.y, mapX, mapY, options.logarithmic, Highwall.gapOf(s.x)) }));
     }
     const readout = html("div", { class: "readout", "aria-live": "polite" });
     if (series.length) followPointer(plot, frame, series, box, xRange, mapX, readout, options.unit);

@@ -76,6 +76,14 @@ const Highwall = {};
     return range;
   };
 
+  // Where a curve is interrupted: neighbours further apart than this [s] have frames missing between.
+  Highwall.gapOf = function (t) {
+    const steps = [];
+    for (let i = 1; i < t.length; ++i) steps.push(t[i] - t[i - 1]);
+    steps.sort((a, b) => a - b);
+    return Math.max(4 * (steps.length ? steps[steps.length >> 1] : 1), 0.25);
+  };
+
   // About `count` round values in a range.
   Highwall.ticks = function ([low, high], count) {
     const raw = (high - low) / Math.max(1, count);

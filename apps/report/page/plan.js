@@ -43,20 +43,24 @@
     plot.append(svg("text", { x: 13, y: middle, "text-anchor": "middle", transform: `rotate(-90 13 ${middle})` }, "xyz"[v] + " [m]"));
   }
 
-  function polyline(positions, map) {
-    return positions.length ? "M" + positions.map(map.at).join("L") : "";
+  // t: seconds of each position; where frames are missing the line is interrupted.
+  function polyline(positions, map, t) {
+    const gap = t ? Highwall.gapOf(t) : Infinity;
+    return positions.map((p, i) => (i > 0 && !(t && t[i] - t[i - 1] > gap) ? "L" : "M") + map.at(p)).join("");
   }
 
   // One path for each stretch of one colour.
-  function drawColoured(plot, positions, values, range, colour, map) {
-    plot.append(svg("path", { class: "curve casing", "stroke-width": 4.6, style: "stroke-width:4.6", d: polyline(positions, map) }));
+  function drawColoured(plot, positions, t, values, range, colour, map) {
+    const gap = Highwall.gapOf(t);
+    plot.append(svg("path", { class: "curve casing", "stroke-width": 4.6, style: "stroke-width:4.6", d: polyline(positions, map, t) }));
     const level = (v) => v === null || v === undefined ? -1
       : Math.min(kLevels - 1, Math.floor(kLevels * Math.max(0, (v - range[0]) / (range[1] - range[0]))));
     let from = 0;
     for (let i = 1; i <= positions.length; ++i) {
-      if (i < positions.length && level(values[i]) === level(values[from])) continue;
+      const leaps = i < positions.length && t[i] - t[i - 1] > gap;
+      if (i < positions.length && !leaps && level(values[i]) === level(values[from])) continue;
       const stroke = level(values[from]) < 0 ? "var(--truth)" : Highwall.css(colour((level(values[from]) + 0.5) / kLevels));
-      plot.append(svg("path", { class: "curve", style: `stroke:${stroke};stroke-width:3`, d: polyline(positions.slice(from, Math.min(i + 1, positions.length)), map) }));
+      plot.append(svg("path", { class: "curve", style: `stroke:${stroke};stroke-width:3`, d: polyline(positions.slice(from, leaps ? i : Math.min(i + 1, positions.length)), map) }));
       from = i;
     }
   }
@@ -76,8 +80,8 @@
     plot.append(svg("text", { x: left + 62, y: middle, "text-anchor": "middle", transform: `rotate(-90 ${left + 62} ${middle})` }, label));
   }
 
-  // options: title, note, axes [h, v], extentOf (positions that must fit), truth, path, values,
-  // range, colour, label.
+  // options: title, axes [h, v], extentOf (positions that must fit), truth, path with t [s] and
+  // values, range, colour, label.
   Highwall.pathPlan = function (options) {
     const box = { left: kLeft, top: kTop, width: kWidth - kLeft - kBar, height: kHeight - kTop - kBottom };
     const map = projection(options.extentOf, options.axes, box);
@@ -85,7 +89,7 @@
       `${options.title}, coloured by ${options.label}, from ${number(options.range[0], 3)} to ${number(options.range[1], 3)}` });
     drawFrame(plot, box, map, options.axes);
     if (options.truth) plot.append(svg("path", { class: "curve truth", d: polyline(options.truth, map) }));
-    drawColoured(plot, options.path, options.values, options.range, options.colour, map);
+    drawColoured(plot, options.path, options.t, options.values, options.range, options.colour, map);
     drawColourBar(plot, options.range, options.colour, options.label, box);
     const first = options.path[0];
     plot.append(svg("circle", { class: "node", cx: map.x(first[options.axes[0]]), cy: map.y(first[options.axes[1]]), r: 4.5 }),

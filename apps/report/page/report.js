@@ -33,6 +33,7 @@
   } catch (error) {
     root.dataset.error = String(error);
   }
+  Highwall.shown = view;
   root.dataset.view = view ? String(view.drawnPixels()) : view3d.state;
   root.dataset.milliseconds = String(Math.round(performance.now()));
   root.dataset.state = "drawn";

@@ -53,7 +53,7 @@
         ? { values: run.path.error, range: [0, Math.max(1e3 * worst, 1e-3)], colour: Highwall.viridis, label: "error [mm]" }
         : { values: run.path.t, range: timeRange(runs), colour: Highwall.cividis, label: "time [s]" };
       if (run.errors) common.values = run.path.error.map((e) => (e === null ? null : 1e3 * e));
-      const plan = (title, axes) => Highwall.pathPlan({ title, axes, extentOf: all, path: levelled(run, run.path.position),
+      const plan = (title, axes) => Highwall.pathPlan({ title, axes, extentOf: all, path: levelled(run, run.path.position), t: run.path.t,
         truth: run.errors && levelled(run, run.errors.truth.position), ...common });
       return pair(runs, plan("From above", views.top), plan("From the side", views.side));
     });

@@ -88,8 +88,13 @@
     return new THREE.LineSegments(geometry(position), new THREE.LineBasicMaterial({ color: colour }));
   }
 
-  function strip(positions, colour) {
-    return new THREE.Line(geometry(new Float32Array(positions.flat())), new THREE.LineBasicMaterial({ color: colour }));
+  // Interrupted where frames are missing.
+  function strip({ t, position }, colour) {
+    const gap = Highwall.gapOf(t), ends = [];
+    for (let i = 1; i < t.length; ++i) {
+      if (t[i] - t[i - 1] <= gap) ends.push(...position[i - 1], ...position[i]);
+    }
+    return lineSegments(new Float32Array(ends), colour);
   }
 
   // The camera and the edge of its image, of each keyframe.
@@ -144,8 +149,8 @@
     if (run.scene.octree) add("octree", "octree", !run.scene.cloud, () => octree(run.scene.octree, run.level));
     if (run.graph.lines) add("lines", "lines", true, () => lineSegments(new Float32Array(bytes(run.graph.lines)), 0xf0a030));
     if (run.graph.keyframes) add("keyframes", "keyframes", true, () => frusta(run.graph.keyframes, length));
-    add("path", "path", true, () => strip(run.path.position, 0xff6f91));
-    if (run.errors) add("truth", "ground truth", false, () => strip(run.errors.truth.position, 0xffffff));
+    add("path", "path", true, () => strip(run.path, 0xff6f91));
+    if (run.errors) add("truth", "ground truth", false, () => strip(run.errors.truth, 0xffffff));
     const loops = run.loops.filter((l) => l.from && l.to && l.result !== "refused");
     if (loops.length) add("loops", "loops", true, () => lineSegments(new Float32Array(loops.flatMap((l) => [...l.from, ...l.to])), 0x40e0a0));
     return layers;
