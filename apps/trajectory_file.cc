@@ -146,17 +146,22 @@ Eigen::Quaterniond QuaternionAt(const Reader& reader, const Line& line, const Co
 
 // Digits are read as they are: a double has too few for nanoseconds of today.
 Stamp StampAt(const Reader& reader, const Line& line, const Columns& columns) {
-  reader.NumberAt(line, columns.stamp);
+  constexpr double kMost = 9e18;  // [ns] of a Stamp
+  const double number = reader.NumberAt(line, columns.stamp);
   const std::string_view text = line.fields[columns.stamp];
   if (columns.nanoseconds) {
+    const double part = reader.NumberAt(line, *columns.nanoseconds);
     const std::optional<Stamp> seconds = ParseStamp(text);
-    if (!seconds) reader.Fail(line, "'" + std::string(text) + "' is no stamp");
-    return *seconds + static_cast<Stamp>(reader.NumberAt(line, *columns.nanoseconds));
+    if (!seconds || std::abs(number) > 1e-9 * kMost || part < 0.0 || part >= 1e9) {
+      reader.Fail(line, "'" + std::string(text) + "' is no stamp in seconds and nanoseconds");
+    }
+    return *seconds + static_cast<Stamp>(part);
   }
+  if (std::abs(number) > kMost) reader.Fail(line, "'" + std::string(text) + "' is no stamp");
   Stamp nanoseconds = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), nanoseconds);
   if (error == std::errc() && end == text.data() + text.size()) return nanoseconds;
-  return static_cast<Stamp>(std::llround(reader.NumberAt(line, columns.stamp)));
+  return static_cast<Stamp>(std::llround(number));
 }
 
 TrajectoryFile ReadWithCommas(Reader& reader, Line line) {

@@ -198,6 +198,8 @@ TEST_F(EvalFormats, BadLinesAreNamed) {
   ExpectRefused("g.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1\n",
                 "g.txt:2: expected the 12");
   ExpectRefused("h.txt", "2 0 0 0 0 1 0 0 0 0 1 0\n", "h.txt:1: the first 3 x 3");
+  ExpectRefused("j.csv", "1e30,1,2,3,1,0,0,0\n", "j.csv:1: '1e30' is no stamp");
+  ExpectRefused("k.csv", "10,1e9,map,1,2,3,0,0,0,1\n", "k.csv:1: '10' is no stamp");
   ExpectRefused("i.csv", "1000,1,nan,3,1,0,0,0\n", "i.csv:1: 'nan'");
 }
 
