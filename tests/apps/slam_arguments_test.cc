@@ -109,6 +109,7 @@ std::vector<Case> Cases() {
        {{"loaded_map", "a"}, {"localize_only", true}, {"loops", false}, {"dense_map", false}},
        [](O o) { return o.slam.localize_only && !o.slam.loops.enabled && !o.dense; }},
       {"--json", json::object(), [](O) { return true; }},
+      {"--report", json::object(), [](O) { return true; }},
       {"--config tum1", json::object(), [](O) { return true; }},
   };
 }
