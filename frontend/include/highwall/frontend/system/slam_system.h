@@ -153,7 +153,7 @@ class SlamSystem {
   // the system was made without an IMU.
   ImuSampleStatus AddImu(const ImuSample& sample);
 
-  // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
+  // Throws InvalidArgument where stamps do not ascend, images do not fit, or depth is not in metres.
   FrameResult Track(const RgbdImage& image);
 
   // What moves in the image of a live keyframe (FrameResult::moving), by what was seen in the
