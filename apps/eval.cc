@@ -114,7 +114,7 @@ void PrintJson(const TrajectoryError& result, const std::optional<ErrorExplanati
                                    {"sse", s.sse},
                                    {"std", s.std}}},
                                  {"associated", result.estimate.size()},
-                                 {"coverage", result.coverage},
+                                 {"time_covered", result.time_covered},
                                  {"scale", result.scale}};
   if (explanation) json["explanation"] = ToJson(*explanation);
   fmt::print("{}\n", json.dump());
@@ -126,8 +126,8 @@ void PrintTable(const EvalArguments& arguments, const TrajectoryError& result,
   fmt::print("{}\n", Describe(arguments));
   fmt::print("  reference  {:>6} poses  {}\n", reference_poses, arguments.reference.string());
   fmt::print("  estimate   {:>6} poses  {}\n", estimate_poses, arguments.estimate.string());
-  fmt::print("  matched    {:>6} poses  coverage {:.1f} %, scale {:.6f}\n\n",
-             result.estimate.size(), 100.0 * result.coverage, result.scale);
+  fmt::print("  matched    {:>6} poses  over {:.1f} % of the time, scale {:.6f}\n\n",
+             result.estimate.size(), 100.0 * result.time_covered, result.scale);
   fmt::print("  {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>14}\n", "rmse", "mean", "median",
              "std", "min", "max", "sse");
   fmt::print("  {:12.6f} {:12.6f} {:12.6f} {:12.6f} {:12.6f} {:12.6f} {:14.6f}\n", s.rmse, s.mean,
@@ -192,16 +192,16 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<EvalArguments>();
   command->add_option("metric", arguments->metric, "ape: absolute, rpe: relative pose error")
       ->required()
-      ->check(CLI::IsMember({"ape", "rpe"}));
+      ->check(OneOf({"ape", "rpe"}));
   command->add_option("reference", arguments->reference, "TUM file: stamp tx ty tz qx qy qz qw")
       ->required();
   command->add_option("estimate", arguments->estimate, "TUM file of the estimate")->required();
   command
       ->add_option("--align", arguments->alignment,
                    "How the estimate is laid on the reference [ape: se3, rpe: none]")
-      ->check(CLI::IsMember({"none", "se3", "sim3", "origin"}));
+      ->check(OneOf({"none", "se3", "sim3", "origin"}));
   command->add_option("--relation", arguments->relation, "What is measured")
-      ->check(CLI::IsMember({"trans_part", "angle_deg", "full"}))
+      ->check(OneOf({"trans_part", "angle_deg", "full"}))
       ->capture_default_str();
   command
       ->add_option("--t-max-diff", arguments->t_max_diff,
@@ -212,7 +212,7 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
       ->check(Between(1e-9, 1e9))
       ->capture_default_str();
   command->add_option("--delta-unit", arguments->delta_unit, "rpe: f frames, m metres of path")
-      ->check(CLI::IsMember({"f", "m"}))
+      ->check(OneOf({"f", "m"}))
       ->capture_default_str();
   command->add_flag("--all-pairs", arguments->all_pairs,
                     "rpe: a pair from every pose on instead of one after the other");
