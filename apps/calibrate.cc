@@ -168,6 +168,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
                                                          : ReadTumTrajectory(recording.trajectory);
   CameraImuCalibration found;
   try {
+    const Progress progress("fitting");
     found =
         CalibrateCameraImu(camera, imu->samples,
                            {.noise = guess.noise, .estimate_depth_scale = !arguments.keep_depth});

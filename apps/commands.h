@@ -4,6 +4,7 @@
 #include <cctype>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -18,6 +19,9 @@ enum ExitCode { kExitOk = 0, kExitUsage = 1, kExitData = 2, kExitFailed = 3 };
 // with kExitFailed.
 using CommandAction = std::function<int()>;
 
+// What `highwall WORDS...` does; returns an ExitCode, and prints what went wrong.
+int RunCommand(std::vector<std::string> words);
+
 // Messages quote what stands in files: a line break or an escape sequence there must not reach the
 // terminal.
 inline std::string OneLine(std::string message) {
@@ -30,6 +34,7 @@ inline std::string OneLine(std::string message) {
 // and sets `action` when the user chose it. CLI::ParseError means wrong usage. `action` must
 // outlive the parsing.
 void AddCalibrateCommand(CLI::App& app, CommandAction& action);
+void AddDemoCommand(CLI::App& app, CommandAction& action);
 void AddEvalCommand(CLI::App& app, CommandAction& action);
 void AddImuNoiseCommand(CLI::App& app, CommandAction& action);
 void AddInfoCommand(CLI::App& app, CommandAction& action);

@@ -4,11 +4,15 @@
 #include <optional>
 #include <regex>
 #include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
+#include "did_you_mean.h"
 #include "yaml_reader.h"
 
 namespace highwall::apps {
@@ -91,6 +95,19 @@ void ReadGpsSection(YamlReader& section, const std::filesystem::path& path,
   }
 }
 
+// What a struct says of its field, said of the key of its section.
+std::string InWordsOfTheFile(std::string message) {
+  constexpr std::pair<std::string_view, std::string_view> kSections[] = {
+      {"PinholeCamera", "camera"},   {"ImuCalibration", "imu"}, {"ImuNoise", "imu"},
+      {"DepthNoise", "depth_noise"}, {"RgbdSensor", ""},        {"FrameTiming", ""}};
+  for (const auto& [name, section] : kSections) {
+    const std::string prefix = std::string(name) + "::";
+    if (!message.starts_with(prefix)) continue;
+    message.replace(0, prefix.size(), section.empty() ? "" : std::string(section) + ": ");
+  }
+  return message;
+}
+
 std::string PresetList() {
   std::string list;
   for (const std::string_view name : SensorPresetNames()) {
@@ -137,7 +154,7 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
     config.sensor.Validate();
     if (config.imu) config.imu->Validate();
   } catch (const InvalidArgument& error) {
-    throw IoError(path, error.what());
+    throw IoError(path, InWordsOfTheFile(error.what()));
   }
   return config;
 }
@@ -161,7 +178,10 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
       return {{*sensor}, "preset " + choice};
     }
     if (!std::filesystem::exists(choice)) {
-      throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")");
+      const std::vector<std::string_view> presets = SensorPresetNames();
+      const std::string meant = DidYouMean(choice, {presets.begin(), presets.end()});
+      throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")" +
+                                (meant.empty() ? DidYouMeanPath(choice) : meant));
     }
     return {LoadConfig(choice), choice};
   }

@@ -44,7 +44,7 @@ GroundtruthReport DescribeGroundtruth(const Trajectory& trajectory, const Datase
   for (std::size_t i = 0; i < dataset.size(); ++i) {
     if (dataset.stamp(i) >= stamps.front() && dataset.stamp(i) <= stamps.back()) ++covered;
   }
-  report.coverage = static_cast<double>(covered) / static_cast<double>(dataset.size());
+  report.frames_covered = static_cast<double>(covered) / static_cast<double>(dataset.size());
   return report;
 }
 
@@ -152,7 +152,7 @@ void AddProblems(const TumDataset& dataset, DatasetReport* report) {
     report->problems.push_back(std::to_string(report->repeated_colour) +
                                " colour images repeat the one before");
   }
-  if (report->groundtruth && report->groundtruth->coverage < 1.0) {
+  if (report->groundtruth && report->groundtruth->frames_covered < 1.0) {
     report->problems.push_back("ground truth does not span all frames");
   }
 }

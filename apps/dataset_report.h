@@ -27,8 +27,8 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps);
 
 struct GroundtruthReport {
   StreamReport stream;
-  double path_length = 0.0;  // [m]
-  double coverage = 0.0;     // share of the frames between its first and last stamp
+  double path_length = 0.0;     // [m]
+  double frames_covered = 0.0;  // share of the frames between its first and last stamp
 };
 
 struct ImuReport {

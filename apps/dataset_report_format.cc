@@ -122,7 +122,7 @@ std::string ToJson(const DatasetReport& report) {
   if (report.groundtruth) {
     json["groundtruth"] = StreamJson(report.groundtruth->stream);
     json["groundtruth"]["path_length"] = report.groundtruth->path_length;
-    json["groundtruth"]["coverage"] = report.groundtruth->coverage;
+    json["groundtruth"]["frames_covered"] = report.groundtruth->frames_covered;
   }
   // File names need not be UTF-8; JSON must be.
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -143,7 +143,7 @@ std::string ToText(const DatasetReport& report) {
        << DepthText(report.depth_images, report.depth_factor) << "  ground truth  ";
   if (report.groundtruth) {
     text << StreamText(report.groundtruth->stream) << ", " << report.groundtruth->path_length
-         << " m, over " << 100.0 * report.groundtruth->coverage << "% of the frames\n";
+         << " m, over " << 100.0 * report.groundtruth->frames_covered << "% of the frames\n";
   } else {
     text << "none\n";
   }

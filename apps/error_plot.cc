@@ -180,10 +180,11 @@ void WriteErrorPlot(const std::filesystem::path& path, const ErrorPlotText& text
                     const Trajectory& reference, const TrajectoryError& result) {
   Svg svg(kWidth, kHeight);
   svg.Text({kMapBox.left, 30.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
-  svg.Text({kMapBox.left, 52.0},
-           fmt::format("{}; {} poses matched, coverage {:.1f} %, scale {:.4f}", text.subtitle,
-                       result.estimate.size(), 100.0 * result.coverage, result.scale),
-           {.size = 13.0});
+  svg.Text(
+      {kMapBox.left, 52.0},
+      fmt::format("{}; {} poses matched over {:.1f} % of the time, scale {:.4f}", text.subtitle,
+                  result.estimate.size(), 100.0 * result.time_covered, result.scale),
+      {.size = 13.0});
   DrawMap(text, reference, result, &svg);
   DrawErrorOverTime(text, result, &svg);
   svg.Write(path);

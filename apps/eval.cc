@@ -157,8 +157,8 @@ void PrintTable(const EvalArguments& arguments, const TrajectoryFile& reference,
              arguments.reference.string());
   fmt::print("  estimate   {:>6} poses  {}\n", estimate.poses.size(),
              arguments.estimates.front().string());
-  fmt::print("  matched    {:>6} poses  coverage {:.1f} %, scale {:.6f}\n", result.estimate.size(),
-             100.0 * result.coverage, result.scale);
+  fmt::print("  matched    {:>6} poses  over {:.1f} % of the time, scale {:.6f}\n",
+             result.estimate.size(), 100.0 * result.time_covered, result.scale);
   if (const std::string evo = EvoCommand(arguments, reference.format, estimate.format);
       !evo.empty()) {
     fmt::print("  the same by evo  {}\n", evo);
@@ -306,7 +306,7 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<EvalArguments>();
   command->add_option("metric", arguments->metric, "ape: absolute, rpe: relative pose error")
       ->required()
-      ->check(CLI::IsMember({"ape", "rpe"}));
+      ->check(OneOf({"ape", "rpe"}));
   command
       ->add_option("reference", arguments->reference,
                    "Poses in the format of TUM, KITTI or EuRoC, or as ROS prints them")
@@ -318,9 +318,9 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
   command
       ->add_option("--align", arguments->alignment,
                    "How the estimate is laid on the reference [ape: se3, rpe: none]")
-      ->check(CLI::IsMember({"none", "se3", "sim3", "scale", "origin"}));
+      ->check(OneOf({"none", "se3", "sim3", "scale", "origin"}));
   command->add_option("--relation", arguments->relation, "What is measured")
-      ->check(CLI::IsMember({"trans_part", "angle_deg", "full"}))
+      ->check(OneOf({"trans_part", "angle_deg", "full"}))
       ->capture_default_str();
   command
       ->add_option("--t-max-diff", arguments->t_max_diff,
@@ -331,7 +331,7 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
       ->check(Between(1e-9, 1e9))
       ->capture_default_str();
   command->add_option("--delta-unit", arguments->delta_unit, "rpe: f frames, m metres of path")
-      ->check(CLI::IsMember({"f", "m"}))
+      ->check(OneOf({"f", "m"}))
       ->capture_default_str();
   command->add_flag("--all-pairs", arguments->all_pairs,
                     "rpe: a pair from every pose on instead of one after the other");

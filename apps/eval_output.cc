@@ -34,17 +34,17 @@ nlohmann::ordered_json ErrorJson(const TrajectoryError& error) {
             {"sse", s.sse},
             {"std", s.std}}},
           {"associated", error.estimate.size()},
-          {"coverage", error.coverage},
+          {"time_covered", error.time_covered},
           {"scale", error.scale}};
 }
 
 std::string ErrorsCsv(const std::vector<NamedError>& errors) {
-  std::string csv = "estimate,rmse,mean,median,std,min,max,sse,associated,coverage,scale\n";
+  std::string csv = "estimate,rmse,mean,median,std,min,max,sse,associated,time_covered,scale\n";
   for (const auto& [name, error] : errors) {
     const ErrorStatistics& s = error.statistics;
-    csv +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", Quoted(name), s.rmse, s.mean, s.median,
-                    s.std, s.min, s.max, s.sse, error.estimate.size(), error.coverage, error.scale);
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", Quoted(name), s.rmse, s.mean, s.median,
+                       s.std, s.min, s.max, s.sse, error.estimate.size(), error.time_covered,
+                       error.scale);
   }
   return csv;
 }
@@ -55,14 +55,14 @@ std::string ErrorsTable(const std::vector<NamedError>& errors) {
   const double least = Rmse(*std::ranges::min_element(errors, {}, Rmse));
   std::string table = fmt::format(
       "  {:<{}}  {:>11} {:>11} {:>11} {:>11} {:>11} {:>11} {:>8} {:>9} {:>9}\n", "estimate", width,
-      "rmse", "mean", "median", "std", "min", "max", "matched", "coverage", "scale");
+      "rmse", "mean", "median", "std", "min", "max", "matched", "% of time", "scale");
   for (const auto& [name, error] : errors) {
     const ErrorStatistics& s = error.statistics;
     table += fmt::format(
         "{} {:<{}}  {:11.6f} {:11.6f} {:11.6f} {:11.6f} {:11.6f} {:11.6f} {:>8} {:>7.1f} % "
         "{:9.6f}\n",
         s.rmse == least ? '*' : ' ', name, width, s.rmse, s.mean, s.median, s.std, s.min, s.max,
-        error.estimate.size(), 100.0 * error.coverage, error.scale);
+        error.estimate.size(), 100.0 * error.time_covered, error.scale);
   }
   return table;
 }

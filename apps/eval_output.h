@@ -11,7 +11,7 @@
 
 namespace highwall::apps {
 
-// {"stats", "associated", "coverage", "scale"}.
+// {"stats", "associated", "time_covered", "scale"}.
 nlohmann::ordered_json ErrorJson(const TrajectoryError& error);
 
 // A title and a row for each estimate, as RFC 4180 has it.

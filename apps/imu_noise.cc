@@ -24,6 +24,7 @@
 #include "commands.h"
 #include "option_checks.h"
 #include "output_checks.h"
+#include "progress.h"
 
 namespace highwall::apps {
 namespace {
@@ -114,6 +115,7 @@ Findings Find(const ImuNoiseArguments& arguments) {
                   "it lying still, or take the readings as they are with --assume-rest");
   }
   try {
+    const Progress progress("fitting");
     found.estimate = EstimateImuNoise(found.samples, found.rest);
   } catch (const InvalidArgument&) {
     throw IoError(arguments.input,

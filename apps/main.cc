@@ -2,24 +2,21 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <vector>
 
 #include <fmt/core.h>
 
 #include <highwall/core/error.h>
 
 #include "commands.h"
+#include "usage_error.h"
 
 namespace highwall::apps {
 namespace {
-
-// "highwall eval", or "highwall" where no subcommand was recognised.
-std::string CommandName(const CLI::App& app) {
-  const auto chosen = app.get_subcommands();
-  return chosen.empty() ? "highwall" : "highwall " + chosen.front()->get_name();
-}
 
 int RunAction(const CommandAction& action, const std::string& command) {
   try {
@@ -36,18 +33,19 @@ int RunAction(const CommandAction& action, const std::string& command) {
   }
 }
 
-int Main(int argc, char** argv) {
-  CLI::App app("RGB-D-inertial SLAM with points and lines, and the tools around it.", "highwall");
-  app.set_version_flag("--version", "highwall " HIGHWALL_VERSION);
-  app.require_subcommand(0, 1);
-  app.failure_message([&app](const CLI::App*, const CLI::Error& error) {
-    const std::string command = CommandName(app);
-    return fmt::format("{}: {} (see {} --help)\n", command, error.what(), command);
-  });
+// To who does not know yet.
+constexpr const char* kFirst =
+    "highwall: RGB-D-inertial SLAM with points and lines, and the tools around it. To begin:\n"
+    "  highwall demo                               makes a recording, maps it, tells the error\n"
+    "  highwall info RECORDING                     what yours holds, and whether it can be used\n"
+    "  highwall slam --dataset RECORDING --out run\n"
+    "  highwall eval ape TRUTH run/trajectory.txt  its error, where the truth is known\n"
+    "  highwall --help                             all commands\n";
 
-  CommandAction action;
+void AddCommands(CLI::App& app, CommandAction& action) {
   AddSlamCommand(app, action);
   AddCalibrateCommand(app, action);
+  AddDemoCommand(app, action);
   AddEvalCommand(app, action);
   AddImuNoiseCommand(app, action);
   AddInfoCommand(app, action);
@@ -56,22 +54,33 @@ int Main(int argc, char** argv) {
   AddPosegraphCommand(app, action);
   AddReportCommand(app, action);
   AddSimulateCommand(app, action);
+}
 
+}  // namespace
+
+int RunCommand(std::vector<std::string> words) {
+  CLI::App app("RGB-D-inertial SLAM with points and lines, and the tools around it.", "highwall");
+  app.set_version_flag("--version", "highwall " HIGHWALL_VERSION);
+  app.require_subcommand(0, 1);
+  app.failure_message(
+      [&app](const CLI::App*, const CLI::Error& error) { return UsageError(app, error); });
+  CommandAction action;
+  AddCommands(app, action);
+  std::ranges::reverse(words);  // as CLI11 takes them
   try {
-    app.parse(argc, argv);
+    app.parse(words);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;  // --help and --version arrive here too
   }
   if (!action) {
-    fmt::print(stderr, "{}", app.help());
+    fmt::print(stderr, "{}", kFirst);
     return kExitUsage;
   }
   return RunAction(action, CommandName(app));
 }
 
-}  // namespace
 }  // namespace highwall::apps
 
 int main(int argc, char** argv) {
-  return highwall::apps::Main(argc, argv);
+  return highwall::apps::RunCommand({argv + std::min(argc, 1), argv + argc});
 }

@@ -116,6 +116,7 @@ void RequireFits(const MapArguments& arguments, const FrameSource& frames,
 
 nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& dense,
                              const Trajectory& trajectory, std::size_t frames) {
+  const Progress progress("writing the maps");
   std::error_code error;
   std::filesystem::create_directories(out, error);
   if (error) throw IoError(out, "cannot be made: " + error.message());
@@ -168,12 +169,13 @@ DenseMapOptions MapOptions(const MapArguments& arguments, const RgbdSensor& sens
 
 // level: z of W points up.
 DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::size_t count,
-               bool level, const DepthUnprojector& unprojector, const DenseMapOptions& options) {
+               bool level, const DepthUnprojector& unprojector, const DenseMapOptions& options,
+               Progress& progress) {
+  progress.Begin("mapping");
   DenseMap dense;
   dense.octree = OctomapBuilder(options.octree);
   DenseCloud cloud({.voxel_size = arguments.voxel});
   std::vector<Pose> cameras;
-  Progress progress("mapping");
   std::size_t done = 0;
   frames.ForEach([&](const KeyframeImage& frame) {
     cloud.SetKeyframe(frame.id,
@@ -183,6 +185,7 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
     cameras.push_back(frame.T_WC);
     progress.Update(++done, count);
   });
+  progress.Begin("cleaning the cloud, making the grid");
   dense.cloud = cloud.TakeMerged();
   if (!arguments.raw) dense.cloud = RemoveOutliers(dense.cloud);
   AddGrid(cameras, level, {}, dense);
@@ -206,8 +209,11 @@ int RunMap(const MapArguments& arguments) {
   const DepthUnprojector unprojector(sensor.camera);
   const FrameSource frames(dataset, posed, sensor, arguments.voxel, arguments.raw);
   const DenseMapOptions options = MapOptions(arguments, sensor);
-  RequireFits(arguments, frames, unprojector, options.octree);
-  const DenseMap dense = Build(arguments, frames, posed.size(), source.level, unprojector, options);
+  const DenseMap dense = [&] {
+    Progress progress("predicting the size of the octree");
+    RequireFits(arguments, frames, unprojector, options.octree);
+    return Build(arguments, frames, posed.size(), source.level, unprojector, options, progress);
+  }();
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall map: skipped frame {}: {}\n", problem.frame, problem.what);
   }

@@ -22,6 +22,7 @@
 #include "opened_dataset.h"
 #include "option_checks.h"
 #include "posed_frames.h"
+#include "progress.h"
 
 namespace highwall::apps {
 namespace {
@@ -141,11 +142,15 @@ void PrintTable(const MapComparison& comparison) {
 }
 
 int RunCompare(const CompareArguments& arguments) {
-  Points points = ReadPoints(arguments.map);
-  ReferenceSurface reference = ReadReference(arguments.reference, arguments.spacing);
-  if (!arguments.align.empty()) Align(arguments.align, points);
-  if (!arguments.seen_by.empty()) KeepSeen(arguments, reference);
-  const MapComparison comparison = CompareMaps(points, reference);
+  const MapComparison comparison = [&] {
+    Progress progress("reading the maps");
+    Points points = ReadPoints(arguments.map);
+    ReferenceSurface reference = ReadReference(arguments.reference, arguments.spacing);
+    if (!arguments.align.empty()) Align(arguments.align, points);
+    if (!arguments.seen_by.empty()) KeepSeen(arguments, reference);
+    progress.Begin("comparing");
+    return CompareMaps(points, reference);
+  }();
   if (arguments.json) {
     fmt::print("{}\n", ToJson(comparison).dump());
   } else {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
@@ -131,7 +131,10 @@ int RunMerge(const MergeArguments& arguments) {
     merged = MergeRuns(std::move(runs),
                        [&](std::size_t done, std::size_t total) { progress.Update(done, total); });
   }
-  const nlohmann::json report = WriteMergedRuns(arguments.out, merged);
+  const nlohmann::json report = [&] {
+    const Progress progress("writing the results");
+    return WriteMergedRuns(arguments.out, merged);
+  }();
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {

@@ -4,9 +4,14 @@
 #include <highwall/frontend/input/euroc_dataset.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
+#include "did_you_mean.h"
+
 namespace highwall::apps {
 
 OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path& directory) {
+  if (!std::filesystem::exists(directory)) {
+    throw IoError(directory, "does not exist" + DidYouMeanPath(directory));
+  }
   if (EurocDataset::IsOne(directory)) {
     if (!choice.empty()) {
       throw IoError(directory,

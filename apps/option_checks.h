@@ -1,31 +1,51 @@
 #pragma once
 
-#include <cstdlib>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include <fmt/format.h>
+#include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
 namespace highwall::apps {
 
 // A number in [min, max]. CLI::Range lets NaN pass.
-inline CLI::Validator Between(double min, double max) {
-  const std::string range = fmt::format("in [{} - {}]", min, max);
-  return CLI::Validator(
-      [=](const std::string& text) -> std::string {
-        char* end = nullptr;
-        const double value = std::strtod(text.c_str(), &end);
-        if (end != text.c_str() && *end == '\0' && value >= min && value <= max) return "";
-        return "must be a number " + range + ", is " + text;
-      },
-      range);
-}
+CLI::Validator Between(double min, double max);
 
 // The name of a file or folder.
-inline CLI::Validator NotEmpty() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string { return text.empty() ? "must be given" : ""; },
-      "");
+CLI::Validator NotEmpty();
+
+// One of these words; shown as {points,lines,both}.
+CLI::Validator OneOf(const std::vector<std::string>& words);
+
+// "{points,lines,both}"
+std::string Braces(const std::vector<std::string>& words);
+
+template <class T>
+using Choices = std::vector<std::pair<std::string, T>>;
+
+// The words of an enum: its values as ToString() names them.
+template <class Enum>
+Choices<Enum> Named(const auto& values) {
+  Choices<Enum> choices;
+  for (const Enum value : values) choices.emplace_back(ToString(value), value);
+  return choices;
+}
+
+// An option that takes one of the words, and gives `value` what it stands for.
+template <class T, class Value>
+CLI::Option* AddChoice(CLI::App* command, const std::string& name, Value* value,
+                       const Choices<T>& choices, const std::string& help) {
+  std::vector<std::string> words;
+  for (const auto& choice : choices) words.push_back(choice.first);
+  const auto set = [value, choices](const std::string& word) {
+    for (const auto& [known, meaning] : choices) {
+      if (known == word) *value = meaning;
+    }
+  };
+  return command->add_option_function<std::string>(name, set, help)
+      ->type_name(Braces(words))
+      ->check(OneOf(words).description(""));
 }
 
 }  // namespace highwall::apps

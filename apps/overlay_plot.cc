@@ -89,10 +89,11 @@ void WriteOverlayPlot(const std::filesystem::path& path, const OverlayText& text
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     const double y = kLegendTop + kLegendRow * static_cast<double>(i + 1);
     const NamedError& estimate = estimates[i];
-    DrawLegendEntry({kMapBox.left, y},
-                    fmt::format("{}: rmse {:.4g}, coverage {:.1f} %", estimate.name,
-                                estimate.error.statistics.rmse, 100.0 * estimate.error.coverage),
-                    StrokeOf(i), &svg);
+    DrawLegendEntry(
+        {kMapBox.left, y},
+        fmt::format("{}: rmse {:.4g}, {:.1f} % of the time", estimate.name,
+                    estimate.error.statistics.rmse, 100.0 * estimate.error.time_covered),
+        StrokeOf(i), &svg);
   }
   svg.Write(path);
 }

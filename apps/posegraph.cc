@@ -14,9 +14,11 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/pose_graph.h>
+#include <highwall/frontend/loops/option_table.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "commands.h"
+#include "option_checks.h"
 #include "posegraph_plot.h"
 #include "progress.h"
 
@@ -27,7 +29,7 @@ struct PoseGraphArguments {
   std::filesystem::path input;
   std::filesystem::path output;
   std::string initialization = "chordal";
-  std::string robust = "none";
+  RobustLoops robust = RobustLoops::kNone;
   double max_loop_chi2 = 0.0;
   int max_iterations = PoseGraphOptions().solver.max_iterations;
   bool json = false;
@@ -41,15 +43,6 @@ PoseGraphInitialization FindInitialization(const std::string& name) {
       {"tree", PoseGraphInitialization::kTree},
       {"chordal", PoseGraphInitialization::kChordal}};
   return initializations.at(name);
-}
-
-RobustLoops FindRobust(const std::string& name) {
-  static const std::map<std::string, RobustLoops> methods = {
-      {"none", RobustLoops::kNone},
-      {"gnc", RobustLoops::kGnc},
-      {"dcs", RobustLoops::kDcs},
-      {"switchable", RobustLoops::kSwitchable}};
-  return methods.at(name);
 }
 
 void PrintJson(const PoseGraph& graph, const PoseGraphSummary& summary, double total_seconds) {
@@ -86,7 +79,7 @@ void PrintText(const PoseGraphArguments& arguments, const PoseGraph& graph,
              summary.rejected.empty() ? "" : " without the rejected loops");
   fmt::print("  iterations  {}, {}\n", summary.iterations, ToString(summary.status));
   fmt::print("  seconds     {:.3f}, with initialization {:.3f}\n", summary.seconds, total_seconds);
-  if (arguments.robust == "none") return;
+  if (arguments.robust == RobustLoops::kNone) return;
   fmt::print("  rejected    {} of {} loops\n", summary.rejected.size(), loops);
   for (std::size_t k = 0; k < summary.rejected.size() && k < kShown; ++k) {
     const RejectedLoop& loop = summary.rejected[k];
@@ -120,8 +113,7 @@ int RunPoseGraph(const PoseGraphArguments& arguments) {
   const Stopwatch stopwatch;
   InitializePoseGraph(&graph, FindInitialization(arguments.initialization));
   const PoseGraph before = graph;
-  PoseGraphOptions options{.robust = FindRobust(arguments.robust),
-                           .max_loop_chi2 = arguments.max_loop_chi2};
+  PoseGraphOptions options{.robust = arguments.robust, .max_loop_chi2 = arguments.max_loop_chi2};
   options.solver.max_iterations = arguments.max_iterations;
   PoseGraphSummary summary;
   {
@@ -159,14 +151,11 @@ void AddPosegraphCommand(CLI::App& app, CommandAction& action) {
   command->add_option("output", arguments->output, "g2o file of the same graph, solved")
       ->required();
   command->add_option("--init", arguments->initialization, "Where the poses begin")
-      ->check(CLI::IsMember({"given", "odometry", "tree", "chordal"}))
+      ->check(OneOf({"given", "odometry", "tree", "chordal"}))
       ->capture_default_str();
-  command
-      ->add_option("--robust", arguments->robust,
-                   "How false loops are found; loops are the edges between ids that do not follow "
-                   "each other")
-      ->check(CLI::IsMember({"none", "gnc", "dcs", "switchable"}))
-      ->capture_default_str();
+  AddChoice(command, "--robust", &arguments->robust, Named<RobustLoops>(kChoices<RobustLoops>),
+            "How false loops are found; loops are the edges between ids that do not follow each "
+            "other (default: none)");
   command
       ->add_option("--max-loop-chi2", arguments->max_loop_chi2,
                    "Loops above are false; 0: the 99.9 % quantile")

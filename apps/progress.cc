@@ -22,6 +22,7 @@ constexpr const char* kEraseLine = "\r\033[K";
 
 std::string FormatProgress(const std::string& label, std::size_t done, std::size_t total,
                            double elapsed_seconds) {
+  if (done == 0 && total == 0) return label + Format("  %.0f s", elapsed_seconds);
   std::string line = label + "  " + std::to_string(done);
   if (total > 0) {
     line += "/" + std::to_string(total) + "  " + std::to_string(100 * done / total) + "%";
@@ -33,20 +34,42 @@ std::string FormatProgress(const std::string& label, std::size_t done, std::size
   return line;
 }
 
-Progress::Progress(std::string label)
-    : label_(std::move(label)), enabled_(::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(std::string label, std::chrono::milliseconds interval)
+    : on_terminal_(::isatty(STDERR_FILENO) == 1), label_(std::move(label)) {
+  constexpr std::chrono::milliseconds kRedraw{100};
+  writer_ = std::thread([this, interval] { Run(on_terminal_ ? kRedraw : interval); });
+}
 
 Progress::~Progress() {
-  if (enabled_) std::fputs(kEraseLine, stderr);
+  {
+    const std::scoped_lock lock(mutex_);
+    ended_ = true;
+  }
+  wake_.notify_one();
+  writer_.join();
+  if (on_terminal_) std::fputs(kEraseLine, stderr);
 }
 
 void Progress::Update(std::size_t done, std::size_t total) {
-  constexpr double kInterval = 100.0;  // [ms]
-  if (!enabled_ || since_drawn_.Milliseconds() < kInterval) return;
-  since_drawn_ = Stopwatch();
-  const double elapsed = since_start_.Seconds();
-  std::fputs((kEraseLine + FormatProgress(label_, done, total, elapsed)).c_str(), stderr);
-  std::fflush(stderr);
+  const std::scoped_lock lock(mutex_);
+  done_ = done;
+  total_ = total;
+}
+
+void Progress::Begin(std::string label) {
+  const std::scoped_lock lock(mutex_);
+  label_ = std::move(label);
+  done_ = total_ = 0;
+  since_begin_ = Stopwatch();
+}
+
+void Progress::Run(std::chrono::milliseconds interval) {
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, interval, [this] { return ended_; })) {
+    const std::string line = FormatProgress(label_, done_, total_, since_begin_.Seconds());
+    std::fputs((on_terminal_ ? kEraseLine + line : "... " + line + "\n").c_str(), stderr);
+    std::fflush(stderr);
+  }
 }
 
 }  // namespace highwall::apps

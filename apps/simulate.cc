@@ -237,7 +237,7 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
       ->add_option("--noise", arguments->noise,
                    "Of depth and colour, kinect or d435i; off: of the IMU too "
                    "[default: kinect in the room, d435i elsewhere]")
-      ->check(CLI::IsMember({"off", "kinect", "d435i"}));
+      ->check(OneOf({"off", "kinect", "d435i"}));
   command
       ->add_option("--noise-ratio", arguments->noise_ratio,
                    "True noise of depth and IMU over that of the data sheets, which is what "
@@ -248,7 +248,7 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
       ->add_option("--exposure", arguments->exposure,
                    "auto: motion blur, and noise in the dark; off: neither "
                    "[default: off in the room and without noise]")
-      ->check(CLI::IsMember({"off", "auto"}));
+      ->check(OneOf({"off", "auto"}));
   command
       ->add_option("--blackout", arguments->blackouts,
                    "Cover the lens at T for S seconds; may be repeated")
@@ -358,7 +358,7 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
       "simulate", "Make an RGB-D-inertial dataset with exact truth, in the TUM layout");
   command->add_option("SCENE", arguments->scene, "The scene: mine, road, drive or room")
       ->required()
-      ->check(CLI::IsMember({"mine", "road", "drive", "room"}));
+      ->check(OneOf({"mine", "road", "drive", "room"}));
   command->add_option("--out", arguments->folder, "Folder to make; it must be absent or empty")
       ->required()
       ->check(NotEmpty());

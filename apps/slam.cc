@@ -25,6 +25,7 @@
 #include "report/html_report.h"
 #include "run_output.h"
 #include "run_report.h"
+#include "settings.h"
 #include "slam_arguments.h"
 #include "slam_run.h"
 
@@ -162,6 +163,10 @@ bool WritePage(const std::filesystem::path& folder) {
 }
 
 int RunSlamCommand(const SlamArguments& arguments) {
+  if (arguments.print_settings) {
+    fmt::print("{}", SettingsFile(MakeOptions(arguments).slam));
+    return kExitOk;
+  }
   RequireFolder(arguments.out);
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
   const OpenedDataset opened = OpenDataset(arguments.config, arguments.dataset);
@@ -192,7 +197,10 @@ int RunSlamCommand(const SlamArguments& arguments) {
           output.Follow(result);
           progress.Update(done, total);
         },
-        [&](const SlamRun& tracked) { output.WriteTrajectories(tracked); });
+        [&](const SlamRun& tracked) {
+          progress.Begin("finishing the maps");
+          output.WriteTrajectories(tracked);
+        });
   }
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame,
@@ -211,7 +219,11 @@ int RunSlamCommand(const SlamArguments& arguments) {
   }
   nlohmann::json report = RunJson(run, options, arguments.dataset, opened.origin);
   report["depth_noise"] = ToJson(sensor.depth_noise);
-  report = output.WriteRest(run, report);
+  report["settings"] = ChangedSettings(options.slam);
+  {
+    const Progress progress("writing the results");
+    report = output.WriteRest(run, report);
+  }
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {

@@ -3,14 +3,15 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <map>
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/system/option_table.h>
 
 #include "imu_choice.h"
 #include "imu_input.h"
 #include "option_checks.h"
+#include "settings.h"
 
 namespace highwall::apps {
 namespace {
@@ -37,29 +38,79 @@ void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
       ->excludes(adjust_all);
 }
 
+// Those that were given.
+void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
+  if (arguments.features) {
+    slam->frame.use_points = arguments.features != Features::kLines;
+    slam->frame.use_lines = arguments.features != Features::kPoints;
+  }
+  const auto apply = [](const auto& given, auto* value) {
+    if (given) *value = *given;
+  };
+  apply(arguments.detector, &slam->frame.lines.detector);
+  apply(arguments.weighting, &slam->measurement.weighting);
+  apply(arguments.mad_rule, &slam->measurement.line_matches.mad_rule);
+  apply(arguments.moving_objects, &slam->tracker.moving.enabled);
+  apply(arguments.frame_timing, &slam->tracker.timing);
+  if (!arguments.imu.empty()) apply(ReadImuChoice(arguments.imu), &slam->inertial.weighting);
+  if (arguments.no_loops || arguments.localize) slam->loops.enabled = false;
+  if (arguments.localize) slam->localize_only = true;
+}
+
+// unneeded: options that printing does not need.
+void AddSettings(CLI::App* command, SlamArguments* arguments,
+                 const std::vector<CLI::Option*>& unneeded) {
+  command->add_option("--settings", arguments->settings,
+                      "YAML file of settings, as --print-settings writes it");
+  command
+      ->add_option("--set", arguments->set,
+                   "One setting, such as tracker.min_support=25; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->check(CLI::Validator(
+          [](const std::string& setting) -> std::string {
+            SlamOptions options;
+            try {
+              Set(setting, &options);
+            } catch (const InvalidArgument& error) {
+              return error.what();
+            }
+            return "";
+          },
+          ""));
+  command->add_flag_callback(
+      "--print-settings",
+      [arguments, unneeded] {
+        arguments->print_settings = true;
+        for (CLI::Option* option : unneeded) option->required(false);
+      },
+      "Print all settings as YAML, with units and ranges, and exit");
+}
+
 }  // namespace
 
 void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
-  command->add_option("--dataset", arguments->dataset, "Folder in the TUM RGB-D layout")
-      ->required();
+  CLI::Option* dataset =
+      command->add_option("--dataset", arguments->dataset, "Folder in the TUM RGB-D layout")
+          ->required();
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
                       "else what its name tells)");
-  command->add_option("--out", arguments->out, "Folder for the results")
-      ->required()
-      ->check(NotEmpty());
-  command->add_option("--features", arguments->features, "points, lines or both")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Features>{
-          {"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}}));
-  command->add_option("--line-detector", arguments->detector, "lsd or edlines")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, LineDetector>{
-          {"lsd", LineDetector::kLsd}, {"edlines", LineDetector::kEdLines}}));
-  command->add_option("--line-outliers", arguments->mad_rule, "median or paper")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, MadRule>{
-          {"median", MadRule::kMedian}, {"paper", MadRule::kPaper}}));
-  command->add_option("--weighting", arguments->weighting, "covariance or paper")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Weighting>{
-          {"covariance", Weighting::kCovariance}, {"paper", Weighting::kPaper}}));
+  CLI::Option* out = command->add_option("--out", arguments->out, "Folder for the results")
+                         ->required()
+                         ->check(NotEmpty());
+  AddSettings(command, arguments, {dataset, out});
+  AddChoice<Features>(
+      command, "--features", &arguments->features,
+      {{"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}},
+      "What is tracked (default: both)");
+  AddChoice(command, "--line-detector", &arguments->detector,
+            Named<LineDetector>(kChoices<LineDetector>), "What finds lines (default: edlines)");
+  AddChoice(command, "--line-outliers", &arguments->mad_rule, Named<MadRule>(kChoices<MadRule>),
+            "How false matches of lines are told (default: median)");
+  AddChoice(command, "--weighting", &arguments->weighting, Named<Weighting>(kChoices<Weighting>),
+            "Of what has depth (default: covariance)");
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
       ->check(Between(1e-3, 10.0))
       ->capture_default_str();
@@ -68,25 +119,16 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
                    "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
                    "consistent where the dataset has an IMU)")
       ->check(ImuChoice());
-  command
-      ->add_option("--gps", arguments->gps,
-                   "on: the fixes of gps.csv keep the map from drifting, where the dataset has "
-                   "them, or off (default: on)")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
-  command
-      ->add_option("--moving-objects", arguments->moving_objects,
-                   "on: what moves is neither tracked nor mapped, or off (default: on)")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
-  command
-      ->add_option("--frame-timing", arguments->frame_timing,
-                   "estimated: read-out of the rows and delay of depth are found out, known: they "
-                   "are those of the calibration, or ignored (default: estimated)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, FrameTimingMode>{{"estimated", FrameTimingMode::kEstimated},
-                                                 {"known", FrameTimingMode::kKnown},
-                                                 {"ignored", FrameTimingMode::kIgnored}}));
+  AddChoice<bool>(command, "--gps", &arguments->gps, {{"on", true}, {"off", false}},
+                  "on: the fixes of gps.csv keep the map from drifting, where the dataset has them "
+                  "(default: on)");
+  AddChoice<bool>(command, "--moving-objects", &arguments->moving_objects,
+                  {{"on", true}, {"off", false}},
+                  "on: what moves is neither tracked nor mapped (default: on)");
+  AddChoice(command, "--frame-timing", &arguments->frame_timing,
+            Named<FrameTimingMode>(kChoices<FrameTimingMode>),
+            "estimated: read-out of the rows and delay of depth are found out, known: they are "
+            "those of the calibration (default: estimated)");
   CLI::Option* deterministic =
       command->add_flag("--deterministic", arguments->deterministic,
                         "One thread; the same output, bit for bit, on every run");
@@ -105,6 +147,12 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
 void CheckArguments(const SlamArguments& arguments) {
   if (arguments.localize && !arguments.imu.empty() && ReadImuChoice(arguments.imu)) {
     throw CLI::ValidationError("--localize", "works by images alone: leave --imu out or off");
+  }
+  if (!arguments.settings.empty()) return;  // whose faults are not those of the call
+  try {
+    MakeOptions(arguments);
+  } catch (const InvalidArgument& error) {
+    throw CLI::ValidationError("--set", error.what());
   }
 }
 
@@ -127,25 +175,19 @@ std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedD
 
 SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   SlamRunOptions options;
-  options.slam.frame.use_points = arguments.features != Features::kLines;
-  options.slam.frame.use_lines = arguments.features != Features::kPoints;
-  options.slam.frame.lines.detector = arguments.detector;
-  options.slam.measurement.weighting = arguments.weighting;
-  options.slam.measurement.line_matches.mad_rule = arguments.mad_rule;
-  options.slam.tracker.moving.enabled = arguments.moving_objects;
-  options.slam.tracker.timing = arguments.frame_timing;
+  if (!arguments.settings.empty()) ReadSettings(arguments.settings, &options.slam);
+  ApplySwitches(arguments, &options.slam);
+  for (const std::string& setting : arguments.set) Set(setting, &options.slam);
+  CheckSettings(options.slam);
+  HIGHWALL_REQUIRE(options.slam.localize_only == arguments.localize,
+                   "localize_only needs a map: give --load-map and --localize instead");
   options.map.octree.resolution = arguments.resolution;
   // The dense map is made of the keyframes of the run: where there are none there is none.
   options.dense = !arguments.no_map && !arguments.localize;
-  options.slam.localize_only = arguments.localize;
-  options.slam.loops.enabled = !arguments.no_loops && !arguments.localize;
   options.adjust_all = arguments.adjust_all;
   options.load_map = arguments.load_map;
   options.save_map = arguments.save_map;
   options.live = arguments.live;
-  if (const auto weighting = ReadImuChoice(arguments.imu)) {
-    options.slam.inertial.weighting = *weighting;
-  }
   if (arguments.deterministic) {
     options.slam = Deterministic(options.slam);
     options.prefetch = 0;

@@ -18,15 +18,18 @@ enum class Features { kPoints, kLines, kBoth };
 // The switches of `highwall slam`.
 struct SlamArguments {
   std::string dataset, config, out, load_map, save_map;
-  Features features = Features::kBoth;
-  LineDetector detector = LineExtractorOptions().detector;
-  Weighting weighting = MeasurementOptions().weighting;
-  MadRule mad_rule = LineMatcherOptions().mad_rule;
+  std::string settings;          // a file
+  std::vector<std::string> set;  // "path=value"
+  // What the settings say, unless given.
+  std::optional<Features> features;
+  std::optional<LineDetector> detector;
+  std::optional<Weighting> weighting;
+  std::optional<MadRule> mad_rule;
+  std::optional<bool> moving_objects;
+  std::optional<FrameTimingMode> frame_timing;
   double resolution = OctomapBuilderOptions().resolution;
   std::string imu;  // --imu as given
   bool gps = true;
-  bool moving_objects = true;
-  FrameTimingMode frame_timing = TrackerOptions().timing;
   bool deterministic = false;
   bool live = false;
   bool no_map = false;
@@ -35,6 +38,7 @@ struct SlamArguments {
   bool localize = false;
   bool json = false;
   bool report = false;
+  bool print_settings = false;  // and nothing else
 };
 
 // Adds them to the command; `arguments` must outlive the parsing. Contradictions between them are
@@ -43,7 +47,9 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments);
 // Throws CLI::ValidationError.
 void CheckArguments(const SlamArguments& arguments);
 
-// What the run is told to do by them: all of it but the readings of the IMU.
+// What the run is told to do by them: all of it but the readings of the IMU. The file of settings
+// comes first, then the switches, then --set. Throws IoError for the file, InvalidArgument for a
+// setting that cannot be.
 SlamRunOptions MakeOptions(const SlamArguments& arguments);
 // Whether the readings of the dataset's IMU are wanted, where it has one.
 bool WantsImu(const SlamArguments& arguments);

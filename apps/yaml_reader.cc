@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <set>
 #include <utility>
 
 #include <yaml-cpp/yaml.h>
 
 #include <highwall/core/error.h>
+
+#include "did_you_mean.h"
 
 namespace highwall::apps {
 namespace {
@@ -28,20 +29,6 @@ bool IsFinite(const T&) {
 
 }  // namespace
 
-std::size_t EditDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 YamlReader::YamlReader(std::filesystem::path path, std::string name, YAML::Node node)
     : path_(std::move(path)), name_(std::move(name)), node_(std::move(node)) {}
 
@@ -51,7 +38,7 @@ YamlReader YamlReader::Load(const std::filesystem::path& path) {
   try {
     node = YAML::LoadFile(path.string());
   } catch (const YAML::BadFile&) {
-    throw IoError(path, "is missing or cannot be read");
+    throw IoError(path, "is missing or cannot be read" + DidYouMeanPath(path));
   } catch (const YAML::ParserException& error) {
     throw IoError(path, error.mark.line + 1, "is not YAML: " + error.msg);
   }
@@ -70,16 +57,12 @@ std::optional<YamlReader::Entry> YamlReader::Find(const std::string& key) const 
 
 template <typename T>
 void YamlReader::ReadAs(const std::string& key, const char* type, T* value) {
-  known_.push_back(key);
-  const std::optional<Entry> entry = Find(key);
-  if (!entry) return;
-  const YAML::Node& node = entry->value;
-  T result{};
-  if (!node.IsScalar() || !YAML::convert<T>::decode(node, result) || !IsFinite(result)) {
-    const std::string found = node.IsScalar() ? "'" + node.Scalar() + "'" : "no single value";
-    throw IoError(path_, entry->line, "'" + key + "' must be " + type + ", found " + found);
-  }
-  *value = std::move(result);
+  Read(key, type, [value](const std::string& text) {
+    T result{};
+    if (!YAML::convert<T>::decode(YAML::Node(text), result) || !IsFinite(result)) return false;
+    *value = std::move(result);
+    return true;
+  });
 }
 
 void YamlReader::Read(const std::string& key, double* value) {
@@ -93,6 +76,17 @@ void YamlReader::Read(const std::string& key, bool* value) {
 }
 void YamlReader::Read(const std::string& key, std::string* value) {
   ReadAs(key, "a word", value);
+}
+
+void YamlReader::Read(const std::string& key, const std::string& demand,
+                      const std::function<bool(const std::string&)>& parse) {
+  known_.push_back(key);
+  const std::optional<Entry> entry = Find(key);
+  if (!entry) return;
+  const YAML::Node& node = entry->value;
+  if (node.IsScalar() && parse(node.Scalar())) return;
+  const std::string found = node.IsScalar() ? "'" + node.Scalar() + "'" : "no single value";
+  throw IoError(path_, entry->line, "'" + key + "' must be " + demand + ", found " + found);
 }
 
 void YamlReader::Read(const std::string& key, std::span<double> values) {
@@ -130,13 +124,7 @@ void YamlReader::CheckKeys() const {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
     const std::int64_t line = LineOf(entry.first);
     if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-      const auto nearest = std::min_element(known_.begin(), known_.end(),
-                                            [&key](const std::string& a, const std::string& b) {
-                                              return EditDistance(key, a) < EditDistance(key, b);
-                                            });
-      throw IoError(path_, line,
-                    "unknown key '" + key + "'" +
-                        (nearest == known_.end() ? "" : "; the nearest is '" + *nearest + "'"));
+      throw IoError(path_, line, "unknown key '" + key + "'" + DidYouMean(key, known_));
     }
     if (!seen.insert(key).second) throw IoError(path_, line, "key '" + key + "' is there twice");
   }

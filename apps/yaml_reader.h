@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <list>
 #include <optional>
 #include <span>
@@ -34,6 +34,10 @@ class YamlReader {
   void Read(const std::string& key, std::string* value);
   // A list of as many finite numbers as `values` has room for.
   void Read(const std::string& key, std::span<double> values);
+  // A single value that `parse` takes; demand: what it must be, for people. Throws where parse
+  // returns false.
+  void Read(const std::string& key, const std::string& demand,
+            const std::function<bool(const std::string&)>& parse);
   // As Read, but Finish() throws if the key is absent.
   template <typename T>
   void Require(const std::string& key, T* value) {
@@ -45,8 +49,8 @@ class YamlReader {
   // no map.
   YamlReader& Section(const std::string& key);
 
-  // Throws for an unknown key, naming the nearest known one, for a key that is there twice, and for
-  // a required key that is missing; here and in all sections.
+  // Throws for an unknown key, naming the known one that may be meant, for a key that is there
+  // twice, and for a required key that is missing; here and in all sections.
   void Finish() const;
 
  private:
@@ -69,9 +73,5 @@ class YamlReader {
   std::vector<std::string> known_, required_;
   std::list<YamlReader> sections_;
 };
-
-// The least number of insertions, deletions and replacements of a character that turn a into b
-// (Levenshtein 1966).
-std::size_t EditDistance(const std::string& a, const std::string& b);
 
 }  // namespace highwall::apps

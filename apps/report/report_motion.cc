@@ -108,7 +108,7 @@ nlohmann::json ErrorsJson(const MotionErrors& errors, Stamp start, std::size_t l
   nlohmann::json json = {{"ape", CourseJson(errors.absolute, start, limit)},
                          {"rpe", CourseJson(errors.relative, start, limit)},
                          {"truth", PathJson(errors.truth_W, start, std::nullopt, limit)},
-                         {"coverage", errors.absolute.coverage}};
+                         {"time_covered", errors.absolute.time_covered}};
   json["rpe"]["frames"] = errors.frames_per_second;
   return json;
 }

@@ -27,7 +27,7 @@ std::optional<MotionErrors> CompareWithTruth(const Trajectory& truth, const Traj
 nlohmann::json PathJson(const Trajectory& trajectory, Stamp start,
                         const std::optional<MotionErrors>& errors, std::size_t limit);
 
-// {"ape": {...}, "rpe": {...}, "truth": {"t", "position"}, "coverage"}: each error with "rmse",
+// {"ape": {...}, "rpe": {...}, "truth": {"t", "position"}, "time_covered"}: each error with "rmse",
 // "mean", "median", "max" [m] and its course "t" [s] after `start`, "error" [m].
 nlohmann::json ErrorsJson(const MotionErrors& errors, Stamp start, std::size_t limit);
 

@@ -64,10 +64,10 @@ std::string Error(const nlohmann::json& errors) {
   }
   return fmt::format(
       "Against the ground truth the absolute error is {} (RMSE, rigid alignment; the largest {}), "
-      "and {} over a second (RMSE of {}). Poses cover {:.1f} % of the truth.",
+      "and {} over a second (RMSE of {}). Poses cover {:.1f} % of its time.",
       Length(Number(errors, "/ape/rmse")), Length(Number(errors, "/ape/max")),
       Length(Number(errors, "/rpe/rmse")), Counted(Count(errors, "/rpe/frames"), "frame"),
-      100.0 * Number(errors, "/coverage"));
+      100.0 * Number(errors, "/time_covered"));
 }
 
 std::string Mapping(const nlohmann::json& run) {

@@ -11,6 +11,7 @@
 #include <ceres/solver.h>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/quiet_glog.h>
 #include "graph_covariance.h"
 #include "guarded_factor.h"
 
@@ -216,6 +217,29 @@ struct FactorGraph::Impl {
       return Describe(slot) + ", could not be evaluated where a step led";
     }
     return "";
+  }
+
+  // What is estimated.
+  std::vector<double*> Unknown() const {
+    std::vector<double*> unknown;
+    for (const VariableSlot& slot : variables) {
+      double* const block = slot.block.get();
+      if (block != nullptr && !problem.IsParameterBlockConstant(block)) unknown.push_back(block);
+    }
+    return unknown;
+  }
+  // The variable that the factors do not determine, with the first of them; empty where there is
+  // none.
+  std::string FirstUndetermined() {
+    const double* const block = internal::FindUndetermined(problem, Unknown());
+    if (block == nullptr) return "";
+    const VariableSlot& slot = At(by_block.at(block));
+    const std::string name = "variable " + std::to_string(by_block.at(block).index) + " (" +
+                             internal::TypeName(*slot.type) + ")";
+    if (slot.factors.empty()) return name + " is in no factor: fix it, or add a prior";
+    return name +
+           " is not determined (singular): fix a variable, or add a prior; of its factors, " +
+           Describe(At(slot.factors.front()));
   }
 
   // A factor joins two landmarks that are not fixed.
@@ -453,12 +477,19 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   impl_->faults.last = nullptr;
   impl_->faults.must_stop = false;
   impl_->faults.solving = true;
-  ceres::Solve(solver, &impl_->problem, &ceres_summary);
+  {
+    const internal::QuietGlog quiet;
+    ceres::Solve(solver, &impl_->problem, &ceres_summary);
+  }
   impl_->faults.solving = false;
   SolveSummary summary;
   summary.status = ToStatus(ceres_summary.termination_type);
   summary.message = ceres_summary.message;
-  if (!summary.IsUsable() && impl_->faults.last != nullptr) summary.message = impl_->FirstFault();
+  if (!summary.IsUsable()) {
+    const std::string fault =
+        impl_->faults.last != nullptr ? impl_->FirstFault() : impl_->FirstUndetermined();
+    if (!fault.empty()) summary.message = fault;
+  }
   summary.initial_cost = ceres_summary.initial_cost;
   summary.final_cost = ceres_summary.final_cost;
   summary.iterations =
@@ -469,22 +500,17 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
 }
 
 Eigen::MatrixXd FactorGraph::Covariance(std::span<const VariableId> variables) const {
-  std::vector<double*> unknown;
-  for (const VariableSlot& slot : impl_->variables) {
-    double* block = slot.block.get();
-    if (block != nullptr && !impl_->problem.IsParameterBlockConstant(block)) {
-      unknown.push_back(block);
-    }
-  }
+  const std::vector<double*> unknown = impl_->Unknown();
   std::vector<const double*> wanted;
   for (const VariableId& id : variables) wanted.push_back(Block(id));
   impl_->faults.last = nullptr;
   try {
     return internal::TangentCovariance(impl_->problem, unknown, wanted);
   } catch (const InvalidArgument&) {
-    if (impl_->faults.last == nullptr) throw;
+    throw InvalidArgument("FactorGraph::Covariance: " + (impl_->faults.last != nullptr
+                                                             ? impl_->FirstFault()
+                                                             : impl_->FirstUndetermined()));
   }
-  throw InvalidArgument("FactorGraph::Covariance: " + impl_->FirstFault());
 }
 
 const double* FactorGraph::Block(const VariableId& variable) const {

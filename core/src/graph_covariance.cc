@@ -30,48 +30,76 @@ SparseMatrix Linearize(ceres::Problem& problem, const std::vector<double*>& unkn
                                     J.cols.data(), J.values.data());
 }
 
-}  // namespace
+// J^T J of the blocks, scaled to a unit diagonal, and factorized.
+struct Normal {
+  Normal(ceres::Problem& problem, const std::vector<double*>& unknown);
 
-Eigen::MatrixXd TangentCovariance(ceres::Problem& problem, const std::vector<double*>& unknown,
-                                  const std::vector<const double*>& wanted) {
   std::unordered_map<const double*, int> first_column;
-  int columns = 0;
-  for (const double* block : unknown) {
-    first_column.emplace(block, columns);
-    columns += problem.ParameterBlockTangentSize(block);
-  }
-  std::vector<int> wanted_columns;  // -1: known
-  for (const double* block : wanted) {
-    const auto found = first_column.find(block);
-    for (int k = 0; k < problem.ParameterBlockTangentSize(block); ++k) {
-      wanted_columns.push_back(found == first_column.end() ? -1 : found->second + k);
-    }
-  }
-  const auto size = static_cast<Eigen::Index>(wanted_columns.size());
-  if (columns == 0) return Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd scale;  // of the columns of J
+  Eigen::SimplicialLDLT<SparseMatrix> ldlt;
+  const double* undetermined = nullptr;  // the first block with a direction that no factor holds
+};
 
+Normal::Normal(ceres::Problem& problem, const std::vector<double*>& unknown) {
+  std::vector<const double*> block_of;  // each column
+  for (const double* block : unknown) {
+    first_column.emplace(block, static_cast<int>(block_of.size()));
+    block_of.insert(block_of.end(),
+                    static_cast<std::size_t>(problem.ParameterBlockTangentSize(block)), block);
+  }
+  if (block_of.empty()) return;
   const SparseMatrix J = Linearize(problem, unknown);
+  const auto columns = static_cast<Eigen::Index>(block_of.size());
   // Zero where no factor says anything; Eigen refuses the norm of a column without rows.
-  Eigen::VectorXd scale = Eigen::VectorXd::Zero(columns);
-  for (int c = 0; c < columns && J.rows() > 0; ++c) scale[c] = J.col(c).norm();
-  const std::string message =
-      "Covariance: the factors do not determine every variable (rank-deficient): fix one, or add a "
-      "prior";
-  HIGHWALL_REQUIRE(scale.allFinite() && scale.minCoeff() > 0.0, message);
+  scale = Eigen::VectorXd::Zero(columns);
+  for (Eigen::Index c = 0; c < columns; ++c) {
+    if (J.rows() > 0) scale[c] = J.col(c).norm();
+    if (std::isfinite(scale[c]) && scale[c] > 0.0) continue;
+    undetermined = block_of[static_cast<std::size_t>(c)];
+    return;
+  }
   scale = scale.cwiseInverse();
   const SparseMatrix J_scaled = J * scale.asDiagonal();
   const SparseMatrix H = J_scaled.transpose() * J_scaled;
-  const Eigen::SimplicialLDLT<SparseMatrix> ldlt(H);
-  HIGHWALL_REQUIRE(ldlt.info() == Eigen::Success && ldlt.vectorD().minCoeff() > kMinPivot, message);
+  ldlt.compute(H);
+  // It ends at a pivot that is zero: those behind it are not looked at.
+  const Eigen::VectorXd pivots = ldlt.vectorD();
+  for (Eigen::Index k = 0; k < columns; ++k) {
+    if (pivots[k] > kMinPivot) continue;
+    const Eigen::Index c = ldlt.permutationPinv().indices()[k];
+    undetermined = block_of[static_cast<std::size_t>(c)];
+    return;
+  }
+}
 
+}  // namespace
+
+const double* FindUndetermined(ceres::Problem& problem, const std::vector<double*>& unknown) {
+  return Normal(problem, unknown).undetermined;
+}
+
+Eigen::MatrixXd TangentCovariance(ceres::Problem& problem, const std::vector<double*>& unknown,
+                                  const std::vector<const double*>& wanted) {
+  const Normal normal(problem, unknown);
+  HIGHWALL_REQUIRE(normal.undetermined == nullptr,
+                   "Covariance: the factors do not determine every variable");
+  std::vector<int> wanted_columns;  // -1: known
+  for (const double* block : wanted) {
+    const auto found = normal.first_column.find(block);
+    for (int k = 0; k < problem.ParameterBlockTangentSize(block); ++k) {
+      wanted_columns.push_back(found == normal.first_column.end() ? -1 : found->second + k);
+    }
+  }
+  const auto size = static_cast<Eigen::Index>(wanted_columns.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index j = 0; j < size; ++j) {
     const int c = wanted_columns[static_cast<std::size_t>(j)];
     if (c < 0) continue;
-    const Eigen::VectorXd x = ldlt.solve(Eigen::VectorXd::Unit(columns, c)) * scale[c];
+    const Eigen::VectorXd x =
+        normal.ldlt.solve(Eigen::VectorXd::Unit(normal.scale.size(), c)) * normal.scale[c];
     for (Eigen::Index i = 0; i < size; ++i) {
       const int r = wanted_columns[static_cast<std::size_t>(i)];
-      if (r >= 0) covariance(i, j) = scale[r] * x[r];
+      if (r >= 0) covariance(i, j) = normal.scale[r] * x[r];
     }
   }
   return 0.5 * (covariance + covariance.transpose());

@@ -12,10 +12,19 @@
 namespace highwall::internal {
 namespace {
 
-// Ceres fills what it hands out with 1e302, and takes that for a value that was not set.
-bool IsSet(const double* values, int count) {
-  constexpr double kLargest = 1e300;
+// Sums of squares of such values are still numbers.
+constexpr double kLargest = 1e150;
+
+bool AreSmall(const double* values, int count) {
   return std::all_of(values, values + count, [](double x) { return std::abs(x) < kLargest; });
+}
+
+// What is wrong with values that are not. Ceres fills what it hands out with 1e302.
+std::string FaultOf(const double* values, int count) {
+  constexpr double kUnset = 1e300;
+  const bool finite =
+      std::all_of(values, values + count, [](double x) { return std::abs(x) < kUnset; });
+  return finite ? "that is too large to be squared" : "that is not finite";
 }
 
 bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* parameters,
@@ -26,10 +35,10 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
     return false;
   }
   const int rows = factor.num_residuals();
-  if (!IsSet(residuals, rows)) return false;
+  if (!AreSmall(residuals, rows)) return false;
   const std::vector<int>& sizes = factor.parameter_block_sizes();
   for (std::size_t i = 0; jacobians != nullptr && i < sizes.size(); ++i) {
-    if (jacobians[i] != nullptr && !IsSet(jacobians[i], rows * sizes[i])) return false;
+    if (jacobians[i] != nullptr && !AreSmall(jacobians[i], rows * sizes[i])) return false;
   }
   return true;
 }
@@ -38,9 +47,12 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
 
 std::string TypeName(const std::type_info& type) {
   int status = 0;
-  const std::unique_ptr<char, decltype(&std::free)> name(
+  const std::unique_ptr<char, decltype(&std::free)> demangled(
       abi::__cxa_demangle(type.name(), nullptr, nullptr, &status), &std::free);
-  return status == 0 ? name.get() : type.name();
+  const std::string name = status == 0 ? demangled.get() : type.name();
+  const std::string matrix = "Eigen::Matrix<double, ";
+  if (!name.starts_with(matrix)) return name;
+  return "vector of " + name.substr(matrix.size(), name.find(',', matrix.size()) - matrix.size());
 }
 
 std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* const> parameters) {
@@ -60,10 +72,13 @@ std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* c
   } catch (const std::exception& error) {
     return std::string("throws: ") + error.what();
   }
-  if (!IsSet(residuals.data(), rows)) return "has a residual that is not finite";
+  if (!AreSmall(residuals.data(), rows)) {
+    return "has a residual " + FaultOf(residuals.data(), rows);
+  }
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    if (!IsSet(jacobians[i], rows * sizes[i])) {
-      return "has a Jacobian that is not finite (block " + std::to_string(i) + ")";
+    if (!AreSmall(jacobians[i], rows * sizes[i])) {
+      return "has a Jacobian " + FaultOf(jacobians[i], rows * sizes[i]) + " (block " +
+             std::to_string(i) + ")";
     }
   }
   return "";

@@ -64,7 +64,7 @@ TrajectoryError MatchTrajectories(const Trajectory& reference, const Trajectory&
   const double seen = CoveredTime(reference, result.max_gap);
   // The ends of a matched interval may stick out of the reference by the tolerance.
   if (seen > 0.0) {
-    result.coverage = std::min(1.0, CoveredTime(result.estimate, result.max_gap) / seen);
+    result.time_covered = std::min(1.0, CoveredTime(result.estimate, result.max_gap) / seen);
   }
   return result;
 }

@@ -11,6 +11,7 @@
 #include <ceres/solver.h>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/quiet_glog.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -163,6 +164,7 @@ class AllanFit {
     options.function_tolerance = 1e-12;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
+    const internal::QuietGlog quiet;
     ceres::Solve(options, &problem_, &summary);
     if (fixed) problem_.SetParameterBlockVariable(&log_[*fixed]);
     return summary.final_cost;

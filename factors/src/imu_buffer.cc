@@ -5,6 +5,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/imu_buffer_options.h>
 
 namespace highwall {
 namespace {
@@ -32,12 +33,7 @@ bool IsPossible(const ImuSample& sample) {
 }
 
 void ImuBufferOptions::Validate() const {
-  HIGHWALL_REQUIRE(
-      std::isfinite(max_step) && max_step > 0.0,
-      "ImuBufferOptions::max_step must be positive [s], is " + std::to_string(max_step));
-  HIGHWALL_REQUIRE(
-      std::isfinite(horizon) && horizon > max_step,
-      "ImuBufferOptions::horizon must exceed max_step [s], is " + std::to_string(horizon));
+  RequireInRange(*this, "ImuBufferOptions");
 }
 
 const char* ToString(ImuSampleStatus status) {

@@ -82,7 +82,7 @@ TEST_F(InfoTest, DescribesAWholeDataset) {
   EXPECT_DOUBLE_EQ(info["measured_share"], 63.0 / 64.0);
   EXPECT_EQ(info["groundtruth"]["count"], 2);
   EXPECT_EQ(info["groundtruth"]["path_length"], 5.0);
-  EXPECT_EQ(info["groundtruth"]["coverage"], 1.0);
+  EXPECT_EQ(info["groundtruth"]["frames_covered"], 1.0);
   EXPECT_EQ(info["imu"]["count"], 121);
   EXPECT_DOUBLE_EQ(info["imu"]["rate"], 200.0);
   EXPECT_EQ(info["imu"]["file"], "imu.csv");
@@ -211,7 +211,7 @@ TEST_F(InfoTest, RefusesBadInputWithOneLineAndExitCodeTwo) {
   ExpectRefused("groundtruth.txt:1: ");
   std::filesystem::remove(dataset() / "groundtruth.txt");
   WriteText(dataset() / "calibration.yaml", "depth_facter: 5000\n");
-  ExpectRefused("calibration.yaml:1: unknown key 'depth_facter'; the nearest is 'depth_factor'");
+  ExpectRefused("calibration.yaml:1: unknown key 'depth_facter'; did you mean 'depth_factor'?");
 }
 
 TEST_F(InfoTest, RefusesADatasetWithoutAnyUsableFrame) {

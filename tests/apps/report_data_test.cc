@@ -248,7 +248,7 @@ TEST(ReportWords, SayWhyFramesWereLostAndWhatHelps) {
 TEST(ReportWords, GiveTheErrorInReadableUnits) {
   const json errors = {{"ape", {{"rmse", 0.0096}, {"max", 0.25}}},
                        {"rpe", {{"rmse", 0.014}, {"frames", 30}}},
-                       {"coverage", 0.5}};
+                       {"time_covered", 0.5}};
   const std::string text = Joined(SummaryInWords(RunOf(10, 0), errors));
   EXPECT_NE(text.find("9.6 mm (RMSE, rigid alignment; the largest 0.250 m)"), std::string::npos)
       << text;

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "run_report.h"
+#include "support/temporary_directory.h"
 
 namespace highwall::apps {
 namespace {
@@ -39,6 +40,13 @@ json Difference(const std::string& switches) {
     if (before.at(key) != value) difference[key.substr(1)] = value;
   }
   return difference;
+}
+
+// A file that says them.
+std::string SettingsFileOf(const std::string& settings) {
+  const std::string path = ::testing::TempDir() + "highwall_settings.yaml";
+  testing::WriteText(path, settings + "\n");
+  return path;
 }
 
 struct Case {
@@ -110,6 +118,14 @@ std::vector<Case> Cases() {
        [](O o) { return o.slam.localize_only && !o.slam.loops.enabled && !o.dense; }},
       {"--json", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
+      {"--set tracker.min_support=31 --set mapper.wait=false", json::object(),
+       [](O o) { return o.slam.tracker.min_support == 31 && !o.slam.mapper.wait; }},
+      {"--set frame.orb.features=500",
+       {{"orb_features", 500}},
+       [](O o) { return o.slam.frame.orb.features == 500; }},
+      {"--settings " + SettingsFileOf("tracker: {min_support: 31}"), json::object(),
+       [](O o) { return o.slam.tracker.min_support == 31; }},
+      {"--print-settings", json::object(), [](O) { return true; }},
       {"--config tum1", json::object(), [](O) { return true; }},
   };
 }
@@ -142,6 +158,42 @@ TEST(SlamArguments, WhatIsNoOptionOfTheRunReachesTheArguments) {
   EXPECT_EQ(Parse("--config tum1").config, "tum1");
   EXPECT_TRUE(Parse("--json").json);
   EXPECT_FALSE(Parse("").json);
+}
+
+TEST(SlamArguments, SwitchesGoBeforeTheFileOfSettingsAndSetBeforeBoth) {
+  const std::string file =
+      " --settings " + SettingsFileOf(
+                           "frame: {use_lines: false, lines: {detector: lsd}}\n"
+                           "inertial: {weighting: {policy: paper}}");
+  EXPECT_FALSE(Options(file).slam.frame.use_lines);
+  EXPECT_EQ(Options(file).slam.frame.lines.detector, LineDetector::kLsd);
+  EXPECT_EQ(Options(file).slam.inertial.weighting.policy, ImuWeighting::kPaper);
+  EXPECT_TRUE(Options("--features both" + file).slam.frame.use_lines);
+  EXPECT_EQ(Options("--line-detector edlines" + file).slam.frame.lines.detector,
+            LineDetector::kEdLines);
+  EXPECT_EQ(Options("--imu consistent" + file).slam.inertial.weighting.policy,
+            ImuWeighting::kConsistent);
+  EXPECT_FALSE(Options("--set frame.use_lines=false --features both").slam.frame.use_lines);
+  EXPECT_FALSE(Options("--deterministic --set frame.parallel=true").slam.frame.parallel);
+}
+
+TEST(SlamArguments, PrintingTheSettingsNeedsNoDataset) {
+  SlamArguments arguments;
+  CLI::App app;
+  AddSlamOptions(&app, &arguments);
+  app.parse("--print-settings");
+  EXPECT_TRUE(arguments.print_settings);
+  CLI::App other;
+  AddSlamOptions(&other, &arguments);
+  EXPECT_THROW(other.parse("--json"), CLI::RequiredError);
+}
+
+TEST(SlamArguments, ASettingThatCannotBeIsWrongUsage) {
+  for (const char* switches :
+       {"--set tracker.min_suport=7", "--set tracker.min_support=3", "--set tracker.min_support",
+        "--set frame.use_points=false --features points", "--set localize_only=true"}) {
+    EXPECT_THROW(Parse(switches), CLI::ValidationError) << switches;
+  }
 }
 
 TEST(SlamArguments, TheReadingsOfTheImuAreWantedUnlessTheyAreOffOrTheMapStaysAsItIs) {

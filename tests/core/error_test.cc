@@ -7,15 +7,13 @@
 namespace highwall {
 namespace {
 
-TEST(Error, RequireThrowsWithMessagePlaceAndCondition) {
+TEST(Error, RequireThrowsTheMessageAndNothingOfTheCode) {
   const int width = -3;
   try {
     HIGHWALL_REQUIRE(width > 0, "width must be positive, is " + std::to_string(width));
     FAIL() << "no exception";
   } catch (const InvalidArgument& e) {
-    const std::string what = e.what();
-    EXPECT_EQ(what.find("width must be positive, is -3 (error_test.cc:"), 0u) << what;
-    EXPECT_NE(what.find("width > 0"), std::string::npos) << what;
+    EXPECT_STREQ(e.what(), "width must be positive, is -3");
   }
 }
 

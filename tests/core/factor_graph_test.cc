@@ -22,6 +22,7 @@
 
 #include "point_observation.h"
 #include "random_states.h"
+#include "support/message_of.h"
 
 namespace highwall {
 namespace {
@@ -422,6 +423,58 @@ TEST(FactorGraph, ASystemThatIsSingularPrintsNothing) {
     graph.AddFactor(std::make_unique<RelativePose>(apart, Matrix6::Identity()), a, b);
     graph.AddFactor(MakeObservation(Point(0, 0, 1)), a, point);
     EXPECT_EQ(PrintedBy([&] { graph.Solve({.linear_solver = solver}); }), "");
+  }
+}
+
+// Two coordinates that only their sum is known of.
+class SumOfTwo final : public ceres::SizedCostFunction<1, 2> {
+ public:
+  explicit SumOfTwo(double scale) : scale_(scale) {}
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    residuals[0] = scale_ * (x[0][0] + x[0][1] - 1.0);
+    if (jacobians && jacobians[0]) jacobians[0][0] = jacobians[0][1] = scale_;
+    return true;
+  }
+
+ private:
+  double scale_;
+};
+
+TEST(FactorGraph, NamesTheVariableThatMakesASystemSingularAndPrintsNothing) {
+  for (const LinearSolver solver : {LinearSolver::kDenseCholesky, LinearSolver::kSparseCholesky}) {
+    FactorGraph graph;
+    graph.Fix(graph.AddVariable(1.0));
+    const auto x = graph.AddVariable(Eigen::Vector2d(3.0, 0.0));
+    graph.AddFactor(std::make_unique<SumOfTwo>(1.0), x);
+    SolveSummary summary;
+    // Damped by 1e-30 the system is singular, and so it is while five steps shrink the region.
+    EXPECT_EQ(PrintedBy([&] {
+                summary =
+                    graph.Solve({.initial_trust_region_radius = 1e30, .linear_solver = solver});
+              }),
+              "");
+    EXPECT_EQ(summary.status, SolveStatus::kFailed);
+    EXPECT_EQ(graph.Value(x), Eigen::Vector2d(3.0, 0.0));
+    for (const char* text :
+         {"variable 1 (vector of 2) is not determined", "SumOfTwo on variable 1"}) {
+      EXPECT_NE(summary.message.find(text), std::string::npos) << summary.message;
+      testing::ExpectError(text, [&] { graph.Covariance(x); });
+    }
+  }
+  FactorGraph graph;
+  const auto alone = graph.AddVariable(1.0);
+  testing::ExpectError("variable 0 (double) is in no factor", [&] { graph.Covariance(alone); });
+}
+
+TEST(FactorGraph, NamesAFactorWhoseSquareIsNoNumberAndPrintsNothing) {
+  FactorGraph graph;
+  const auto x = graph.AddVariable(Eigen::Vector2d(3.0, 0.0));
+  graph.AddFactor(std::make_unique<SumOfTwo>(1e160), x);
+  SolveSummary summary;
+  EXPECT_EQ(PrintedBy([&] { summary = graph.Solve(); }), "");
+  EXPECT_EQ(summary.status, SolveStatus::kFailed);
+  for (const char* text : {"SumOfTwo on variable 0", "has a residual that is too large"}) {
+    EXPECT_NE(summary.message.find(text), std::string::npos) << summary.message;
   }
 }
 

@@ -18,27 +18,15 @@ std::string Refusal(const Check& check) {
   return testing::MessageOf<InvalidArgument>(check);
 }
 
-TEST(Require, SaysTheNameTheDemandTheValueAndThePlace) {
-  EXPECT_EQ(Refusal([] {
-              RequirePositive(-3, "Options::width");
-            }).rfind("Options::width must be positive, is -3 (require_test.cc:", 0),
-            0u);
-  EXPECT_EQ(Refusal([] {
-              RequireNotNegative(-0.5, "a");
-            }).rfind("a must not be negative, is -0.500000 (", 0),
-            0u);
-  EXPECT_EQ(Refusal([] { RequireAtLeast(1, 2, "a"); }).rfind("a must be at least 2, is 1 (", 0),
-            0u);
-  EXPECT_EQ(Refusal([] { RequireWithin(7, 1, 6, "a"); }).rfind("a must lie in [1, 6], is 7 (", 0),
-            0u);
-  EXPECT_EQ(Refusal([] {
-              RequirePositiveFinite(kInfinity, "a");
-            }).rfind("a must be positive, is inf (", 0),
-            0u);
-  EXPECT_EQ(Refusal([] {
-              RequireNotNegativeFinite(kInfinity, "a");
-            }).rfind("a must not be negative, is inf (", 0),
-            0u);
+TEST(Require, SaysTheNameTheDemandAndTheValue) {
+  EXPECT_EQ(Refusal([] { RequirePositive(-3, "Options::width"); }),
+            "Options::width must be positive, is -3");
+  EXPECT_EQ(Refusal([] { RequireNotNegative(-0.5, "a"); }), "a must not be negative, is -0.500000");
+  EXPECT_EQ(Refusal([] { RequireAtLeast(1, 2, "a"); }), "a must be at least 2, is 1");
+  EXPECT_EQ(Refusal([] { RequireWithin(7, 1, 6, "a"); }), "a must lie in [1, 6], is 7");
+  EXPECT_EQ(Refusal([] { RequirePositiveFinite(kInfinity, "a"); }), "a must be positive, is inf");
+  EXPECT_EQ(Refusal([] { RequireNotNegativeFinite(kInfinity, "a"); }),
+            "a must not be negative, is inf");
 }
 
 TEST(Require, AcceptsWhatLiesOnTheBoundOnlyWhereTheBoundIsPartOfIt) {

@@ -244,10 +244,10 @@ TEST(RelativePoseError, AllPairsOfALongTrajectoryThatStandsStillIsNotQuadratic) 
   EXPECT_EQ(result.errors.size(), 99u);
 }
 
-TEST(TrajectoryCoverage, IsTheShareOfTheReferenceTimeThatTheEstimateCovers) {
+TEST(TimeCovered, IsTheShareOfTheReferenceTimeThatTheEstimateCovers) {
   Trajectory reference;  // 100 Hz over 20 s
   for (int i = 0; i <= 2000; ++i) reference.push_back({FromSeconds(0.01 * i), Pose()});
-  const auto coverage = [&](double from, double to, double lost_from, double lost_to) {
+  const auto covered = [&](double from, double to, double lost_from, double lost_to) {
     Trajectory estimate;  // 20 Hz
     for (int i = 0; i <= 400; ++i) {
       const double t = 0.05 * i;
@@ -255,15 +255,15 @@ TEST(TrajectoryCoverage, IsTheShareOfTheReferenceTimeThatTheEstimateCovers) {
       estimate.push_back({FromSeconds(t), Pose()});
     }
     return AbsolutePoseError(reference, estimate, {.alignment = TrajectoryAlignment::kNone})
-        .coverage;
+        .time_covered;
   };
-  EXPECT_NEAR(coverage(0.0, 20.0, 9.0, 9.0), 1.0, 1e-9);
-  EXPECT_NEAR(coverage(0.0, 10.0, 9.0, 9.0), 0.5, 0.003);  // to one of 400 intervals
-  EXPECT_NEAR(coverage(0.0, 20.0, 5.0, 10.0), 0.75, 0.003);
-  EXPECT_NEAR(coverage(0.0, 20.0, 5.0, 5.11), 1.0, 1e-9);  // two lost frames are no hole
+  EXPECT_NEAR(covered(0.0, 20.0, 9.0, 9.0), 1.0, 1e-9);
+  EXPECT_NEAR(covered(0.0, 10.0, 9.0, 9.0), 0.5, 0.003);  // to one of 400 intervals
+  EXPECT_NEAR(covered(0.0, 20.0, 5.0, 10.0), 0.75, 0.003);
+  EXPECT_NEAR(covered(0.0, 20.0, 5.0, 5.11), 1.0, 1e-9);  // two lost frames are no hole
 }
 
-TEST(TrajectoryCoverage, LeavesOutTheTimeInWhichTheReferenceIsBlind) {
+TEST(TimeCovered, LeavesOutTheTimeInWhichTheReferenceIsBlind) {
   Trajectory reference, estimate;
   for (int i = 0; i <= 2000; ++i) {
     const StampedPose stamped{FromSeconds(0.01 * i), Pose()};
@@ -272,7 +272,7 @@ TEST(TrajectoryCoverage, LeavesOutTheTimeInWhichTheReferenceIsBlind) {
   }
   // The reference sees 5 + 8 s, of which the estimate covers 5 + 4 s.
   EXPECT_NEAR(
-      AbsolutePoseError(reference, estimate, {.alignment = TrajectoryAlignment::kNone}).coverage,
+      AbsolutePoseError(reference, estimate, {.alignment = TrajectoryAlignment::kNone}).time_covered,
       9.0 / 13.0, 0.01);
 }
 

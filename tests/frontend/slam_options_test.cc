@@ -2,15 +2,23 @@
 // SlamOptions and by the component that takes it, so that none is overlooked on the way down; and
 // Deterministic() leaves all but the threads as they are. (That what stages share reaches each of
 // them is shown by shared_options_test.cc.)
-#include <highwall/frontend/system/slam_system.h>
+#include <highwall/frontend/system/option_table.h>
 
-#include <algorithm>
+#include <cxxabi.h>
+
 #include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
 #include <limits>
+#include <map>
+#include <memory>
+#include <regex>
 #include <set>
 #include <string>
-#include <string_view>
 #include <type_traits>
+#include <typeinfo>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -27,72 +35,64 @@
 namespace highwall {
 namespace {
 
-// Takes the first name off a list "a, b, c".
-std::string TakeName(std::string_view& names) {
-  const std::string name(names.substr(0, names.find(',')));
-  names.remove_prefix(std::min(names.size(), name.size() + 2));
-  return name;
-}
-
-// The fields of a struct, by name and in their order: one that is not listed does not compile.
-#define FIELDS(Struct, ...)                                                            \
-  template <class Visit>                                                               \
-  void VisitFields(Struct& options, const Visit& visit) {                              \
-    auto& [__VA_ARGS__] = options;                                                     \
-    std::string_view names = #__VA_ARGS__;                                             \
-    const auto each = [&](auto&... fields) { (visit(TakeName(names), fields), ...); }; \
-    each(__VA_ARGS__);                                                                 \
-  }
-// clang-format off
-FIELDS(PyramidOptions, levels, scale_factor)
-FIELDS(OrbExtractorOptions, features, pyramid, fast_threshold, min_fast_threshold, subpixel)
-FIELDS(LineExtractorOptions, detector, min_length, max_lines, merge, refine, descriptors)
-FIELDS(SegmentDepthOptions, samples, min_valid, min_inliers, ransac_iterations, seed)
-FIELDS(FrameBuilderOptions, orb, lines, segment_depth, use_points, use_lines, depth_spread_share, parallel)
-FIELDS(ProjectionMatchOptions, max_hamming, ratio, max_angle_diff)
-FIELDS(MapMatcherOptions, motion_radius, map_radius, min_view_cosine, motion_match, map_match, min_line_pixels)
-FIELDS(LineGates, max_angle, min_length_ratio, max_midpoint_distance)
-FIELDS(LineMatcherOptions, small_motion, large_motion, max_distance, ratio, mad_rule, mad_k, min_deviation)
-FIELDS(MeasurementOptions, weighting, baseline, point_sigma, line_sigma, search, line_matches)
-FIELDS(InlierBounds, chi2_1, chi2_2, chi2_3, chi2_4)
-FIELDS(PoseSolverOptions, point_huber, line_huber, plane_huber, inliers, rounds, max_iterations, min_support)
-FIELDS(RelocalizerOptions, candidates, max_hamming, ratio, min_matches, min_inliers, min_line_inliers, ransac_iterations, seed)
-FIELDS(LandmarkMotionOptions, min_points, min_share, chi2, min_support, outnumber)
-FIELDS(MovingObjectOptions, enabled, settled, max_share, interval, history, min_surface, max_surface, landmarks)
-FIELDS(DegeneracyOptions, max_sigma)
-FIELDS(SurfaceMatcherOptions, stride, radius, min_share, max_incidence, max_tilt, gate_sigmas, gate)
-FIELDS(SurfaceTrackingOptions, enabled, matcher, min_support, min_rows, max_sigma)
-FIELDS(DirectAlignmentOptions, enabled, min_rows, min_correlation, max_sigma)
-FIELDS(TrackerOptions, timing, pose, relocalizer, moving, degeneracy, surfaces, direct, min_motion_support, min_support, min_predicted_support, doubtful_agreement, doubtful_share, doubtful_drop, local_keyframes, recognized_found, recognized_contradiction)
-FIELDS(KeyFramePolicyOptions, min_features, min_share, max_gap, wanted_tracked, wanted_new)
-FIELDS(BundleAdjustmentOptions, point_huber, line_huber, inliers, first_iterations, second_iterations, tolerance, trust_region, threads)
-FIELDS(TriangulationOptions, keyframes, min_views, scarce_points, max_depth_sigma, max_hamming, ratio)
-FIELDS(LocalMapperOptions, bundle, adjusted_keyframes, fixed_keyframes, fused_keyframes, min_found_ratio, probation_keyframes, min_observations, redundant_share, redundant_observers, max_motion_gap, motion_span, max_depth_sigma, min_line_length, triangulation, background, wait)
-FIELDS(ImuWeightingOptions, policy, fixed_weight)
-FIELDS(InertialInitializerOptions, interval, min_duration, max_duration, gyroscope_bias_sigma, accelerometer_bias_sigma, time_offset_sigma, max_gravity_sigma, max_error, max_gravity_error)
-FIELDS(ImuBufferOptions, max_step, horizon)
-FIELDS(VisualNoise, position, rotation, scale, min_error)
-FIELDS(InertialOptions, weighting, estimate_time_offset, initializer, max_attempts, buffer, window_states, visual_noise, max_dead_reckoning)
-FIELDS(KeyFrameGraphOptions, drift_translation, drift_rotation, step_translation, step_rotation, drift_bias, loop_translation, loop_rotation, max_loop_chi2, min_shared, neighbours, hold_gravity)
-FIELDS(LoopDetectorOptions, candidates, consistency, min_support, min_found, min_found_apart, overwhelming)
-FIELDS(LoopCorrectionOptions, robust, fused_keyframes, threads)
-FIELDS(LoopCloserOptions, enabled, graph, detector, correction, adjust, bundle, background)
-FIELDS(SubmapOptions, enabled, patience)
-FIELDS(SlamOptions, frame, measurement, tracker, keyframes, mapper, inertial, loops, submaps, localize_only)
-// clang-format on
-#undef FIELDS
-
 // visit(path, field) of those that are no structs themselves, such as "tracker.pose.rounds".
 template <class Options, class Visit>
 void VisitLeaves(Options& options, const Visit& visit, const std::string& path = "") {
-  VisitFields(options, [&](const std::string& name, auto& field) {
-    using Field = std::remove_reference_t<decltype(field)>;
-    if constexpr (std::is_class_v<Field>) {
+  ForEachOption(options, [&](const char* name, auto& field, const OptionRange& = {}) {
+    if constexpr (std::is_class_v<std::remove_cvref_t<decltype(field)>>) {
       VisitLeaves(field, visit, path + name + ".");
     } else {
       visit(path + name, field);
     }
   });
+}
+
+// The fields of the structs as their headers declare them, in that order.
+using Fields = std::map<std::string, std::vector<std::string>>;
+Fields FieldsInHeaders() {
+  static const std::regex kStruct("struct (\\w+) \\{");
+  static const std::regex kField("  [\\w:]+ (\\w+)( = .*|\\{.*|;.*)");
+  Fields fields;
+  for (const char* module : {"/factors/include", "/frontend/include"}) {
+    for (const auto& file :
+         std::filesystem::recursive_directory_iterator(std::string(HIGHWALL_SOURCE) + module)) {
+      std::ifstream lines(file.path());
+      std::string name;
+      std::smatch match;
+      for (std::string line; std::getline(lines, line);) {
+        if (std::regex_match(line, match, kStruct)) name = match[1];
+        if (line == "};") name.clear();
+        if (!name.empty() && std::regex_match(line, match, kField)) {
+          fields[name].push_back(match[1]);
+        }
+      }
+    }
+  }
+  return fields;
+}
+
+std::string NameOfType(const std::type_info& type) {
+  const std::unique_ptr<char, decltype(&std::free)> name(
+      abi::__cxa_demangle(type.name(), nullptr, nullptr, nullptr), &std::free);
+  return std::string(name.get()).substr(std::string("highwall::").size());
+}
+
+// Those of the table, of this struct and of those within it. Each is visited in its place.
+template <class Options>
+void AddFieldsInTable(const Options& options, Fields* fields) {
+  std::vector<std::string>& names = (*fields)[NameOfType(typeid(Options))];
+  const void* last = nullptr;
+  names.clear();
+  std::vector<std::function<void()>> groups;
+  ForEachOption(options, [&](const char* name, const auto& field, const OptionRange& = {}) {
+    names.push_back(name);
+    EXPECT_LT(last, static_cast<const void*>(&field)) << name;
+    last = &field;
+    if constexpr (std::is_class_v<std::remove_cvref_t<decltype(field)>>) {
+      groups.push_back([&field, fields] { AddFieldsInTable(field, fields); });
+    }
+  });
+  for (const auto& group : groups) group();
 }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -325,6 +325,18 @@ std::vector<std::string> Paths() {
   std::vector<std::string> paths;
   VisitLeaves(options, [&](const std::string& path, const auto&) { paths.push_back(path); });
   return paths;
+}
+
+// With the order of the addresses: each name stands for its field, and none is missing.
+TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
+  Fields in_table;
+  AddFieldsInTable(SlamOptions(), &in_table);
+  EXPECT_EQ(in_table.size(), 35u);
+  const Fields in_headers = FieldsInHeaders();
+  for (const auto& [name, fields] : in_table) {
+    ASSERT_EQ(in_headers.count(name), 1u) << name;
+    EXPECT_EQ(fields, in_headers.at(name)) << name;
+  }
 }
 
 TEST(SlamOptions, EachIsRefusedByNameWhereverItGoes) {

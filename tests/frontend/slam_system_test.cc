@@ -10,6 +10,7 @@
 #include <highwall/core/trajectory_error.h>
 #include <simulate/scenes/room.h>
 
+#include "support/message_of.h"
 #include "support/rendered_walk.h"
 
 namespace highwall {
@@ -50,6 +51,22 @@ class SlamSystemTest : public ::testing::Test {
 };
 
 std::unique_ptr<const RenderedWalk> SlamSystemTest::walk_;
+
+TEST_F(SlamSystemTest, RefusesDepthInTheUnitOfTheSensorAndSaysSo) {
+  SlamSystem system(Sensor());
+  RgbdImage raw = Images().front();
+  raw.depth = cv::Mat(raw.depth * 1000.0);  // a copy: images are shared by the tests
+  const auto track = [&] { system.Track(raw); };
+  testing::ExpectError("depth must be in metres, but all of it lies beyond 100 m (median ", track);
+  testing::ExpectError("divide it by the depth factor", track);
+  // It leaves no trace; and neither no depth nor far depth behind near one is anything to refuse.
+  RgbdImage empty = Images()[0];
+  empty.depth = cv::Mat(240, 320, CV_32FC1, 0.0F);
+  system.Track(empty);
+  EXPECT_EQ(system.Track(Images()[1]).state, TrackingState::kTracking);
+  raw.stamp = Images()[2].stamp;
+  EXPECT_NO_THROW(system.Track(raw));
+}
 
 TEST_F(SlamSystemTest, TracksARoomToACentimetre) {
   SlamSystem system(Sensor());

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,16 @@
 
 // Programs as their users run them.
 namespace highwall::testing {
+
+// Without the lines that tell progress (apps/progress.h): they come by the clock.
+inline std::string WithoutProgress(const std::string& text) {
+  std::string rest;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("... ")) rest += line + (lines.eof() ? "" : "\n");
+  }
+  return rest;
+}
 
 struct Outcome {
   int exit_code = -1;
@@ -33,7 +44,8 @@ inline Outcome RunProgram(const std::string& program, const std::string& argumen
   const std::string command = "cd '" + directory.string() + "' && " + program + " " + arguments +
                               " < /dev/null > " + out + " 2> " + err;
   const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out), ReadText(err)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(out),
+          WithoutProgress(ReadText(err))};
 }
 
 // A program that runs beside the test, without input and output, and ends with this object at the

@@ -1,7 +1,5 @@
 #include <highwall/frontend/map/options.h>
 
-#include <highwall/internal/require.h>
-
 namespace highwall {
 
 double InlierBounds::Of(int rows) const {
@@ -15,13 +13,6 @@ double InlierBounds::Of(int rows) const {
     default:
       return chi2_4;
   }
-}
-
-void InlierBounds::Validate() const {
-  RequirePositive(chi2_1, "InlierBounds::chi2_1");
-  RequirePositive(chi2_2, "InlierBounds::chi2_2");
-  RequirePositive(chi2_3, "InlierBounds::chi2_3");
-  RequirePositive(chi2_4, "InlierBounds::chi2_4");
 }
 
 }  // namespace highwall

@@ -1,23 +1,15 @@
 #include <highwall/frontend/system/slam_system.h>
 
-#include <highwall/internal/require.h>
+#include <highwall/frontend/system/option_table.h>
 
 namespace highwall {
 
 void SubmapOptions::Validate() const {
-  RequireNotNegative(patience, "SubmapOptions::patience");
+  RequireInRange(*this, "SubmapOptions");
 }
 
 void SlamOptions::Validate() const {
-  frame.Validate();
-  measurement.Validate();
-  tracker.Validate();
-  keyframes.Validate();
-  mapper.Validate();
-  inertial.Validate();
-  loops.Validate();
-  factors.Validate();
-  submaps.Validate();
+  RequireInRange(*this, "SlamOptions");
 }
 
 SlamOptions Deterministic(SlamOptions options) {

@@ -13,6 +13,7 @@
 #include <highwall/internal/stopwatch.h>
 
 #include "features/row_times.h"
+#include "input/depth_unit.h"
 
 namespace highwall {
 namespace {
@@ -79,6 +80,8 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   FrameResult result;
   result.stamp = image.stamp;
   builder_.Check(image);
+  // Once is enough, and far depth alone may come later.
+  if (!metric_) metric_ = IsMetric(image.depth);
   result.repeated = Repeats(image);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
   const Stopwatch to_one_time;

@@ -108,6 +108,7 @@ class SlamSystem::Impl {
   SlamCallbacks callbacks_;
   std::vector<PosedFrame> tracked_;
   std::optional<Stamp> last_stamp_;
+  bool metric_ = false;  // depth was seen to be in metres
   RepeatedImage repeated_;
   std::optional<LossReason> lost_for_;  // of the last frame, where it has no pose
   SubmapId submap_ = kFirstSubmap;      // that keyframes join now

@@ -8,7 +8,7 @@
 namespace highwall {
 
 // An argument, an option or a block that breaks a documented precondition. The message says which
-// one, its value where it helps, and the place in the source that checked it.
+// one, what is asked of it, and its value where it helps.
 class InvalidArgument : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
@@ -23,17 +23,10 @@ class IoError : public std::runtime_error {
   IoError(const std::filesystem::path& path, std::int64_t line, const std::string& what);
 };
 
-namespace internal {
-[[noreturn]] void ThrowInvalidArgument(const char* file, int line, const char* condition,
-                                       const std::string& message);
-}  // namespace internal
-
 }  // namespace highwall
 
-// Throws highwall::InvalidArgument with file, line, message and condition unless `condition` holds.
-#define HIGHWALL_REQUIRE(condition, message)                                                 \
-  do {                                                                                       \
-    if (!(condition)) {                                                                      \
-      ::highwall::internal::ThrowInvalidArgument(__FILE__, __LINE__, #condition, (message)); \
-    }                                                                                        \
+// Throws highwall::InvalidArgument with the message unless `condition` holds.
+#define HIGHWALL_REQUIRE(condition, message)                        \
+  do {                                                              \
+    if (!(condition)) throw ::highwall::InvalidArgument((message)); \
   } while (false)

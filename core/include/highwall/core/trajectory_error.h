@@ -106,7 +106,7 @@ struct TrajectoryError {
   // Share of the time seen by the reference that the estimate covers, 0 to 1: the sum of the
   // intervals between neighbouring matched estimates over that between neighbouring references,
   // leaving out those longer than max_gap in both.
-  double coverage = 0.0;
+  double time_covered = 0.0;
   // Three times the median interval of the sparser trajectory, and no less than t_max_diff [ns]:
   // a longer interval is a hole, where the estimate was lost or the reference blind.
   Stamp max_gap = 0;

@@ -174,7 +174,7 @@ class SlamSystem {
   std::optional<Pose> T_FW(ReferenceFrameId frame) const;
   FactorCounts factor_counts() const;
 
-  // Stamps must ascend. Throws InvalidArgument where they do not or the images do not fit.
+  // Throws InvalidArgument where stamps do not ascend, images do not fit, or depth is not in metres.
   FrameResult Track(const RgbdImage& image);
 
   // What moves in the image of a live keyframe (FrameResult::moving), by what was seen in the

@@ -1,0 +1,15 @@
+#pragma once
+
+namespace highwall::internal {
+
+// While one lives, glog prints nothing but what ends the program: Ceres writes why a step failed to
+// standard error, whatever it is told. Any thread may have one.
+class QuietGlog {
+ public:
+  QuietGlog();
+  ~QuietGlog();
+  QuietGlog(const QuietGlog&) = delete;
+  QuietGlog& operator=(const QuietGlog&) = delete;
+};
+
+}  // namespace highwall::internal

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+
+#include <highwall/frontend/inertial/options.h>
+#include <highwall/internal/imu_buffer_options.h>
+
+namespace highwall {
+
+template <>
+inline constexpr std::array kChoices<ImuWeighting> = {
+    ImuWeighting::kPaper, ImuWeighting::kConsistent, ImuWeighting::kFixed};
+
+void ForEachOption(OptionsOf<ImuWeightingOptions> auto& options, const auto& visit) {
+  visit("policy", options.policy);
+  visit("fixed_weight", options.fixed_weight, Finite(Positive()));
+}
+
+void ForEachOption(OptionsOf<InertialInitializerOptions> auto& options, const auto& visit) {
+  visit("interval", options.interval, Finite(Positive()).In("s"));
+  visit("min_duration", options.min_duration, Finite(Positive()).In("s"));
+  visit("max_duration", options.max_duration, Finite(Above(options.min_duration)).In("s"));
+  visit("gyroscope_bias_sigma", options.gyroscope_bias_sigma, Finite(Positive()).In("rad/s"));
+  visit("accelerometer_bias_sigma", options.accelerometer_bias_sigma,
+        Finite(Positive()).In("m/s^2"));
+  visit("time_offset_sigma", options.time_offset_sigma, Finite(Positive()).In("s"));
+  visit("max_gravity_sigma", options.max_gravity_sigma, Finite(Positive()).In("rad"));
+  visit("max_error", options.max_error, Finite(Positive()));
+  visit("max_gravity_error", options.max_gravity_error, Between(0.0, 1.0));
+}
+
+void ForEachOption(OptionsOf<VisualNoise> auto& options, const auto& visit) {
+  visit("position", options.position, Finite(Positive()).In("m"));
+  visit("rotation", options.rotation, Finite(Positive()).In("rad"));
+  visit("scale", options.scale, Finite(Positive()));
+  visit("min_error", options.min_error, Finite(Positive()));
+}
+
+void ForEachOption(OptionsOf<InertialOptions> auto& options, const auto& visit) {
+  visit("weighting", options.weighting);
+  visit("estimate_time_offset", options.estimate_time_offset);
+  visit("initializer", options.initializer);
+  visit("max_attempts", options.max_attempts, AtLeast(1));
+  visit("buffer", options.buffer);
+  visit("window_states", options.window_states, AtLeast(2));
+  visit("visual_noise", options.visual_noise);
+  visit("max_dead_reckoning", options.max_dead_reckoning, Finite(Positive()).In("s"));
+}
+
+}  // namespace highwall

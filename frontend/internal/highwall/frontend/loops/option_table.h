@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+
+#include <highwall/frontend/local/option_table.h>
+#include <highwall/frontend/loops/options.h>
+
+namespace highwall {
+
+inline const char* ToString(RobustLoops robust) {
+  switch (robust) {
+    case RobustLoops::kNone:
+      return "none";
+    case RobustLoops::kGnc:
+      return "gnc";
+    case RobustLoops::kDcs:
+      return "dcs";
+    case RobustLoops::kSwitchable:
+      break;
+  }
+  return "switchable";
+}
+
+template <>
+inline constexpr std::array kChoices<RobustLoops> = {RobustLoops::kNone, RobustLoops::kGnc,
+                                                     RobustLoops::kDcs, RobustLoops::kSwitchable};
+
+void ForEachOption(OptionsOf<KeyFrameGraphOptions> auto& options, const auto& visit) {
+  visit("drift_translation", options.drift_translation, Positive().In("of the distance"));
+  visit("drift_rotation", options.drift_rotation, Positive().In("of the angle"));
+  visit("step_translation", options.step_translation, Positive().In("m"));
+  visit("step_rotation", options.step_rotation, Positive().In("rad"));
+  visit("drift_bias", options.drift_bias, AtLeast(0.0));
+  visit("loop_translation", options.loop_translation, Positive().In("m"));
+  visit("loop_rotation", options.loop_rotation, Positive().In("rad"));
+  visit("max_loop_chi2", options.max_loop_chi2, Positive());
+  visit("min_shared", options.min_shared, AtLeast(1));
+  visit("neighbours", options.neighbours, AtLeast(0));
+  visit("hold_gravity", options.hold_gravity);
+}
+
+void ForEachOption(OptionsOf<LoopDetectorOptions> auto& options, const auto& visit) {
+  visit("candidates", options.candidates, AtLeast(1));
+  visit("consistency", options.consistency, AtLeast(1));
+  visit("min_support", options.min_support, AtLeast(6));
+  visit("min_found", options.min_found, Share());
+  visit("min_found_apart", options.min_found_apart, Share());
+  visit("overwhelming", options.overwhelming, AtLeast(1.0));
+}
+
+void ForEachOption(OptionsOf<LoopCorrectionOptions> auto& options, const auto& visit) {
+  visit("robust", options.robust);
+  visit("fused_keyframes", options.fused_keyframes, AtLeast(0));
+  visit("threads", options.threads, AtLeast(1));
+}
+
+void ForEachOption(OptionsOf<LoopCloserOptions> auto& options, const auto& visit) {
+  visit("enabled", options.enabled);
+  visit("graph", options.graph);
+  visit("detector", options.detector);
+  visit("correction", options.correction);
+  visit("adjust", options.adjust);
+  visit("bundle", options.bundle);
+  visit("background", options.background);
+}
+
+void ForEachOption(OptionsOf<OwnFactorOptions> auto& options, const auto& visit) {
+  visit("every", options.every, AtLeast(1));
+  visit("share", options.share, AtLeast(0.0));
+  visit("max_angle", options.max_angle, Positive().In("rad"));
+  visit("max_gap", options.max_gap, Positive().In("s"));
+  visit("threads", options.threads, AtLeast(1));
+  visit("background", options.background);
+}
+
+}  // namespace highwall

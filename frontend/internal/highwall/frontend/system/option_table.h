@@ -1,0 +1,28 @@
+#pragma once
+
+#include <highwall/frontend/inertial/option_table.h>
+#include <highwall/frontend/loops/option_table.h>
+#include <highwall/frontend/system/slam_system.h>
+#include <highwall/frontend/tracking/option_table.h>
+
+namespace highwall {
+
+void ForEachOption(OptionsOf<SubmapOptions> auto& options, const auto& visit) {
+  visit("enabled", options.enabled);
+  visit("patience", options.patience, AtLeast(0.0).In("s"));
+}
+
+void ForEachOption(OptionsOf<SlamOptions> auto& options, const auto& visit) {
+  visit("frame", options.frame);
+  visit("measurement", options.measurement);
+  visit("tracker", options.tracker);
+  visit("keyframes", options.keyframes);
+  visit("mapper", options.mapper);
+  visit("inertial", options.inertial);
+  visit("loops", options.loops);
+  visit("factors", options.factors);
+  visit("submaps", options.submaps);
+  visit("localize_only", options.localize_only);
+}
+
+}  // namespace highwall

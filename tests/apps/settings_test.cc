@@ -1,0 +1,157 @@
+// Every option of SlamOptions by its path: set, listed, written and read back.
+#include "settings.h"
+
+#include <filesystem>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <highwall/core/error.h>
+#include <highwall/frontend/system/option_table.h>
+
+#include "support/message_of.h"
+#include "support/temporary_directory.h"
+
+namespace highwall::apps {
+namespace {
+
+using testing::MessageOf;
+
+// Another value that the range allows.
+template <class Field>
+void Change(Field* field, const OptionRange& range) {
+  if constexpr (std::is_same_v<Field, bool>) {
+    *field = !*field;
+  } else if constexpr (std::is_enum_v<Field>) {
+    *field = *field == kChoices<Field>.front() ? kChoices<Field>.back() : kChoices<Field>.front();
+  } else {
+    for (const double value : {*field + 1.0, *field - 1.0, 0.9 * *field}) {
+      if (!range.Contains(value) || static_cast<Field>(value) == *field) continue;
+      *field = static_cast<Field>(value);
+      return;
+    }
+    FAIL();
+  }
+}
+
+template <class Options>
+void ChangeAll(Options* options, int* count) {
+  ForEachOption(*options, [&](const char*, auto& field, const OptionRange& range = {}) {
+    if constexpr (std::is_class_v<std::remove_cvref_t<decltype(field)>>) {
+      ChangeAll(&field, count);
+    } else {
+      Change(&field, range);
+      ++*count;
+    }
+  });
+}
+
+class SettingsTest : public ::testing::Test {
+ protected:
+  // What ReadSettings() makes of a file.
+  SlamOptions Read(const std::string& text) {
+    testing::WriteText(file_, text);
+    SlamOptions options;
+    ReadSettings(file_, &options);
+    return options;
+  }
+  std::string Refusal(const std::string& text) {
+    return MessageOf<IoError>([&] { Read(text); });
+  }
+  static std::string RefusalOf(const std::string& setting) {
+    return MessageOf<InvalidArgument>([&] {
+      SlamOptions options;
+      Set(setting, &options);
+      CheckSettings(options);
+    });
+  }
+
+  testing::TemporaryDirectory folder_{"settings"};
+  std::filesystem::path file_ = folder_.path() / "settings.yaml";
+};
+
+TEST_F(SettingsTest, WhatIsWrittenIsReadBackWhateverItIs) {
+  SlamOptions options;
+  EXPECT_EQ(SettingsFile(Read(SettingsFile(options))), SettingsFile(options));
+  EXPECT_TRUE(ChangedSettings(options).empty());
+  int count = 0;
+  ChangeAll(&options, &count);
+  options.frame.use_points = true;  // not both off
+  const SlamOptions read = Read(SettingsFile(options));
+  EXPECT_EQ(SettingsFile(read), SettingsFile(options));
+  EXPECT_EQ(ChangedSettings(read).size(), static_cast<std::size_t>(count - 1));
+}
+
+TEST_F(SettingsTest, EachThatIsWrittenCanBeSetByItsPath) {
+  SlamOptions changed, options;
+  int count = 0;
+  ChangeAll(&changed, &count);
+  for (const auto& [path, value] : ChangedSettings(changed)) Set(path + "=" + value, &options);
+  EXPECT_EQ(SettingsFile(options), SettingsFile(changed));
+}
+
+TEST_F(SettingsTest, TheFileSaysUnitsAndRanges) {
+  const std::string file = SettingsFile({});
+  for (const char* line :
+       {"\n  orb:\n    features: 1000  # >= 1\n", "\n    pyramid:\n      levels: 8  # in [1, 16]\n",
+        "\n  point_sigma: 0.7  # [px] > 0\n", "    detector: edlines  # lsd, edlines\n",
+        "    min_length: 0.04  # [of the longer image side] in (0, 1]\n",
+        "\nlocalize_only: false\n", "    seed: 1\n", "  patience: 0.3  # [s] >= 0\n"}) {
+    EXPECT_NE(file.find(line), std::string::npos) << line;
+  }
+}
+
+TEST_F(SettingsTest, AFileNeedNotSayAll) {
+  const SlamOptions options = Read("tracker: {min_support: 31, pose: {rounds: 4}}\n");
+  EXPECT_EQ(options.tracker.min_support, 31);
+  EXPECT_EQ(options.tracker.pose.rounds, 4);
+  EXPECT_EQ(ChangedSettings(options).size(), 2u);
+}
+
+TEST_F(SettingsTest, AFileIsRefusedByItsLineAndInItsWords) {
+  EXPECT_EQ(Refusal("tracker:\n  min_suport: 30\n"),
+            file_.string() + ":2: unknown key 'min_suport'; did you mean 'min_support'?");
+  EXPECT_EQ(Refusal("tracker:\n  min_support: 3.5\n"),
+            file_.string() + ":2: 'min_support' must be an integer, found '3.5'");
+  EXPECT_EQ(Refusal("frame:\n  lines:\n    detector: lds\n"),
+            file_.string() + ":3: 'detector' must be one of lsd, edlines, found 'lds'");
+  EXPECT_EQ(Refusal("tracker:\n  min_support: 3\n"),
+            file_.string() + ": tracker.min_support must be >= 6, is 3");
+}
+
+TEST_F(SettingsTest, ASettingIsRefusedInItsWords) {
+  EXPECT_EQ(RefusalOf("tracker.min_support"),
+            "must be NAME=VALUE, such as tracker.min_support=25, is tracker.min_support");
+  EXPECT_EQ(RefusalOf("tracker.min_suport=7"),
+            "there is no setting tracker.min_suport; did you mean 'tracker.min_support'?");
+  EXPECT_EQ(RefusalOf("rounds=7"),
+            "there is no setting rounds; did you mean 'tracker.pose.rounds'?");
+  EXPECT_EQ(RefusalOf("elephants=7"), "there is no setting elephants");
+  EXPECT_EQ(RefusalOf("frame.orb=7"),
+            "there is no setting frame.orb; did you mean 'frame.orb.features'?");
+  EXPECT_EQ(RefusalOf("tracker.min_support=many"),
+            "tracker.min_support must be an integer, is many");
+  EXPECT_EQ(RefusalOf("frame.use_lines=2"), "frame.use_lines must be true or false, is 2");
+  EXPECT_EQ(RefusalOf("measurement.point_sigma=x"),
+            "measurement.point_sigma must be a number, is x");
+  EXPECT_EQ(RefusalOf("measurement.point_sigma=.nan"),
+            "measurement.point_sigma must be > 0, is nan");
+  EXPECT_EQ(RefusalOf("frame.lines.detector=lds"),
+            "frame.lines.detector must be one of lsd, edlines, is lds");
+  EXPECT_EQ(RefusalOf("frame.orb.pyramid.levels=17"),
+            "frame.orb.pyramid.levels must be in [1, 16], is 17");
+}
+
+TEST_F(SettingsTest, SomethingMustBeTracked) {
+  EXPECT_EQ(MessageOf<InvalidArgument>([] {
+              SlamOptions options;
+              Set("frame.use_points=false", &options);
+              Set("frame.use_lines=false", &options);
+              CheckSettings(options);
+            }),
+            "frame.use_points and frame.use_lines are both false");
+}
+
+}  // namespace
+}  // namespace highwall::apps

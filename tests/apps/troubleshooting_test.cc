@@ -1,0 +1,353 @@
+// Every message that docs/troubleshooting.md quotes is what Highwall says: each is provoked here.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ceres/sized_cost_function.h>
+#include <gtest/gtest.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/frontend/features/options.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/pose/pose_report.h>
+
+#include "loss_advice.h"
+#include "support/generated_tum.h"
+#include "support/message_of.h"
+#include "support/run_program.h"
+
+namespace highwall::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::GeneratedTum;
+using testing::WriteText;
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// What stands between backticks in the first column of the tables.
+std::vector<std::string> QuotedMessages() {
+  std::vector<std::string> messages;
+  for (const std::string& line : Lines(testing::ReadText(HIGHWALL_TROUBLESHOOTING))) {
+    if (!line.starts_with("| `")) continue;
+    messages.push_back(line.substr(3, line.find("` |") - 3));
+  }
+  return messages;
+}
+
+// The parts of a message between its "…", one after the other.
+bool Says(const std::string& line, std::string message) {
+  const std::string any = "…";
+  std::size_t at = 0;
+  for (;;) {
+    const std::size_t end = message.find(any);
+    const std::string part = message.substr(0, end);
+    at = line.find(part, at);
+    if (at == std::string::npos) return false;
+    if (end == std::string::npos) return true;
+    at += part.size();
+    message.erase(0, end + any.size());
+  }
+}
+
+constexpr const char* kCalibration =
+    "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 32, cy: 24}\n";
+
+// The lines that all the cases print.
+class Troubleshooting : public ::testing::Test {
+ protected:
+  void Highwall(const std::string& arguments) {
+    const testing::Outcome outcome =
+        testing::RunProgram(HIGHWALL_BINARY, arguments, folder_.path());
+    for (const std::string& line : Lines(outcome.err + outcome.out)) said_.push_back(line);
+  }
+  // Frames that show nothing, with a calibration.
+  fs::path Dataset(const std::string& name, const GeneratedTum& tum = {},
+                   const std::string& calibration = "depth_factor: 5000\n") {
+    const fs::path dataset = folder_.path() / name;
+    testing::WriteTum(dataset, tum);
+    WriteText(dataset / "calibration.yaml", kCalibration + calibration);
+    return dataset;
+  }
+  void Slam(const std::string& dataset, const std::string& switches = "") {
+    Highwall("slam --dataset " + dataset + " --out run " + switches);
+  }
+
+  void Calls();
+  void Recordings();
+  void Frames();
+  void Calibrations();
+  void Imus();
+  void Runs();
+  void Losses();
+  void Graphs();
+
+  testing::TemporaryDirectory folder_{"troubleshooting"};
+  std::vector<std::string> said_;
+};
+
+void Troubleshooting::Calls() {
+  Highwall("slm");
+  Highwall("slam --datset x --out y");
+  Highwall("slam --out y");
+  for (const char* switches :
+       {"--features pionts", "--resolution 99", "--set tracker.min_suport=30",
+        "--set tracker.min_support=3.5", "--set tracker.min_support=3", "--set localize_only=true",
+        "--localize --load-map m --imu paper"}) {
+    Slam("x", switches);
+  }
+}
+
+void Troubleshooting::Recordings() {
+  Slam("nowhere");
+  fs::remove(Dataset("no_list") / "rgb.txt");
+  Slam("no_list");
+  WriteText(Dataset("empty_list") / "rgb.txt", "# nothing\n");
+  Slam("empty_list");
+  WriteText(Dataset("no_stamp") / "rgb.txt", "soon rgb/100.png\n");
+  Slam("no_stamp");
+  WriteText(Dataset("other_clock") / "depth.txt", "7.5 depth/100.png\n");
+  Slam("other_clock");
+  fs::remove_all(Dataset("no_images") / "rgb");
+  Slam("no_images");
+  const fs::path gap = Dataset("gap");
+  cv::Mat pattern(48, 64, CV_8UC3);
+  cv::RNG(1).fill(pattern, cv::RNG::UNIFORM, 0, 255);
+  cv::imwrite((gap / "rgb" / "100.png").string(), pattern);
+  WriteText(gap / "rgb.txt",
+            "1.0 rgb/100.png\n1.1 rgb/100.png\n1.2 rgb/102.png\n9.3 rgb/103.png\n");
+  WriteText(gap / "depth.txt",
+            "1.0 depth/100.png\n1.1 depth/101.png\n1.2 depth/102.png\n9.3 depth/103.png\n");
+  Highwall("info gap");
+}
+
+void Troubleshooting::Frames() {
+  const fs::path depth = Dataset("bad_frames") / "depth";
+  testing::Truncate(depth / "101.png");
+  cv::imwrite((depth / "102.png").string(), cv::Mat(48, 64, CV_8UC1, cv::Scalar(9)));
+  cv::imwrite((depth / "103.png").string(), cv::Mat(24, 32, CV_16UC1, cv::Scalar(5000)));
+  Slam("bad_frames");
+}
+
+void Troubleshooting::Calibrations() {
+  Dataset("other_size", {.width = 32, .height = 24});
+  Slam("other_size");
+  Dataset("other_unit", {}, "depth_factor: 1\n");
+  Slam("other_unit");
+  fs::remove(Dataset("no_calibration") / "calibration.yaml");
+  Slam("no_calibration");
+  Slam("no_calibration", "--config tum4");
+  Dataset("misspelt", {}, "depth_facter: 5000\n");
+  Slam("misspelt");
+  Dataset("missing", {}, "");
+  Slam("missing");
+  Dataset("no_sensor", {}, "sensor: kinectt1\n");
+  Slam("no_sensor");
+}
+
+// Readings at 200 Hz that meet the video.
+struct Reading {
+  std::int64_t stamp;            // [ns]
+  std::array<double, 6> values;  // [rad/s], [m/s^2]
+};
+using Readings = std::vector<Reading>;
+
+Readings GoodReadings() {
+  Readings readings;
+  for (int i = 0; i <= 120; ++i) {
+    readings.push_back({99'950'000'000 + i * 5'000'000LL, {0.1, 1e-4 * i, 0, 0, 1e-3 * i, 9.81}});
+  }
+  return readings;
+}
+
+std::string ToText(const Readings& readings) {
+  std::ostringstream text;
+  for (const Reading& reading : readings) {
+    text << reading.stamp;
+    for (const double value : reading.values) text << ',' << value;
+    text << '\n';
+  }
+  return text.str();
+}
+
+void Troubleshooting::Imus() {
+  const auto inspect = [this](const std::string& name, const auto& spoil) {
+    Readings readings = GoodReadings();
+    spoil(readings);
+    WriteText(Dataset(name) / "imu.csv", ToText(readings));
+    Highwall("info " + name);
+  };
+  const auto scale = [](int first, double factor) {
+    return [=](Readings& readings) {
+      for (Reading& reading : readings) {
+        for (int i = first; i < first + 3; ++i)
+          reading.values[static_cast<std::size_t>(i)] *= factor;
+      }
+    };
+  };
+  const auto freeze = [](int first) {
+    return [=](Readings& readings) {
+      for (Reading& reading : readings) {
+        std::copy_n(readings.front().values.begin() + first, 3, reading.values.begin() + first);
+      }
+    };
+  };
+  inspect("imu_g", scale(3, 1.0 / 9.80665));
+  inspect("imu_unit", scale(3, 1.0 / 8.0));
+  inspect("imu_no_unit", scale(3, 0.3));
+  inspect("imu_degrees", scale(0, 300.0));
+  inspect("imu_gyroscope", freeze(0));
+  inspect("imu_accelerometer", freeze(3));
+  inspect("imu_nan", [](Readings& r) { r[5].values[0] = std::nan(""); });
+  inspect("imu_impossible", [](Readings& r) { r[5].values[0] = 5e3; });
+  inspect("imu_order", [](Readings& r) { std::swap(r[5], r[6]); });
+  inspect("imu_twice", [](Readings& r) { r[5].stamp = r[6].stamp; });
+  inspect("imu_late", [](Readings& r) { r.erase(r.begin(), r.begin() + 40); });
+  inspect("imu_early", [](Readings& r) { r.resize(60); });
+  inspect("imu_gap", [](Readings& r) { r.erase(r.begin() + 40, r.begin() + 70); });
+  inspect("imu_micro", [](Readings& r) {
+    for (Reading& reading : r) reading.stamp /= 1000;
+  });
+  WriteText(Dataset("imu_columns") / "imu.csv", "99900000000,0,0,0,0,0\n");
+  Slam("imu_columns");
+  Readings readings = GoodReadings();
+  for (Reading& reading : readings) reading.stamp -= 90'000'000'000;
+  WriteText(Dataset("imu_clock") / "imu.csv", ToText(readings));
+  Slam("imu_clock");
+  Dataset("no_imu");
+  Slam("no_imu", "--imu paper");
+}
+
+void Troubleshooting::Runs() {
+  const fs::path plain = Dataset("plain", {.raw_depth = 20000});
+  Slam("plain");
+  Slam("plain", "--resolution 0.001");
+  std::string poses;
+  for (int i = 0; i < 6; ++i) poses += "100." + std::to_string(i) + " 0 0 0 0 0 0 1\n";
+  WriteText(plain / "groundtruth.txt", poses);
+  Highwall("map plain --resolution 0.001 --memory-limit 1 --out map");
+  WriteText(folder_.path() / "notes.txt", "no map\n");
+  Slam("plain", "--load-map notes.txt");
+  const fs::path map = folder_.path() / "half.hwmap";
+  SaveMap(map, PinholeCamera(), Map());
+  testing::Truncate(map, 0.9);
+  Slam("plain", "--load-map half.hwmap");
+  Highwall("slam --dataset plain --out notes.txt");
+  Highwall("merge plain gap --out both");
+  Highwall("merge plain plain --out both");
+  WriteText(folder_.path() / "later.txt", "900.0 0 0 0 0 0 0 1\n");
+  Highwall("eval ape plain/groundtruth.txt later.txt");
+  Highwall("eval ape plain/groundtruth.txt nowhere.txt");
+  WriteText(folder_.path() / "empty.g2o", "");
+  Highwall("posegraph empty.g2o solved.g2o");
+}
+
+// That each reason is found in images is shown by the tests of the tracker and of SlamSystem.
+void Troubleshooting::Losses() {
+  for (const LossReason reason :
+       {LossReason::kDark, LossReason::kBlurred, LossReason::kPlain, LossReason::kNoDepth,
+        LossReason::kTooFast, LossReason::kContradictory, LossReason::kAllMoving,
+        LossReason::kUnknownPlace, LossReason::kRepeatedImage, LossReason::kDeadReckoning}) {
+    SlamRun run;
+    run.lost = {1};
+    run.loss_reasons[ToString(reason)] = 1;
+    said_.push_back(LossAdvice(run));
+  }
+  SlamRun run;
+  run.lost = {1};
+  run.loss_reasons["dropped"] = 1;
+  said_.push_back(LossAdvice(run));
+}
+
+// J x with these values of the residual and the Jacobian.
+template <int kSize>
+class Bad final : public ceres::SizedCostFunction<1, kSize> {
+ public:
+  Bad(double residual, double jacobian) : residual_(residual), jacobian_(jacobian) {}
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
+    residuals[0] = residual_;
+    if (jacobians && jacobians[0]) std::fill_n(jacobians[0], kSize, jacobian_);
+    return true;
+  }
+
+ private:
+  double residual_, jacobian_;
+};
+
+void Troubleshooting::Graphs() {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto solve = [&](double residual, double jacobian) {
+    FactorGraph graph;
+    graph.AddFactor(std::make_unique<Bad<1>>(residual, jacobian), graph.AddVariable(1.0));
+    said_.push_back(graph.Solve().message);
+  };
+  solve(kNan, 1.0);
+  solve(1.0, kNan);
+  solve(1e160, 1.0);
+  FactorGraph singular;
+  const auto pair = singular.AddVariable(Eigen::Vector2d(1.0, 1.0));
+  singular.AddFactor(std::make_unique<Bad<2>>(1.0, 1.0), pair);
+  said_.push_back(testing::MessageOf<InvalidArgument>([&] { singular.Covariance(pair); }));
+  FactorGraph alone;
+  const auto x = alone.AddVariable(1.0);
+  said_.push_back(testing::MessageOf<InvalidArgument>([&] { alone.Covariance(x); }));
+  FactorGraph landmarks;
+  const auto a = landmarks.AddLandmark(1.0), b = landmarks.AddLandmark(2.0);
+  class Both final : public ceres::SizedCostFunction<1, 1, 1> {
+    bool Evaluate(double const* const*, double*, double**) const override { return false; }
+  };
+  landmarks.AddFactor(std::make_unique<Both>(), a, b);
+  said_.push_back(landmarks.Solve().message);
+  said_.push_back(
+      testing::MessageOf<InvalidArgument>([] { OrbExtractorOptions{.features = 0}.Validate(); }));
+}
+
+TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {
+  Calls();
+  Recordings();
+  Frames();
+  Calibrations();
+  Imus();
+  Runs();
+  Losses();
+  Graphs();
+  const std::vector<std::string> messages = QuotedMessages();
+  EXPECT_GT(messages.size(), 60u);
+  for (const std::string& message : messages) {
+    EXPECT_TRUE(std::ranges::any_of(said_, [&](const std::string& line) {
+      return Says(line, message);
+    })) << message;
+  }
+  for (const std::string& line : said_) {
+    for (const char* code : {".cc:", ".h:", "ENUM", " >= 0)", "&&", "FAILED", "glog", "ceres"}) {
+      EXPECT_FALSE(testing::Contains(line, code)) << line;
+    }
+  }
+  if (HasFailure()) {
+    for (const std::string& line : said_) std::cout << line << '\n';
+  }
+}
+
+TEST(TroubleshootingPage, SaysMatchesWhatVaries) {
+  EXPECT_TRUE(Says("a b c", "a … c"));
+  EXPECT_TRUE(Says("before a b", "a b"));
+  EXPECT_FALSE(Says("c b a", "a … c"));
+  EXPECT_FALSE(Says("a b", "b…b"));
+}
+
+}  // namespace
+}  // namespace highwall::apps
