@@ -27,6 +27,7 @@
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
+#include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "support/message_of.h"
 #include "tracking/keyframe_policy.h"
@@ -284,6 +285,7 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
   if (part == "mapper") LocalMapper(model, options.mapper);
   if (part == "inertial") InertialOdometry({}, options.inertial);
   if (part == "loops") LoopCloser(model, options.loops);
+  if (part == "factors") FactorAdjuster(options.factors, options.loops.graph);
   if (part == "submaps") options.submaps.Validate();
 }
 
@@ -376,6 +378,7 @@ TEST(SlamOptions, DeterministicChangesThreadsAlone) {
   SlamOptions changed;
   VisitLeaves(changed, [](const std::string&, auto& field) { Change(field); });
   changed.frame.parallel = changed.mapper.background = changed.loops.background = true;
+  changed.factors.background = true;
   const std::vector<std::string> paths = Paths();
   const std::vector<double> before = Values(changed), after = Values(Deterministic(changed));
   std::set<std::string> others;
@@ -384,7 +387,8 @@ TEST(SlamOptions, DeterministicChangesThreadsAlone) {
   }
   EXPECT_EQ(others, (std::set<std::string>{"frame.parallel", "mapper.background",
                                            "mapper.bundle.threads", "loops.background",
-                                           "loops.bundle.threads", "loops.correction.threads"}));
+                                           "loops.bundle.threads", "loops.correction.threads",
+                                           "factors.threads", "factors.background"}));
 }
 
 }  // namespace
