@@ -15,13 +15,14 @@
 #include "bench_main.h"
 #include "cache_folder.h"
 #include "config.h"
+#include "covered_lens.h"
+#include "generated_sequence.h"
 #include "imu_choice.h"
 #include "imu_input.h"
 #include "option_checks.h"
 #include "progress.h"
 #include "run_report.h"
 #include "scores.h"
-#include "sequence.h"
 #include "slam_run.h"
 
 namespace highwall::bench {
@@ -124,7 +125,7 @@ void Run(const Arguments& arguments) {
     for (int seed = 1; seed <= arguments.seeds; ++seed) {
       apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
       Sequence sequence = MakeSequence({scene, static_cast<std::uint64_t>(seed), duration,
-                                        arguments.fps, arguments.noise_ratio, arguments.hard},
+                                        arguments.fps, 1.0, arguments.noise_ratio, arguments.hard},
                                        cache.path(), [&progress](int done, int total) {
                                          progress.Update(static_cast<std::size_t>(done),
                                                          static_cast<std::size_t>(total));

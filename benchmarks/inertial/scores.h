@@ -7,8 +7,8 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/system/slam_system.h>
 
+#include "generated_sequence.h"
 #include "medians.h"
-#include "sequence.h"
 #include "slam_run.h"
 
 namespace highwall::bench {

@@ -1,190 +1,157 @@
-// highwall_bench_tum: accuracy and speed of the SLAM system on sequences in the TUM RGB-D layout.
-// "track" is features, matching and pose of a frame, "frame" all that the frame waits for,
-// keyframes and loops included. Each sequence runs with points, with lines and with both, several
-// times; the table gives medians. Tracking time is quoted as a ratio to cv::ORB::detectAndCompute
-// on the same images, measured in the same run between the frames. With --paired two settings run
-// against each other instead (paired.h).
+// highwall_bench_tum: accuracy and speed of the SLAM system on sequences: those that `highwall
+// slam` takes, and generated ones. Each runs with each setting, several times; the table gives
+// medians. "track" is features, matching and pose of a frame, "frame" all that the frame waits for,
+// keyframes and loops included. Tracking time is quoted as a ratio to cv::ORB::detectAndCompute on
+// the same images, measured in the same run between the frames. With --paired two settings run
+// against each other instead (paired.h); "merge" makes the tables of runs that are kept, "figures"
+// compares with a file of figures (figures.h).
 #include <CLI/App.hpp>
 #include <cstddef>
+#include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
-#include <opencv2/features2d.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/trajectory_error.h>
-#include <highwall/frontend/input/tum_dataset.h>
 
 #include "bench_main.h"
-#include "config.h"
-#include "medians.h"
+#include "figures.h"
 #include "option_checks.h"
 #include "paired.h"
-#include "progress.h"
-#include "run_report.h"
-#include "slam_run.h"
-#include "timing.h"
+#include "paper_tables.h"
+#include "sweep.h"
+#include "sweep_report.h"
+#include "sweep_tables.h"
 
 namespace highwall::bench {
 namespace {
 
-struct BenchArguments {
+struct ReportArguments {
   std::string data;
   std::vector<std::string> sequences;
+  std::vector<std::string> references;  // NAME=DIR
+  std::string out;
+  bool json = false, markdown = false, paper = false;
+};
+
+struct BenchArguments {
+  ReportArguments report;
   std::vector<std::string> features{"points", "lines", "both"};
+  std::vector<std::string> settings;  // NAME=SWITCHES
+  std::vector<std::string> scenes;
+  std::optional<double> duration;  // [s]
+  double fps = SequenceOptions().fps;
+  double scale = SequenceOptions().scale;
+  int seeds = 1;
   int runs = 5;
-  bool json = false;
+  std::string shard = "1/1";
   bool dense = false;
   bool deterministic = false;
   bool paired = false;
-  std::pair<std::string, std::string> settings;  // of --paired
+  std::pair<std::string, std::string> pair;  // of --paired
   std::string program;
   std::size_t step = PairedArguments().step;
 };
 
-// cv::ORB on the images of a run, timed between its frames.
-class OrbReference {
- public:
-  void Measure(const cv::Mat& bgr) {
-    cv::cvtColor(bgr, gray_, cv::COLOR_BGR2GRAY);
-    samples_.push_back(1e3 * WallSeconds([&] {
-                         orb_->detectAndCompute(gray_, cv::noArray(), keypoints_, descriptors_);
-                       }));
+// "NAME=SWITCHES".
+NamedSetting ParseNamedSetting(const std::string& text) {
+  constexpr const char* kOfNames =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.+";
+  const std::size_t sign = text.find('=');
+  const std::string name = text.substr(0, sign);
+  if (sign == std::string::npos || name.empty() ||
+      name.find_first_not_of(kOfNames) != std::string::npos || name.front() == '.') {
+    throw CLI::ValidationError(
+        "--setting", "must be NAME=SWITCHES, the name of letters, digits and -_.+, is " + text);
   }
-  double MedianMs() const { return apps::Summarize(samples_).median; }
-
- private:
-  cv::Ptr<cv::ORB> orb_ = cv::ORB::create(1000, 1.2F, 8);
-  cv::Mat gray_, descriptors_;
-  std::vector<cv::KeyPoint> keypoints_;
-  std::vector<double> samples_;
-};
-
-template <class Compute>
-double RmseOr(double fallback, const Compute& compute) {
-  try {
-    return compute().statistics.rmse;
-  } catch (const InvalidArgument&) {  // too few poses
-    return fallback;
-  }
+  return {name, text.substr(sign + 1)};
 }
 
-apps::SlamRunOptions OptionsFor(const std::string& features, const BenchArguments& arguments) {
-  apps::SlamRunOptions options;
-  options.slam.frame.use_points = features != "lines";
-  options.slam.frame.use_lines = features != "points";
-  options.dense = arguments.dense;
-  if (arguments.deterministic) options.slam = Deterministic(options.slam);
+std::vector<NamedSetting> SettingsOf(const BenchArguments& arguments) {
+  if (arguments.report.paper) return PaperSettings();
+  std::vector<NamedSetting> settings;
+  for (const std::string& text : arguments.settings) settings.push_back(ParseNamedSetting(text));
+  if (settings.empty()) {
+    for (const std::string& name : arguments.features) {
+      settings.push_back({name, "--features " + name});
+    }
+  }
+  for (NamedSetting& setting : settings) {
+    setting.map = arguments.dense ? MapChoice::kDefault : MapChoice::kNone;
+  }
+  return settings;
+}
+
+SweepPlan PlanOf(const BenchArguments& arguments) {
+  SweepPlan plan{.data = arguments.report.data,
+                 .sequences = arguments.report.sequences,
+                 .scenes = {},
+                 .seeds = arguments.seeds,
+                 .settings = SettingsOf(arguments),
+                 .runs = arguments.runs,
+                 .lockstep = arguments.deterministic,
+                 .out = arguments.report.out,
+                 .shard = ParseShard(arguments.shard)};
+  for (const std::string& scene : arguments.scenes) {
+    plan.scenes.push_back({.scene = scene,
+                           .duration = arguments.duration.value_or(DefaultDuration(scene)),
+                           .fps = arguments.fps,
+                           .scale = arguments.scale});
+  }
+  return plan;
+}
+
+ReportOptions ReportOptionsOf(const ReportArguments& arguments) {
+  ReportOptions options;
+  if (arguments.json) options.format = ReportFormat::kJson;
+  if (arguments.markdown || arguments.paper) options.format = ReportFormat::kMarkdown;
+  options.paper = arguments.paper;
+  for (const std::string& text : arguments.references) {
+    options.references.push_back(ParseReference(text));
+  }
+  options.data = arguments.data;
+  options.out = arguments.out;
   return options;
 }
 
-// The figures of one run of one sequence with one choice of features.
-Scores RunOnce(const TumDataset& dataset, const RgbdSensor& sensor,
-               const apps::SlamRunOptions& options, const std::string& label) {
-  OrbReference orb;
-  apps::Progress progress(label);
-  const apps::SlamRun run = apps::RunSlam(
-      dataset, sensor, options,
-      [&](const FrameResult&, const RgbdImage& image, std::size_t done, std::size_t total) {
-        orb.Measure(image.bgr);
-        progress.Update(done, total);
-      });
-  apps::RequireWhole(run);
-  // RMSE [m]: 0 without a ground truth, negative where it could not be computed.
-  Scores figures{{"ape_rmse_m", 0.0}, {"rpe_1_frame_rmse_m", 0.0}, {"rpe_30_frames_rmse_m", 0.0}};
-  if (const Trajectory* truth = dataset.groundtruth()) {
-    figures["ape_rmse_m"] =
-        RmseOr(-1.0, [&] { return AbsolutePoseError(*truth, run.largest.trajectory); });
-    figures["rpe_1_frame_rmse_m"] =
-        RmseOr(-1.0, [&] { return RelativePoseError(*truth, run.largest.trajectory); });
-    figures["rpe_30_frames_rmse_m"] = RmseOr(
-        -1.0, [&] { return RelativePoseError(*truth, run.largest.trajectory, {.delta = 30.0}); });
-  }
-  figures["coverage"] = apps::Coverage(run);
-  figures["lost_frames"] = static_cast<double>(run.lost.size());
-  figures["keyframes"] = static_cast<double>(run.keyframes.size());
-  figures["points"] = static_cast<double>(run.points);
-  figures["lines"] = static_cast<double>(run.lines);
-  figures["tracking_ms"] = run.times.tracking.median;
-  figures["tracking_p99_ms"] = run.times.tracking.p99;
-  figures["frame_ms"] = run.times.frame.median;
-  figures["frame_mean_ms"] = run.times.frame.mean;
-  figures["frame_p99_ms"] = run.times.frame.p99;
-  figures["mapping_ms"] = run.times.mapping.median;
-  figures["orb_ms"] = orb.MedianMs();
-  figures["tracking_over_orb"] = figures["tracking_ms"] / figures["orb_ms"];
-  figures["seconds"] = run.seconds;
-  return figures;
-}
-
-void PrintHeader() {
-  fmt::print(
-      "{:<16} {:<7} {:>8} {:>8} {:>8} {:>6} {:>5} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} "
-      "{:>6}\n",
-      "sequence", "uses", "APE m", "RPE1 m", "RPE30 m", "cover", "lost", "kf", "track ms",
-      "track 99", "frame ms", "mean", "frame 99", "ORB ms", "ratio");
-}
-
-void PrintRow(const std::string& sequence, const std::string& features, const Scores& f) {
-  fmt::print(
-      "{:<16} {:<7} {:>8.5f} {:>8.5f} {:>8.5f} {:>6.3f} {:>5.0f} {:>4.0f} {:>8.2f} {:>8.2f} "
-      "{:>8.2f} {:>8.2f} {:>8.2f} {:>6.2f} {:>6.2f}\n",
-      sequence, features, f.at("ape_rmse_m"), f.at("rpe_1_frame_rmse_m"),
-      f.at("rpe_30_frames_rmse_m"), f.at("coverage"), f.at("lost_frames"), f.at("keyframes"),
-      f.at("tracking_ms"), f.at("tracking_p99_ms"), f.at("frame_ms"), f.at("frame_mean_ms"),
-      f.at("frame_p99_ms"), f.at("orb_ms"), f.at("tracking_over_orb"));
-}
-
 void Run(const BenchArguments& arguments) {
-  nlohmann::json report;
-  report["versions"] = apps::VersionsJson();
-  report["runs"] = arguments.runs;
-  if (!arguments.json) PrintHeader();
-  for (const std::string& sequence : arguments.sequences) {
-    const std::filesystem::path directory = std::filesystem::path(arguments.data) / sequence;
-    const RgbdSensor sensor = apps::ResolveConfig("", directory).config.sensor;
-    const TumDataset dataset(directory, {.depth_factor = sensor.depth_factor,
-                                         .width = sensor.camera.width,
-                                         .height = sensor.camera.height});
-    for (const std::string& features : arguments.features) {
-      const apps::SlamRunOptions options = OptionsFor(features, arguments);
-      std::vector<Scores> runs;
-      for (int i = 0; i < arguments.runs; ++i) {
-        runs.push_back(RunOnce(dataset, sensor, options,
-                               fmt::format("{} {} run {}", sequence, features, i + 1)));
-      }
-      const Scores medians = Medians(runs);
-      if (!arguments.json) PrintRow(sequence, features, medians);
-      nlohmann::json& entry = report["sequences"][sequence][features];
-      entry["median"] = medians;
-      entry["runs"] = runs;
-    }
+  const ReportOptions options = ReportOptionsOf(arguments.report);
+  const bool text = options.format == ReportFormat::kText;
+  const SweepPlan plan = PlanOf(arguments);
+  if (text) fmt::print("{}", TextHeader());
+  const std::vector<RunRecord> records = RunSweep(plan, [&](const std::vector<RunRecord>& group) {
+    if (!text) return;
+    fmt::print("{}", TextLine(MakeRow(group)));
+    std::fflush(stdout);
+  });
+  if (plan.shard.count > 1) return;  // a part has no tables
+  Report(records, options);
+}
+
+void Merge(const std::vector<std::string>& sweeps, const ReportArguments& arguments) {
+  const std::vector<RunRecord> records =
+      MergeRecords({sweeps.begin(), sweeps.end()}, arguments.sequences);
+  const ReportOptions options = ReportOptionsOf(arguments);
+  if (options.format == ReportFormat::kText) {
+    fmt::print("{}", TextHeader());
+    for (const SweepRow& row : MakeRows(records)) fmt::print("{}", TextLine(row));
   }
-  report["peak_memory_mib"] = apps::PeakMemoryMib();
-  if (arguments.json) {
-    fmt::print("{}\n", report.dump(2));
-  } else {
-    fmt::print("medians of {} runs; peak memory {:.0f} MiB\n", arguments.runs,
-               apps::PeakMemoryMib());
-  }
+  Report(records, options);
 }
 
 // Two settings instead of the table of features. They are checked with the command line.
-void AddPairedOptions(CLI::App& app, BenchArguments& arguments, CLI::Option* features,
-                      CLI::Option* dense) {
+CLI::Option* AddPairedOptions(CLI::App& app, BenchArguments& arguments) {
   CLI::Option* paired =
-      app.add_option("--paired", arguments.settings,
+      app.add_option("--paired", arguments.pair,
                      "Run two settings against each other, --runs times from beginnings --step "
                      "frames apart, in lockstep: each what one would write behind highwall slam, "
                      "\"\" for nothing")
-          ->type_name("A B")
-          ->excludes(features)
-          ->excludes(dense);
+          ->type_name("A B");
   app.add_option("--paired-program", arguments.program,
                  "The highwall of another build, which runs B")
       ->check(apps::NotEmpty())
@@ -193,43 +160,166 @@ void AddPairedOptions(CLI::App& app, BenchArguments& arguments, CLI::Option* fea
       ->check(apps::Between(1.0, 1e6))
       ->needs(paired)
       ->capture_default_str();
-  app.callback([&arguments, paired] {
-    arguments.paired = paired->count() > 0;
-    if (!arguments.paired) return;
-    RequireSetting("A", arguments.settings.first);
-    if (arguments.program.empty()) RequireSetting("B", arguments.settings.second);
-  });
+  return paired;
+}
+
+CLI::Validator IsReference() {
+  return {[](const std::string& text) -> std::string {
+            try {
+              ParseReference(text);
+              return "";
+            } catch (const InvalidArgument& error) {
+              return error.what();
+            }
+          },
+          "NAME=DIR"};
+}
+
+CLI::Validator IsShard() {
+  return {[](const std::string& text) -> std::string {
+            try {
+              ParseShard(text);
+              return "";
+            } catch (const InvalidArgument& error) {
+              return error.what();
+            }
+          },
+          "N/COUNT"};
+}
+
+// What a sweep and the merging of sweeps are both told. Those that --paired has no use for.
+std::vector<CLI::Option*> AddReportOptions(CLI::App& app, ReportArguments& arguments) {
+  CLI::Option* json = app.add_flag("--json", arguments.json, "Print one JSON object");
+  return {
+      app.add_option("--out", arguments.out,
+                     "Folder that keeps each run, to go on where an earlier sweep ended, and "
+                     "figures.json, runs.csv, table.md")
+          ->check(apps::NotEmpty()),
+      app.add_option("--reference", arguments.references,
+                     "Compare with another system's trajectories on the same frames: "
+                     "DIR/SEQUENCE_*.txt, one a run")
+          ->check(IsReference()),
+      app.add_flag("--markdown", arguments.markdown, "Print the table as Markdown")->excludes(json),
+      app.add_flag("--paper", arguments.paper,
+                   "Tables 1, 2 and 4 of the paper: points, points and lines, and the paper's "
+                   "own settings")
+          ->excludes(json)};
+}
+
+// Generated sequences.
+std::vector<CLI::Option*> AddSceneOptions(CLI::App& app, BenchArguments& arguments) {
+  CLI::Option* scenes = AddList(app, "--scenes", arguments.scenes, SceneNames(),
+                                ": generated in --data, where they are not there");
+  app.add_option("--seeds", arguments.seeds, "Sequences of each scene")
+      ->check(apps::Between(1.0, 1000.0))
+      ->needs(scenes);
+  app.add_option("--duration", arguments.duration, "Of a scene [s], else a lap")
+      ->check(apps::Between(1.0, 3600.0))
+      ->needs(scenes);
+  app.add_option("--fps", arguments.fps, "Of the scenes")
+      ->check(apps::Between(1.0, 240.0))
+      ->needs(scenes)
+      ->capture_default_str();
+  app.add_option("--scale", arguments.scale, "Of the sides of the images of the scenes")
+      ->check(apps::Between(0.1, 4.0))
+      ->needs(scenes)
+      ->capture_default_str();
+  return {scenes};
+}
+
+void CheckArguments(BenchArguments& arguments, const CLI::Option* paired) {
+  if (arguments.report.sequences.empty() && arguments.scenes.empty()) {
+    throw CLI::RequiredError("--sequences or --scenes");
+  }
+  arguments.paired = paired->count() > 0;
+  if (!arguments.paired) {
+    for (const NamedSetting& setting : SettingsOf(arguments)) {
+      RequireSetting(setting.name, setting.switches,
+                     {.lockstep = arguments.deterministic, .map = setting.map});
+    }
+    return;
+  }
+  RequireSetting("A", arguments.pair.first);
+  if (arguments.program.empty()) RequireSetting("B", arguments.pair.second);
 }
 
 void AddOptions(CLI::App& app, BenchArguments& arguments) {
-  app.add_option("--data", arguments.data, "Folder that holds the sequences")->required();
-  app.add_option("--sequences", arguments.sequences, "Folders in it, separated by commas")
-      ->delimiter(',')
-      ->required();
+  app.add_option("--data", arguments.report.data, "Folder that holds the sequences")->required();
+  app.add_option("--sequences", arguments.report.sequences, "Folders in it, separated by commas")
+      ->delimiter(',');
   app.add_option("--runs", arguments.runs, "Runs of each")->check(CLI::PositiveNumber);
+  CLI::Option* settings = app.add_option("--setting", arguments.settings,
+                                         "NAME=SWITCHES, what one would write behind highwall "
+                                         "slam; may be given several times")
+                              ->type_name("NAME=SWITCHES")
+                              ->take_all();
   CLI::Option* features =
-      AddList(app, "--features", arguments.features, {"points", "lines", "both"});
+      AddList(app, "--features", arguments.features, {"points", "lines", "both"})
+          ->excludes(settings);
   CLI::Option* dense =
       app.add_flag("--dense", arguments.dense, "Build cloud, octree and grid as well");
-  app.add_flag("--deterministic", arguments.deterministic,
-               "Everything on one thread, in lockstep, but for the decoding of images");
-  app.add_flag("--json", arguments.json, "Print one JSON object");
-  AddPairedOptions(app, arguments, features, dense);
+  CLI::Option* shard = app.add_option("--shard", arguments.shard,
+                                      "Run only this part of the sweep: 2/4, the second of four")
+                           ->check(IsShard());
+  app.add_flag("--deterministic", arguments.deterministic, "Everything on one thread, in lockstep");
+  CLI::Option* paired = AddPairedOptions(app, arguments);
+  for (CLI::Option* other : AddReportOptions(app, arguments.report)) other->excludes(paired);
+  for (CLI::Option* other : AddSceneOptions(app, arguments)) other->excludes(paired);
+  for (CLI::Option* other : {settings, features, dense, shard}) other->excludes(paired);
+  app.callback([&arguments, paired] { CheckArguments(arguments, paired); });
   app.footer(
       "Examples:\n"
-      "  highwall_bench_tum --data datasets --sequences fr1_xyz,fr3_teddy --runs 5\n"
-      "  highwall_bench_tum --data datasets --sequences fr1_xyz --paired \"\" \"--no-loops\"");
+      "  highwall_bench_tum --data datasets --sequences fr1_xyz,fr3_teddy --runs 5 --out sweep\n"
+      "  highwall_bench_tum merge sweep --markdown\n"
+      "  highwall_bench_tum --data datasets --sequences fr1_xyz --paired \"\" \"--no-loops\"\n"
+      "  highwall_bench_tum figures tests/expected/figures.json");
 }
 
 void RunEither(const BenchArguments& arguments) {
   if (!arguments.paired) return Run(arguments);
-  RunPaired({.data = arguments.data,
-             .sequences = arguments.sequences,
-             .settings = arguments.settings,
+  RunPaired({.data = arguments.report.data,
+             .sequences = arguments.report.sequences,
+             .settings = arguments.pair,
              .program = arguments.program,
              .pairs = arguments.runs,
              .step = arguments.step,
-             .json = arguments.json});
+             .json = arguments.report.json});
+}
+
+int MainOfMerge(int argc, char** argv) {
+  const BenchName name{"highwall_bench_tum merge", "The tables of sweeps that were kept by --out."};
+  std::vector<std::string> sweeps;
+  ReportArguments arguments;
+  return RunBench(
+      name, argc, argv,
+      [&](CLI::App& app) {
+        app.add_option("sweeps", sweeps, "Folders of --out, all of one sweep or of several")
+            ->required();
+        app.add_option("--data", arguments.data,
+                       "Folder that holds the sequences, for --reference");
+        app.add_option("--sequences", arguments.sequences, "Of these alone, separated by commas")
+            ->delimiter(',');
+        AddReportOptions(app, arguments);
+      },
+      [&] { Merge(sweeps, arguments); });
+}
+
+int MainOfFigures(int argc, char** argv) {
+  const BenchName name{"highwall_bench_tum figures",
+                       "Figures of generated sequences against those in a file; exits with 3 where "
+                       "one has moved."};
+  std::string file, data;
+  bool renew = false;
+  return RunBench(
+      name, argc, argv,
+      [&](CLI::App& app) {
+        app.add_option("file", file, "Such as tests/expected/figures.json")->required();
+        app.add_option("--data", data, "Keep the sequences in this folder");
+        app.add_flag("--renew", renew, "Write what was measured to the file");
+      },
+      [&] {
+        if (!CheckFigures(file, data, renew)) throw std::runtime_error("figures have moved");
+      });
 }
 
 }  // namespace
@@ -237,7 +327,11 @@ void RunEither(const BenchArguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
+  const std::string_view command = argc > 1 ? argv[1] : "";
+  if (command == "merge") return MainOfMerge(argc - 1, argv + 1);
+  if (command == "figures") return MainOfFigures(argc - 1, argv + 1);
   const BenchName name{"highwall_bench_tum",
-                       "Accuracy and speed of Highwall on sequences in the TUM RGB-D layout."};
+                       "Accuracy and speed of Highwall on sequences. Also: highwall_bench_tum "
+                       "merge --help, highwall_bench_tum figures --help."};
   return RunBench<BenchArguments>(name, argc, argv, AddOptions, RunEither);
 }

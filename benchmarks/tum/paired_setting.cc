@@ -42,17 +42,21 @@ std::vector<std::string> Words(const std::string& setting) {
 }
 
 std::vector<std::string> CommandLine(const std::string& dataset, const std::string& out,
-                                     const std::vector<std::string>& switches) {
-  std::vector<std::string> words{"--dataset", dataset, "--out", out, "--deterministic", "--no-map"};
+                                     const std::vector<std::string>& switches,
+                                     const SettingMode& mode = {}) {
+  std::vector<std::string> words{"--dataset", dataset, "--out", out};
+  if (mode.lockstep) words.push_back("--deterministic");
+  if (mode.map == MapChoice::kNone) words.push_back("--no-map");
   words.insert(words.end(), switches.begin(), switches.end());
   return words;
 }
 
-apps::SlamArguments ParseSetting(const std::string& setting, const std::string& dataset) {
+apps::SlamArguments ParseSetting(const std::string& setting, const std::string& dataset,
+                                 const SettingMode& mode) {
   apps::SlamArguments arguments;
   CLI::App app;
   apps::AddSlamOptions(&app, &arguments);
-  std::vector<std::string> words = CommandLine(dataset, "nowhere", Words(setting));
+  std::vector<std::string> words = CommandLine(dataset, "nowhere", Words(setting), mode);
   std::ranges::reverse(words);  // as CLI11 wants them
   app.parse(std::move(words));
   CheckArguments(arguments);
@@ -139,23 +143,49 @@ void CopyList(const std::filesystem::path& from, const std::vector<std::size_t>&
 
 }  // namespace
 
-OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& directory) {
-  const apps::SlamArguments arguments = ParseSetting(setting, directory.string());
+std::string ToString(MapChoice map) {
+  switch (map) {
+    case MapChoice::kNone:
+      return "none";
+    case MapChoice::kDefault:
+      return "default";
+    case MapChoice::kPaper:
+      return "paper";
+  }
+  return "unknown";
+}
+
+OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& directory,
+                       const SettingMode& mode) {
+  const apps::SlamArguments arguments = ParseSetting(setting, directory.string(), mode);
   dataset_ = apps::OpenDataset(arguments.config, directory);
   options_ = apps::MakeOptions(arguments);
+  constexpr double kPaperRange = 3.0;  // [m] section 4.1 of the paper
+  if (mode.map == MapChoice::kPaper) {
+    options_.map.cloud.max_depth = options_.map.octree.max_range = kPaperRange;
+  }
   std::vector<std::string> warnings = dataset_.images->warnings();
   options_.imu = apps::ReadImuFeed(arguments, dataset_, &warnings);
   for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
 }
 
-SettingRun OwnSetting::Run(std::size_t begin, const std::string& label) const {
+apps::SlamRun OwnSetting::RunWhole(std::size_t begin, const std::string& label,
+                                   const std::function<void(const RgbdImage&)>& on_image) const {
   apps::SlamRunOptions options = options_;
   options.begin = begin;
   apps::Progress progress(label);
-  apps::SlamRun run = apps::RunSlam(*dataset_.images, dataset_.config.sensor, options,
-                                    [&](const FrameResult&, const RgbdImage&, std::size_t done,
-                                        std::size_t total) { progress.Update(done, total); });
+  apps::SlamRun run = apps::RunSlam(
+      *dataset_.images, dataset_.config.sensor, options,
+      [&](const FrameResult&, const RgbdImage& image, std::size_t done, std::size_t total) {
+        if (on_image) on_image(image);
+        progress.Update(done, total);
+      });
   apps::RequireWhole(run);
+  return run;
+}
+
+SettingRun OwnSetting::Run(std::size_t begin, const std::string& label) const {
+  apps::SlamRun run = RunWhole(begin, label);
   apps::SubmapRun& map = run.largest;
   return {std::move(map.adjusted.empty() ? map.trajectory : map.adjusted),
           run.lost.size(),
@@ -221,10 +251,10 @@ void ProgramSetting::WriteRest(std::size_t begin, const std::filesystem::path& f
   CopyList(directory_ / "depth.txt", rest(depth_), folder / "depth.txt");
 }
 
-void RequireSetting(const std::string& name, const std::string& setting) {
+void RequireSetting(const std::string& name, const std::string& setting, const SettingMode& mode) {
   const std::string which = fmt::format("setting {}, '{}'", name, setting);
   try {
-    ParseSetting(setting, "anywhere");
+    ParseSetting(setting, "anywhere", mode);
   } catch (const CLI::Success&) {  // --help
     throw CLI::ValidationError(which, "asks for help");
   } catch (const CLI::ParseError& error) {

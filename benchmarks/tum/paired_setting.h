@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,16 @@ struct SettingRun {
   std::size_t lost = 0;   // frames without a pose in any map
   double frame_ms = 0.0;  // all that a frame waits for, median
   std::string failure;    // why there is no trajectory, where that is known
+};
+
+// The dense map of a run: none, that of `highwall slam`, or one of the depths that the paper uses.
+enum class MapChoice { kNone, kDefault, kPaper };
+std::string ToString(MapChoice map);
+
+// What is the same for all settings that are compared.
+struct SettingMode {
+  bool lockstep = true;  // one thread, the same result on every run
+  MapChoice map = MapChoice::kNone;
 };
 
 // A sequence that can be run with a setting: one thread, in lockstep, no dense map.
@@ -39,9 +50,14 @@ class OwnSetting final : public Setting {
  public:
   // directory: of a dataset that `highwall slam` takes. The setting is
   // one that RequireSetting() takes. Throws IoError for a dataset that cannot be used.
-  OwnSetting(const std::string& setting, const std::filesystem::path& directory);
+  OwnSetting(const std::string& setting, const std::filesystem::path& directory,
+             const SettingMode& mode = {});
 
   const Dataset& images() const { return *dataset_.images; }
+  // All that a run tells, in the mode of the constructor. on_image: called after each frame. Throws
+  // what the run throws, and std::runtime_error where a part of it failed.
+  apps::SlamRun RunWhole(std::size_t begin, const std::string& label,
+                         const std::function<void(const RgbdImage&)>& on_image = {}) const;
   SettingRun Run(std::size_t begin, const std::string& label) const override;
 
  private:
@@ -74,6 +90,7 @@ class ProgramSetting final : public Setting {
 };
 
 // Throws CLI::ValidationError, with the setting's name and itself, unless this build knows it.
-void RequireSetting(const std::string& name, const std::string& setting);
+void RequireSetting(const std::string& name, const std::string& setting,
+                    const SettingMode& mode = {});
 
 }  // namespace highwall::bench

@@ -25,6 +25,25 @@ double StudentProbability(double bound, int degrees_of_freedom) {
   return odd ? 2.0 / std::numbers::pi * (theta + series) : series;
 }
 
+// Of independent summands; degrees of freedom by Welch and Satterthwaite, none where one of the
+// variances is not known.
+MeanLog SumOf(const std::vector<MeanLog>& summands) {
+  MeanLog sum;
+  double squares = 0.0, degrees_of_freedom = 0.0;
+  for (const MeanLog& one : summands) {
+    sum.mean += one.mean;
+    sum.variance += one.variance;
+    degrees_of_freedom += one.degrees_of_freedom;
+    if (one.variance > 0.0) squares += one.variance * one.variance / one.degrees_of_freedom;
+  }
+  const bool known = std::ranges::all_of(
+      summands, [](const MeanLog& one) { return one.degrees_of_freedom >= 1.0; });
+  if (!known) return sum;
+  sum.degrees_of_freedom = squares > 0.0 ? sum.variance * sum.variance / squares  //
+                                         : degrees_of_freedom;
+  return sum;
+}
+
 }  // namespace
 
 double StudentBound(int degrees_of_freedom) {
@@ -52,21 +71,15 @@ MeanLog MeanOf(const std::vector<double>& logs) {
 MeanLog MeanOfMeans(const std::vector<MeanLog>& means) {
   HIGHWALL_REQUIRE(!means.empty(), "the mean of nothing");
   const auto n = static_cast<double>(means.size());
-  MeanLog all;
-  double squares = 0.0, degrees_of_freedom = 0.0;
+  std::vector<MeanLog> shares;
   for (const MeanLog& one : means) {
-    const double variance = one.variance / (n * n);  // its share
-    all.mean += one.mean / n;
-    all.variance += variance;
-    degrees_of_freedom += one.degrees_of_freedom;
-    if (variance > 0.0) squares += variance * variance / one.degrees_of_freedom;
+    shares.push_back({one.mean / n, one.variance / (n * n), one.degrees_of_freedom});
   }
-  const bool known =
-      std::ranges::all_of(means, [](const MeanLog& one) { return one.degrees_of_freedom >= 1.0; });
-  if (!known) return all;
-  all.degrees_of_freedom = squares > 0.0 ? all.variance * all.variance / squares  //
-                                         : degrees_of_freedom;
-  return all;
+  return SumOf(shares);
+}
+
+MeanLog DifferenceOf(const MeanLog& a, const MeanLog& b) {
+  return SumOf({a, {-b.mean, b.variance, b.degrees_of_freedom}});
 }
 
 double Ratio(const MeanLog& mean) {

@@ -24,6 +24,9 @@ MeanLog MeanOf(const std::vector<double>& logs);
 // Welch and Satterthwaite, none where one of the variances is not known. means: not empty.
 MeanLog MeanOfMeans(const std::vector<MeanLog>& means);
 
+// a - b of independent means; its degrees of freedom likewise.
+MeanLog DifferenceOf(const MeanLog& a, const MeanLog& b);
+
 struct Interval {
   double low = 0.0, high = 0.0;
 };

@@ -1,10 +1,9 @@
-#include "sequence.h"
+#include "generated_sequence.h"
 
 #include <map>
 #include <utility>
 
 #include <fmt/core.h>
-#include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 
@@ -26,7 +25,35 @@ const std::map<std::string, Scene>& Scenes() {
   return scenes;
 }
 
+// The folder appears whole or not at all.
+void Render(const simulate::Simulation& simulation, const std::filesystem::path& folder,
+            const std::function<void(int, int)>& progress) {
+  if (std::filesystem::exists(folder)) return;
+  try {
+    simulate::WriteTum(simulation, folder, progress);
+  } catch (const IoError&) {
+    if (!std::filesystem::exists(folder)) throw;  // else another process was faster
+  }
+}
+
+std::string Suffix(const SequenceOptions& options) {
+  std::string suffix = fmt::format("_{}s_{}fps", options.duration, options.fps);
+  if (options.scale != 1.0) suffix += fmt::format("_scale{}", options.scale);
+  if (options.noise_ratio != simulate::kUsualNoiseRatio) {
+    suffix += fmt::format("_noise{}", options.noise_ratio);
+  }
+  return suffix + (options.hard ? "_hard" : "");
+}
+
 }  // namespace
+
+std::string NameOf(const SequenceOptions& options) {
+  return options.scene + Suffix(options);
+}
+
+std::filesystem::path FolderOf(const SequenceOptions& options, const std::filesystem::path& cache) {
+  return cache / fmt::format("{}_seed{}{}", options.scene, options.seed, Suffix(options));
+}
 
 std::vector<std::string> SceneNames() {
   std::vector<std::string> names;
@@ -45,34 +72,17 @@ Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::pat
   simulation.seed = options.seed;
   simulation.duration = options.duration;
   simulation.fps = options.fps;
+  simulation.camera = simulate::Scaled(simulation.camera, options.scale);
   simulation.sensor.noise_ratio = simulation.imu.noise_ratio = options.noise_ratio;
   if (options.hard) simulation.imu.faults = simulate::HardImuFaults();
   Sequence sequence;
   sequence.simulation = std::make_unique<simulate::Simulation>(Simulate(options.scene, simulation));
-  std::string name = fmt::format("{}_seed{}_{}s_{}fps", options.scene, options.seed,
-                                 options.duration, options.fps);
-  if (options.noise_ratio != simulate::kUsualNoiseRatio) {
-    name += fmt::format("_noise{}", options.noise_ratio);
-  }
-  if (options.hard) name += "_hard";
-  sequence.folder = cache / name;
-  if (!std::filesystem::exists(sequence.folder)) {  // it appears whole or not at all
-    simulate::WriteTum(*sequence.simulation, sequence.folder, progress);
-  }
+  sequence.folder = FolderOf(options, cache);
+  Render(*sequence.simulation, sequence.folder, progress);
   for (const simulate::Stretch& stretch : sequence.simulation->stretches()) {
     sequence.spans.push_back({std::string(ToString(stretch.kind)), stretch.begin, stretch.end});
   }
   return sequence;
-}
-
-RgbdImage CoveredLens::DoLoad(std::size_t index) const {
-  std::optional<RgbdImage> image = dataset_.Load(index);
-  if (!image) throw IoError(fmt::format("frame {}", index), "cannot be used");
-  if (image->stamp >= begin_ && image->stamp <= end_) {
-    image->bgr.setTo(0);
-    image->depth.setTo(0);
-  }
-  return *std::move(image);
 }
 
 }  // namespace highwall::bench

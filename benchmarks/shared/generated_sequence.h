@@ -4,12 +4,8 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
-
-#include <highwall/core/trajectory.h>
-#include <highwall/frontend/input/dataset.h>
 
 #include "simulate/camera/simulation.h"
 #include "simulate/noise_ratio.h"
@@ -27,6 +23,7 @@ struct SequenceOptions {
   std::uint64_t seed = 1;
   double duration = 20.0;                           // [s] > 0; DefaultDuration()
   double fps = 30.0;                                // [Hz] > 0
+  double scale = 1.0;                               // > 0; of the images' sides
   double noise_ratio = simulate::kUsualNoiseRatio;  // > 0; true noise over the data sheets'
   bool hard = false;                                // the IMU has simulate::HardImuFaults()
 };
@@ -43,28 +40,14 @@ struct Sequence {
   std::vector<MarkedSpan> spans;
 };
 
-// Renders the sequence into a folder of `cache`, unless an earlier run has done so. The folder's
-// name tells the options, not the version of the simulator. progress(done, total). Throws IoError.
+// What the sequence is called, whatever its seed: "room_20s_30fps".
+std::string NameOf(const SequenceOptions& options);
+// The folder of `cache` that is its place; its name tells the options, not the version of the
+// simulator.
+std::filesystem::path FolderOf(const SequenceOptions& options, const std::filesystem::path& cache);
+// Renders the sequence into this folder, unless an earlier run has done so, or another process that
+// does so at the same time. progress(done, total). Throws IoError.
 Sequence MakeSequence(const SequenceOptions& options, const std::filesystem::path& cache,
                       const std::function<void(int, int)>& progress);
-
-// A dataset whose lens is covered for a while: black images without depth.
-class CoveredLens final : public Dataset {
- public:
-  // dataset: must outlive this. [begin, end]: stamps.
-  CoveredLens(const Dataset& dataset, Stamp begin, Stamp end)
-      : dataset_(dataset), begin_(begin), end_(end) {}
-
-  std::size_t size() const override { return dataset_.size(); }
-  Stamp stamp(std::size_t index) const override { return dataset_.stamp(index); }
-  const Trajectory* groundtruth() const override { return dataset_.groundtruth(); }
-  std::optional<std::filesystem::path> imu_file() const override { return dataset_.imu_file(); }
-
- private:
-  RgbdImage DoLoad(std::size_t index) const override;
-
-  const Dataset& dataset_;
-  Stamp begin_, end_;
-};
 
 }  // namespace highwall::bench

@@ -1,0 +1,133 @@
+#include "sweep_run.h"
+
+#include <malloc.h>
+
+#include <fstream>
+#include <utility>
+
+#include <fmt/core.h>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+#include <highwall/mapping/point_cloud_io.h>
+
+#include "cache_folder.h"
+#include "slam_run.h"
+#include "timing.h"
+
+namespace highwall::bench {
+namespace {
+
+// cv::ORB on the images of a run, timed between its frames.
+class OrbReference {
+ public:
+  void Measure(const cv::Mat& bgr) {
+    cv::cvtColor(bgr, gray_, cv::COLOR_BGR2GRAY);
+    samples_.push_back(1e3 * WallSeconds([&] {
+                         orb_->detectAndCompute(gray_, cv::noArray(), keypoints_, descriptors_);
+                       }));
+  }
+  double MedianMs() const { return apps::Summarize(samples_).median; }
+
+ private:
+  cv::Ptr<cv::ORB> orb_ = cv::ORB::create(1000, 1.2F, 8);
+  cv::Mat gray_, descriptors_;
+  std::vector<cv::KeyPoint> keypoints_;
+  std::vector<double> samples_;
+};
+
+// What this process has held before the run does not count; where Linux does not let it be
+// forgotten, it does.
+void ForgetPeakMemory() {
+  ::malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+void AddStatistics(const std::string& name, const ErrorStatistics& of, Scores* figures) {
+  const std::pair<const char*, double> statistics[] = {
+      {"max_m", of.max},   {"mean_m", of.mean}, {"median_m", of.median}, {"min_m", of.min},
+      {"rmse_m", of.rmse}, {"sse_m2", of.sse},  {"std_m", of.std}};
+  for (const auto& [statistic, value] : statistics) (*figures)[name + "_" + statistic] = value;
+}
+
+template <class Compute>
+void AddError(const std::string& name, const Trajectory* truth, const Compute& compute,
+              Scores* figures) {
+  double& rmse = (*figures)[name + "_rmse_m"];
+  if (truth == nullptr) return;
+  try {
+    AddStatistics(name, compute().statistics, figures);
+  } catch (const InvalidArgument&) {  // too few poses
+    rmse = -1.0;
+  }
+}
+
+void AddErrors(const Trajectory* truth, const Trajectory& estimate, Scores* figures) {
+  AddError(
+      "ape", truth, [&] { return AbsolutePoseError(*truth, estimate); }, figures);
+  AddError(
+      "rpe_1_frame", truth, [&] { return RelativePoseError(*truth, estimate); }, figures);
+  AddError(
+      "rpe_30_frames", truth, [&] { return RelativePoseError(*truth, estimate, kThirtyFrames); },
+      figures);
+}
+
+void AddTimes(const apps::SlamRun& run, double orb_ms, Scores* figures) {
+  Scores& f = *figures;
+  f["tracking_ms"] = run.times.tracking.median;
+  f["tracking_p99_ms"] = run.times.tracking.p99;
+  f["frame_ms"] = run.times.frame.median;
+  f["frame_mean_ms"] = run.times.frame.mean;
+  f["frame_p99_ms"] = run.times.frame.p99;
+  f["mapping_ms"] = run.times.mapping.median;
+  f["orb_ms"] = orb_ms;
+  f["tracking_over_orb"] = f["tracking_ms"] / orb_ms;
+  f["seconds"] = run.seconds;
+  f["peak_memory_mib"] = apps::PeakMemoryMib();
+}
+
+void AddMapSizes(const DenseMap& map, Scores* figures) {
+  const CacheFolder scratch("", "highwall_bench_tum");
+  const auto ply = scratch.path() / "cloud.ply", bt = scratch.path() / "map.bt";
+  WritePly(ply, map.cloud);
+  map.octree.WriteBinary(bt);
+  (*figures)["cloud_mb"] = static_cast<double>(std::filesystem::file_size(ply)) / 1e6;
+  (*figures)["octree_mb"] = static_cast<double>(std::filesystem::file_size(bt)) / 1e6;
+}
+
+void AddCounts(const apps::SlamRun& run, Scores* figures) {
+  Scores& f = *figures;
+  f["coverage"] = apps::Coverage(run);
+  f["frames"] = static_cast<double>(run.frames + run.skipped);
+  f["lost_frames"] = static_cast<double>(run.lost.size());
+  f["submaps"] = static_cast<double>(run.others.size() + (run.largest.trajectory.empty() ? 0 : 1));
+  f["loops_closed"] = static_cast<double>(run.loops.closed);
+  f["keyframes"] = static_cast<double>(run.keyframes.size());
+  f["points"] = static_cast<double>(run.points);
+  f["lines"] = static_cast<double>(run.lines);
+}
+
+}  // namespace
+
+RunRecord RunOnce(const std::filesystem::path& dataset, const RunKey& key) {
+  ForgetPeakMemory();
+  if (key.lockstep) cv::setNumThreads(1);  // as `highwall slam --deterministic`
+  const OwnSetting setting(key.setting.switches, dataset,
+                           {.lockstep = key.lockstep, .map = key.setting.map});
+  OrbReference orb;
+  apps::SlamRun run = setting.RunWhole(0, NameOf(key).string(),
+                                       [&orb](const RgbdImage& image) { orb.Measure(image.bgr); });
+  RunRecord record{key, {}, run.loss_reasons, {}};
+  AddTimes(run, orb.MedianMs(), &record.figures);
+  AddCounts(run, &record.figures);
+  if (run.largest.dense) AddMapSizes(*run.largest.dense, &record.figures);
+  apps::SubmapRun& map = run.largest;
+  record.trajectory = std::move(map.adjusted.empty() ? map.trajectory : map.adjusted);
+  AddErrors(setting.images().groundtruth(), record.trajectory, &record.figures);
+  return record;
+}
+
+}  // namespace highwall::bench
