@@ -36,7 +36,7 @@ struct ReportArguments {
   std::vector<std::string> sequences;
   std::vector<std::string> references;  // NAME=DIR
   std::string out;
-  bool json = false, markdown = false, paper = false;
+  bool json = false, markdown = false, no_times = false, paper = false;
 };
 
 struct BenchArguments {
@@ -110,6 +110,7 @@ ReportOptions ReportOptionsOf(const ReportArguments& arguments) {
   ReportOptions options;
   if (arguments.json) options.format = ReportFormat::kJson;
   if (arguments.markdown || arguments.paper) options.format = ReportFormat::kMarkdown;
+  options.times = !arguments.no_times;
   options.paper = arguments.paper;
   for (const std::string& text : arguments.references) {
     options.references.push_back(ParseReference(text));
@@ -190,20 +191,24 @@ CLI::Validator IsShard() {
 // What a sweep and the merging of sweeps are both told. Those that --paired has no use for.
 std::vector<CLI::Option*> AddReportOptions(CLI::App& app, ReportArguments& arguments) {
   CLI::Option* json = app.add_flag("--json", arguments.json, "Print one JSON object");
-  return {
-      app.add_option("--out", arguments.out,
-                     "Folder that keeps each run, to go on where an earlier sweep ended, and "
-                     "figures.json, runs.csv, table.md")
-          ->check(apps::NotEmpty()),
-      app.add_option("--reference", arguments.references,
-                     "Compare with another system's trajectories on the same frames: "
-                     "DIR/SEQUENCE_*.txt, one a run")
-          ->check(IsReference()),
-      app.add_flag("--markdown", arguments.markdown, "Print the table as Markdown")->excludes(json),
-      app.add_flag("--paper", arguments.paper,
-                   "Tables 1, 2 and 4 of the paper: points, points and lines, and the paper's "
-                   "own settings")
-          ->excludes(json)};
+  CLI::Option* markdown =
+      app.add_flag("--markdown", arguments.markdown, "Print the table as Markdown")->excludes(json);
+  return {app.add_option("--out", arguments.out,
+                         "Folder that keeps each run, to go on where an earlier sweep ended, and "
+                         "figures.json, runs.csv, table.md")
+              ->check(apps::NotEmpty()),
+          app.add_option("--reference", arguments.references,
+                         "Compare with another system's trajectories on the same frames: "
+                         "DIR/SEQUENCE_*.txt, one a run")
+              ->check(IsReference()),
+          markdown,
+          app.add_flag("--no-times", arguments.no_times,
+                       "Without what depends on the machine: times and memory")
+              ->needs(markdown),
+          app.add_flag("--paper", arguments.paper,
+                       "Tables 1, 2 and 4 of the paper: points, points and lines, and the paper's "
+                       "own settings")
+              ->excludes(json)};
 }
 
 // Generated sequences.

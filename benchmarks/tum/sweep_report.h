@@ -14,6 +14,7 @@ enum class ReportFormat { kText, kMarkdown, kJson };
 
 struct ReportOptions {
   ReportFormat format = ReportFormat::kText;
+  bool times = true;                        // the Markdown has times and memory
   bool paper = false;                       // the paper's tables instead of ours
   std::vector<ReferenceSystem> references;  // systems to compare with
   std::filesystem::path data;               // the folder that holds the sequences, for references

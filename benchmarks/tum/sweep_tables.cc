@@ -38,6 +38,7 @@ struct Column {
   const char* figure;
   double factor;
   int digits;
+  bool of_machine = false;
 };
 
 constexpr Column kMarkdownColumns[] = {{"APE RMSE [mm]", "ape_rmse_m", 1e3, 2},
@@ -45,9 +46,9 @@ constexpr Column kMarkdownColumns[] = {{"APE RMSE [mm]", "ape_rmse_m", 1e3, 2},
                                        {"RPE RMSE, 30 frames [mm]", "rpe_30_frames_rmse_m", 1e3, 2},
                                        {"coverage", "coverage", 1.0, 3},
                                        {"lost", "lost_frames", 1.0, 0},
-                                       {"frame, median [ms]", "frame_ms", 1.0, 1},
-                                       {"frame, 99 % [ms]", "frame_p99_ms", 1.0, 0},
-                                       {"memory [MiB]", "peak_memory_mib", 1.0, 0},
+                                       {"frame, median [ms]", "frame_ms", 1.0, 1, true},
+                                       {"frame, 99 % [ms]", "frame_p99_ms", 1.0, 0, true},
+                                       {"memory [MiB]", "peak_memory_mib", 1.0, 0, true},
                                        {"keyframes", "keyframes", 1.0, 0},
                                        {"points", "points", 1.0, 0},
                                        {"lines", "lines", 1.0, 0},
@@ -55,9 +56,10 @@ constexpr Column kMarkdownColumns[] = {{"APE RMSE [mm]", "ape_rmse_m", 1e3, 2},
                                        {"octree [MB]", "octree_mb", 1.0, 4}};
 
 // Those that any row has something for.
-std::vector<Column> UsedColumns(const std::vector<SweepRow>& rows) {
+std::vector<Column> UsedColumns(const std::vector<SweepRow>& rows, bool times) {
   std::vector<Column> used;
   std::ranges::copy_if(kMarkdownColumns, std::back_inserter(used), [&](const Column& column) {
+    if (column.of_machine && !times) return false;
     return std::ranges::any_of(rows, [&](const SweepRow& row) {
       return !SpreadCell(row, column.figure, column.factor, column.digits).empty();
     });
@@ -153,8 +155,8 @@ nlohmann::json ToJson(const std::vector<SweepRow>& rows) {
   return report;
 }
 
-std::string ToMarkdown(const std::vector<SweepRow>& rows) {
-  const std::vector<Column> columns = UsedColumns(rows);
+std::string ToMarkdown(const std::vector<SweepRow>& rows, bool times) {
+  const std::vector<Column> columns = UsedColumns(rows, times);
   const bool losses =
       std::ranges::any_of(rows, [](const SweepRow& row) { return !row.loss_reasons.empty(); });
   std::string text = "| sequence | setting | runs |", rule = "|---|---|---|";

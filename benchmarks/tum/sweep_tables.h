@@ -31,7 +31,8 @@ std::string TextLine(const SweepRow& row);
 // {"sequences": {SEQUENCE: {SETTING: {"switches", "median", "low", "high", "loss_reasons",
 // "runs"}}}}
 nlohmann::json ToJson(const std::vector<SweepRow>& rows);
-std::string ToMarkdown(const std::vector<SweepRow>& rows);
+// times: what depends on the machine and on what else it does as well, times and memory.
+std::string ToMarkdown(const std::vector<SweepRow>& rows, bool times = true);
 // A line a run.
 std::string ToCsv(const std::vector<SweepRow>& rows);
 

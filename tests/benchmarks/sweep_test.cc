@@ -101,6 +101,13 @@ TEST(SweepTables, ARowHasTheMedianAndTheSpreadOfItsRuns) {
             "|---|---|---|---|---|---|\n"
             "| office | both | 3 | 3.00 (1.00 to 4.50) | 1.000 | 3 dark, 5 too fast |\n"
             "| hall | both | 1 | 500.00 | 1.000 |  |\n");
+  const std::vector<SweepRow> timed = [&] {
+    std::vector<RunRecord> one{records[1]};
+    one[0].figures["frame_ms"] = 20.0;
+    return MakeRows(one);
+  }();
+  EXPECT_NE(ToMarkdown(timed).find("| 20.0 |"), std::string::npos);
+  EXPECT_EQ(ToMarkdown(timed, false).find("| 20.0 |"), std::string::npos);
   EXPECT_EQ(ToCsv({rows[1]}),
             "sequence,seed,setting,switches,lockstep,run,ape_rmse_m,coverage,loss_reasons\n"
             "\"hall\",0,\"both\",\"--features both\",1,1,0.5,1,\"\"\n");
