@@ -134,11 +134,6 @@ std::string Cell(const char* format, const std::optional<double>& value) {
   return value ? fmt::format(fmt::runtime(format), *value) : "-";
 }
 
-std::string IntervalText(const std::optional<MeanLog>& ratio) {
-  const std::optional<Interval> interval = ratio ? RatioInterval(*ratio) : std::nullopt;
-  return interval ? fmt::format("{:.3f} to {:.3f}", interval->low, interval->high) : "-";
-}
-
 void PrintHeader() {
   fmt::print("{:<20} {:>5} {:>9} {:>9} {:>6} {:>16} {:>6} {:>6} {:>10} {:>10}\n", "sequence",
              "pairs", "APE A mm", "APE B mm", "B/A", "95 % interval", "lost A", "lost B",
@@ -159,27 +154,17 @@ void PrintRow(const SequenceResult& result) {
   std::fflush(stdout);
 }
 
-// Over all sequences that have a ratio, each with the same weight.
-struct Overall {
-  std::size_t sequences = 0;
-  std::optional<MeanLog> these;  // known as well as those of the sequences are
-  std::optional<MeanLog> such;   // as well as they agree: what another sequence would tell
-};
-
-Overall Summarize(const std::vector<SequenceResult>& results) {
+// Over all sequences that have a ratio.
+OverSequences Summarize(const std::vector<SequenceResult>& results) {
   std::vector<MeanLog> means;
-  std::vector<double> logs;
   for (const SequenceResult& result : results) {
-    if (!result.ratio) continue;
-    means.push_back(*result.ratio);
-    logs.push_back(result.ratio->mean);
+    if (result.ratio) means.push_back(*result.ratio);
   }
-  if (means.empty()) return {};
-  return {means.size(), MeanOfMeans(means), MeanOf(logs)};
+  return Over(means);
 }
 
 void PrintOverall(const std::vector<SequenceResult>& results) {
-  const Overall all = Summarize(results);
+  const OverSequences all = Summarize(results);
   if (!all.these) {
     fmt::print("no pair could be compared\n");
     return;
@@ -257,7 +242,7 @@ nlohmann::json ToJson(const PairedArguments& arguments,
     if (figures.ape_b) entry["b"]["ape_rmse_m"] = *figures.ape_b;
     for (const Pair& pair : result.pairs) entry["pairs"].push_back(ToJson(pair));
   }
-  const Overall all = Summarize(results);
+  const OverSequences all = Summarize(results);
   report["all"] = {
       {"sequences", all.sequences}, {"these", ToJson(all.these)}, {"any_such", ToJson(all.such)}};
   return report;

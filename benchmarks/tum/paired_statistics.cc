@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include <fmt/core.h>
+
 #include <highwall/core/error.h>
 
 namespace highwall::bench {
@@ -93,6 +95,18 @@ std::optional<Interval> RatioInterval(const MeanLog& mean) {
   const int whole = static_cast<int>(std::min(mean.degrees_of_freedom + kRounding, 1000.0));
   const double half = StudentBound(whole) * std::sqrt(mean.variance);
   return Interval{std::exp(mean.mean - half), std::exp(mean.mean + half)};
+}
+
+std::string IntervalText(const std::optional<MeanLog>& mean) {
+  const std::optional<Interval> interval = mean ? RatioInterval(*mean) : std::nullopt;
+  return interval ? fmt::format("{:.3f} to {:.3f}", interval->low, interval->high) : "-";
+}
+
+OverSequences Over(const std::vector<MeanLog>& sequences) {
+  if (sequences.empty()) return {};
+  std::vector<double> logs;
+  for (const MeanLog& one : sequences) logs.push_back(one.mean);
+  return {sequences.size(), MeanOfMeans(sequences), MeanOf(logs)};
 }
 
 }  // namespace highwall::bench

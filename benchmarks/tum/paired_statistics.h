@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 // How sure a ratio is that was measured in pairs: means of its logarithm, and their intervals.
@@ -36,5 +38,15 @@ double Ratio(const MeanLog& mean);
 // That holds the true ratio in 95 % of the cases, by Student's t with the degrees of freedom
 // rounded down; empty below one of them.
 std::optional<Interval> RatioInterval(const MeanLog& mean);
+// "0.912 to 1.034"; "-" where there is none.
+std::string IntervalText(const std::optional<MeanLog>& mean);
+
+// The ratios of several sequences, each with the same weight; empty where there are none.
+struct OverSequences {
+  std::size_t sequences = 0;
+  std::optional<MeanLog> these;  // known as well as those of the sequences are
+  std::optional<MeanLog> such;   // as well as they agree: what another sequence would tell
+};
+OverSequences Over(const std::vector<MeanLog>& sequences);
 
 }  // namespace highwall::bench

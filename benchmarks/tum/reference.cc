@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
@@ -118,33 +119,20 @@ std::string RatioText(const std::optional<MeanLog>& ratio) {
   return ratio ? fmt::format("{:.3f}", Ratio(*ratio)) : "-";
 }
 
-std::string IntervalText(const std::optional<MeanLog>& ratio) {
-  const std::optional<Interval> interval = ratio ? RatioInterval(*ratio) : std::nullopt;
-  return interval ? fmt::format("{:.3f} to {:.3f}", interval->low, interval->high) : "-";
-}
-
 std::string Millimetres(double metres) {
   return metres < 0.0 ? "-" : fmt::format("{:.2f}", 1e3 * metres);
 }
 
-// Over the sequences, each with the same weight.
-struct Overall {
-  std::size_t sequences = 0;
-  MeanLog these, such;  // as well as their runs tell; as well as they agree
-};
-
-std::map<std::pair<std::string, std::string>, Overall> Summarize(
+// By setting and system, where there are several sequences.
+std::map<std::pair<std::string, std::string>, OverSequences> Summarize(
     const std::vector<Comparison>& comparisons) {
   std::map<std::pair<std::string, std::string>, std::vector<MeanLog>> ratios;
   for (const Comparison& one : comparisons) {
     if (one.ratio) ratios[{one.setting, one.reference}].push_back(*one.ratio);
   }
-  std::map<std::pair<std::string, std::string>, Overall> all;
+  std::map<std::pair<std::string, std::string>, OverSequences> all;
   for (const auto& [names, means] : ratios) {
-    if (means.size() < 2) continue;
-    std::vector<double> logs;
-    for (const MeanLog& mean : means) logs.push_back(mean.mean);
-    all[names] = {means.size(), MeanOfMeans(means), MeanOf(logs)};
+    if (means.size() > 1) all[names] = Over(means);
   }
   return all;
 }
@@ -263,7 +251,7 @@ std::string ToMarkdown(const std::vector<Comparison>& comparisons) {
   text += '\n';
   for (const auto& [names, all] : Summarize(comparisons)) {
     text += fmt::format("Over {} sequences {} / {}: {:.3f}; 95 %: {} for these, {} for any such.\n",
-                        all.sequences, names.first, names.second, Ratio(all.these),
+                        all.sequences, names.first, names.second, Ratio(*all.these),
                         IntervalText(all.these), IntervalText(all.such));
   }
   for (const Comparison& one : comparisons) {
@@ -287,8 +275,8 @@ nlohmann::json ToJson(const std::vector<Comparison>& comparisons) {
   }
   for (const auto& [names, all] : Summarize(comparisons)) {
     json[names.second]["all"][names.first] = {{"sequences", all.sequences},
-                                              {"these", RatioJson(all.these)},
-                                              {"any_such", RatioJson(all.such)}};
+                                              {"these", RatioJson(*all.these)},
+                                              {"any_such", RatioJson(*all.such)}};
   }
   return json;
 }

@@ -1,6 +1,9 @@
 #include "sweep.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cstdint>
+#include <iterator>
 #include <utility>
 
 #include <fmt/core.h>

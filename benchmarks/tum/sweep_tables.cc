@@ -1,6 +1,7 @@
 #include "sweep_tables.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <utility>
 
