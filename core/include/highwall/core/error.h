@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // An argument, an option or a block that breaks a documented precondition. The message says which
 // one, its value where it helps, and the place in the source that checked it.

@@ -14,7 +14,7 @@ class Manifold;
 class Problem;
 }  // namespace ceres
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Gaussian knowledge of several blocks together, in square-root form: what marginalization leaves.
 //

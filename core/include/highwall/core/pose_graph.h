@@ -13,7 +13,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/solver.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Where the poses of a graph live: the plane, with tangent [x y theta], or space, with tangent
 // [rho | theta] of SE(3).

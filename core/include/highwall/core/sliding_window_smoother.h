@@ -17,7 +17,7 @@
 #include <highwall/core/solver.h>
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Which states leave when there are more than fit.
 enum class LeavingPolicy {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 enum class LinearSolver {
   kAuto,           // Schur where there are landmarks, else a Cholesky by the size of the problem

@@ -7,7 +7,7 @@
 
 // Time stamps are int64 nanoseconds everywhere: a double holds a UNIX time in seconds to no better
 // than 0.2 microseconds, and two spellings of one stamp must compare equal.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 using Stamp = std::int64_t;
 

@@ -8,7 +8,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct StampedPose {
   Stamp stamp = 0;  // [ns]

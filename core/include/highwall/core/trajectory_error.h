@@ -18,7 +18,7 @@
 // scale or another point of the body would take away, and how fast the rest changes
 // (docs/evaluation.md).
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How the estimate is moved onto the reference before they are compared.
 enum class TrajectoryAlignment {

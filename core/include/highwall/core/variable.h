@@ -11,7 +11,7 @@
 
 #include <highwall/core/manifolds.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 using Point = Eigen::Vector3d;
 

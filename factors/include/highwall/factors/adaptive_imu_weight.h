@@ -8,7 +8,7 @@
 // The weight of the inertial residuals beside the visual ones, E = E_visual + w E_IMU
 // (docs/equations.md, section 4; Xiao et al. 2025, section 3.4). Two policies, each called once an
 // interval between images; its result is the weight argument of ImuFactor.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // What the paper's policy knows of an interval between two images.
 struct MotionMeasures {

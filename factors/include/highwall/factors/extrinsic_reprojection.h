@@ -7,7 +7,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/point_reprojection.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Reprojection error of a world point with the pose of the camera in the body as a variable.
 //

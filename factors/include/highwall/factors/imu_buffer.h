@@ -8,7 +8,7 @@
 
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // One reading of an inertial measurement unit, in the body frame B.
 struct ImuSample {

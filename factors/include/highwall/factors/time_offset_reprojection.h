@@ -7,7 +7,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/point_reprojection.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Reprojection error of a world point with the time offset t_d between the clocks of the camera and
 // the IMU as a variable, t_imu = t_cam + t_d. The state belongs to the instant t_cam + t_d_state of

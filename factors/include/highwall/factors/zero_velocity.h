@@ -8,7 +8,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/imu_buffer.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // The body does not move: a pseudo-measurement of its velocity.
 //

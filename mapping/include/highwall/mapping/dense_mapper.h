@@ -21,7 +21,7 @@
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // What is made of depth images and their poses.
 struct DenseMap {

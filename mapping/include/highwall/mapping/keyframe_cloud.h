@@ -10,7 +10,7 @@
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct KeyframeCloudOptions {
   double min_depth = 0.05;         // [m] > 0; nearer measurements are dropped

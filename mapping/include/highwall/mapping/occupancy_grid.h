@@ -10,7 +10,7 @@
 
 #include <highwall/mapping/octomap_builder.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 enum class GridCell : std::uint8_t { kUnknown, kFree, kOccupied };
 

@@ -16,7 +16,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/mapping/depth_camera.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct OctomapBuilderOptions {
   double resolution = 0.05;          // [m] > 0, edge of the smallest voxel

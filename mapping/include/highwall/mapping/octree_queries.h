@@ -7,7 +7,7 @@
 #include <highwall/mapping/octomap_builder.h>
 
 // What a robot asks its map.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct RayHit {
   bool known = true;      // false: the ray ended in unknown space

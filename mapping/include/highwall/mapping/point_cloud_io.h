@@ -11,7 +11,7 @@
 // Point-cloud files. All writers go through a temporary file: a reader sees the whole new file or
 // the whole old one. They throw IoError where the folder is missing or the disk is full.
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A point of a surface.
 struct ColoredPoint {

@@ -9,7 +9,8 @@
 // Checks the Jacobians of a ceres::CostFunction in the tangent space, where the optimizer uses
 // them. Needs no test framework; ceres::GradientChecker is no substitute, for it refuses correct
 // factors whose Jacobians have structural zeros.
-namespace highwall::testing {
+namespace [[gnu::visibility("default")]] highwall {
+namespace testing {
 
 struct JacobianCheckOptions {
   double step = 1e-6;      // tangent-space step of the central difference, > 0
@@ -41,4 +42,5 @@ JacobianCheckResult CheckJacobians(const ceres::CostFunction& factor,
                                    const std::vector<const ceres::Manifold*>& manifolds,
                                    const JacobianCheckOptions& options = {});
 
-}  // namespace highwall::testing
+}  // namespace testing
+}  // namespace highwall

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Of the images that corners are found in, the whole one first.
 struct PyramidOptions {

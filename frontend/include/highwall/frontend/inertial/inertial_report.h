@@ -9,7 +9,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A state of the body with its uncertainty.
 struct InertialEstimate {

@@ -2,7 +2,7 @@
 
 #include <highwall/factors/imu_buffer.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How the inertial residuals are weighed against the visual ones (docs/equations.md, section 4);
 // the classes are of factors, their options as they are there.

@@ -16,7 +16,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // One frame of an RGB-D camera; both images have one size.
 struct RgbdImage {

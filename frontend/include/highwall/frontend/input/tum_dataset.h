@@ -11,7 +11,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // One line of rgb.txt or depth.txt.
 struct TumImageFile {

@@ -2,7 +2,7 @@
 
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct BundleAdjustmentOptions {
   double point_huber = 2.8;  // [sigma] > 0: Huber threshold on the norm of a point's rows

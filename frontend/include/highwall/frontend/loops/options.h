@@ -5,7 +5,7 @@
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/tracking/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How far the transforms between keyframes may be off: standard deviations.
 struct KeyFrameGraphOptions {

@@ -19,7 +19,7 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map_ids.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 class ImuPreintegration;  // highwall/factors/imu_preintegration.h
 class KeyFrameIndex;

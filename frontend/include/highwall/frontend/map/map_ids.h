@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct NoId {};
 // Of whatever kind: below every id that is given.

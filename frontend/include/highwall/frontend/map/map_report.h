@@ -9,7 +9,7 @@
 #include <highwall/frontend/map/map_ids.h>
 
 // What adjustments, local mapping and loops have made of the map.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct BundleAdjustmentReport {
   int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;

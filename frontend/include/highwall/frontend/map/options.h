@@ -3,7 +3,7 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/features/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How far an observation may be from what is expected of it: |r|^2 of its whitened rows, by their
 // number. 95 % of those with right noise lie within (quantiles of chi-square).

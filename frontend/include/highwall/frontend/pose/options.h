@@ -2,7 +2,7 @@
 
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct PoseSolverOptions {
   double point_huber = 2.4;  // [sigma] > 0: Huber threshold on the norm of a point's rows

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 // What becomes of the pose of a frame.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 enum class TrackingState {
   kInitializing,  // no map yet: the first frames had too little depth or texture

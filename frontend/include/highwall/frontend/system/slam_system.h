@@ -25,7 +25,7 @@
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/tracking/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // When the map goes on in a new submap (Map).
 struct SubmapOptions {

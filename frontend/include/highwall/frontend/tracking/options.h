@@ -5,7 +5,7 @@
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/pose/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct RelocalizerOptions {
   int candidates = 5;           // >= 1: keyframes verified, most alike first
