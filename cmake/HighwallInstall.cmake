@@ -28,3 +28,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/HighwallPkgConfig.cmake)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT core)
 install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
+foreach(module IN ITEMS core factors frontend mapping)
+  install(FILES tests/consumer/use_${module}.cc DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs/examples
+          COMPONENT docs)
+endforeach()

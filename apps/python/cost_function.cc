@@ -174,9 +174,10 @@ void BindCostFunction(py::module_& module) {
       .def("__repr__", [](const testing::JacobianCheckResult& result) {
         return result.ok ? std::string("ok") : result.message;
       });
-  module.def("check_jacobians", &Check, py::kw_only(), py::arg("step") = 1e-6,
+  module.def("check_jacobians", &Check, py::arg("factor"), py::arg("step") = 1e-6,
              py::arg("absolute") = 1e-7, py::arg("relative") = 1e-6,
-             "check_jacobians(factor, *values): compares with central differences.");
+             "check_jacobians(factor, *values, step=, absolute=, relative=): compares with central "
+             "differences.");
   BindLosses(module);
 }
 

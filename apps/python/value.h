@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <ceres/manifold.h>
+#include <highwall/core/error.h>
 #include <highwall/core/line3.h>
 #include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
