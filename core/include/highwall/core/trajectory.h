@@ -10,6 +10,7 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
+// A pose of a trajectory.
 struct StampedPose {
   Stamp stamp = 0;  // [ns]
   Pose pose;        // T_WB, or of whichever frame the trajectory is

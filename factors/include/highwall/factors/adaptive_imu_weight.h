@@ -29,6 +29,7 @@ struct MotionRamp {
   double operator()(double x) const;
 };
 
+// Of PaperImuWeight.
 struct PaperImuWeightOptions {
   double weight_at_rest = 0.3;             // (0, 1]
   double weight_slow = 0.4;                // >= weight_at_rest; the end of "rest or slow motion"
@@ -70,6 +71,7 @@ class PaperImuWeight {
   double weight_;
 };
 
+// Of ConsistentImuWeight.
 struct ConsistentImuWeightOptions {
   int window = 10;               // >= 1 intervals; over which innovations are summed
   double inflate_above = 0.99;   // (0.5, 1); probability of the chi-squared bound

@@ -42,6 +42,7 @@ class ExtrinsicReprojection final : public ceres::SizedCostFunction<kRows, 7, 3,
   const RgbdProjection projection_;
 };
 
+// With and without depth.
 using PointReprojectionExtrinsics = ExtrinsicReprojection<2>;
 using PointReprojectionRgbdExtrinsics = ExtrinsicReprojection<3>;
 

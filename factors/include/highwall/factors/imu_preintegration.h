@@ -22,6 +22,7 @@ struct ImuNoise {
   void Validate() const;
 };
 
+// Of ImuPreintegration.
 struct ImuPreintegrationOptions {
   ImuNoise noise = {};
   // A bias that moved farther than this from where the samples were integrated leaves the range of

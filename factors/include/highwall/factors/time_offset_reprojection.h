@@ -47,6 +47,7 @@ class TimeOffsetReprojection final : public ceres::SizedCostFunction<kRows, 7, 3
   const double t_d_state_;
 };
 
+// With and without depth.
 using PointReprojectionTimeOffset = TimeOffsetReprojection<2>;
 using PointReprojectionRgbdTimeOffset = TimeOffsetReprojection<3>;
 

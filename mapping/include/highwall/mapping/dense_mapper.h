@@ -39,6 +39,7 @@ struct DenseMap {
 void AddGrid(std::span<const Pose> cameras, bool level, const OccupancyGridOptions& options,
              DenseMap& dense);
 
+// Of DenseMapper.
 struct DenseMapOptions {
   KeyframeCloudOptions cloud;
   OctomapBuilderOptions octree;

@@ -20,8 +20,10 @@ struct ColoredPoint {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, towards the sensor; 0 where unknown
 };
 
+// How a PLY file is written.
 enum class PlyFormat { kBinaryLittleEndian, kAscii };
 
+// A surface of triangles.
 struct TriangleMesh {
   std::vector<ColoredPoint> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices of vertices

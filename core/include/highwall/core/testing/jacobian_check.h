@@ -12,6 +12,7 @@
 namespace [[gnu::visibility("default")]] highwall {
 namespace testing {
 
+// Of CheckJacobians().
 struct JacobianCheckOptions {
   double step = 1e-6;      // tangent-space step of the central difference, > 0
   double absolute = 1e-7;  // >= 0; a block passes if |J - J_num| <= absolute + relative max|J_num|
@@ -21,6 +22,7 @@ struct JacobianCheckOptions {
   void Validate() const;
 };
 
+// True where all Jacobians are right.
 struct JacobianCheckResult {
   bool ok = false;
   std::string message;  // empty when ok; else what failed, the block, and both matrices

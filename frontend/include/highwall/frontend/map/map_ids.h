@@ -41,6 +41,7 @@ class Id {
   std::int32_t value_ = -1;
 };
 
+// What names a keyframe, a point, a line.
 using KeyFrameId = Id<struct KeyFrameTag>;
 using PointId = Id<struct PointTag>;
 using LineId = Id<struct LineTag>;

@@ -5,6 +5,7 @@
 // What becomes of the pose of a frame.
 namespace [[gnu::visibility("default")]] highwall {
 
+// What is known of the pose of a frame.
 enum class TrackingState {
   kInitializing,  // no map yet: the first frames had too little depth or texture
   kTracking,

@@ -37,6 +37,7 @@ struct SubmapOptions {
   void Validate() const;
 };
 
+// All that a SlamSystem may be told.
 struct SlamOptions {
   FrameBuilderOptions frame{};
   MeasurementOptions measurement{};
@@ -66,6 +67,7 @@ struct FrameTimes {
   double loops = 0.0;     // applying what other threads have come to, and looking for loops
 };
 
+// What became of a frame.
 struct FrameResult {
   Stamp stamp = 0;
   TrackingState state = TrackingState::kLost;
