@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include <ceres/loss_function.h>
 #include <highwall/core/error.h>
 #include <highwall/core/testing/jacobian_check.h>
 
@@ -145,6 +144,10 @@ std::shared_ptr<ceres::CostFunction> ShareFactor(const py::object& factor) {
             const py::gil_scoped_acquire lock;
             owner = py::object();
           }};
+}
+
+std::shared_ptr<ceres::LossFunction> ShareLoss(const py::object& loss) {
+  return loss.is_none() ? nullptr : loss.cast<std::shared_ptr<ceres::LossFunction>>();
 }
 
 void BindCostFunction(py::module_& module) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <ceres/cost_function.h>
+#include <ceres/loss_function.h>
 
 #include "value.h"
 
@@ -33,5 +34,7 @@ class PythonFactor : public ceres::CostFunction {
 // The factor of a Python object, which lives as long as the pointer does: what Python adds to the
 // object (the class of a PythonFactor) would be gone otherwise.
 std::shared_ptr<ceres::CostFunction> ShareFactor(const py::object& factor);
+// Null where it is None.
+std::shared_ptr<ceres::LossFunction> ShareLoss(const py::object& loss);
 
 }  // namespace highwall::python

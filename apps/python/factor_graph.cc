@@ -2,7 +2,6 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
-#include <ceres/loss_function.h>
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 
@@ -112,11 +111,12 @@ void BindFactorGraph(py::module_& module) {
       .def(
           "add_factor",
           [](FactorGraph& graph, const py::object& factor, const py::args& variables,
-             std::shared_ptr<ceres::LossFunction> loss) {
+             const py::object& loss) {
             const auto ids = Ids(ReadVariables(variables));
-            return graph.AddFactorToBlocks(ShareFactor(factor), std::move(loss), ids);
+            return graph.AddFactorToBlocks(ShareFactor(factor), ShareLoss(loss), ids);
           },
-          py::arg("factor"), py::arg("loss") = nullptr, "add_factor(factor, *variables, loss=None)")
+          py::arg("factor"), py::arg("loss") = py::none(),
+          "add_factor(factor, *variables, loss=None)")
       .def(
           "value",
           [](const FactorGraph& graph, const PythonVariable& variable) {

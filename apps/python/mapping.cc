@@ -90,7 +90,8 @@ void BindCloud(py::module_& module) {
             return rows;
           },
           "n x 3, float32; 0 where unknown");
-  py::class_<KeyframeCloudOptions> options(module, "KeyframeCloudOptions");
+  py::class_<KeyframeCloudOptions> options(module, "KeyframeCloudOptions",
+                                           "Of make_keyframe_cloud().");
   KeywordConstructor<KeyframeCloudOptions>(options);
   options.def_readwrite("min_depth", &KeyframeCloudOptions::min_depth, "[m]")
       .def_readwrite("max_depth", &KeyframeCloudOptions::max_depth, "[m]")
@@ -127,7 +128,8 @@ py::tuple Leaves(const OctomapBuilder& octree) {
 }
 
 void BindOctree(py::module_& module) {
-  py::class_<OctomapBuilderOptions> options(module, "OctomapBuilderOptions");
+  py::class_<OctomapBuilderOptions> options(module, "OctomapBuilderOptions",
+                                            "Of an OctomapBuilder.");
   KeywordConstructor<OctomapBuilderOptions>(options);
   options.def_readwrite("resolution", &OctomapBuilderOptions::resolution, "[m]")
       .def_readwrite("min_depth", &OctomapBuilderOptions::min_depth, "[m]")

@@ -60,7 +60,7 @@ void BindOptions(py::module_& module) {
       .value("GNC", RobustLoops::kGnc)
       .value("DCS", RobustLoops::kDcs)
       .value("SWITCHABLE", RobustLoops::kSwitchable);
-  py::class_<PoseGraphOptions> options(module, "PoseGraphOptions");
+  py::class_<PoseGraphOptions> options(module, "PoseGraphOptions", "Of solve_pose_graph().");
   KeywordConstructor<PoseGraphOptions>(options);
   options.def_readwrite("robust", &PoseGraphOptions::robust)
       .def_readwrite("max_loop_chi2", &PoseGraphOptions::max_loop_chi2)

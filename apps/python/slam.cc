@@ -90,6 +90,13 @@ void BindSensor(py::module_& module) {
       .def_readwrite("min_depth", &RgbdSensor::min_depth, "[m]")
       .def_readwrite("max_depth", &RgbdSensor::max_depth, "[m]")
       .def_static("preset", &SensorPreset, py::arg("name"), "tum1, tum2 or tum3; None for others.");
+  py::enum_<ImuSampleStatus>(module, "ImuSampleStatus")
+      .value("ADDED", ImuSampleStatus::kAdded)
+      .value("REORDERED", ImuSampleStatus::kReordered)
+      .value("DUPLICATE", ImuSampleStatus::kDuplicate)
+      .value("TOO_OLD", ImuSampleStatus::kTooOld)
+      .value("NOT_FINITE", ImuSampleStatus::kNotFinite)
+      .value("IMPOSSIBLE", ImuSampleStatus::kImpossible);
   py::class_<ImuCalibration> imu(module, "ImuCalibration", "An IMU that is fixed to a camera.");
   KeywordConstructor<ImuCalibration>(imu);
   imu.def_readwrite("T_BC", &ImuCalibration::T_BC, "The camera in the frame of the IMU.")
@@ -130,7 +137,7 @@ void BindDataset(py::module_& module) {
 }
 
 void BindOptions(py::module_& module) {
-  py::class_<SlamOptions> options(module, "SlamOptions");
+  py::class_<SlamOptions> options(module, "SlamOptions", "What a SlamSystem is told.");
   options.def(
       py::init([](bool points, bool lines, bool loops, bool submaps, bool moving_objects, bool wait,
                   bool deterministic) {
@@ -255,13 +262,6 @@ void BindSlam(py::module_& module) {
             SaveMap(Path(path), camera.WithoutDistortion(), slam.map());
           },
           py::arg("path"), py::arg("camera"));
-  py::enum_<ImuSampleStatus>(module, "ImuSampleStatus")
-      .value("ADDED", ImuSampleStatus::kAdded)
-      .value("REORDERED", ImuSampleStatus::kReordered)
-      .value("DUPLICATE", ImuSampleStatus::kDuplicate)
-      .value("TOO_OLD", ImuSampleStatus::kTooOld)
-      .value("NOT_FINITE", ImuSampleStatus::kNotFinite)
-      .value("IMPOSSIBLE", ImuSampleStatus::kImpossible);
 }
 
 }  // namespace highwall::python

@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include <ceres/loss_function.h>
 #include <highwall/core/sliding_window_smoother.h>
 
 #include "bindings.h"
@@ -29,7 +28,8 @@ void BindOptions(py::module_& module) {
   py::enum_<LandmarkPolicy>(module, "LandmarkPolicy")
       .value("KEEP_TRACKED", LandmarkPolicy::kKeepTracked)
       .value("MARGINALIZE", LandmarkPolicy::kMarginalize);
-  py::class_<SlidingWindowOptions> options(module, "SlidingWindowOptions");
+  py::class_<SlidingWindowOptions> options(module, "SlidingWindowOptions",
+                                           "Of a SlidingWindowSmoother.");
   KeywordConstructor<SlidingWindowOptions>(options);
   options.def_readwrite("max_states", &SlidingWindowOptions::max_states)
       .def_readwrite("max_seconds", &SlidingWindowOptions::max_seconds, "[s]")
@@ -84,11 +84,12 @@ void BindSmoother(py::module_& module) {
       .def(
           "add_factor",
           [](Smoother& smoother, const py::object& factor, const py::args& variables,
-             std::shared_ptr<ceres::LossFunction> loss) {
+             const py::object& loss) {
             const auto ids = Ids(ReadVariables(variables));
-            return smoother.AddFactorToBlocks(ShareFactor(factor), std::move(loss), ids);
+            return smoother.AddFactorToBlocks(ShareFactor(factor), ShareLoss(loss), ids);
           },
-          py::arg("factor"), py::arg("loss") = nullptr, "add_factor(factor, *variables, loss=None)")
+          py::arg("factor"), py::arg("loss") = py::none(),
+          "add_factor(factor, *variables, loss=None)")
       .def(
           "fix", [](Smoother& smoother, const PythonVariable& v) { smoother.Fix(v.id); },
           py::arg("variable"))

@@ -85,7 +85,8 @@ void BindOptions(py::module_& module) {
 }
 
 void BindErrors(py::module_& module) {
-  py::class_<ErrorStatistics>(module, "ErrorStatistics")
+  py::class_<ErrorStatistics>(module, "ErrorStatistics",
+                              "Of n errors, in their unit (sse: squared).")
       .def_readonly("max", &ErrorStatistics::max)
       .def_readonly("mean", &ErrorStatistics::mean)
       .def_readonly("median", &ErrorStatistics::median)
@@ -93,7 +94,8 @@ void BindErrors(py::module_& module) {
       .def_readonly("rmse", &ErrorStatistics::rmse)
       .def_readonly("sse", &ErrorStatistics::sse)
       .def_readonly("std", &ErrorStatistics::std);
-  py::class_<TrajectoryError>(module, "TrajectoryError")
+  py::class_<TrajectoryError>(module, "TrajectoryError",
+                              "Errors, and the trajectories that they are of.")
       .def_readonly("statistics", &TrajectoryError::statistics)
       .def_property_readonly(
           "errors",
