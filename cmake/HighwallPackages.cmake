@@ -51,19 +51,23 @@ function(highwall_package package)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${ARG_COMPONENTS} PARENT_SCOPE)
 endfunction()
 
-# -n: without the time, so that the same sources give the same bytes.
-execute_process(COMMAND gzip -9nc INPUT_FILE ${PROJECT_SOURCE_DIR}/CHANGELOG.md
+# Debian's form of a changelog, which leads to ours. SOURCE_DATE_EPOCH sets its date.
+string(TIMESTAMP changelog_date "%a, %d %b %Y 00:00:00 +0000" UTC)
+configure_file(${CMAKE_CURRENT_LIST_DIR}/debian/changelog.in ${PROJECT_BINARY_DIR}/changelog @ONLY)
+execute_process(COMMAND gzip -9nc INPUT_FILE ${PROJECT_BINARY_DIR}/changelog
                 OUTPUT_FILE ${PROJECT_BINARY_DIR}/changelog.gz COMMAND_ERROR_IS_FATAL ANY)
 
 set(same "(= ${PROJECT_VERSION})")
 highwall_package(libhighwall${HIGHWALL_SOVERSION} COMPONENTS runtime SECTION libs
   SUMMARY "point-line RGB-D-inertial SLAM - shared libraries"
-  DESCRIPTION "Factor graph, residuals, SLAM system and dense maps for RGB-D cameras with or \
+  DESCRIPTION "Factor graph, residuals, SLAM system and dense maps for RGB-D cameras,\nwith or \
 without an IMU.")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_LIBHIGHWALL${HIGHWALL_SOVERSION}_PACKAGE_CONTROL_EXTRA
+  ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
 highwall_package(libhighwall-dev COMPONENTS ${modules} SECTION libdevel
   SUMMARY "point-line RGB-D-inertial SLAM - headers"
-  DESCRIPTION "Headers, and what CMake and pkg-config need to find the libraries, each module by \
+  DESCRIPTION "Headers, and what CMake and pkg-config need to find the libraries, each\nmodule by \
 itself: core, factors, frontend, mapping."
   DEPENDS "libhighwall${HIGHWALL_SOVERSION} ${same}, libceres-dev, libeigen3-dev"
   # Who needs core and factors alone needs nothing of OpenCV.
@@ -71,7 +75,7 @@ itself: core, factors, frontend, mapping."
 if(HIGHWALL_BUILD_APPS)
   highwall_package(highwall-tools COMPONENTS apps SECTION science
     SUMMARY "point-line RGB-D-inertial SLAM - programs"
-    DESCRIPTION "SLAM over recordings, their errors, dense maps, calibration, simulated \
+    DESCRIPTION "SLAM over recordings, their errors, dense maps, calibration, simulated\n\
 recordings; and a benchmark over TUM RGB-D."
     DEPENDS "libhighwall${HIGHWALL_SOVERSION} ${same}"
     RECOMMENDS "highwall-doc")
@@ -81,8 +85,8 @@ if(TARGET highwall_python)
   set(python_now ${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR})
   highwall_package(python3-highwall COMPONENTS python SECTION python
     SUMMARY "point-line RGB-D-inertial SLAM - Python module"
-    DESCRIPTION "Residuals, factor graph, trajectories, SLAM system and dense maps for Python, \
-with NumPy arrays."
+    DESCRIPTION "Residuals, factor graph, trajectories, SLAM system and dense maps for\nPython, with \
+NumPy arrays."
     DEPENDS "libhighwall${HIGHWALL_SOVERSION} ${same}, \
 python3 (>= ${python_now}), python3 (<< ${Python3_VERSION_MAJOR}.${python_next}), python3-numpy")
 endif()
