@@ -6,7 +6,9 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME highwall)
 set(CPACK_PACKAGE_VENDOR "The Highwall authors")
-set(CPACK_PACKAGE_CONTACT "The Highwall authors <highwall@users.noreply.github.com>")
+set(HIGHWALL_PACKAGE_CONTACT "The Highwall authors <highwall@users.noreply.github.com>" CACHE STRING
+    "Who the packages say to write to: name <address>")
+set(CPACK_PACKAGE_CONTACT "${HIGHWALL_PACKAGE_CONTACT}")
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
