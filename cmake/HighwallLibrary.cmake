@@ -13,7 +13,9 @@ endfunction()
 # One module: target highwall_<name>, alias highwall::<name>, installed with its headers in the
 # export set highwall_<name> and the install component <name>. Headers are what lies below include/:
 # that is what public means here, and a list beside it could only differ. Those below internal/ are
-# for the other modules of Highwall, and not installed.
+# for the other modules of Highwall, and not installed. As a shared library it exports what the
+# headers of both declare (scripts/check_visibility.cmake); its file and that of pkg-config are
+# highwall_<name> and highwall-<name>.
 function(highwall_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
   add_library(highwall_${name} ${ARG_SOURCES})
@@ -26,9 +28,10 @@ function(highwall_library name)
   endif()
   target_compile_features(highwall_${name} PUBLIC cxx_std_20)
   target_link_libraries(highwall_${name} PUBLIC ${ARG_PUBLIC_LINK} PRIVATE ${ARG_PRIVATE_LINK})
-  set_target_properties(highwall_${name} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION})
+  set_target_properties(highwall_${name} PROPERTIES EXPORT_NAME ${name}
+    VERSION ${PROJECT_VERSION} SOVERSION ${HIGHWALL_SOVERSION})
   highwall_warnings(highwall_${name})
   install(TARGETS highwall_${name} EXPORT highwall_${name}
-          RUNTIME COMPONENT ${name} LIBRARY COMPONENT ${name} ARCHIVE COMPONENT ${name}
+          LIBRARY COMPONENT runtime NAMELINK_COMPONENT ${name} ARCHIVE COMPONENT ${name}
           FILE_SET HEADERS COMPONENT ${name})
 endfunction()

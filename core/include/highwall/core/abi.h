@@ -2,7 +2,8 @@
 
 #include <Eigen/Core>
 
-namespace highwall::internal {
+namespace [[gnu::visibility("default")]] highwall {
+namespace internal {
 
 // Eigen's alignment, and with it the layout of every struct that holds a fixed-size matrix, follows
 // the instruction set that a translation unit is compiled for. Core defines this symbol for the
@@ -19,4 +20,5 @@ const int EigenAlignment<EIGEN_MAX_ALIGN_BYTES>::kSameAsCore;
 [[gnu::used]] static const int* const eigen_alignment_guard =
     &EigenAlignment<EIGEN_MAX_ALIGN_BYTES>::kSameAsCore;
 
-}  // namespace highwall::internal
+}  // namespace internal
+}  // namespace highwall

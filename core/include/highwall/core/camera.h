@@ -4,7 +4,7 @@
 
 #include <highwall/core/abi.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A pinhole camera with radial-tangential distortion (Brown 1966; the model of OpenCV):
 //   m = (x/z, y/z),  r2 = |m|^2,  (u, v) = (fx m'_x + cx, fy m'_y + cy),

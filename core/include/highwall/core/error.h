@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // An argument, an option or a block that breaks a documented precondition. The message says which
 // one, what is asked of it, and its value where it helps.

@@ -20,7 +20,7 @@ class LossFunction;
 class Problem;
 }  // namespace ceres
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Names a factor of one FactorGraph.
 struct FactorId {

@@ -7,7 +7,7 @@
 
 #include <highwall/core/pose.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 class LineManifold;
 

@@ -7,7 +7,7 @@
 
 #include <highwall/core/abi.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Pose block:  double[7] = [ p_x p_y p_z | q_x q_y q_z q_w ]   (class Pose)
 // Tangent:     double[6] = [ dp | dtheta ],   p <- p + dp,   R <- R Exp(dtheta).

@@ -14,7 +14,7 @@ class Manifold;
 class Problem;
 }  // namespace ceres
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Gaussian knowledge of several blocks together, in square-root form: what marginalization leaves.
 //
@@ -25,6 +25,7 @@ namespace highwall {
 // Domain: that of the manifolds' Minus.
 class MarginalPrior final : public ceres::CostFunction {
  public:
+  // A block that the prior is about.
   struct Block {
     std::vector<double> linearization_point;    // ambient; its size is that of the block
     const ceres::Manifold* manifold = nullptr;  // null: Euclidean. Must outlive the prior.
@@ -50,6 +51,7 @@ class MarginalPrior final : public ceres::CostFunction {
   std::vector<Eigen::Index> columns_;  // one more than there are blocks
 };
 
+// Of Marginalize() and Summarize().
 struct MarginalizationOptions {
   // A direction counts as unobserved where its pivot, for Jacobian columns scaled to unit length,
   // is below this. In (0, 1).
@@ -65,6 +67,7 @@ struct MarginalizationOptions {
   void Validate() const;
 };
 
+// What Marginalize() found.
 struct MarginalizationReport {
   int factors = 0;             // residual blocks that were linearized
   int rows = 0;                // their residuals
@@ -77,6 +80,7 @@ struct MarginalizationReport {
   double condition = 1.0;
 };
 
+// What Marginalize() leaves.
 struct Marginal {
   std::unique_ptr<MarginalPrior> prior;  // null: nothing is known of the blocks that stay
   std::vector<double*> blocks;           // of the prior, in its order
@@ -106,6 +110,7 @@ Marginal Marginalize(const ceres::Problem& problem, std::span<double* const> rem
 Marginal Summarize(const ceres::Problem& problem, std::span<double* const> kept,
                    const MarginalizationOptions& options = {});
 
+// Of InformationLoss().
 struct InformationLossOptions {
   // Standard deviation of the reference against which information is counted, in tangent units
   // (m, rad, m/s). > 0. Directions that are known no better than this count for nothing, so that

@@ -7,7 +7,7 @@
 
 #include <highwall/core/abi.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 class PoseManifold;
 

@@ -19,12 +19,13 @@ class CostFunction;
 class LossFunction;
 }  // namespace ceres
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Where the poses of a graph live: the plane, with tangent [x y theta], or space, with tangent
 // [rho | theta] of SE(3).
 enum class PoseGraphSpace { kSe2, kSe3 };
 
+// A pose of a pose graph.
 struct PoseGraphNode {
   std::int64_t id = 0;  // >= 0
   Pose pose;            // T_W_id; kSe2: z = 0, rotation about z
@@ -56,6 +57,7 @@ struct PoseGraphFactor {
   std::shared_ptr<ceres::LossFunction> loss{};  // may be null
 };
 
+// Poses and what was measured between them.
 struct PoseGraph {
   PoseGraphSpace space = PoseGraphSpace::kSe3;
   std::vector<PoseGraphNode> nodes;
@@ -77,6 +79,7 @@ std::vector<double> EdgeChi2(const PoseGraph& graph);
 // Sum over all edges.
 double Chi2(const PoseGraph& graph);
 
+// Where the poses of a graph begin.
 enum class PoseGraphInitialization {
   kGiven,     // the poses as they are
   kOdometry,  // composed along odometry; a loop is used only where odometry leads no further
@@ -100,11 +103,13 @@ enum class RobustLoops {
   kSwitchable,  // switchable constraints: Suenderhauf, Protzel, IROS 2012
 };
 
+// What is told while a graph is solved.
 struct PoseGraphProgress {
   int iterations = 0;  // so far, over all stages
   double chi2 = 0.0;   // what is minimized at present: robust costs and weights included
 };
 
+// Of SolvePoseGraph().
 struct PoseGraphOptions {
   RobustLoops robust = RobustLoops::kNone;
   // > 0; a loop whose chi2 exceeds this is false; 0: the 99.9 % quantile, 16.27 in SE(2) and 22.46
@@ -122,6 +127,7 @@ struct PoseGraphOptions {
   void Validate() const;
 };
 
+// A loop that was found false.
 struct RejectedLoop {
   std::size_t edge = 0;  // its place in PoseGraph::edges
   double chi2 = 0.0;     // at the solution
@@ -129,6 +135,7 @@ struct RejectedLoop {
   std::string reason;    // for people
 };
 
+// What became of SolvePoseGraph().
 struct PoseGraphSummary {
   SolveStatus status = SolveStatus::kFailed;
   std::string message;        // the solver's own words

@@ -6,7 +6,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/variable.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A measured transform between two poses: odometry, a loop closure.
 //

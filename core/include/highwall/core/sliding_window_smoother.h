@@ -17,7 +17,7 @@
 #include <highwall/core/solver.h>
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Which states leave when there are more than fit.
 enum class LeavingPolicy {
@@ -40,6 +40,7 @@ enum class LandmarkPolicy {
 };
 const char* ToString(LandmarkPolicy policy);
 
+// Of SlidingWindowSmoother.
 struct SlidingWindowOptions {
   int max_states = 10;  // >= 1; distinct stamps that stay in the window
   // [s] > 0; a state that is older than this before the newest one leaves
@@ -60,6 +61,7 @@ struct SlidingWindowOptions {
   void Validate() const;
 };
 
+// What became of SlidingWindowSmoother::Update().
 struct UpdateReport {
   bool accepted = false;
   std::string message;  // why it was rejected; the solver's words if accepted

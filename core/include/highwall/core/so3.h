@@ -8,7 +8,8 @@
 // The rotation group. Tangent vectors are rotation vectors [rad]; quaternions are Hamilton, unit.
 // Source: Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics", 2018,
 // equation numbers below. Accurate to rounding at small angles and near pi.
-namespace highwall::so3 {
+namespace [[gnu::visibility("default")]] highwall {
+namespace so3 {
 
 // The skew matrix of v: Hat(v) w = v x w.
 Eigen::Matrix3d Hat(const Eigen::Vector3d& v);
@@ -25,4 +26,5 @@ Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& theta);
 // Inverse of RightJacobian (Eq. 144); |theta| < 2 pi.
 Eigen::Matrix3d RightJacobianInverse(const Eigen::Vector3d& theta);
 
-}  // namespace highwall::so3
+}  // namespace so3
+}  // namespace highwall

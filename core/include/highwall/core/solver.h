@@ -4,8 +4,9 @@
 #include <functional>
 #include <string>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// How the linear system of a step is solved.
 enum class LinearSolver {
   kAuto,           // Schur where there are landmarks, else a Cholesky by the size of the problem
   kDenseCholesky,  // up to a few hundred tangent dimensions
@@ -33,14 +34,17 @@ struct SolveOptions {
   void Validate() const;
 };
 
+// How a solve ended.
 enum class SolveStatus {
   kConverged,  // a tolerance was met
   kLimit,      // iterations or seconds ran out; the estimate is the best so far
   kStopped,    // SolveOptions::stop
   kFailed,     // no usable estimate; the variables are as they were
 };
+// "converged", "limit", "stopped" or "failed".
 const char* ToString(SolveStatus status);
 
+// What became of a solve.
 struct SolveSummary {
   SolveStatus status = SolveStatus::kFailed;
   std::string message;        // the solver's own words

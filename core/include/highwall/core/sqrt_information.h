@@ -4,7 +4,7 @@
 
 #include <highwall/core/abi.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 namespace internal {
 Eigen::MatrixXd SqrtInformation(const Eigen::MatrixXd& covariance);

@@ -8,8 +8,9 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// A pose of a trajectory.
 struct StampedPose {
   Stamp stamp = 0;  // [ns]
   Pose pose;        // T_WB, or of whichever frame the trajectory is

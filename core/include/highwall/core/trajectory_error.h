@@ -18,7 +18,7 @@
 // scale or another point of the body would take away, and how fast the rest changes
 // (docs/evaluation.md).
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How the estimate is moved onto the reference before they are compared.
 enum class TrajectoryAlignment {
@@ -42,6 +42,7 @@ enum class DeltaUnit {
   kMetres,  // path length along the (aligned) estimate
 };
 
+// Of AbsolutePoseError().
 struct AbsolutePoseErrorOptions {
   double t_max_diff = 0.02;  // [s] >= 0: stamps further apart do not match
   TrajectoryAlignment alignment = TrajectoryAlignment::kSe3;
@@ -51,6 +52,7 @@ struct AbsolutePoseErrorOptions {
   void Validate() const;
 };
 
+// Of RelativePoseError().
 struct RelativePoseErrorOptions {
   double t_max_diff = 0.02;  // [s] >= 0: stamps further apart do not match
   TrajectoryAlignment alignment = TrajectoryAlignment::kNone;
@@ -93,6 +95,7 @@ struct Similarity {
 // parameters between two point patterns", PAMI 1991, Eq. 34-43.
 Similarity AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bool with_scale);
 
+// Errors of an estimated trajectory, and what they are of.
 struct TrajectoryError {
   ErrorStatistics statistics;
   // One per matched pose (APE) or pair of them (RPE): [m], [deg] or none, see PoseRelation.
@@ -141,6 +144,7 @@ struct ErrorCause {
   double rmse = 0.0;  // [m] of what is left, aligned anew
 };
 
+// What an absolute error is made of: ExplainError().
 struct ErrorExplanation {
   double rmse = 0.0;  // [m] as it is, the reference interpolated at the estimate's stamps
   // Each by itself, and together; empty where the motion does not tell, as a lever arm without
@@ -158,6 +162,7 @@ struct ErrorExplanation {
   std::vector<double> left;
 };
 
+// Of ExplainError().
 struct ErrorExplanationOptions {
   double slow_seconds = 1.0;    // [s] > 0
   double max_time_shift = 0.5;  // [s] > 0; a larger one is not looked for

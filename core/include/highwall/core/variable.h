@@ -11,8 +11,9 @@
 
 #include <highwall/core/manifolds.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// A point in space [m], a variable of a graph.
 using Point = Eigen::Vector3d;
 
 // How a value becomes a parameter block of a FactorGraph:
@@ -47,6 +48,7 @@ struct VariableTraits<T> {
   }
 };
 
+// A vector is its own block.
 template <int N>
 requires(N > 0) struct VariableTraits<Eigen::Matrix<double, N, 1>> {
   using Vector = Eigen::Matrix<double, N, 1>;
@@ -56,6 +58,7 @@ requires(N > 0) struct VariableTraits<Eigen::Matrix<double, N, 1>> {
   static std::unique_ptr<ceres::Manifold> MakeManifold() { return nullptr; }
 };
 
+// So is a number.
 template <>
 struct VariableTraits<double> {
   static constexpr int kSize = 1;

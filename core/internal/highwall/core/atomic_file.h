@@ -4,7 +4,7 @@
 #include <fstream>
 #include <ostream>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A file that appears whole or not at all: the bytes go to a temporary name beside `path`, and
 // Commit() puts it in place of whatever was there. Without Commit() the temporary is removed and

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // CRC-32 as of Ethernet, zip and PNG (polynomial 0x04C11DB7, reflected).
 inline std::uint32_t Crc32(std::span<const std::byte> bytes) {

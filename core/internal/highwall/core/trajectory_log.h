@@ -8,7 +8,7 @@
 
 #include <highwall/core/trajectory.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A trajectory file that grows pose by pose, in the form of WriteTumTrajectory(). A pose is in the
 // hands of the system when Append() returns, whatever becomes of the process after that.

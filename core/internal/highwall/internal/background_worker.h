@@ -9,7 +9,7 @@
 #include <stop_token>
 #include <thread>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A thread that does pieces of work in the order in which they came and, while there are none,
 // something else a little at a time. Results are the work's own affair: what it writes may be read

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // The middle one of the values, the upper of two where their number is even; at least one value.
 template <class T>

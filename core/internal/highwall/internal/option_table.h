@@ -16,7 +16,7 @@
 //
 // Validate() checks by it, and whoever reads, writes or lists options walks it. A group of options
 // is visited as a field like any other.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // T, or const T.
 template <class Given, class T>

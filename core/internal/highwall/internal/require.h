@@ -11,7 +11,7 @@
 // The conditions that most options have to meet. Each throws InvalidArgument with the name as
 // given, what is asked of it and its value; NaN meets none of them, infinity those that do not
 // speak of finite values. For all other conditions: HIGHWALL_REQUIRE.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 template <typename T>
 concept Number = std::integral<T> || std::floating_point<T>;

@@ -9,7 +9,8 @@
 // position and rotation apart: p <- p + dp, R <- R Exp(dtheta) is T Exp([R^T dp | dtheta]) to first
 // order. Source: Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics",
 // 2018, equation numbers below.
-namespace highwall::se3 {
+namespace [[gnu::visibility("default")]] highwall {
+namespace se3 {
 
 using Tangent = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -26,4 +27,5 @@ Matrix6 Adjoint(const Pose& T);
 // Jr^-1: Log(Exp(tau) Exp(d)) ~ tau + Jr^-1(tau) d (Eq. 179-180); |theta| < 2 pi.
 Matrix6 RightJacobianInverse(const Tangent& tau);
 
-}  // namespace highwall::se3
+}  // namespace se3
+}  // namespace highwall

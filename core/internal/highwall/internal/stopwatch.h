@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Wall time since it was made, by a clock that nobody sets.
 class Stopwatch {

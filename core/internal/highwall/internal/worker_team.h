@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Threads that share out tasks which are over before a new thread would have begun. Whoever is free
 // takes the next task, and nobody waits for a thread that has not begun: where the processors are

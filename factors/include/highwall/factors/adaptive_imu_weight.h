@@ -8,7 +8,7 @@
 // The weight of the inertial residuals beside the visual ones, E = E_visual + w E_IMU
 // (docs/equations.md, section 4; Xiao et al. 2025, section 3.4). Two policies, each called once an
 // interval between images; its result is the weight argument of ImuFactor.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // What the paper's policy knows of an interval between two images.
 struct MotionMeasures {
@@ -29,6 +29,7 @@ struct MotionRamp {
   double operator()(double x) const;
 };
 
+// Of PaperImuWeight.
 struct PaperImuWeightOptions {
   double weight_at_rest = 0.3;             // (0, 1]
   double weight_slow = 0.4;                // >= weight_at_rest; the end of "rest or slow motion"
@@ -70,6 +71,7 @@ class PaperImuWeight {
   double weight_;
 };
 
+// Of ConsistentImuWeight.
 struct ConsistentImuWeightOptions {
   int window = 10;               // >= 1 intervals; over which innovations are summed
   double inflate_above = 0.99;   // (0.5, 1); probability of the chi-squared bound

@@ -7,7 +7,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/variable.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // What an image says about the pose of its camera, summed up as a Gaussian, where the offset
 // between the clocks of camera and IMU is an unknown: the state is that of the body at

@@ -4,7 +4,7 @@
 
 #include <highwall/core/camera.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How the rows that carry depth are whitened (docs/factors/depth_noise.md).
 enum class Weighting {

@@ -7,7 +7,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/point_reprojection.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Reprojection error of a world point with the pose of the camera in the body as a variable.
 //
@@ -42,6 +42,7 @@ class ExtrinsicReprojection final : public ceres::SizedCostFunction<kRows, 7, 3,
   const RgbdProjection projection_;
 };
 
+// With and without depth.
 using PointReprojectionExtrinsics = ExtrinsicReprojection<2>;
 using PointReprojectionRgbdExtrinsics = ExtrinsicReprojection<3>;
 

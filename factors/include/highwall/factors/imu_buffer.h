@@ -8,7 +8,7 @@
 
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // One reading of an inertial measurement unit, in the body frame B.
 struct ImuSample {
@@ -37,6 +37,7 @@ struct ImuInterval {
   bool HasGap() const { return gaps > 0; }
 };
 
+// Of ImuBuffer.
 struct ImuBufferOptions {
   double max_step = 0.1;  // [s] > 0; readings farther apart than this are a gap
   double horizon = 30.0;  // [s] > max_step; readings older than this are forgotten
@@ -54,6 +55,7 @@ enum class ImuSampleStatus {
   kNotFinite,   // dropped
   kImpossible,  // beyond what any sensor measures: dropped
 };
+// "added", "reordered" and so on.
 const char* ToString(ImuSampleStatus status);
 
 // Orders the readings of an IMU by stamp, and cuts out what lies between two images.

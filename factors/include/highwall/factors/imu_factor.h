@@ -8,7 +8,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/imu_preintegration.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 constexpr double kStandardGravity = 9.81;  // [m/s^2], docs/conventions.md
 

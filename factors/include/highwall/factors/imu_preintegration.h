@@ -9,7 +9,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/imu_buffer.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Continuous noise densities of an IMU. Defaults: ADIS16448, the IMU of the EuRoC sequences.
 struct ImuNoise {
@@ -22,6 +22,7 @@ struct ImuNoise {
   void Validate() const;
 };
 
+// Of ImuPreintegration.
 struct ImuPreintegrationOptions {
   ImuNoise noise = {};
   // A bias that moved farther than this from where the samples were integrated leaves the range of

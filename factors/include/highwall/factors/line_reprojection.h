@@ -11,7 +11,7 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/factors/rgbd_projection.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Reprojection errors of a line, in two forms: a Segment3 block (two end points) and an
 // OrthonormalLine block (4 degrees of freedom). Only what is across the line is measured, never

@@ -7,7 +7,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/rgbd_projection.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // The residual rows of a point, for the factors below and for pose-only problems:
 //   r = W (y - z)                                   docs/factors/point_reprojection.md, Eq. 1, 2

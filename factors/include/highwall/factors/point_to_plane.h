@@ -6,7 +6,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/variable.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A measured point of a surface whose plane is known from elsewhere, and the row it gives. A value:
 // the cost function holds one, and a tracker calls it in a pose-only problem of its own.

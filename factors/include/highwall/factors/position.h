@@ -6,7 +6,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/variable.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A measured position, as of the antenna of a GPS, in a frame G that lies somewhere in the world.
 //

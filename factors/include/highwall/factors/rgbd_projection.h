@@ -6,7 +6,7 @@
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // kRows whitened residual rows of one projected point, affine in y = (u, v, delta): r = A y + b.
 // Every reprojection row of a point or of a segment's end has this form.

@@ -6,7 +6,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/variable.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // The motion of a camera between two images, in a unit of length that is an unknown: in the metres
 // of a depth camera that reads a few percent too long or too short.

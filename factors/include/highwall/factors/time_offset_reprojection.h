@@ -7,7 +7,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/point_reprojection.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Reprojection error of a world point with the time offset t_d between the clocks of the camera and
 // the IMU as a variable, t_imu = t_cam + t_d. The state belongs to the instant t_cam + t_d_state of
@@ -47,6 +47,7 @@ class TimeOffsetReprojection final : public ceres::SizedCostFunction<kRows, 7, 3
   const double t_d_state_;
 };
 
+// With and without depth.
 using PointReprojectionTimeOffset = TimeOffsetReprojection<2>;
 using PointReprojectionRgbdTimeOffset = TimeOffsetReprojection<3>;
 

@@ -8,7 +8,7 @@
 #include <highwall/core/variable.h>
 #include <highwall/factors/imu_buffer.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // The body does not move: a pseudo-measurement of its velocity.
 //
@@ -31,6 +31,7 @@ class ZeroVelocity final : public ceres::SizedCostFunction<3, 3> {
   const double inverse_sigma_;
 };
 
+// Of IsStationary().
 struct StationaryOptions {
   double gyroscope_sigma = 0.005;     // [rad/s] > 0; of one reading at rest, vibration included
   double accelerometer_sigma = 0.05;  // [m/s^2] > 0; likewise

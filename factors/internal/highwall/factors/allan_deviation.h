@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Overlapping Allan deviation of a sensor's readings for one averaging time.
 struct AllanPoint {

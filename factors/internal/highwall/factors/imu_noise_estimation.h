@@ -9,7 +9,7 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/zero_velocity.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct ImuNoiseEstimationOptions {
   StationaryOptions stationary = {};  // rest, at most

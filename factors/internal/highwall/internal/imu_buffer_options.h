@@ -3,7 +3,7 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/internal/option_table.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 void ForEachOption(OptionsOf<ImuBufferOptions> auto& options, const auto& visit) {
   visit("max_step", options.max_step, Finite(Positive()).In("s"));

@@ -21,7 +21,7 @@
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // What is made of depth images and their poses.
 struct DenseMap {
@@ -39,6 +39,7 @@ struct DenseMap {
 void AddGrid(std::span<const Pose> cameras, bool level, const OccupancyGridOptions& options,
              DenseMap& dense);
 
+// Of DenseMapper.
 struct DenseMapOptions {
   KeyframeCloudOptions cloud;
   OctomapBuilderOptions octree;

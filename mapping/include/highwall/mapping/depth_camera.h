@@ -12,7 +12,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // [m] Depth farther away makes no map, unless options say otherwise: a D435i's noise is 14 cm
 // there.

@@ -10,8 +10,9 @@
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// Of MakeKeyframeCloud().
 struct KeyframeCloudOptions {
   double min_depth = 0.05;         // [m] > 0; nearer measurements are dropped
   double max_depth = kDenseRange;  // [m] > min_depth
@@ -47,6 +48,7 @@ struct DepthView {
   Pose T_WC;
 };
 
+// Of KeepAgreedDepth().
 struct DepthAgreementOptions {
   double absolute = 0.02;      // [m] >= 0; two depths z1, z2 agree if they differ by at most
   double relative = 0.02;      // >= 0; absolute + relative z

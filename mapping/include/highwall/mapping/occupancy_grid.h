@@ -10,8 +10,9 @@
 
 #include <highwall/mapping/octomap_builder.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// What is known of a cell.
 enum class GridCell : std::uint8_t { kUnknown, kFree, kOccupied };
 
 // A 2-D map for planning in the frame G (z up, origin that of W). Cell (i, j) covers
@@ -31,6 +32,7 @@ struct OccupancyGrid {
   GridCell Query(const Eigen::Vector2d& p_G) const;
 };
 
+// Of ProjectToGrid().
 struct OccupancyGridOptions {
   double z_min = 0.1;          // [m] lower edge of the height band, above the ground
   double z_max = 1.5;          // [m] > z_min, upper edge of the height band
@@ -59,6 +61,7 @@ std::optional<double> FloorHeight(const OctomapBuilder& map,
 // what is known inside of the band; it is empty (0 x 0) where nothing is.
 OccupancyGrid ProjectToGrid(const OctomapBuilder& map, const OccupancyGridOptions& options = {});
 
+// Of TraversabilityGrid().
 struct TraversabilityOptions {
   double max_slope = 20.0;      // [deg] (0, 90) that the vehicle climbs
   double max_step = 0.3;        // [m] > 0 that its wheels roll over

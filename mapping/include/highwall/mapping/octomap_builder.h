@@ -16,8 +16,9 @@
 #include <highwall/core/pose.h>
 #include <highwall/mapping/depth_camera.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// Of OctomapBuilder.
 struct OctomapBuilderOptions {
   double resolution = 0.05;          // [m] > 0, edge of the smallest voxel
   double min_depth = 0.05;           // [m] >= 0; nearer pixels of a depth image are ignored
@@ -44,6 +45,7 @@ struct OctreeLeaf {
   bool occupied = false;
 };
 
+// How many leaves an octree has.
 struct OctreeLeafCount {
   std::size_t occupied = 0;
   std::size_t free = 0;

@@ -7,8 +7,9 @@
 #include <highwall/mapping/octomap_builder.h>
 
 // What a robot asks its map.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// Where a ray ended.
 struct RayHit {
   bool known = true;      // false: the ray ended in unknown space
   Eigen::Vector3d p_W;    // [m] centre of the voxel where it ended
@@ -22,6 +23,7 @@ std::optional<RayHit> CastRay(const OctomapBuilder& map, const Eigen::Vector3d& 
                               const Eigen::Vector3d& direction_W, double max_range,
                               bool through_unknown = false);
 
+// The nearest point of what is occupied.
 struct Obstacle {
   Eigen::Vector3d p_W;    // [m] the nearest point of an occupied leaf
   double distance = 0.0;  // [m] 0 inside

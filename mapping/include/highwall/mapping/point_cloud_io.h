@@ -11,7 +11,7 @@
 // Point-cloud files. All writers go through a temporary file: a reader sees the whole new file or
 // the whole old one. They throw IoError where the folder is missing or the disk is full.
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A point of a surface.
 struct ColoredPoint {
@@ -20,8 +20,10 @@ struct ColoredPoint {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, towards the sensor; 0 where unknown
 };
 
+// How a PLY file is written.
 enum class PlyFormat { kBinaryLittleEndian, kAscii };
 
+// A surface of triangles.
 struct TriangleMesh {
   std::vector<ColoredPoint> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices of vertices

@@ -6,7 +6,7 @@
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Writes the octree as a ColorOcTree (.ot), as octovis shows in colour: each occupied voxel has the
 // mean colour of the points [m] in W inside of it, white where there are none. Space is that of the

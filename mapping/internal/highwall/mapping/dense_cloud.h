@@ -10,7 +10,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct DenseCloudOptions {
   double voxel_size = 0.01;  // [m] > 0; one point a voxel

@@ -9,7 +9,7 @@
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/depth_smoothing.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Makes depth fit for a map: smooth where the sensor is noisy (SmoothDepth), and without what the
 // frames before and after speak against (KeepAgreedDepth), if they are of the same layer. So a

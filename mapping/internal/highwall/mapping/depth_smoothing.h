@@ -4,7 +4,7 @@
 
 #include <highwall/mapping/depth_camera.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct DepthSmoothingOptions {
   double target_sigma = 0.003;  // [m] > 0; noise that may stay

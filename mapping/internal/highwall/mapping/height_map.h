@@ -10,7 +10,7 @@
 
 #include <highwall/mapping/octomap_builder.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 enum class HeightSource {
   kTop,     // the highest occupied voxel of a column: what lies open to the sky

@@ -14,7 +14,7 @@
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/octomap_builder.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct KeyframeOctreeOptions {
   OctomapBuilderOptions octree;

@@ -13,7 +13,7 @@
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Of distances [m].
 struct DistanceStatistics {

@@ -6,7 +6,7 @@
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/octomap_builder.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Bytes that the octree of these views will take in memory at options.resolution, foretold before
 // any of it is built: from octrees at 0.2 m and 0.1 m, or 4 and 2 times the resolution if that is

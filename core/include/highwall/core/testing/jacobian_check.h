@@ -9,8 +9,10 @@
 // Checks the Jacobians of a ceres::CostFunction in the tangent space, where the optimizer uses
 // them. Needs no test framework; ceres::GradientChecker is no substitute, for it refuses correct
 // factors whose Jacobians have structural zeros.
-namespace highwall::testing {
+namespace [[gnu::visibility("default")]] highwall {
+namespace testing {
 
+// Of CheckJacobians().
 struct JacobianCheckOptions {
   double step = 1e-6;      // tangent-space step of the central difference, > 0
   double absolute = 1e-7;  // >= 0; a block passes if |J - J_num| <= absolute + relative max|J_num|
@@ -20,6 +22,7 @@ struct JacobianCheckOptions {
   void Validate() const;
 };
 
+// True where all Jacobians are right.
 struct JacobianCheckResult {
   bool ok = false;
   std::string message;  // empty when ok; else what failed, the block, and both matrices
@@ -41,4 +44,5 @@ JacobianCheckResult CheckJacobians(const ceres::CostFunction& factor,
                                    const std::vector<const ceres::Manifold*>& manifolds,
                                    const JacobianCheckOptions& options = {});
 
-}  // namespace highwall::testing
+}  // namespace testing
+}  // namespace highwall

@@ -13,7 +13,7 @@
 #include <highwall/core/abi.h>
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A segment in an image [px]. As extracted, its brighter side lies to the left of the way from s
 // to e as the image is seen (y down), so that the order of the ends means the same in every view.

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Of the images that corners are found in, the whole one first.
 struct PyramidOptions {
@@ -13,6 +13,7 @@ struct PyramidOptions {
   void Validate() const;
 };
 
+// How corners are found.
 struct OrbExtractorOptions {
   int features = 1000;  // most keypoints of an image, > 0
   PyramidOptions pyramid{};
@@ -26,6 +27,7 @@ struct OrbExtractorOptions {
   void Validate() const;
 };
 
+// What finds the segments of an image.
 enum class LineDetector {
   kLsd,      // von Gioi, Jakubowicz, Morel, Randall 2010; the paper's choice
   kEdLines,  // Akinlar, Topal 2011: as many lines in a fifth of the time
@@ -34,6 +36,7 @@ enum class LineDetector {
 // "lsd" or "edlines".
 const char* ToString(LineDetector detector);
 
+// How segments are found.
 struct LineExtractorOptions {
   LineDetector detector = LineDetector::kEdLines;
   double min_length = 0.04;  // shortest segment, as a share of the longer image side, (0, 1]
@@ -46,6 +49,7 @@ struct LineExtractorOptions {
   void Validate() const;
 };
 
+// How a segment gets its depth.
 struct SegmentDepthOptions {
   int samples = 24;            // places along the segment, [4, 64]; four depth pixels at each
   double min_valid = 0.5;      // share of the samples of a side that must be measurements, (0, 1]
@@ -57,6 +61,7 @@ struct SegmentDepthOptions {
   void Validate() const;
 };
 
+// What features a frame has.
 struct FrameBuilderOptions {
   OrbExtractorOptions orb{};
   LineExtractorOptions lines{};
@@ -79,6 +84,7 @@ struct LineGates {
   double max_midpoint_distance = 30.0;  // gamma [px] around the predicted midpoint, > 0
 };
 
+// What the matched segments of two images are held against.
 enum class MadRule {
   kMedian,  // rotation of the segment; median and scaled median absolute deviation
   kPaper,   // as printed: direction of the displacement of the start; mean and standard deviation
@@ -87,6 +93,7 @@ enum class MadRule {
 // "median" or "paper".
 const char* ToString(MadRule rule);
 
+// Which segments of two images may be one line.
 struct LineMatcherOptions {
   LineGates small_motion = {};  // frame to frame
   LineGates large_motion{.max_angle = 0.6, .min_length_ratio = 0.3, .max_midpoint_distance = 200.0};

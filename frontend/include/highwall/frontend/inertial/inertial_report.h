@@ -9,7 +9,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A state of the body with its uncertainty.
 struct InertialEstimate {
@@ -20,6 +20,7 @@ struct InertialEstimate {
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Identity();
 };
 
+// What the IMU does for a frame.
 enum class InertialStatus {
   kWaiting,        // no readings around the images yet
   kInitializing,   // gravity, biases and velocity are not known yet

@@ -2,7 +2,7 @@
 
 #include <highwall/factors/imu_buffer.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How the inertial residuals are weighed against the visual ones (docs/equations.md, section 4);
 // the classes are of factors, their options as they are there.
@@ -15,6 +15,7 @@ enum class ImuWeighting {
 // "paper", "consistent", "fixed".
 const char* ToString(ImuWeighting policy);
 
+// Which weight the IMU has.
 struct ImuWeightingOptions {
   ImuWeighting policy = ImuWeighting::kConsistent;
   double fixed_weight = 1.0;  // > 0; of kFixed
@@ -23,6 +24,7 @@ struct ImuWeightingOptions {
   void Validate() const;
 };
 
+// When gravity, biases and velocity count as known.
 struct InertialInitializerOptions {
   double interval = 0.1;                  // [s] > 0; between the images that are used
   double min_duration = 1.0;              // [s] > 0; from the first of them to the last
@@ -40,6 +42,7 @@ struct InertialInitializerOptions {
   void Validate() const;
 };
 
+// How well an image tells the pose of its camera.
 struct VisualNoise {
   // Standard deviations of what all landmarks of an image have in common, the error of the map
   // foremost: no number of landmarks makes a pose more certain than this.
@@ -53,6 +56,7 @@ struct VisualNoise {
   void Validate() const;
 };
 
+// How images and IMU are fused.
 struct InertialOptions {
   ImuWeightingOptions weighting{};
   bool estimate_time_offset = true;

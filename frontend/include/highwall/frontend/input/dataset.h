@@ -16,7 +16,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // One frame of an RGB-D camera; both images have one size.
 struct RgbdImage {
@@ -31,6 +31,7 @@ struct RgbdImage {
 // called from several threads at once.
 class Dataset {
  public:
+  // A frame that cannot be used, and why.
   struct Problem {
     std::size_t frame = 0;
     std::string what;  // names the file
@@ -72,6 +73,7 @@ struct VideoSpan {
   Stamp begin = 0, end = 0;
 };
 
+// What ReadImu() found in a file.
 struct ImuRecording {
   // As the file holds them: not sorted, duplicates and NaN in place, for CheckImu() to find.
   std::vector<ImuSample> samples;

@@ -12,7 +12,7 @@
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A recording as EuRoC lays it out: mav0/cam0, cam1 and imu0 with data.csv and sensor.yaml, and
 // state_groundtruth_estimate0 where it is there. A frame is the left image, rectified, with depth

@@ -8,7 +8,7 @@
 
 #include <highwall/frontend/input/dataset.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Images on their way from a camera that does not wait to somebody who takes his time: what comes
 // to a full queue takes the place of the oldest. Push() on the thread of the camera, Pop() on that

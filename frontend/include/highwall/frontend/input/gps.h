@@ -7,7 +7,7 @@
 
 #include <highwall/core/stamp.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A measured position of an antenna, in a frame G whose axes are east, north and up, or another
 // right-handed frame with z up.

@@ -9,7 +9,7 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/factors/imu_preintegration.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // When the rows of the two images are taken (docs/row_times.md). The time of an image is that of
 // its middle row; a read-out goes from the first row to the last, 0 where all are taken at once.

@@ -11,7 +11,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // One line of rgb.txt or depth.txt.
 struct TumImageFile {
@@ -28,6 +28,7 @@ std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list);
 std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
     const std::vector<TumImageFile>& a, const std::vector<TumImageFile>& b, Stamp max_difference);
 
+// Of TumDataset.
 struct TumDatasetOptions {
   double depth_factor = 5000.0;        // [1/m] > 0: the stored depth of one metre
   int width = 0, height = 0;           // [px] the size every frame must have; 0: any

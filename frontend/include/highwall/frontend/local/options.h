@@ -2,8 +2,9 @@
 
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// Of an adjustment of keyframes and landmarks.
 struct BundleAdjustmentOptions {
   double point_huber = 2.8;  // [sigma] > 0: Huber threshold on the norm of a point's rows
   double line_huber = 2.8;   // [sigma] > 0: the same for a line's rows
@@ -36,6 +37,7 @@ struct TriangulationOptions {
   void Validate() const;
 };
 
+// How the map grows, and is cleaned and adjusted, around a new keyframe.
 struct LocalMapperOptions {
   BundleAdjustmentOptions bundle{.threads = 1};  // tracking takes the others
   int adjusted_keyframes = 12;                   // >= 2: most keyframes moved by a local adjustment

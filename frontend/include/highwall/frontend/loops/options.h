@@ -5,7 +5,7 @@
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/tracking/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How far the transforms between keyframes may be off: standard deviations.
 struct KeyFrameGraphOptions {
@@ -31,6 +31,7 @@ struct KeyFrameGraphOptions {
   void Validate() const;
 };
 
+// When a place counts as seen before.
 struct LoopDetectorOptions {
   int candidates = 3;    // >= 1: keyframes looked at, most alike first
   int consistency = 3;   // >= 1: keyframes in a row that name one place before it is verified
@@ -49,6 +50,7 @@ struct LoopDetectorOptions {
   void Validate() const;
 };
 
+// How the map is corrected by a loop.
 struct LoopCorrectionOptions {
   RobustLoops robust = RobustLoops::kGnc;
   int fused_keyframes = 12;  // >= 0: neighbours on either side of the loop that take part
@@ -58,6 +60,7 @@ struct LoopCorrectionOptions {
   void Validate() const;
 };
 
+// Whether and how loops are closed.
 struct LoopCloserOptions {
   bool enabled = true;
   KeyFrameGraphOptions graph{};  // the drift that is thought possible

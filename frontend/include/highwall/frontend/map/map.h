@@ -20,7 +20,7 @@
 #include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/map/own_factors.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 class ImuPreintegration;  // highwall/factors/imu_preintegration.h
 class KeyFrameIndex;
@@ -35,6 +35,7 @@ struct Observation {
   int index = 0;
 };
 
+// A corner in space.
 struct MapPoint {
   PointId id = kNoId;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // [m]
@@ -48,6 +49,7 @@ struct MapPoint {
   int found = 1;                                       // frames in which it was an inlier
 };
 
+// A piece of a line in space.
 struct MapLine {
   LineId id = kNoId;
   Segment3 segment_W;  // [m]
@@ -70,6 +72,7 @@ struct KeyFrameMotion {
   double weight = 1.0;  // of its IMU factor: the mean over the images in between
 };
 
+// A frame that is kept, with its pose and the landmarks that it observes.
 struct KeyFrame {
   KeyFrameId id = kNoId;
   SubmapId submap = kFirstSubmap;  // that it was made in

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct NoId {};
 // Of whatever kind: below every id that is given.
@@ -41,6 +41,7 @@ class Id {
   std::int32_t value_ = -1;
 };
 
+// What names a keyframe, a point, a line.
 using KeyFrameId = Id<struct KeyFrameTag>;
 using PointId = Id<struct PointTag>;
 using LineId = Id<struct LineTag>;

@@ -9,8 +9,9 @@
 #include <highwall/frontend/map/map_ids.h>
 
 // What adjustments, local mapping and loops have made of the map.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// What became of an adjustment.
 struct BundleAdjustmentReport {
   int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;
   int observations = 0, outliers = 0;
@@ -20,6 +21,7 @@ struct BundleAdjustmentReport {
   bool usable = false;  // false: the solver failed and the map was not touched
 };
 
+// What a new keyframe changed in the map.
 struct LocalMappingReport {
   KeyFrameId keyframe = kNoId;
   BundleAdjustmentReport bundle;  // in the background: what Update() returns instead

@@ -3,7 +3,7 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/features/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How far an observation may be from what is expected of it: |r|^2 of its whitened rows, by their
 // number. 95 % of those with right noise lie within (quantiles of chi-square).
@@ -27,6 +27,7 @@ inline constexpr int kSharedToSearch = 10;  // for those of one to be looked for
 inline constexpr int kSharedByPlace = 15;   // to be of one place: adjusted and culled together
 inline constexpr int kSharedByEdge = 50;    // for an edge of the pose graph to tie them
 
+// When the descriptors of a landmark and a corner match.
 struct ProjectionMatchOptions {
   int max_hamming = 100;         // [bit] 0 to 256
   double ratio = 0.9;            // (0, 1]: best against second best of the same pyramid level
@@ -35,6 +36,7 @@ struct ProjectionMatchOptions {
   void Validate() const;
 };
 
+// Where landmarks are looked for in an image.
 struct MapMatcherOptions {
   double motion_radius = 15.0;  // [px] > 0: search window around the landmarks of the last frame
   double map_radius = 4.0;      // [px] > 0: around those of the local map; both grow with the level
@@ -46,6 +48,7 @@ struct MapMatcherOptions {
   void Validate() const;
 };
 
+// How an observation becomes residuals with weights.
 struct MeasurementOptions {
   Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
   double baseline = 0.08;                        // [m] > 0: of the virtual right camera
@@ -57,6 +60,7 @@ struct MeasurementOptions {
   void Validate() const;
 };
 
+// How keyframes that look alike are found.
 struct KeyFrameIndexOptions {
   int tables = 4;              // [1, 12]: more find more alike descriptors and cost as much more
   int max_signature_bits = 6;  // [bit] [0, 32]: of the signature, that alike descriptors differ in

@@ -15,7 +15,7 @@ class LossFunction;
 }  // namespace ceres
 
 // Factors of your own on the poses of the body: docs/own_factors.md.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A frame F that your own measurements are taken in: of a GPS, a building, a marker. Where it lies
 // is unknown, and estimated.

@@ -2,8 +2,9 @@
 
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// How the pose of one image is solved for.
 struct PoseSolverOptions {
   double point_huber = 2.4;  // [sigma] > 0: Huber threshold on the norm of a point's rows
   double line_huber = 2.4;   // [sigma] > 0: the same for a line's rows
@@ -18,6 +19,7 @@ struct PoseSolverOptions {
   void Validate() const;
 };
 
+// When an image leaves its pose open.
 struct DegeneracyOptions {
   // [m] > 0: a direction is open where the standard deviation along it exceeds this.
   double max_sigma = 0.02;
@@ -26,6 +28,7 @@ struct DegeneracyOptions {
   void Validate() const;
 };
 
+// How surfaces of two images are matched.
 struct SurfaceMatcherOptions {
   int stride = 2;              // [cells] >= 1, between the middles of patches
   int radius = 4;              // [cells] >= 1: a patch has 2 radius + 1 cells to a side
@@ -52,6 +55,7 @@ struct DirectAlignmentOptions {
   void Validate() const;
 };
 
+// When landmarks count as moving.
 struct LandmarkMotionOptions {
   int min_points = 8;      // >= 1: that contradict the pose which all others give ...
   double min_share = 0.7;  // (0, 1]: and this share of those that are judged

@@ -3,8 +3,9 @@
 #include <Eigen/Core>
 
 // What becomes of the pose of a frame.
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// What is known of the pose of a frame.
 enum class TrackingState {
   kInitializing,  // no map yet: the first frames had too little depth or texture
   kTracking,

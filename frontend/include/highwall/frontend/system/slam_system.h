@@ -25,7 +25,7 @@
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/tracking/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // When the map goes on in a new submap (Map).
 struct SubmapOptions {
@@ -37,6 +37,7 @@ struct SubmapOptions {
   void Validate() const;
 };
 
+// All that a SlamSystem may be told.
 struct SlamOptions {
   FrameBuilderOptions frame{};
   MeasurementOptions measurement{};
@@ -68,6 +69,7 @@ struct FrameTimes {
   double loops = 0.0;     // applying what other threads have come to, and looking for loops
 };
 
+// What became of a frame.
 struct FrameResult {
   Stamp stamp = 0;
   TrackingState state = TrackingState::kLost;

@@ -5,8 +5,9 @@
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/pose/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
+// How a lost camera finds its place in the map.
 struct RelocalizerOptions {
   int candidates = 5;           // >= 1: keyframes verified, most alike first
   int max_hamming = 60;         // [bit] of a match
@@ -20,6 +21,7 @@ struct RelocalizerOptions {
   void Validate() const;
 };
 
+// What counts as moving.
 struct MovingObjectOptions {
   bool enabled = true;
   double settled = 1.5;      // [s] > 0: what was seen in place this long before or after stands
@@ -53,8 +55,10 @@ enum class FrameTimingMode {
   kEstimated,  // found out while tracking, beginning there
 };
 
+// "ignored", "known" or "estimated".
 const char* ToString(FrameTimingMode mode);
 
+// How frames are followed.
 struct TrackerOptions {
   FrameTimingMode timing = FrameTimingMode::kEstimated;
   PoseSolverOptions pose{};
@@ -88,6 +92,7 @@ struct TrackerOptions {
   void Validate() const;
 };
 
+// When a frame becomes a keyframe.
 struct KeyFramePolicyOptions {
   // >= 6: with depth, points plus four times lines, to start a map: four times what a pose needs,
   // for not all of them are found again.

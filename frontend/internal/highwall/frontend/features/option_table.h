@@ -6,7 +6,7 @@
 #include <highwall/frontend/features/options.h>
 #include <highwall/internal/option_table.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 template <>
 inline constexpr std::array kChoices<LineDetector> = {LineDetector::kLsd, LineDetector::kEdLines};

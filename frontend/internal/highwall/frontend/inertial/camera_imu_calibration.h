@@ -11,7 +11,7 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/imu_preintegration.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct CameraImuCalibrationOptions {
   ImuNoise noise = {};

@@ -5,7 +5,7 @@
 #include <highwall/frontend/inertial/options.h>
 #include <highwall/internal/imu_buffer_options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 template <>
 inline constexpr std::array kChoices<ImuWeighting> = {

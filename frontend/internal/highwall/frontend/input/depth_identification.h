@@ -6,7 +6,7 @@
 #include <highwall/frontend/input/depth_survey.h>
 #include <highwall/frontend/input/sensor_profile.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A sensor that depth images may be from, and how it was stored.
 struct DepthGuess {

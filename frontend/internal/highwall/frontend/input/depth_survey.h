@@ -9,7 +9,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // The grain of depth images about one depth: how far pixels lie off the plane through the pixels
 // around them.

@@ -12,7 +12,7 @@
 
 #include <highwall/frontend/input/dataset.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct FrameReaderOptions {
   std::size_t begin = 0;       // first frame read

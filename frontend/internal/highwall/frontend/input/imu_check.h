@@ -11,7 +11,7 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/input/dataset.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 enum class ImuFindingKind {
   kEmpty,                     // no reading that could be used

@@ -5,7 +5,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Tells a colour image that is the one before once more, byte for byte or coded anew, as cameras
 // hand out that have two rates or drop images. It is no second look: a camera that stands still

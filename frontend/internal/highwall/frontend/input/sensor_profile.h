@@ -10,7 +10,7 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/input/sensor.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How a camera finds depth.
 enum class DepthPrinciple {

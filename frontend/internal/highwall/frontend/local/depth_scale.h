@@ -7,7 +7,7 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct DepthScaleOptions {
   double prior_sigma = 0.1;               // > 0: of the scale, about 1

@@ -3,7 +3,7 @@
 #include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/option_table.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 void ForEachOption(OptionsOf<BundleAdjustmentOptions> auto& options, const auto& visit) {
   visit("point_huber", options.point_huber, Positive().In("sigma"));

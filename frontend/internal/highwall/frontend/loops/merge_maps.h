@@ -11,7 +11,7 @@
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 struct MergeMapsOptions {
   MeasurementOptions measurement{};

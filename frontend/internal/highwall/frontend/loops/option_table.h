@@ -5,7 +5,7 @@
 #include <highwall/frontend/local/option_table.h>
 #include <highwall/frontend/loops/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 inline const char* ToString(RobustLoops robust) {
   switch (robust) {

@@ -3,7 +3,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/map/map.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // The pose of a camera relative to a keyframe, which it follows when the map is adjusted.
 struct AnchoredPose {

@@ -12,7 +12,7 @@
 #include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // How much of a query's appearance a keyframe shares, in [0, 1].
 struct PlaceScore {

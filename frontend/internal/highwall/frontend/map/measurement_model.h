@@ -14,7 +14,7 @@
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Which features of one RGB-D camera may be one, and how they weigh in an estimate: the one place
 // for tracking, mapping, loops and relocalization alike, where observations become residual rows.

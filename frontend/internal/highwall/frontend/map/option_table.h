@@ -5,7 +5,7 @@
 #include <highwall/frontend/features/option_table.h>
 #include <highwall/frontend/map/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 template <>
 inline constexpr std::array kChoices<Weighting> = {Weighting::kCovariance, Weighting::kPaper};

@@ -5,7 +5,7 @@
 #include <highwall/frontend/map/option_table.h>
 #include <highwall/frontend/pose/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 void ForEachOption(OptionsOf<PoseSolverOptions> auto& options, const auto& visit) {
   visit("point_huber", options.point_huber, Positive().In("sigma"));

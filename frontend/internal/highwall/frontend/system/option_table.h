@@ -5,7 +5,7 @@
 #include <highwall/frontend/system/slam_system.h>
 #include <highwall/frontend/tracking/option_table.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 void ForEachOption(OptionsOf<SubmapOptions> auto& options, const auto& visit) {
   visit("enabled", options.enabled);

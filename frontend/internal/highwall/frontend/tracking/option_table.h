@@ -5,7 +5,7 @@
 #include <highwall/frontend/pose/option_table.h>
 #include <highwall/frontend/tracking/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 template <>
 inline constexpr std::array kChoices<FrameTimingMode> = {

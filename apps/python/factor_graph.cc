@@ -1,0 +1,170 @@
+#include <pybind11/eigen.h>
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+
+#include "bindings.h"
+#include "cost_function.h"
+#include "graph_handles.h"
+
+namespace highwall::python {
+namespace {
+
+// The value of a type that is the same as the variable's: a Pose is not seven numbers.
+Value ValueFor(const PythonVariable& variable, const py::handle& object) {
+  Value value = ReadValue(object);
+  HIGHWALL_REQUIRE(
+      value.type.kind == variable.type.kind && value.type.size == variable.type.size,
+      "the variable holds another type than " + py::repr(object.get_type()).cast<std::string>());
+  return value;
+}
+
+void BindSolver(py::module_& module) {
+  py::enum_<LinearSolver>(module, "LinearSolver")
+      .value("AUTO", LinearSolver::kAuto)
+      .value("DENSE_CHOLESKY", LinearSolver::kDenseCholesky)
+      .value("SPARSE_CHOLESKY", LinearSolver::kSparseCholesky)
+      .value("DENSE_SCHUR", LinearSolver::kDenseSchur)
+      .value("SPARSE_SCHUR", LinearSolver::kSparseSchur);
+  py::enum_<SolveStatus>(module, "SolveStatus")
+      .value("CONVERGED", SolveStatus::kConverged)
+      .value("LIMIT", SolveStatus::kLimit)
+      .value("STOPPED", SolveStatus::kStopped)
+      .value("FAILED", SolveStatus::kFailed);
+  py::class_<SolveOptions> options(module, "SolveOptions",
+                                   "Levenberg-Marquardt; the stopping rules are those of Ceres.");
+  KeywordConstructor<SolveOptions>(options);
+  options.def_readwrite("max_iterations", &SolveOptions::max_iterations)
+      .def_readwrite("threads", &SolveOptions::threads)
+      .def_readwrite("max_seconds", &SolveOptions::max_seconds, "[s]")
+      .def_readwrite("function_tolerance", &SolveOptions::function_tolerance)
+      .def_readwrite("gradient_tolerance", &SolveOptions::gradient_tolerance)
+      .def_readwrite("parameter_tolerance", &SolveOptions::parameter_tolerance)
+      .def_readwrite("initial_trust_region_radius", &SolveOptions::initial_trust_region_radius)
+      .def_readwrite("linear_solver", &SolveOptions::linear_solver);
+  py::class_<SolveSummary>(module, "SolveSummary", "What became of a solve.")
+      .def_readonly("status", &SolveSummary::status)
+      .def_readonly("message", &SolveSummary::message)
+      .def_readonly("initial_cost", &SolveSummary::initial_cost)
+      .def_readonly("final_cost", &SolveSummary::final_cost)
+      .def_readonly("iterations", &SolveSummary::iterations)
+      .def_readonly("seconds", &SolveSummary::seconds)
+      .def("is_usable", &SolveSummary::IsUsable)
+      .def("__repr__", [](const SolveSummary& summary) {
+        return std::string("SolveSummary(") + ToString(summary.status) + ", cost " +
+               std::to_string(summary.initial_cost) + " -> " + std::to_string(summary.final_cost) +
+               ")";
+      });
+}
+
+void BindHandles(py::module_& module) {
+  py::class_<PythonVariable>(module, "Variable", "Names a variable of one graph.")
+      .def("__eq__", [](const PythonVariable& a, const PythonVariable& b) { return a.id == b.id; })
+      .def("__hash__", [](const PythonVariable& variable) {
+        return py::hash(
+            py::make_tuple(variable.id.index, variable.id.generation, variable.id.graph));
+      });
+  py::class_<FactorId>(module, "FactorId", "Names a factor of one graph.")
+      .def("__eq__", [](const FactorId& a, const FactorId& b) { return a == b; })
+      .def("__hash__", [](const FactorId& id) {
+        return py::hash(py::make_tuple(id.index, id.generation, id.graph));
+      });
+}
+
+}  // namespace
+
+std::vector<VariableId> Ids(const std::vector<PythonVariable>& variables) {
+  std::vector<VariableId> ids;
+  for (const PythonVariable& variable : variables) ids.push_back(variable.id);
+  return ids;
+}
+
+std::vector<PythonVariable> ReadVariables(const py::args& variables) {
+  return py::cast<std::vector<PythonVariable>>(variables);
+}
+
+void BindFactorGraph(py::module_& module) {
+  BindSolver(module);
+  BindHandles(module);
+  const auto add = [](FactorGraph& graph, const py::object& object, bool landmark) {
+    const Value value = ReadValue(object);
+    const VariableId id = VisitValue(value, [&](const auto& typed) -> VariableId {
+      return landmark ? graph.AddLandmark(typed) : graph.AddVariable(typed);
+    });
+    return PythonVariable{id, value.type};
+  };
+  py::class_<FactorGraph>(module, "FactorGraph",
+                          "Variables and factors: minimizes the sum of rho(|r|^2) / 2. Functions "
+                          "throw InvalidArgument for a handle that is not of this graph.")
+      .def(py::init<>())
+      .def(
+          "add_variable",
+          [add](FactorGraph& graph, const py::object& value) { return add(graph, value, false); },
+          py::arg("value"),
+          "A Pose, OrthonormalLine, Segment3, UnitDirection, number or vector. Returns a handle.")
+      .def(
+          "add_landmark",
+          [add](FactorGraph& graph, const py::object& value) { return add(graph, value, true); },
+          py::arg("value"), "One that is eliminated first; no factor may join two.")
+      .def(
+          "add_factor",
+          [](FactorGraph& graph, const py::object& factor, const py::args& variables,
+             const py::object& loss) {
+            const auto ids = Ids(ReadVariables(variables));
+            return graph.AddFactorToBlocks(ShareFactor(factor), ShareLoss(loss), ids);
+          },
+          py::arg("factor"), py::arg("loss") = py::none(),
+          "add_factor(factor, *variables, loss=None)")
+      .def(
+          "value",
+          [](const FactorGraph& graph, const PythonVariable& variable) {
+            return MakeValue(variable.type, graph.Block(variable.id));
+          },
+          py::arg("variable"))
+      .def(
+          "set_value",
+          [](FactorGraph& graph, const PythonVariable& variable, const py::object& object) {
+            VisitValue(ValueFor(variable, object), [&]<class T>(const T& value) {
+              graph.SetValue(Variable<T>{variable.id}, value);
+              return true;
+            });
+          },
+          py::arg("variable"), py::arg("value"))
+      .def(
+          "fix", [](FactorGraph& graph, const PythonVariable& v) { graph.Fix(v.id); },
+          py::arg("variable"), "It keeps its value in solve().")
+      .def(
+          "unfix", [](FactorGraph& graph, const PythonVariable& v) { graph.Unfix(v.id); },
+          py::arg("variable"))
+      .def(
+          "is_fixed",
+          [](const FactorGraph& graph, const PythonVariable& v) { return graph.IsFixed(v.id); },
+          py::arg("variable"))
+      .def(
+          "remove", [](FactorGraph& graph, const PythonVariable& v) { graph.Remove(v.id); },
+          py::arg("variable"), "With every factor that touches it.")
+      .def("remove_factor", &FactorGraph::RemoveFactor, py::arg("factor"))
+      .def_property_readonly("num_variables", &FactorGraph::NumVariables)
+      .def_property_readonly("num_factors", &FactorGraph::NumFactors)
+      .def("fault_of", &FactorGraph::FaultOf, py::arg("factor"),
+           "Why it cannot be evaluated at the present values; empty if it can.")
+      .def("squared_error", &FactorGraph::SquaredError, py::arg("factor"),
+           "|r|^2 at the present values, without its loss.")
+      .def("cost", &FactorGraph::Cost, "Sum over factors of rho(|r|^2) / 2.")
+      .def("solve", &FactorGraph::Solve, py::arg("options") = SolveOptions{},
+           py::call_guard<py::gil_scoped_release>(),
+           "Improves the values of the variables that are not fixed.")
+      .def(
+          "covariance",
+          [](const FactorGraph& graph, const py::args& variables) {
+            const auto ids = Ids(ReadVariables(variables));
+            const py::gil_scoped_release unlocked;
+            return graph.Covariance(ids);
+          },
+          "covariance(*variables): joint, in their tangent spaces. Throws InvalidArgument if the "
+          "factors do not determine them.");
+}
+
+}  // namespace highwall::python

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <vector>
+
+#include <highwall/core/factor_graph.h>
+
+#include "value.h"
+
+namespace highwall::python {
+
+// A handle of a variable that knows what its block holds.
+struct PythonVariable {
+  VariableId id;
+  ValueType type;
+};
+
+// Arguments (factor, variable, ...) of add_factor().
+std::vector<VariableId> Ids(const std::vector<PythonVariable>& variables);
+std::vector<PythonVariable> ReadVariables(const py::args& variables);
+
+}  // namespace highwall::python

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include <highwall/factors/imu_buffer.h>
+#include <Eigen/Core>
+
+namespace highwall::python {
+
+using Stamps = Eigen::Matrix<Stamp, Eigen::Dynamic, 1>;
+using Readings = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+// Throws InvalidArgument unless all have one length.
+std::vector<ImuSample> ImuSamples(const Stamps& stamps, const Readings& gyroscope,
+                                  const Readings& accelerometer);
+
+}  // namespace highwall::python

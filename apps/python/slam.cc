@@ -1,0 +1,267 @@
+#include <pybind11/eigen.h>
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/frontend/system/slam_system.h>
+
+#include "bindings.h"
+#include "images.h"
+#include "imu_samples.h"
+#include "trajectory.h"
+
+namespace highwall::python {
+namespace {
+
+RgbdImage MakeImage(Stamp stamp, const ColourArray& bgr, const DepthArray& depth) {
+  return {.stamp = stamp, .bgr = ColourImage(bgr), .depth = DepthImage(depth)};
+}
+
+// Calls a Python function from C++, where the interpreter's lock may have been given away. Copies
+// share one reference, so that none is counted without the lock.
+class Callback {
+ public:
+  explicit Callback(py::function function)
+      : function_(new py::function(std::move(function)), [](py::function* owned) {
+          const py::gil_scoped_acquire lock;
+          delete owned;
+        }) {}
+
+  template <class... Arguments>
+  void operator()(Arguments&&... arguments) const {
+    (*function_)(std::forward<Arguments>(arguments)...);
+  }
+
+ private:
+  std::shared_ptr<py::function> function_;
+};
+
+using OptionalFunction = std::optional<py::function>;
+
+SlamCallbacks MakeCallbacks(const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
+                            const OptionalFunction& on_map, const OptionalFunction& on_frame) {
+  SlamCallbacks callbacks;
+  if (on_keyframe) {
+    callbacks.on_keyframe = [call = Callback(*on_keyframe)](const KeyFrame& keyframe,
+                                                            const RgbdImage& image) {
+      const py::gil_scoped_acquire lock;
+      call(keyframe.id.value(), keyframe.T_WC, image.stamp, ImageArray(image.bgr),
+           ImageArray(image.depth));
+    };
+  }
+  if (on_loop) {
+    callbacks.on_loop = [call = Callback(*on_loop)](const LoopReport& loop) {
+      const py::gil_scoped_acquire lock;
+      call(loop.loop.edge.match.value(), loop.loop.edge.keyframe.value(), loop.accepted,
+           loop.message);
+    };
+  }
+  if (on_map) {
+    callbacks.on_map = [call = Callback(*on_map)](const Map& map) {
+      const py::gil_scoped_acquire lock;
+      py::dict poses;
+      for (const KeyFrameId id : map.keyframe_ids()) {
+        poses[py::int_(id.value())] = map.keyframe(id)->T_WC;
+      }
+      call(poses);
+    };
+  }
+  if (on_frame) {
+    callbacks.on_frame = [call = Callback(*on_frame)](const FrameResult& frame) {
+      const py::gil_scoped_acquire lock;
+      call(frame);
+    };
+  }
+  return callbacks;
+}
+
+void BindSensor(py::module_& module) {
+  py::class_<RgbdSensor> sensor(module, "RgbdSensor",
+                                "An RGB-D camera whose depth is registered to its colour.");
+  KeywordConstructor<RgbdSensor>(sensor);
+  sensor.def_readwrite("camera", &RgbdSensor::camera)
+      .def_readwrite("depth_factor", &RgbdSensor::depth_factor, "Stored value of one metre.")
+      .def_readwrite("depth_noise", &RgbdSensor::depth_noise)
+      .def_readwrite("min_depth", &RgbdSensor::min_depth, "[m]")
+      .def_readwrite("max_depth", &RgbdSensor::max_depth, "[m]")
+      .def_static("preset", &SensorPreset, py::arg("name"), "tum1, tum2 or tum3; None for others.");
+  py::enum_<ImuSampleStatus>(module, "ImuSampleStatus")
+      .value("ADDED", ImuSampleStatus::kAdded)
+      .value("REORDERED", ImuSampleStatus::kReordered)
+      .value("DUPLICATE", ImuSampleStatus::kDuplicate)
+      .value("TOO_OLD", ImuSampleStatus::kTooOld)
+      .value("NOT_FINITE", ImuSampleStatus::kNotFinite)
+      .value("IMPOSSIBLE", ImuSampleStatus::kImpossible);
+  py::class_<ImuCalibration> imu(module, "ImuCalibration", "An IMU that is fixed to a camera.");
+  KeywordConstructor<ImuCalibration>(imu);
+  imu.def_readwrite("T_BC", &ImuCalibration::T_BC, "The camera in the frame of the IMU.")
+      .def_readwrite("noise", &ImuCalibration::noise)
+      .def_readwrite("rate", &ImuCalibration::rate, "[Hz]")
+      .def_readwrite("time_offset", &ImuCalibration::time_offset, "[s] t_imu - t_cam, a guess.");
+}
+
+void BindDataset(py::module_& module) {
+  py::class_<RgbdImage>(module, "RgbdImage", "A colour and a depth image of one stamp.")
+      .def_readonly("stamp", &RgbdImage::stamp, "[ns]")
+      .def_property_readonly("bgr", [](const RgbdImage& image) { return ImageArray(image.bgr); })
+      .def_property_readonly(
+          "depth", [](const RgbdImage& image) { return ImageArray(image.depth); }, "[m]");
+  py::class_<TumDataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")
+      .def(py::init([](const py::object& directory, double depth_factor) {
+             return std::make_unique<TumDataset>(Path(directory),
+                                                 TumDatasetOptions{.depth_factor = depth_factor});
+           }),
+           py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor)
+      .def("__len__", &TumDataset::size)
+      .def("load", &TumDataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
+           "The images of a frame; None where they cannot be used.")
+      .def_property_readonly("groundtruth",
+                             [](const TumDataset& dataset) -> std::optional<PythonTrajectory> {
+                               if (dataset.groundtruth() == nullptr) return std::nullopt;
+                               return PythonTrajectory{*dataset.groundtruth()};
+                             })
+      .def(
+          "imu",
+          [](const TumDataset& dataset) {
+            if (!dataset.imu_file() || dataset.size() == 0) return std::vector<ImuSample>();
+            return ReadImu(*dataset.imu_file(),
+                           {dataset.stamp(0), dataset.stamp(dataset.size() - 1)})
+                .samples;
+          },
+          "The readings of its IMU, in the order of the file; empty where it has none.");
+}
+
+void BindOptions(py::module_& module) {
+  py::class_<SlamOptions> options(module, "SlamOptions", "What a SlamSystem is told.");
+  options.def(
+      py::init([](bool points, bool lines, bool loops, bool submaps, bool moving_objects, bool wait,
+                  bool deterministic) {
+        SlamOptions result;
+        result.frame.use_points = points;
+        result.frame.use_lines = lines;
+        result.loops.enabled = loops;
+        result.submaps.enabled = submaps;
+        result.tracker.moving.enabled = moving_objects;
+        result.mapper.wait = wait;
+        return deterministic ? Deterministic(result) : result;
+      }),
+      py::kw_only(), py::arg("points") = true, py::arg("lines") = true, py::arg("loops") = true,
+      py::arg("submaps") = true, py::arg("moving_objects") = true, py::arg("wait") = true,
+      py::arg("deterministic") = false,
+      "wait: a keyframe waits for the adjustment of the one before; a live camera does not. "
+      "deterministic: the same input gives the same output, bit for bit.");
+}
+
+void BindResults(py::module_& module) {
+  py::enum_<TrackingState>(module, "TrackingState")
+      .value("INITIALIZING", TrackingState::kInitializing)
+      .value("TRACKING", TrackingState::kTracking)
+      .value("INERTIAL", TrackingState::kInertial)
+      .value("LOST", TrackingState::kLost);
+  py::class_<FrameResult>(module, "FrameResult", "What became of a frame.")
+      .def_readonly("stamp", &FrameResult::stamp, "[ns]")
+      .def_readonly("state", &FrameResult::state)
+      .def_property_readonly(
+          "reason",
+          [](const FrameResult& frame) -> std::optional<std::string> {
+            if (!frame.reason) return std::nullopt;
+            return ToString(*frame.reason);
+          },
+          "Why there is no pose, where there is none.")
+      .def_property_readonly(
+          "T_WC",
+          [](const FrameResult& frame) -> std::optional<Pose> {
+            if (!HasPose(frame.state)) return std::nullopt;
+            return frame.T_WC;
+          },
+          "Causal estimate; None without a pose.")
+      .def_readonly("relocalized", &FrameResult::relocalized)
+      .def_property_readonly("is_keyframe",
+                             [](const FrameResult& frame) { return frame.mapping.has_value(); })
+      .def_readonly("points", &FrameResult::points, "Extracted.")
+      .def_readonly("lines", &FrameResult::lines, "Extracted.")
+      .def_readonly("matched_points", &FrameResult::matched_points)
+      .def_readonly("matched_lines", &FrameResult::matched_lines);
+}
+
+using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Rows6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+
+Rows3 MapPoints(const SlamSystem& slam) {
+  const std::vector<PointId> ids = slam.map().point_ids();
+  Rows3 rows(static_cast<Eigen::Index>(ids.size()), 3);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    rows.row(static_cast<Eigen::Index>(i)) = slam.map().point(ids[i])->p_W;
+  }
+  return rows;
+}
+
+Rows6 MapLines(const SlamSystem& slam) {
+  const std::vector<LineId> ids = slam.map().line_ids();
+  Rows6 rows(static_cast<Eigen::Index>(ids.size()), 6);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Segment3& segment = slam.map().line(ids[i])->segment_W;
+    rows.row(static_cast<Eigen::Index>(i)) << segment.p().transpose(), segment.q().transpose();
+  }
+  return rows;
+}
+
+}  // namespace
+
+void BindSlam(py::module_& module) {
+  BindSensor(module);
+  BindDataset(module);
+  BindOptions(module);
+  BindResults(module);
+  using Unlocked = py::call_guard<py::gil_scoped_release>;
+  py::class_<SlamSystem>(module, "SlamSystem",
+                         "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.")
+      .def(py::init<const RgbdSensor&, const SlamOptions&, const std::optional<ImuCalibration>&>(),
+           py::arg("sensor"), py::arg("options") = SlamOptions{}, py::arg("imu") = std::nullopt)
+      .def(
+          "set_callbacks",
+          [](SlamSystem& slam, const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
+             const OptionalFunction& on_map, const OptionalFunction& on_frame) {
+            slam.SetCallbacks(MakeCallbacks(on_keyframe, on_loop, on_map, on_frame));
+          },
+          py::kw_only(), py::arg("on_keyframe") = py::none(), py::arg("on_loop") = py::none(),
+          py::arg("on_map") = py::none(), py::arg("on_frame") = py::none(),
+          "on_keyframe(id, T_WC, stamp, bgr, depth), on_loop(match, keyframe, accepted, message), "
+          "on_map({id: T_WC}), on_frame(FrameResult): called by track() and finish(). What one "
+          "raises reaches the caller.")
+      .def("add_imu", &SlamSystem::AddImu, py::arg("sample"),
+           "Every reading until some 50 ms after an image goes before that image.")
+      .def(
+          "track",
+          [](SlamSystem& slam, Stamp stamp, const ColourArray& bgr, const DepthArray& depth) {
+            const RgbdImage image = MakeImage(stamp, bgr, depth);
+            const py::gil_scoped_release unlocked;
+            return slam.Track(image);
+          },
+          py::arg("stamp"), py::arg("bgr"), py::arg("depth"),
+          "bgr: height x width x 3, uint8, as cv2.imread reads it. depth: height x width, metres, "
+          "0 where nothing was measured. Stamps [ns] ascend.")
+      .def(
+          "finish", [](SlamSystem& slam) { slam.Finish(); }, Unlocked(),
+          "Waits for adjustments and loops, and applies them.")
+      .def(
+          "trajectory", [](const SlamSystem& slam) { return PythonTrajectory{slam.trajectory()}; },
+          "T_WC of every tracked frame after all adjustments so far.")
+      .def("keyframe_trajectory",
+           [](const SlamSystem& slam) { return PythonTrajectory{slam.keyframe_trajectory()}; })
+      .def("map_points", &MapPoints, "[m] n x 3 in W.")
+      .def("map_lines", &MapLines, "[m] n x 6 in W: both ends.")
+      .def(
+          "save_map",
+          [](const SlamSystem& slam, const py::object& path, const PinholeCamera& camera) {
+            SaveMap(Path(path), camera.WithoutDistortion(), slam.map());
+          },
+          py::arg("path"), py::arg("camera"));
+}
+
+}  // namespace highwall::python

@@ -1,0 +1,23 @@
+# The manual, where doxygen and Python are there: target highwall_manual, manual/html/index.html.
+set(HIGHWALL_MATHJAX file:///usr/share/javascript/mathjax CACHE STRING
+    "Where the pages of the manual find MathJax")
+find_package(Doxygen 1.9 QUIET)
+find_package(Python3 QUIET COMPONENTS Interpreter)
+if(NOT DOXYGEN_FOUND OR NOT Python3_FOUND)
+  return()
+endif()
+set(HIGHWALL_MANUAL ${PROJECT_BINARY_DIR}/manual)
+configure_file(${CMAKE_CURRENT_LIST_DIR}/Doxyfile.in ${PROJECT_BINARY_DIR}/Doxyfile @ONLY)
+# A warning is an error, see there.
+set(HIGHWALL_MANUAL_COMMAND ${CMAKE_COMMAND} -D DOXYGEN=${DOXYGEN_EXECUTABLE}
+  -D DOXYFILE=${PROJECT_BINARY_DIR}/Doxyfile -P ${PROJECT_SOURCE_DIR}/scripts/check_manual.cmake)
+file(MAKE_DIRECTORY ${HIGHWALL_MANUAL})
+if(BUILD_SHARED_LIBS)  # for packages
+  add_custom_target(highwall_manual ALL COMMAND ${HIGHWALL_MANUAL_COMMAND} VERBATIM)
+  install(DIRECTORY ${HIGHWALL_MANUAL}/html DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
+else()
+  add_custom_target(highwall_manual COMMAND ${HIGHWALL_MANUAL_COMMAND} VERBATIM)
+endif()
+if(HIGHWALL_BUILD_TESTS)
+  add_test(NAME package/manual_has_every_public_symbol COMMAND ${HIGHWALL_MANUAL_COMMAND})
+endif()

@@ -1,0 +1,56 @@
+"""What comes with the module: documentation, types, the example."""
+
+import ast
+import pathlib
+import subprocess
+import sys
+
+import highwall as hw
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def public(names):
+    return {name for name in names if not name.startswith("_")}
+
+
+def test_every_name_has_a_type_for_editors():
+    stubs = ast.parse((pathlib.Path(hw.__file__).parent / "__init__.pyi").read_text())
+    written = {}
+    for node in stubs.body:
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+            written[node.name] = node
+        elif isinstance(node, ast.AnnAssign):
+            written[node.target.id] = node
+    assert public(vars(hw)) == public(written)
+    for name, node in written.items():
+        if isinstance(node, ast.ClassDef):
+            members = {
+                n.target.id if isinstance(n, ast.AnnAssign) else n.name
+                for n in node.body
+                if isinstance(n, (ast.AnnAssign, ast.FunctionDef))
+            }
+            assert public(vars(getattr(hw, name))) == public(members), name
+
+
+def test_every_class_and_function_says_what_it_is():
+    silent = [name for name in public(vars(hw)) if callable(getattr(hw, name)) and not getattr(hw, name).__doc__]
+    assert not silent
+
+
+def test_the_example_runs(tmp_path):
+    example = subprocess.run(
+        [sys.executable, ROOT / "docs/examples/slam.py", "--out", tmp_path], capture_output=True, text=True
+    )
+    assert example.returncode == 0, example.stderr
+    assert "20 frames with a pose" in example.stdout
+    assert (tmp_path / "cloud.ply").stat().st_size > 0 and (tmp_path / "map.bt").stat().st_size > 0
+
+
+def test_the_page_shows_a_factor_that_runs():
+    page = (ROOT / "docs/python.md").read_text()
+    program = page.split("```python\n")[1].split("```")[0]
+    scope = {}
+    exec(compile(program, "docs/python.md", "exec"), scope)
+    found = scope["graph"].value(scope["pose"]).p
+    assert abs(found[0] - 1.0) < 0.1 and abs(found[1]) < 0.2

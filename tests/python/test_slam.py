@@ -1,0 +1,126 @@
+"""Images go in as arrays; poses, maps and errors come out."""
+
+import highwall as hw
+import numpy as np
+import pytest
+
+SHIFT, DEPTH = 4, 2.0  # [px] a frame, [m]
+
+
+def moving_wall(camera, frames):
+    random = np.random.default_rng(1)
+    blocks = random.integers(0, 256, (camera.height // 8, camera.width // 8 + frames), dtype=np.uint8)
+    wall = np.repeat(np.repeat(blocks, 8, axis=0), 8, axis=1)
+    for i in range(frames):
+        view = wall[:, i * SHIFT : i * SHIFT + camera.width]
+        yield i * 33_000_000, np.dstack([view] * 3), np.full(view.shape, DEPTH, np.float32)
+
+
+@pytest.fixture(name="sensor")
+def make_sensor():
+    camera = hw.PinholeCamera(width=320, height=240, fx=262.5, fy=262.5, cx=159.5, cy=119.5)
+    return hw.RgbdSensor(camera=camera)
+
+
+def test_slam_follows_a_camera_and_tells_of_it(sensor):
+    slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
+    keyframes, frames = {}, []
+    slam.set_callbacks(
+        on_keyframe=lambda id, T_WC, stamp, bgr, depth: keyframes.update({id: (T_WC, bgr, depth)}),
+        on_frame=frames.append,
+    )
+    images = list(moving_wall(sensor.camera, 10))
+    for stamp, bgr, depth in images:
+        assert slam.track(stamp, bgr, depth).state == hw.TrackingState.TRACKING
+    slam.finish()
+    assert [frame.stamp for frame in frames] == [stamp for stamp, _, _ in images]
+    _, bgr, depth = keyframes[0]
+    np.testing.assert_array_equal(bgr, images[0][1])
+    np.testing.assert_array_equal(depth, images[0][2])
+    trajectory = slam.trajectory()
+    assert trajectory.poses.shape == (10, 7)
+    # World: x along the optical axis, so that a camera that moves to its right goes along -y.
+    way = trajectory.poses[-1, :3] - trajectory.poses[0, :3]
+    np.testing.assert_allclose(way, [0, -9 * SHIFT * DEPTH / sensor.camera.fx, 0], atol=2e-3)
+    assert slam.map_points().shape[1] == 3 and len(slam.map_points()) > 100
+    assert slam.map_lines().shape[1] == 6
+
+
+def test_what_a_callback_raises_reaches_the_caller(sensor):
+    slam = hw.SlamSystem(sensor)
+
+    def refuse(frame):
+        raise RuntimeError("enough")
+
+    slam.set_callbacks(on_frame=refuse)
+    with pytest.raises(RuntimeError, match="enough"):
+        slam.track(*next(moving_wall(sensor.camera, 1)))
+
+
+def test_images_of_another_shape_are_refused(sensor):
+    slam = hw.SlamSystem(sensor)
+    with pytest.raises(hw.InvalidArgument, match="height x width x 3"):
+        slam.track(0, np.zeros((240, 320), np.uint8), np.zeros((240, 320), np.float32))
+    with pytest.raises(hw.InvalidArgument):
+        slam.track(0, np.zeros((10, 10, 3), np.uint8), np.zeros((10, 10), np.float32))
+
+
+def test_errors_of_a_trajectory_are_what_was_put_in(tmp_path):
+    stamps = np.arange(50) * 100_000_000
+    t = stamps * 1e-9
+    poses = np.column_stack([t, np.sin(t), 0.1 * t**2, 0 * t, 0 * t, 0 * t, 1 + 0 * t])
+    truth = hw.Trajectory(stamps, poses)
+    moved = poses.copy()
+    moved[::2, 2] += 0.02
+    moved[1::2, 2] -= 0.02
+    error = hw.absolute_pose_error(
+        truth, hw.Trajectory(stamps, moved), alignment=hw.TrajectoryAlignment.NONE
+    )
+    assert error.statistics.rmse == pytest.approx(0.02, abs=1e-12)
+    np.testing.assert_allclose(error.errors, 0.02, atol=1e-12)
+    relative = hw.relative_pose_error(truth, hw.Trajectory(stamps, moved))
+    assert relative.statistics.median == pytest.approx(0.04, abs=1e-12)
+    truth.write_tum(tmp_path / "truth.txt")
+    again = hw.Trajectory.read_tum(tmp_path / "truth.txt")
+    np.testing.assert_array_equal(again.stamps, stamps)
+    np.testing.assert_allclose(again.interpolate(150_000_000).p[0], 0.15, atol=1e-9)
+    with pytest.raises(hw.IoError, match="missing.txt"):
+        hw.Trajectory.read_tum(tmp_path / "missing.txt")
+
+
+def test_octree_and_cloud_are_arrays(tmp_path, sensor):
+    camera = sensor.camera
+    _, bgr, depth = next(moving_wall(camera, 1))
+    octree = hw.OctomapBuilder(hw.OctomapBuilderOptions(resolution=0.1))
+    octree.insert(depth, camera, hw.Pose())
+    centres, edges, log_odds, occupied = octree.leaves()
+    assert centres.shape == (len(edges), 3) and occupied.dtype == bool
+    # The wall is where it was measured, to a voxel.
+    np.testing.assert_allclose(centres[occupied, 2], DEPTH, atol=0.1)
+    np.testing.assert_array_equal(occupied, log_odds >= 0)
+    hit, distance, known = octree.cast_ray([0.01, 0.01, 0.5], [0, 0, 1], 3.0)
+    assert known and abs(hit[2] - DEPTH) <= 0.1
+    assert octree.is_occupied([5, 5, 5]) is None
+    octree.write(tmp_path / "map.ot")
+    assert len(hw.OctomapBuilder.read(tmp_path / "map.ot").leaves()[0]) == len(centres)
+    cloud = hw.make_keyframe_cloud(depth, bgr, camera)
+    assert cloud.points.dtype == np.float32 and cloud.rgb.dtype == np.uint8
+    np.testing.assert_allclose(cloud.points[:, 2], DEPTH, atol=1e-6)
+    cloud.write_ply(tmp_path / "cloud.ply")
+    np.testing.assert_array_equal(hw.PointCloud.read_ply(tmp_path / "cloud.ply").points, cloud.points)
+
+
+def test_the_dense_map_follows_its_keyframes(sensor):
+    _, bgr, depth = next(moving_wall(sensor.camera, 1))
+    mapper = hw.DenseMapper(sensor.camera, sensor.depth_noise, background=False)
+    mapper.add_keyframe(0, 0, bgr, depth, hw.Pose())
+    mapper.set_poses({0: hw.Pose.from_tangent([0, 0, 1], np.zeros(3))})
+    (dense,) = mapper.finish()
+    np.testing.assert_allclose(dense.cloud.points[:, 2], DEPTH + 1, atol=1e-5)
+
+
+def test_options_that_do_not_exist_or_fit_are_refused():
+    with pytest.raises(AttributeError, match="iterations"):
+        hw.SolveOptions(iterations=3)
+    with pytest.raises(hw.InvalidArgument, match="max_iterations"):
+        hw.SolveOptions(max_iterations=-1)
