@@ -9,8 +9,8 @@ _highwall() {
     help=$(highwall "${COMP_WORDS[1]}" --help 2>/dev/null)
     if [[ $word == -* ]]; then
       words=$(grep -o '^  [^ ]*' <<<"$help" | tr ',' '\n' | grep -o -- '--[a-z-]*')
-    elif [[ $previous == --* ]]; then  # "--option TEXT:{a,b,c}"
-      words=$(sed -n "s/^  \(-.,\)\?$previous [A-Z]*:{\([a-z0-9_,-]*\)}.*/\2/p" <<<"$help")
+    elif [[ $previous == --* ]]; then  # "--option {a,b,c}" or "TEXT:{a,b,c}"
+      words=$(sed -n "s/^  \(-.,\)\?$previous \([A-Z]*:\)\?{\([a-z0-9_,-]*\)}.*/\3/p" <<<"$help")
     fi
   fi
   COMPREPLY=($(compgen -W "${words//,/ }" -- "$word"))

@@ -111,7 +111,7 @@ void BindErrors(py::module_& module) {
           "estimate", [](const TrajectoryError& error) { return PythonTrajectory{error.estimate}; },
           "Aligned, at its own stamps.")
       .def_readonly("scale", &TrajectoryError::scale)
-      .def_readonly("coverage", &TrajectoryError::coverage);
+      .def_readonly("time_covered", &TrajectoryError::time_covered);
 }
 
 }  // namespace

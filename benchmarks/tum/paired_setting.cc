@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <fcntl.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -166,6 +165,9 @@ OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& 
   }
   std::vector<std::string> warnings = dataset_.images->warnings();
   options_.imu = apps::ReadImuFeed(arguments, dataset_, &warnings);
+  if (arguments.gps && !arguments.localize) {
+    options_.gps = apps::LoadGps(directory, dataset_.config, options_.imu.has_value());
+  }
   for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
 }
 

@@ -253,7 +253,7 @@ TEST(ReportWords, GiveTheErrorInReadableUnits) {
   EXPECT_NE(text.find("9.6 mm (RMSE, rigid alignment; the largest 0.250 m)"), std::string::npos)
       << text;
   EXPECT_NE(text.find("14.0 mm over a second (RMSE of 30 frames)"), std::string::npos) << text;
-  EXPECT_NE(text.find("50.0 % of the truth"), std::string::npos) << text;
+  EXPECT_NE(text.find("50.0 % of its time"), std::string::npos) << text;
 }
 
 TEST(ReportPage, WhatIsInTheDataStaysData) {

@@ -126,6 +126,7 @@ std::vector<Case> Cases() {
       {"--settings " + SettingsFileOf("tracker: {min_support: 31}"), json::object(),
        [](O o) { return o.slam.tracker.min_support == 31; }},
       {"--print-settings", json::object(), [](O) { return true; }},
+      {"--gps off", json::object(), [](O) { return true; }},
       {"--config tum1", json::object(), [](O) { return true; }},
   };
 }
@@ -158,6 +159,8 @@ TEST(SlamArguments, WhatIsNoOptionOfTheRunReachesTheArguments) {
   EXPECT_EQ(Parse("--config tum1").config, "tum1");
   EXPECT_TRUE(Parse("--json").json);
   EXPECT_FALSE(Parse("").json);
+  EXPECT_TRUE(Parse("").gps);
+  EXPECT_FALSE(Parse("--gps off").gps);
 }
 
 TEST(SlamArguments, SwitchesGoBeforeTheFileOfSettingsAndSetBeforeBoth) {

@@ -262,15 +262,9 @@ void Troubleshooting::Losses() {
        {LossReason::kDark, LossReason::kBlurred, LossReason::kPlain, LossReason::kNoDepth,
         LossReason::kTooFast, LossReason::kContradictory, LossReason::kAllMoving,
         LossReason::kUnknownPlace, LossReason::kRepeatedImage, LossReason::kDeadReckoning}) {
-    SlamRun run;
-    run.lost = {1};
-    run.loss_reasons[ToString(reason)] = 1;
-    said_.push_back(LossAdvice(run));
+    said_.push_back(LossAdvice({{ToString(reason), 1}}, 1));
   }
-  SlamRun run;
-  run.lost = {1};
-  run.loss_reasons["dropped"] = 1;
-  said_.push_back(LossAdvice(run));
+  said_.push_back(LossAdvice({{"dropped", 1}}, 1));
 }
 
 // J x with these values of the residual and the Jacobian.

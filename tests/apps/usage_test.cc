@@ -42,7 +42,7 @@ TEST(Usage, AMisspeltCommandOptionOrWordIsNamedWithTheOneThatIsMeant) {
 
 TEST(Usage, HelpShowsWordsAndNoneOfTheCode) {
   for (const char* command : {"slam", "calibrate", "demo", "eval", "imu-noise", "info", "map",
-                              "map compare", "merge", "posegraph", "simulate"}) {
+                              "map compare", "merge", "posegraph", "report", "simulate"}) {
     const Outcome outcome = Highwall(std::string(command) + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     for (const char* code : {"ENUM", "->", "value in", "BOOLEAN"}) {
@@ -51,7 +51,7 @@ TEST(Usage, HelpShowsWordsAndNoneOfTheCode) {
   }
   const std::string help = Highwall("slam --help").out;
   for (const char* words : {"--features {points,lines,both}", "--line-detector {lsd,edlines}",
-                            "--moving-objects {on,off}", "--set NAME=VALUE"}) {
+                            "--moving-objects {on,off}", "--gps {on,off}", "--set NAME=VALUE"}) {
     EXPECT_TRUE(Contains(help, words)) << help;
   }
 }

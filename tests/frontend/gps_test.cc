@@ -63,6 +63,17 @@ TEST_F(GpsTest, DegreesBecomeMetresEastNorthAndUpOfTheFirstFix) {
   EXPECT_LT((fixes[3].p_G - Eigen::Vector3d(0, 0, 10)).norm(), 1e-8);
 }
 
+TEST_F(GpsTest, OnlyAColumnOfThatNameIsALatitude) {
+  // A word with "lat" in it is none.
+  const auto metres = Read("# translation of the antenna, simulated\n1,48,11,500\n2,49,11,500\n");
+  EXPECT_EQ(metres[1].p_G, Eigen::Vector3d(49, 11, 500));
+  for (const char* heading :
+       {"Stamp,Latitude,Longitude,Altitude\n", "#stamp lat[deg] lon[deg] alt\n"}) {
+    const auto fixes = Read(std::string(heading) + "1,48.0,11.0,500\n2,48.0,11.0,510\n");
+    EXPECT_LT((fixes[1].p_G - Eigen::Vector3d(0, 0, 10)).norm(), 1e-8) << heading;
+  }
+}
+
 TEST_F(GpsTest, WithoutAPositionThereIsNoFix) {
   EXPECT_EQ(Read("1,nan,nan,nan\n2,1,2,3\n").size(), 1u);
 }

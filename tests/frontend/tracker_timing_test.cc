@@ -132,6 +132,21 @@ TEST_F(TrackerTiming, ACutInARecordingIsNoMotion) {
   EXPECT_EQ(tracker.Motion(MakeFrame(cut, 21).stamp, nullptr).v, Eigen::Vector3d::Zero());
 }
 
+TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
+  Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 10; ++i) Track(tracker, SeenByRows(i), i);
+  tracker.Forget();
+  const TrackedFrame lost = Track(tracker, Look(foreign, IdealSensor(), PoseOfFrame(10)), 10);
+  ASSERT_EQ(lost.state, TrackingState::kLost);
+  // As the system does: it begins another part of the map.
+  KeyFrame& keyframe = scene_map.map.AddKeyFrame(lost.frame, PoseOfFrame(10));
+  tracker.Anchor(lost, keyframe);
+  const auto seen = keyframe.frame.features;
+  tracker.Retime(&scene_map.map);
+  EXPECT_EQ(keyframe.frame.features, seen);
+}
+
 TEST_F(TrackerTiming, ACameraAtRestTellsNothing) {
   Tracker tracker(model, {}, {.colour_readout = 0.02});
   Start(tracker, PoseOfFrame(0));

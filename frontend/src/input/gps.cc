@@ -1,6 +1,7 @@
 #include <highwall/frontend/input/gps.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -73,6 +74,20 @@ bool IsHeading(std::string_view line) {
   return std::isalpha(static_cast<unsigned char>(line.front())) != 0 && !line.starts_with("nan");
 }
 
+// Whether a column of this heading is a latitude, whatever its unit is written as.
+bool NamesLatitude(std::string_view heading) {
+  for (const std::string_view field : Fields(heading)) {
+    std::string word;
+    for (const char c : field) {
+      if (c == '#' && word.empty()) continue;
+      if (std::isalpha(static_cast<unsigned char>(c)) == 0) break;
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    if (word == "lat" || word == "latitude") return true;
+  }
+  return false;
+}
+
 GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::string_view line) {
   const std::vector<std::string_view> fields = Fields(line);
   if (fields.size() != 4 && fields.size() != 7) {
@@ -113,7 +128,7 @@ std::vector<GpsFix> ReadGps(const std::filesystem::path& path) {
   for (std::int64_t number = 1; std::getline(file, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     if (line.front() == '#' || IsHeading(line)) {
-      geodetic = geodetic || line.find("lat") != std::string::npos;
+      geodetic = geodetic || NamesLatitude(line);
       continue;
     }
     const GpsFix fix = ParseFix(path, number, line);

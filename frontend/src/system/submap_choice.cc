@@ -56,6 +56,7 @@ void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   // What is being joined is kept: the frames in it are found again.
   if (loop_closer_.IsClosing()) return;
   mapper_.Cancel();
+  factor_adjuster_.Cancel();
   result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
   map_.RemoveSubmap(submap_);
   std::erase_if(tracked_, [&](const PosedFrame& t) { return !map_.RootOf(t.pose.reference); });

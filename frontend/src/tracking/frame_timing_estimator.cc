@@ -85,7 +85,9 @@ FrameTimingEstimator::Landmark FrameTimingEstimator::ShiftOf(const MapPoint& poi
     const Matrix shift =
         keyframe->T_WC.q().toRotationMatrix() * Shift(feature, features.depth_grid, known->motion);
     landmark.shift += shift;
-    landmark.since += shift * (AsVector(timing_) - AsVector(known->timing));
+    Vector since = AsVector(timing_) - AsVector(known->timing);
+    since[2] += keyframe->frame.depth_delay;  // counted in there, and none of the camera's
+    landmark.since += shift * since;
   }
   if (views > 0) {
     landmark.shift /= views;

@@ -85,6 +85,7 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
 
 TrackedFrame Tracker::Track(const Frame& seen, Map& map,
                             const std::optional<KnownPose>& predicted) {
+  moved_by_ = {};
   if (map.num_keyframes() == 0) {
     TrackedFrame none = Unmatched(seen, Pose());
     none.state = TrackingState::kInitializing;
@@ -94,9 +95,8 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   const KnownPose* known = predicted ? &*predicted : nullptr;
   Frame frame = seen;
   const Twist expected = Motion(seen.stamp, known);
-  RowMotion moved_by;
   if (const auto times = TimingOf(seen); was_tracking && times) {
-    moved_by = {*times, expected};
+    moved_by_ = {*times, expected};
     if (times->colour_readout > 0.0) {
       frame.features =
           AtMiddleRow(*seen.features, model_.camera(), times->colour_readout, expected);
@@ -116,7 +116,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   if (was_tracking && !tracked.relocalized) {
     const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
     goes_on_ = GoesOn(expected, tracked);
-    if (goes_on_ && match->Support() > 0) FollowMotion(map, known, &tracked, &moved_by);
+    if (goes_on_ && match->Support() > 0) FollowMotion(map, known, &tracked);
     velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
     if (goes_on_ && anchored_) {
       keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
@@ -128,7 +128,6 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
     velocity_.Reset();
     goes_on_ = false;
   }
-  moved_by_ = moved_by;
   anchored_.reset();
   tracked.state = TrackingState::kTracking;
   last_ = tracked;
@@ -169,20 +168,19 @@ bool Tracker::GoesOn(const Twist& expected, const TrackedFrame& tracked) const {
          (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
 }
 
-void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked,
-                           RowMotion* moved_by) const {
+void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked) {
   const auto times = TimingOf(tracked->frame);
   if (!times) return;
   ConstantVelocity found = velocity_;
   found.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
   const RowMotion now{*times, found.twist()};
-  if (!Differ(*moved_by, now, model_.camera(), MedianDepth(*last_->frame.features))) return;
+  if (!Differ(moved_by_, now, model_.camera(), MedianDepth(*last_->frame.features))) return;
   TrackedFrame again = *tracked;
   again.frame.features =
-      MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(), *moved_by, now);
+      MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(), moved_by_, now);
   if (!Solve(again, map, options_.min_motion_support, predicted, Aid::kNone)) return;
   *tracked = std::move(again);
-  *moved_by = now;
+  moved_by_ = now;
 }
 
 void Tracker::Retime(Map* map) {

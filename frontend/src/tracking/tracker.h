@@ -76,8 +76,7 @@ class Tracker {
   bool GoesOn(const Twist& expected, const TrackedFrame& tracked) const;
   // Features that were moved by an expected motion, moved by the one that was found, and the pose
   // from them.
-  void FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked,
-                    RowMotion* moved_by) const;
+  void FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked);
   // [px] by which the image shifts until `frame` at constant velocity.
   double Shift(const Frame& frame) const;
   // [s] from the last frame tracked to `frame`.
@@ -161,7 +160,7 @@ class Tracker {
   double usual_found_ = 0.0;            // TrackedFrame::found of late; 0: not known
   ConstantVelocity velocity_;           // at it
   bool goes_on_ = false;                // whether it came there by moving on
-  RowMotion moved_by_;                  // what its features were moved by
+  RowMotion moved_by_;                  // what the features of the frame seen last were moved by
   std::optional<KeyFrameId> anchored_;  // the keyframe that it became
 };
 

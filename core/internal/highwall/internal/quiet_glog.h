@@ -1,6 +1,7 @@
 #pragma once
 
-namespace highwall::internal {
+namespace [[gnu::visibility("default")]] highwall {
+namespace internal {
 
 // While one lives, glog prints nothing but what ends the program: Ceres writes why a step failed to
 // standard error, whatever it is told. Any thread may have one.
@@ -12,4 +13,5 @@ class QuietGlog {
   QuietGlog& operator=(const QuietGlog&) = delete;
 };
 
-}  // namespace highwall::internal
+}  // namespace internal
+}  // namespace highwall
