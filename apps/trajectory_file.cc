@@ -62,7 +62,7 @@ class Reader {
  public:
   explicit Reader(const std::filesystem::path& path) : path_(path), stream_(path) {
     if (std::filesystem::is_directory(path)) throw IoError(path, "is a folder, not a file");
-    if (!stream_) throw IoError(path, "cannot be opened");
+    if (!stream_) throw IoError(path, "cannot be opened: no such trajectory file, or not readable");
   }
 
   // False at the end. The last comment is kept: it may be the title.
