@@ -1,0 +1,55 @@
+#include "tracking/frame_timing_estimator.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "support/synthetic_scene.h"
+#include "tracking/keyframe_row_times.h"
+
+namespace highwall {
+namespace {
+
+// A wall that faces the camera, 2 m away.
+std::shared_ptr<const FrameFeatures> Wall(const PinholeCamera& camera) {
+  auto features = std::make_shared<FrameFeatures>();
+  for (int v = 60; v <= 420; v += 60) {
+    for (int u = 80; u <= 560; u += 60) {
+      features->points.push_back({.uv = Eigen::Vector2d(u, v), .depth = 2.0, .depth_sigma = 0.01});
+    }
+  }
+  features->depth_grid = cv::Mat(DepthGrid::SizeFor(camera), CV_32FC1, cv::Scalar(2.0));
+  return features;
+}
+
+TEST(FrameTimingEstimator, WhatTheStampsOfDepthSayIsNoneOfTheCamerasDelay) {
+  const MeasurementModel model(testing::IdealSensor(), {});
+  const PinholeCamera& camera = model.camera();
+  const DepthGrid grid(camera);
+  KeyframeRowTimes keyframes(camera, grid);
+  FrameTimingEstimator estimator({}, model, grid, keyframes);
+  const auto features = Wall(camera);
+  constexpr double kLate = 0.01;  // [s] as its stamp says, and depth was moved by
+  Map map;
+  KeyFrame& keyframe =
+      map.AddKeyFrame({.index = 0, .stamp = 0, .features = features, .depth_delay = kLate}, Pose());
+  TrackedFrame tracked;
+  tracked.frame = {
+      .index = 1, .stamp = FromSeconds(0.03), .features = features, .depth_delay = kLate};
+  for (std::size_t i = 0; i < features->points.size(); ++i) {
+    const PointId id =
+        map.AddPoint(camera.Unproject(features->points[i].uv, features->points[i].depth), 0).id;
+    map.ObservePoint(keyframe.id, static_cast<int>(i), id);
+    tracked.points.push_back(id);
+  }
+  const Twist forward{.v = {0.0, 0.0, 0.5}}, back{.v = {0.0, 0.0, -0.5}};
+  keyframes.Remember(keyframe, {{.depth_delay = kLate}, forward});
+  // All fits as it is.
+  estimator.Add(tracked, map, back);
+  const FrameTimingEstimate estimate = estimator.estimate();
+  EXPECT_NEAR(estimate.value.depth_delay, 0.0, 1e-9);
+  EXPECT_LT(estimate.sigma.depth_delay, 0.0099);  // and it tells: 10 ms before
+}
+
+}  // namespace
+}  // namespace highwall
