@@ -1,6 +1,7 @@
 #include "run_report.h"
 
 #include <cmath>
+#include <span>
 
 #include <ceres/version.h>
 #include <fmt/core.h>
@@ -59,6 +60,21 @@ nlohmann::json ToJson(const FrameTiming& timing) {
   return {{"colour_readout", timing.colour_readout},
           {"depth_readout", timing.depth_readout},
           {"depth_delay", timing.depth_delay}};
+}
+
+// As multiples of what is known beforehand, to three digits. levels: of the pyramid.
+nlohmann::json ToJson(const NoiseEstimate& noise, int levels) {
+  const auto rounded = [](std::span<const double> factors) {
+    auto json = nlohmann::json::array();
+    for (const double factor : factors) json.push_back(std::round(1e3 * factor) / 1e3);
+    return json;
+  };
+  const std::span points(noise.point_px);
+  return {{"point_px_by_level", rounded(points.first(static_cast<std::size_t>(levels)))},
+          {"point_depth_by_depth", rounded(noise.point_depth)},
+          {"edge_depth_by_depth", rounded(noise.edge_depth)},
+          {"line_px_by_length", rounded(noise.line_px)},
+          {"line_depth_by_depth", rounded(noise.line_depth)}};
 }
 
 nlohmann::json ToJson(const std::vector<ImuState>& states) {
@@ -233,6 +249,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"per_frame", ToJson(run.per_frame)},
       {"frame_timing_s",
        {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
+      {"noise", ToJson(run.noise, options.slam.frame.orb.pyramid.levels)},
       {"milliseconds", ToJson(run.times)},
       {"seconds", run.seconds},
       {"peak_memory_mib", PeakMemoryMib()}};

@@ -399,6 +399,7 @@ class DenseStage {
 void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
                SlamRun* run) {
   run->timing = slam.timing();
+  run->noise = slam.noise();
   const auto attempt = [run](const char* what, const auto& work) {
     Attempt(what, &run->failures, work);
   };

@@ -135,6 +135,7 @@ struct SlamRun {
   std::map<std::string, std::size_t> loss_reasons;  // how many of each
   std::size_t repeated = 0;                 // colour images that were the one before once more
   FrameTimingEstimate timing;               // in the end
+  NoiseEstimate noise;                      // in the end
   std::optional<InertialSummary> inertial;  // with an IMU
   std::optional<GpsSummary> gps;            // with a GPS
   std::size_t relocalizations = 0;

@@ -64,7 +64,7 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
       const PointFeature& to = b.features.points[static_cast<std::size_t>(j)];
       if (std::abs(to.octave - from.octave) > 1) continue;
       const double distance = std::abs(line->head<2>().dot(to.uv) + line->z());
-      const double sigma = std::hypot(model.PointSigma(from.octave), model.PointSigma(to.octave));
+      const double sigma = std::hypot(model.PointSigma(from), model.PointSigma(to));
       if (distance > bound * sigma) continue;
       best.Offer(j, HammingDistance(descriptor, b.features.point_descriptors.ptr(j)));
     }

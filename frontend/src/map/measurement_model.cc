@@ -40,6 +40,12 @@ double MeasurementModel::PointSigma(int octave) const {
   return options_.point_sigma * std::pow(pyramid_.scale_factor, octave);
 }
 
+Eigen::Matrix3d MeasurementModel::SqrtInformation(const PointFeature& feature) const {
+  const double sigma_z = feature.depth_sigma * static_cast<double>(feature.noise.depth);
+  return PointSqrtInformation(options_.weighting, PointSigma(feature),
+                              DisparitySigma(feature.depth, sigma_z));
+}
+
 Eigen::Vector3d MeasurementModel::Measurement(const PointFeature& feature) const {
   return {feature.uv.x(), feature.uv.y(), right_.Disparity(feature.depth)};
 }
@@ -56,21 +62,18 @@ RgbdSegment MeasurementModel::Measurement(const LineFeature& feature) const {
 SegmentNoise MeasurementModel::Noise(const LineFeature& feature) const {
   // The fit along the segment is trusted no more than one reading at its ends: the depth noise of
   // neighbouring pixels is correlated.
-  const auto disparity = [&](double z) { return DisparitySigma(z, noise_.Sigma(z)); };
-  return {.px = options_.line_sigma,
+  const auto disparity = [&](double z) {
+    return DisparitySigma(z, noise_.Sigma(z) * static_cast<double>(feature.noise.depth));
+  };
+  return {.px = LineSigma(feature),
           .disparity_s = disparity(feature.segment_C->p_C.z()),
           .disparity_e = disparity(feature.segment_C->q_C.z())};
 }
 
 ProjectionRows<3> MeasurementModel::Rows(const PointFeature& feature) const {
-  const double sigma = PointSigma(feature.octave);
-  if (feature.depth > 0.0) {
-    return PointRows(Measurement(feature),
-                     PointSqrtInformation(options_.weighting, sigma,
-                                          DisparitySigma(feature.depth, feature.depth_sigma)));
-  }
+  if (feature.depth > 0.0) return PointRows(Measurement(feature), SqrtInformation(feature));
   const ProjectionRows<2> left =
-      PointRows(feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma));
+      PointRows(feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / PointSigma(feature)));
   ProjectionRows<3> rows;
   rows.A << left.A, Eigen::RowVector3d::Zero();
   rows.b << left.b, 0.0;
@@ -92,8 +95,7 @@ std::array<ProjectionRows<2>, 2> MeasurementModel::Rows(const LineFeature& featu
       return SegmentRows(measured, Noise(feature), options_.weighting);
     }
   }
-  const auto left =
-      SegmentRows(End(feature.segment.s), End(feature.segment.e), options_.line_sigma);
+  const auto left = SegmentRows(End(feature.segment.s), End(feature.segment.e), LineSigma(feature));
   std::array<ProjectionRows<2>, 2> rows;
   for (std::size_t i = 0; i < 2; ++i) {
     rows[i].A << left[i].A, Eigen::RowVector3d::Zero();
@@ -104,16 +106,13 @@ std::array<ProjectionRows<2>, 2> MeasurementModel::Rows(const LineFeature& featu
 
 std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const PointFeature& feature) const {
-  const double sigma = PointSigma(feature.octave);
   if (feature.depth > 0.0) {
-    return std::make_unique<PointReprojectionRgbd>(
-        Measurement(feature),
-        PointSqrtInformation(options_.weighting, sigma,
-                             DisparitySigma(feature.depth, feature.depth_sigma)),
-        body_projection_);
+    return std::make_unique<PointReprojectionRgbd>(Measurement(feature), SqrtInformation(feature),
+                                                   body_projection_);
   }
   return std::make_unique<PointReprojection>(
-      feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / sigma), body_projection_);
+      feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / PointSigma(feature)),
+      body_projection_);
 }
 
 std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
@@ -123,7 +122,7 @@ std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
                                                              options_.weighting, body_projection_);
   }
   return std::make_unique<OrthonormalLineReprojection>(
-      End(feature.segment.s), End(feature.segment.e), options_.line_sigma, body_projection_);
+      End(feature.segment.s), End(feature.segment.e), LineSigma(feature), body_projection_);
 }
 
 }  // namespace highwall

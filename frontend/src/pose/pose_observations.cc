@@ -4,7 +4,7 @@ namespace highwall {
 
 PosePoint MakePosePoint(const MeasurementModel& model, const MapPoint& point,
                         const PointFeature& feature) {
-  return {point.p_W, model.Rows(feature), MeasurementModel::Dimension(feature)};
+  return {point.p_W, model.Rows(feature), MeasurementModel::Dimension(feature), feature.noise};
 }
 
 std::optional<PoseLine> MakePoseLine(const MeasurementModel& model, const MapLine& line,
@@ -13,7 +13,8 @@ std::optional<PoseLine> MakePoseLine(const MeasurementModel& model, const MapLin
   const auto seen_C = TrimToObservation(T_WC.Inverse() * line_W, feature.segment.s.cast<double>(),
                                         feature.segment.e.cast<double>(), model.projection());
   if (!seen_C) return std::nullopt;
-  return PoseLine{T_WC * *seen_C, model.Rows(feature), MeasurementModel::Dimension(feature)};
+  return PoseLine{T_WC * *seen_C, model.Rows(feature), MeasurementModel::Dimension(feature),
+                  feature.noise};
 }
 
 }  // namespace highwall

@@ -76,6 +76,13 @@ class Output {
   double missing_squared_ = 0.0;
 };
 
+// What fits may be as far off as is known beforehand, or farther where the noise is larger: what is
+// learnt of images that show much must not blind where they show little.
+Eigen::Vector2d Judged(const NoiseFactors& noise) {
+  return {std::min(1.0, static_cast<double>(noise.px)),
+          std::min(1.0, static_cast<double>(noise.depth))};
+}
+
 // The functor of ceres::TinySolver: rows of all inliers as a function of the tangent step x away
 // from `T_start`.
 class PoseProblem {
@@ -180,6 +187,9 @@ class PoseProblem {
       point_rows_[i] = points_[i].dimension;
       const double bound = options_.inliers.Of(points_[i].dimension);
       const bool inside = PointRows(view, i, r, nullptr);
+      const Eigen::Vector2d judged = Judged(points_[i].noise);
+      r.head<2>() *= judged[0];
+      r[2] *= judged[1];
       if (!inside || r.squaredNorm() > bound) {
         const bool pixel_fits = inside && r.head<2>().squaredNorm() <= options_.inliers.Of(2);
         point_rows_[i] = pixels_first_ && pixel_fits ? 2 : 0;
@@ -190,7 +200,9 @@ class PoseProblem {
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       Eigen::Vector4d r;
       const double bound = options_.inliers.Of(lines_[i].dimension);
-      line_active_[i] = LineRows(view, lines_[i], r, nullptr) && r.squaredNorm() <= bound;
+      const Eigen::Vector2d judged = Judged(lines_[i].noise);
+      line_active_[i] = LineRows(view, lines_[i], r, nullptr) &&
+                        r.cwiseProduct(judged.replicate<2, 1>()).squaredNorm() <= bound;
       active_lines_ += line_active_[i] ? 1 : 0;
     }
     active_planes_ = 0;

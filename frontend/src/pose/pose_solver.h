@@ -11,6 +11,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/rgbd_projection.h>
+#include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/pose/options.h>
 
 #include "pose/known_pose.h"
@@ -21,7 +22,8 @@ namespace highwall {
 struct PosePoint {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // [m]
   ProjectionRows<3> rows;
-  int dimension = 3;  // 2 or 3
+  int dimension = 3;     // 2 or 3
+  NoiseFactors noise{};  // of the feature
 };
 
 // A known world line and the rows of its observation in the end-point form. The ends lie on the
@@ -30,7 +32,8 @@ struct PosePoint {
 struct PoseLine {
   Segment3 segment_W;  // [m]
   std::array<ProjectionRows<2>, 2> rows;
-  int dimension = 4;  // 2 or 4
+  int dimension = 4;     // 2 or 4
+  NoiseFactors noise{};  // of the feature
 };
 
 struct PoseSolution {

@@ -73,6 +73,10 @@ const Map& SlamSystem::map() const {
   return impl_->map();
 }
 
+NoiseEstimate SlamSystem::noise() const {
+  return impl_->noise();
+}
+
 FrameTimingEstimate SlamSystem::timing() const {
   return impl_->timing();
 }

@@ -14,6 +14,7 @@
 
 #include "features/row_times.h"
 #include "input/depth_unit.h"
+#include "map/covisibility.h"
 
 namespace highwall {
 namespace {
@@ -22,6 +23,8 @@ namespace {
 constexpr double kBlind = 0.48;
 // Times the search window: an image that shifts by more is smeared, and the next shift unknown.
 constexpr double kFarOff = 4.0;
+// Keyframes whose residuals tell the noise: those that an adjustment has moved together.
+constexpr int kLearnedFrom = 10;
 
 // [s] by which the stamp of its depth is later; none where it is so far off that nobody knows how
 // the camera moved, or of another clock.
@@ -349,6 +352,9 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
   tracker_.Retime(&map_);
+  if (map_.keyframe(last_keyframe_) != nullptr) {
+    tracker_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
+  }
   tracked.state = TrackingState::kTracking;
   ++submap_keyframes_;
   result.mapping =

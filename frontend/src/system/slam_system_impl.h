@@ -45,6 +45,7 @@ class SlamSystem::Impl {
   Trajectory trajectory() const;
   Trajectory keyframe_trajectory() const;
   std::vector<SubmapTrajectory> submaps() const;
+  NoiseEstimate noise() const { return tracker_.noise(); }
   FrameTimingEstimate timing() const { return tracker_.timing_estimate(); }
   const Map& map() const { return map_; }
 

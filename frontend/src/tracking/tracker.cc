@@ -79,6 +79,7 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
       moving_(model, options.moving, options.pose),
       keyframe_times_(model.camera(), moving_.grid()),
       timing_(timing, model, moving_.grid(), keyframe_times_),
+      noise_(model),
       aligner_(moving_.grid(), model.depth_noise(), options.surfaces.matcher, options.direct) {
   options_.Validate();
 }
@@ -94,12 +95,13 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   const bool was_tracking = last_.has_value();
   const KnownPose* known = predicted ? &*predicted : nullptr;
   Frame frame = seen;
+  if (LearnsNoise()) frame.features = noise_.Apply(*seen.features);
   const Twist expected = Motion(seen.stamp, known);
   if (const auto times = TimingOf(seen); was_tracking && times) {
     moved_by_ = {*times, expected};
     if (times->colour_readout > 0.0) {
       frame.features =
-          AtMiddleRow(*seen.features, model_.camera(), times->colour_readout, expected);
+          AtMiddleRow(*frame.features, model_.camera(), times->colour_readout, expected);
     }
   }
   LossClues clues{.predicted = predicted.has_value()};
@@ -185,6 +187,15 @@ void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFr
 
 void Tracker::Retime(Map* map) {
   if (options_.timing != FrameTimingMode::kIgnored) keyframe_times_.Retime(timing(), map);
+}
+
+bool Tracker::LearnsNoise() const {
+  // The paper's one sigma of all rows is a choice, not knowledge.
+  return options_.learn_noise && model_.options().weighting == Weighting::kCovariance;
+}
+
+void Tracker::LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes) {
+  if (LearnsNoise()) noise_.Add(map, keyframes);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& map,

@@ -18,6 +18,7 @@
 #include "tracking/constant_velocity.h"
 #include "tracking/frame_timing_estimator.h"
 #include "tracking/moving_features.h"
+#include "tracking/noise_estimator.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
 
@@ -61,6 +62,10 @@ class Tracker {
   // When the rows of images are taken, as far as that is known by now.
   const FrameTiming& timing() const { return timing_.timing(); }
   FrameTimingEstimate timing_estimate() const { return timing_.estimate(); }
+  // How noisy the rows of observations are, as far as that is known by now.
+  const NoiseEstimate& noise() const { return noise_.estimate(); }
+  // Learns it from keyframes, as an adjustment has left them.
+  void LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes);
   // Keyframes and landmarks that were made with rows' times known worse than now follow.
   void Retime(Map* map);
   // Follows the map, which has moved about here: p_new = T_new_old p_old.
@@ -70,6 +75,7 @@ class Tracker {
   // What may tell a pose, beside points and lines.
   enum class Aid { kNone, kSurfaces };
 
+  bool LearnsNoise() const;
   // Of the images of one frame; nothing where all is of one time.
   std::optional<FrameTiming> TimingOf(const Frame& frame) const;
   // Whether the camera may have come here by moving on; else twists tell nothing.
@@ -153,6 +159,7 @@ class Tracker {
   MovingFeatures moving_;
   KeyframeRowTimes keyframe_times_;
   FrameTimingEstimator timing_;
+  NoiseEstimator noise_;
   DirectAligner aligner_;
   std::optional<TrackedFrame> last_;    // the last frame tracked
   int last_support_ = 0;                // of its pose

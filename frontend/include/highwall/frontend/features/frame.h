@@ -71,6 +71,13 @@ class FeatureGrid {
   std::vector<Entry> entries_;
 };
 
+// Standard deviations of an observation as multiples of what is known beforehand: of the pixels
+// (MeasurementOptions) and of the depth (DepthNoise).
+struct NoiseFactors {
+  float px = 1.0F;     // > 0
+  float depth = 1.0F;  // > 0
+};
+
 // One point observation: an ORB corner with its depth where the sensor gave one.
 struct PointFeature {
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
@@ -79,12 +86,14 @@ struct PointFeature {
   int octave = 0;                                // pyramid level
   float angle = 0.0f;                            // [deg] intensity-centroid orientation
   bool faint = false;  // weaker than OrbExtractorOptions::min_fast_threshold: may be mere noise
+  NoiseFactors noise;  // as it was known when the image was tracked
 };
 
 // One line observation: an undistorted segment with its end points in C where depth allowed a fit.
 struct LineFeature {
   LineSegment segment;                    // [px] undistorted
   std::optional<SegmentDepth> segment_C;  // [m]
+  NoiseFactors noise;                     // as it was known when the image was tracked
 };
 
 // The features of one image, immutable once built; shared by the tracker and by keyframes.

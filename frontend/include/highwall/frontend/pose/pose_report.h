@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include <Eigen/Core>
 
 // What becomes of the pose of a frame.
@@ -43,6 +45,23 @@ struct OpenDirection {
   Eigen::Vector3d translation_C = Eigen::Vector3d::Zero();  // together with the rotation of
   Eigen::Vector3d rotation_C = Eigen::Vector3d::Zero();     // length 1
   double sigma = 0.0;  // [m] along it; infinite where nothing at all is known
+};
+
+// How noisy each kind of residual row has turned out to be (docs/noise.md): standard deviations, as
+// multiples of what is known beforehand.
+struct NoiseEstimate {
+  static constexpr int kBands = 4;
+  using Bands = std::array<double, kBands>;
+  static constexpr Bands Ones() { return {1.0, 1.0, 1.0, 1.0}; }
+
+  // Corners, across the image: by pyramid level, of which there are 16 at most.
+  std::array<double, 16> point_px{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  // Their depth, by depth: to 1 m, to 2 m, to 4 m, beyond.
+  Bands point_depth = Ones();
+  Bands edge_depth = Ones();  // the same where readings about the corner differ
+  // Segments, across them: by length, to 1/16, 1/8, 1/4 of the image's width, beyond.
+  Bands line_px = Ones();
+  Bands line_depth = Ones();  // by depth
 };
 
 }  // namespace highwall

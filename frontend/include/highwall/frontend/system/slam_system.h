@@ -200,6 +200,8 @@ class SlamSystem {
 
   // When the rows of the images are taken, as found out so far (TrackerOptions::timing).
   FrameTimingEstimate timing() const;
+  // How noisy observations are, as found out so far (TrackerOptions::learn_noise).
+  NoiseEstimate noise() const;
 
   const Map& map() const;
 

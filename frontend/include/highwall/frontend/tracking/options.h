@@ -61,6 +61,8 @@ const char* ToString(FrameTimingMode mode);
 // How frames are followed.
 struct TrackerOptions {
   FrameTimingMode timing = FrameTimingMode::kEstimated;
+  // Off: noise is as MeasurementOptions and DepthNoise say, and so it is with Weighting::kPaper.
+  bool learn_noise = true;
   PoseSolverOptions pose{};
   RelocalizerOptions relocalizer{};
   MovingObjectOptions moving{};

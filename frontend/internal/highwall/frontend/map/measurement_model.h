@@ -33,8 +33,16 @@ class MeasurementModel {
   const MeasurementOptions& options() const { return options_; }
   const PyramidOptions& pyramid() const { return pyramid_; }
 
-  // [px] of u and v at the pyramid level.
+  // [px] of u and v at the pyramid level, as it is known beforehand.
   double PointSigma(int octave) const;
+  // [px] of u and v of this one.
+  double PointSigma(const PointFeature& feature) const {
+    return PointSigma(feature.octave) * static_cast<double>(feature.noise.px);
+  }
+  // [px] of an end of this segment, across it.
+  double LineSigma(const LineFeature& feature) const {
+    return options_.line_sigma * static_cast<double>(feature.noise.px);
+  }
   // [px] of the virtual disparity at depth z [m] with standard deviation sigma_z [m].
   double DisparitySigma(double z, double sigma_z) const {
     return right_.fx * right_.baseline / (z * z) * sigma_z;
@@ -56,6 +64,7 @@ class MeasurementModel {
   std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
 
  private:
+  Eigen::Matrix3d SqrtInformation(const PointFeature& feature) const;  // of one with depth
   Eigen::Vector3d Measurement(const PointFeature& feature) const;
   RgbdSegment Measurement(const LineFeature& feature) const;
   SegmentNoise Noise(const LineFeature& feature) const;

@@ -43,6 +43,7 @@ void ForEachOption(OptionsOf<SurfaceTrackingOptions> auto& options, const auto& 
 
 void ForEachOption(OptionsOf<TrackerOptions> auto& options, const auto& visit) {
   visit("timing", options.timing);
+  visit("learn_noise", options.learn_noise);
   visit("pose", options.pose);
   visit("relocalizer", options.relocalizer);
   visit("moving", options.moving);

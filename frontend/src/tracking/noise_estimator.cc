@@ -1,0 +1,176 @@
+#include "tracking/noise_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <highwall/internal/median.h>
+
+#include "pose/pose_observations.h"
+
+namespace highwall {
+namespace {
+
+constexpr double kRemembered = 0.7;  // of what was known, each time
+// Observations for which a group speaks in each of its kinds, and what is known beforehand in each
+// group.
+constexpr double kPrior = 100.0;
+constexpr std::size_t kMinRows = 8;   // of a kind, for a median
+constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to tell anything
+// What all views of a landmark share is in none of their residuals: what a calibration leaves of a
+// camera's pixels [px], and the half of depth's noise that its pattern and its bias are.
+constexpr double kSharedPixels = 0.4, kSharedDepth = 0.5;
+constexpr double kMost = 10.0;  // a factor: beyond, the model is wrong
+constexpr double kEdge = 1.2;   // of the noise of depth, where readings about a corner differ
+
+// Medians of chi-square with 1 and 2 degrees of freedom.
+double Median(int dof) {
+  return dof == 1 ? 0.4549364 : 1.3862944;
+}
+
+std::size_t DepthBand(double z) {
+  return z <= 1.0 ? 0 : z <= 2.0 ? 1 : z <= 4.0 ? 2 : 3;
+}
+
+// By which a squared residual of a landmark is smaller for the landmark follows it.
+double Redundancy(std::size_t views) {
+  const auto n = static_cast<double>(views);
+  return (n - 1.0) / n;
+}
+
+}  // namespace
+
+NoiseEstimator::NoiseEstimator(const MeasurementModel& model) : model_(model) {
+  const auto of_point = [&](int octave) { return kSharedPixels / model.PointSigma(octave); };
+  const auto of_line = [&](int) { return kSharedPixels / model.options().line_sigma; };
+  const auto of_depth = [](int) { return kSharedDepth; };
+  Follow(kPointPx, 2, &estimate_.point_px, of_point);
+  Follow(kPointDepth, 1, &estimate_.point_depth, of_depth);
+  Follow(kEdgeDepth, 1, &estimate_.edge_depth, of_depth);
+  Follow(kLinePx, 2, &estimate_.line_px, of_line);
+  Follow(kLineDepth, 2, &estimate_.line_depth, of_depth);
+}
+
+template <std::size_t kSize, class Shared>
+void NoiseEstimator::Follow(GroupId group, int dof, std::array<double, kSize>* factors,
+                            const Shared& shared) {
+  groups_[group].dof = dof;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    groups_[group].kinds.push_back(
+        {.factor = &(*factors)[i], .shared = shared(static_cast<int>(i)), .squared = {}});
+  }
+}
+
+bool NoiseEstimator::IsAtEdge(const PointFeature& feature) const {
+  return feature.depth_sigma > kEdge * model_.depth_noise().Sigma(feature.depth);
+}
+
+std::size_t NoiseEstimator::LengthBand(const LineFeature& feature) const {
+  const double share = static_cast<double>(feature.segment.Length()) / model_.camera().width;
+  return share <= 1.0 / 16 ? 0 : share <= 1.0 / 8 ? 1 : share <= 1.0 / 4 ? 2 : 3;
+}
+
+NoiseFactors NoiseEstimator::FactorsOf(const PointFeature& feature) const {
+  const auto octave = static_cast<std::size_t>(feature.octave);
+  const std::size_t band = DepthBand(feature.depth);
+  const auto& depth = IsAtEdge(feature) ? estimate_.edge_depth : estimate_.point_depth;
+  return {static_cast<float>(estimate_.point_px[octave]), static_cast<float>(depth[band])};
+}
+
+NoiseFactors NoiseEstimator::FactorsOf(const LineFeature& feature) const {
+  NoiseFactors factors{.px = static_cast<float>(estimate_.line_px[LengthBand(feature)])};
+  if (feature.segment_C) {
+    const double z = 0.5 * (feature.segment_C->p_C.z() + feature.segment_C->q_C.z());
+    factors.depth = static_cast<float>(estimate_.line_depth[DepthBand(z)]);
+  }
+  return factors;
+}
+
+std::shared_ptr<const FrameFeatures> NoiseEstimator::Apply(const FrameFeatures& features) const {
+  auto known = std::make_shared<FrameFeatures>(features);
+  for (PointFeature& point : known->points) point.noise = FactorsOf(point);
+  for (LineFeature& line : known->lines) line.noise = FactorsOf(line);
+  return known;
+}
+
+void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point, const Pose& T_WC) {
+  Eigen::Vector3d r;
+  if (!model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), model_.Rows(feature),
+                                       point.p_W, &r, nullptr, nullptr)) {
+    return;
+  }
+  const double redundancy = Redundancy(point.observations.size());
+  const auto square = [&](double factor) { return factor * factor / redundancy; };
+  groups_[kPointPx].kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(
+      square(feature.noise.px) * r.head<2>().squaredNorm());
+  if (!(feature.depth > 0.0)) return;
+  Group& depth = groups_[IsAtEdge(feature) ? kEdgeDepth : kPointDepth];
+  depth.kinds[DepthBand(feature.depth)].squared.push_back(square(feature.noise.depth) * r.z() *
+                                                          r.z());
+}
+
+void NoiseEstimator::Collect(const LineFeature& feature, const MapLine& line, const Pose& T_WC) {
+  const auto seen = MakePoseLine(model_, line, feature, T_WC);
+  if (!seen) return;
+  const auto view = RgbdProjection::At(T_WC.data());
+  Eigen::Vector2d p, q;
+  if (!model_.projection().Evaluate<2>(view, seen->rows[0], seen->segment_W.p(), &p, nullptr,
+                                       nullptr) ||
+      !model_.projection().Evaluate<2>(view, seen->rows[1], seen->segment_W.q(), &q, nullptr,
+                                       nullptr)) {
+    return;
+  }
+  const double redundancy = Redundancy(line.observations.size());
+  const auto square = [&](double factor) { return factor * factor / redundancy; };
+  groups_[kLinePx].kinds[LengthBand(feature)].squared.push_back(
+      square(feature.noise.px) * Eigen::Vector2d(p[0], q[0]).squaredNorm());
+  if (!feature.segment_C) return;
+  const double z = 0.5 * (feature.segment_C->p_C.z() + feature.segment_C->q_C.z());
+  groups_[kLineDepth].kinds[DepthBand(z)].squared.push_back(
+      square(feature.noise.depth) * Eigen::Vector2d(p[1], q[1]).squaredNorm());
+}
+
+void NoiseEstimator::Update(Group* group) {
+  double sum = 0.0, weight = kPrior;
+  for (Kind& kind : group->kinds) {
+    kind.weight *= kRemembered;
+    if (kind.squared.size() >= kMinRows) {
+      const auto rows = static_cast<double>(kind.squared.size());
+      const double median = UpperMedian(std::move(kind.squared));
+      if (median > 0.0) {
+        kind.log_var = (kind.weight * kind.log_var + rows * std::log(median / Median(group->dof))) /
+                       (kind.weight + rows);
+        kind.weight += rows;
+      }
+    }
+    kind.squared.clear();
+    sum += kind.weight * kind.log_var;
+    weight += kind.weight;
+  }
+  const double of_group = sum / weight;
+  for (const Kind& kind : group->kinds) {
+    const double log_var =
+        (kind.weight * kind.log_var + kPrior * of_group) / (kind.weight + kPrior);
+    *kind.factor = std::min(std::hypot(std::exp(0.5 * log_var), kind.shared), kMost);
+  }
+}
+
+void NoiseEstimator::Add(const Map& map, std::span<const KeyFrameId> keyframes) {
+  for (const KeyFrameId id : keyframes) {
+    const KeyFrame& keyframe = *map.keyframe(id);
+    const FrameFeatures& features = *keyframe.frame.features;
+    for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
+      const MapPoint* point = map.point(keyframe.points[i]);
+      if (point == nullptr || point->observations.size() < kMinViews) continue;
+      Collect(features.points[i], *point, keyframe.T_WC);
+    }
+    for (std::size_t i = 0; i < keyframe.lines.size(); ++i) {
+      const MapLine* line = map.line(keyframe.lines[i]);
+      if (line == nullptr || line->observations.size() < kMinViews) continue;
+      Collect(features.lines[i], *line, keyframe.T_WC);
+    }
+  }
+  for (Group& group : groups_) Update(&group);
+}
+
+}  // namespace highwall

@@ -1,0 +1,169 @@
+#include "tracking/noise_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "local/bundle_adjustment.h"
+#include "pose/pose_observations.h"
+#include "pose/pose_solver.h"
+#include "support/id_literals.h"
+#include "support/synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::IdealSensor;
+using testing::Look;
+using testing::MakeScene;
+using testing::PositionError;
+using testing::Scene;
+using testing::SceneMap;
+using testing::SyntheticView;
+using testing::operator""_kf;
+
+constexpr double kTrue = 1.0;  // [px] of corners at level 0 and of segments
+
+// Eight keyframes that see one scene.
+class NoiseOfAMap {
+ public:
+  // depth: by which the noise of depth that is told is larger than the true one.
+  explicit NoiseOfAMap(const MeasurementOptions& options, double depth = 1.0, int lines = 80)
+      : scene_(MakeScene(4, 400, lines)), map_(scene_), model_(Sensor(depth), options) {
+    for (unsigned i = 0; i < 8; ++i) {
+      const double x = 0.1 * i - 0.4;
+      const Pose T_WC = Pose::FromTangent({x, 0.4 * x * x, 0.2 * x}, {0.05 * x, -0.1 * x, 0.1 * x});
+      keyframes_.push_back(map_.Add(See(T_WC, i), T_WC));
+    }
+  }
+
+  // As keyframes come: each time adjusted with what is known by then.
+  void Teach(NoiseEstimator* estimator) {
+    BundleAdjustmentOptions adjustment;
+    // All is kept: what is wrong is the noise.
+    adjustment.inliers = {1e9, 1e9, 1e9, 1e9};
+    for (int round = 0; round < 4; ++round) {
+      for (const KeyFrameId id : keyframes_) {
+        Frame& frame = map_.map.keyframe(id)->frame;
+        frame.features = estimator->Apply(*frame.features);
+      }
+      AdjustBundle(map_.map, model_, keyframes_, {}, adjustment);
+      estimator->Add(map_.map, keyframes_);
+    }
+  }
+  const MeasurementModel& model() const { return model_; }
+
+  // The position's error [m] of one view, from its points, its lines or both.
+  struct Errors {
+    double points, lines, both;
+  };
+  Errors ErrorsOf(unsigned seed, const NoiseEstimator* learnt) const {
+    const Pose T_WC = Pose::FromTangent({0.05, 0.1, -0.1}, {0.02, 0.03, 0.0});
+    const SyntheticView view = See(T_WC, 100 + seed);
+    const auto features = learnt != nullptr ? learnt->Apply(*view.features) : view.features;
+    std::vector<PosePoint> points;
+    std::vector<PoseLine> lines;
+    for (std::size_t i = 0; i < view.points.size(); ++i) {
+      MapPoint point;
+      point.p_W = scene_.points[static_cast<std::size_t>(view.points[i])].p_W;
+      points.push_back(MakePosePoint(model_, point, features->points[i]));
+    }
+    for (std::size_t i = 0; i < view.lines.size(); ++i) {
+      MapLine line;
+      line.segment_W = scene_.lines[static_cast<std::size_t>(view.lines[i])].segment_W;
+      lines.push_back(MakePoseLine(model_, line, features->lines[i], T_WC).value());
+    }
+    PoseSolverOptions options;
+    options.inliers = {1e9, 1e9, 1e9, 1e9};
+    options.point_huber = options.line_huber = 1e9;
+    const auto error = [&](std::span<const PosePoint> p, std::span<const PoseLine> l) {
+      return PositionError(SolvePose(T_WC, model_.projection(), p, l, options).value().T_WC, T_WC);
+    };
+    return {error(points, {}), error({}, lines), error(points, lines)};
+  }
+
+  // Root mean square over 200 views.
+  Errors Rms(const NoiseEstimator* learnt) const {
+    constexpr int kViews = 200;
+    Errors sum{};
+    for (unsigned seed = 0; seed < kViews; ++seed) {
+      const Errors errors = ErrorsOf(seed, learnt);
+      sum.points += errors.points * errors.points / kViews;
+      sum.lines += errors.lines * errors.lines / kViews;
+      sum.both += errors.both * errors.both / kViews;
+    }
+    return {std::sqrt(sum.points), std::sqrt(sum.lines), std::sqrt(sum.both)};
+  }
+
+ private:
+  static RgbdSensor Sensor(double depth) {
+    RgbdSensor sensor = IdealSensor();
+    sensor.depth_noise.offset *= depth;
+    sensor.depth_noise.quadratic *= depth;
+    return sensor;
+  }
+  // With the true noise, told as what is known beforehand.
+  SyntheticView See(const Pose& T_WC, unsigned seed) const {
+    SyntheticView view =
+        Look(scene_, IdealSensor(), T_WC, {.px = kTrue, .depth = true, .seed = seed});
+    auto told = std::make_shared<FrameFeatures>(*view.features);
+    for (PointFeature& point : told->points) {
+      point.depth_sigma = model_.depth_noise().Sigma(point.depth);
+    }
+    view.features = told;
+    return view;
+  }
+
+  const Scene scene_;
+  SceneMap map_;
+  const MeasurementModel model_;
+  std::vector<KeyFrameId> keyframes_;
+};
+
+TEST(NoiseEstimator, FindsTheNoiseOfEachKindOfRow) {
+  NoiseOfAMap map({.point_sigma = 0.5 * kTrue, .line_sigma = 2.0 * kTrue}, 2.0);
+  NoiseEstimator estimator(map.model());
+  map.Teach(&estimator);
+  const NoiseEstimate& found = estimator.estimate();
+  // What residuals do not show is added (docs/noise.md). A median of n squared rows of two degrees
+  // of freedom has a deviation of 0.72 / sqrt(n) of the standard deviation, some 2 % of 700 rows
+  // here; that the landmarks follow what is too heavy is the rest.
+  for (int level = 0; level < 8; ++level) {
+    const auto i = static_cast<std::size_t>(level);
+    EXPECT_NEAR(found.point_px[i], std::hypot(2.0, 0.4 / map.model().PointSigma(level)), 0.2) << i;
+  }
+  EXPECT_NEAR(found.line_px[1], std::hypot(0.5, 0.2), 0.06);
+  EXPECT_NEAR(found.point_depth[2], std::hypot(0.5, 0.5), 0.06);
+  EXPECT_NEAR(found.line_depth[2], std::hypot(0.5, 0.5), 0.06);
+}
+
+TEST(NoiseEstimator, KindsThatWereNotSeenFollowThoseThatWere) {
+  NoiseOfAMap map({.point_sigma = 0.5 * kTrue, .line_sigma = kTrue});
+  NoiseEstimator estimator(map.model());
+  map.Teach(&estimator);
+  // No landmark is nearer than a metre: what those beyond it tell holds there.
+  EXPECT_NEAR(estimator.estimate().point_depth[0], estimator.estimate().point_depth[2], 0.05);
+}
+
+TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfPointsAndLines) {
+  // Corners better than is known, segments worse.
+  NoiseOfAMap map({.point_sigma = 8.0 * kTrue, .line_sigma = 0.25 * kTrue}, 4.0, 25);
+  NoiseEstimator estimator(map.model());
+  map.Teach(&estimator);
+  const auto known = map.Rms(nullptr), learnt = map.Rms(&estimator);
+  EXPECT_GT(known.both, 1.03 * std::min(known.points, known.lines));  // it is wrong enough
+  EXPECT_LT(learnt.both, 1.03 * std::min(learnt.points, learnt.lines));
+  EXPECT_LT(learnt.both, 1.03 * std::min(known.points, known.lines));
+}
+
+TEST(NoiseEstimator, WithoutResidualsNoiseIsAsItIsKnown) {
+  NoiseOfAMap map({});
+  const NoiseEstimator estimator(map.model());
+  for (const double factor : estimator.estimate().point_px) EXPECT_EQ(factor, 1.0);
+  for (const double factor : estimator.estimate().line_px) EXPECT_EQ(factor, 1.0);
+}
+
+}  // namespace
+}  // namespace highwall
