@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <utility>
 
 #include <opencv2/imgproc.hpp>
 
@@ -12,6 +13,7 @@
 #include <highwall/internal/stopwatch.h>
 #include <highwall/internal/worker_team.h>
 
+#include "features/orb_extractor.h"
 #include "features/segment_depth.h"
 
 namespace highwall {
@@ -62,10 +64,11 @@ double Sharpness(const cv::Mat& gray) {
 
 }  // namespace
 
-FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options)
+FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
+                           std::shared_ptr<PointExtractor> points)
     : sensor_(sensor),
       options_(options),
-      orb_(options.orb),
+      points_(points ? std::move(points) : std::make_shared<OrbExtractor>(options.orb)),
       line_extractor_(options.lines),
       depth_grid_(sensor.camera) {
   sensor_.Validate();
@@ -118,9 +121,9 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
 
 void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
                                FrameFeatures& features) const {
-  OrbFeatures orb = orb_.Extract(gray);
-  features.points.reserve(orb.keypoints.size());
-  for (cv::KeyPoint& keypoint : orb.keypoints) {
+  ExtractedPoints extracted = points_->Extract(gray);
+  features.points.reserve(extracted.keypoints.size());
+  for (cv::KeyPoint& keypoint : extracted.keypoints) {
     PointFeature feature;
     const DepthReading reading =
         ReadDepth(depth, keypoint.pt, sensor_.min_depth, sensor_.max_depth);
@@ -132,14 +135,14 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
     feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
     feature.octave = keypoint.octave;
     feature.angle = keypoint.angle;
-    feature.faint = keypoint.response < static_cast<float>(options_.orb.min_fast_threshold);
+    feature.faint = keypoint.response < point_kind().faint_response;
     features.points.push_back(feature);
     // The grid holds undistorted positions: that is where projections fall.
     keypoint.pt =
         cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
   }
-  features.point_grid = FeatureGrid(orb.keypoints, gray.size());
-  features.point_descriptors = orb.descriptors;
+  features.point_grid = FeatureGrid(extracted.keypoints, gray.size());
+  features.point_descriptors = extracted.descriptors;
 }
 
 void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) {

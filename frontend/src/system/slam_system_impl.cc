@@ -34,10 +34,11 @@ double DepthDelay(const RgbdImage& image) {
 }  // namespace
 
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
-                       const std::optional<ImuCalibration>& imu, Map map)
+                       const std::optional<ImuCalibration>& imu, Map map,
+                       std::shared_ptr<PointExtractor> points)
     : options_((options.Validate(), options)),
-      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), options.frame.orb.pyramid),
-      builder_(sensor, options.frame),
+      builder_(sensor, options.frame, std::move(points)),
+      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), builder_.point_kind().pyramid),
       tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
       mapper_(model_, options.mapper),
