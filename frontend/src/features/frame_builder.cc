@@ -15,6 +15,8 @@
 
 #include "features/orb_extractor.h"
 #include "features/segment_depth.h"
+#include "features/sift_extractor.h"
+#include "features/sound_points.h"
 
 namespace highwall {
 namespace {
@@ -62,13 +64,27 @@ double Sharpness(const cv::Mat& gray) {
   return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.0;
 }
 
+std::shared_ptr<PointExtractor> MakeExtractor(const FrameBuilderOptions& options) {
+  if (options.point_detector == PointDetector::kSift) {
+    return std::make_shared<SiftExtractor>(options.sift);
+  }
+  return std::make_shared<OrbExtractor>(options.orb);
+}
+
+// The kind that an extractor of the user's says.
+const PointKind& Sound(const PointKind& kind) {
+  kind.Validate();
+  return kind;
+}
+
 }  // namespace
 
 FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
                            std::shared_ptr<PointExtractor> points)
     : sensor_(sensor),
       options_(options),
-      points_(points ? std::move(points) : std::make_shared<OrbExtractor>(options.orb)),
+      points_(points ? std::move(points) : MakeExtractor(options)),
+      descriptor_bits_(Sound(point_kind()).descriptor, point_kind().columns),
       line_extractor_(options.lines),
       depth_grid_(sensor.camera) {
   sensor_.Validate();
@@ -122,6 +138,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
 void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
                                FrameFeatures& features) const {
   ExtractedPoints extracted = points_->Extract(gray);
+  RequireSound(extracted, point_kind(), gray.size());
   features.points.reserve(extracted.keypoints.size());
   for (cv::KeyPoint& keypoint : extracted.keypoints) {
     PointFeature feature;
@@ -142,7 +159,7 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
         cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
   }
   features.point_grid = FeatureGrid(extracted.keypoints, gray.size());
-  features.point_descriptors = extracted.descriptors;
+  features.point_descriptors = descriptor_bits_.Of(extracted.descriptors);
 }
 
 void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) {

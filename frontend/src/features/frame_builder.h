@@ -11,6 +11,7 @@
 #include <highwall/frontend/input/sensor.h>
 
 #include "features/depth_grid.h"
+#include "features/descriptor_bits.h"
 #include "features/line_extractor.h"
 
 namespace highwall {
@@ -49,6 +50,7 @@ class FrameBuilder {
   RgbdSensor sensor_;
   FrameBuilderOptions options_;
   std::shared_ptr<PointExtractor> points_;
+  DescriptorBits descriptor_bits_;
   LineExtractor line_extractor_;
   DepthGrid depth_grid_;
   // Not a thread per image: OpenCV keeps what it has laid down for a thread when the thread is

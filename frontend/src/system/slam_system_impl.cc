@@ -48,6 +48,11 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
   const auto ids = map_.keyframe_ids();
+  const PointKind& kind = builder_.point_kind();
+  HIGHWALL_REQUIRE(ids.empty() || map_.point_kind().name == kind.name,
+                   "SlamSystem: the points of the map are by " + map_.point_kind().name +
+                       ", those of its images would be by " + kind.name);
+  map_.SetPointKind(kind);
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {
