@@ -13,6 +13,7 @@
 
 #include "onnx_file.h"
 #include "support/message_of.h"
+#include "support/run_program.h"
 #include "support/temporary_directory.h"
 
 namespace highwall {
@@ -145,6 +146,15 @@ TEST_F(NetworkPointsTest, AFileThatIsNoSuchNetworkIsRefusedByName) {
       message.ends_with("points.onnx: has not two outputs, of 65 scores and a descriptor "
                         "for each cell of 8 x 8 pixels"))
       << message;
+}
+
+TEST_F(NetworkPointsTest, TheProgramOfTheExampleSaysWhatItWantsAndWhatIsWrong) {
+  const testing::Outcome usage = testing::RunProgram(NETWORK_POINTS, "");
+  EXPECT_EQ(usage.exit_code, 1);
+  EXPECT_TRUE(testing::Contains(usage.err, "usage: network_points tum1|tum2|tum3"));
+  const testing::Outcome wrong = testing::RunProgram(NETWORK_POINTS, "tum1 d none.onnx out.txt");
+  EXPECT_EQ(wrong.exit_code, 3);
+  EXPECT_TRUE(testing::Contains(wrong.err, "none.onnx: cannot be read")) << wrong.err;
 }
 
 }  // namespace

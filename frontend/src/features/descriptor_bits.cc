@@ -29,11 +29,12 @@ Eigen::MatrixXf DrawNormals(int columns) {
   std::mt19937 rng(1);
   Eigen::MatrixXf normals(columns, kBits);
   for (int first = 0; first < kBits; first += columns) {
-    const Eigen::MatrixXd drawn =
-        Eigen::MatrixXd::NullaryExpr(columns, columns, [&] { return DrawNormal(rng); });
-    const Eigen::MatrixXd orthogonal = drawn.householderQr().householderQ();
     const int count = std::min(columns, kBits - first);
-    normals.middleCols(first, count) = orthogonal.leftCols(count).cast<float>();
+    const Eigen::MatrixXd drawn =
+        Eigen::MatrixXd::NullaryExpr(columns, count, [&] { return DrawNormal(rng); });
+    const Eigen::MatrixXd orthogonal =
+        drawn.householderQr().householderQ() * Eigen::MatrixXd::Identity(columns, count);
+    normals.middleCols(first, count) = orthogonal.cast<float>();
   }
   return normals;
 }
