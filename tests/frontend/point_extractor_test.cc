@@ -136,7 +136,8 @@ TEST(PointExtractor, IsNamedWithWhatIsWrongWithItsPoints) {
 
 TEST(PointExtractor, AKindThatNoneIsIsRefusedAtOnce) {
   const Fault faults[] = {
-      {"PointKind::name must have 1 to 64 characters", [](Parrot& p) { p.said.name.clear(); }},
+      {"PointKind::name must have 1 to 64 printable", [](Parrot& p) { p.said.name.clear(); }},
+      {"PointKind::name must have 1 to 64 printable", [](Parrot& p) { p.said.name = "a\nb"; }},
       {"points by parrot: PointKind::columns must be 2 to 4096, is 1",
        [](Parrot& p) { p.said.columns = 1; }},
       {"points by parrot: PyramidOptions::levels", [](Parrot& p) { p.said.pyramid.levels = 17; }},

@@ -30,7 +30,7 @@ struct OrbExtractorOptions {
 // What finds the points of an image.
 enum class PointDetector {
   kOrb,   // corners
-  kSift,  // blobs: found again from farther off, in ten times the time
+  kSift,  // blobs: fewer, told apart better, and far slower to find
 };
 
 // "orb" or "sift".
