@@ -39,6 +39,18 @@ void RequireOneCamera(const std::vector<FinishedRun>& runs) {
   }
 }
 
+void RequireOnePointKind(const std::vector<FinishedRun>& runs) {
+  const FinishedRun& first = runs.front();
+  const std::string& kind = first.saved.map.point_kind().name;
+  for (const FinishedRun& run : runs) {
+    const std::string& other = run.saved.map.point_kind().name;
+    if (other == kind) continue;
+    throw IoError(run.path, fmt::format("is a map of points by {}, {} of points by {}: only maps "
+                                        "of one kind of points can be merged",
+                                        other, first.path.string(), kind));
+  }
+}
+
 bool IsOfOneImage(const Frame& a, const Frame& b) {
   return a.stamp == b.stamp && std::ranges::equal(a.features->points, b.features->points, {},
                                                   &PointFeature::uv, &PointFeature::uv);
@@ -250,6 +262,7 @@ bool MergedRuns::IsIn(std::size_t run, const MergedWorld& world) const {
 MergedRuns MergeRuns(std::vector<FinishedRun> runs, const MergeProgress& progress) {
   HIGHWALL_REQUIRE(!runs.empty(), "MergeRuns: there are no runs");
   RequireOneCamera(runs);
+  RequireOnePointKind(runs);
   RequireKeyFramesOfTheirOwn(runs);
   MergedRuns result;
   result.camera = runs.front().saved.camera;

@@ -32,6 +32,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
   const FrameBuilderOptions& frame = options.slam.frame;
   return {{"points", frame.use_points},
           {"lines", frame.use_lines},
+          {"point_detector", ToString(frame.point_detector)},
           {"orb_features", frame.orb.features},
           {"orb_levels", frame.orb.pyramid.levels},
           {"line_detector", ToString(frame.lines.detector)},

@@ -47,6 +47,7 @@ void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
   const auto apply = [](const auto& given, auto* value) {
     if (given) *value = *given;
   };
+  apply(arguments.point_detector, &slam->frame.point_detector);
   apply(arguments.detector, &slam->frame.lines.detector);
   apply(arguments.weighting, &slam->measurement.weighting);
   apply(arguments.mad_rule, &slam->measurement.line_matches.mad_rule);
@@ -105,6 +106,8 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
       command, "--features", &arguments->features,
       {{"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}},
       "What is tracked (default: both)");
+  AddChoice(command, "--point-detector", &arguments->point_detector,
+            Named<PointDetector>(kChoices<PointDetector>), "What finds points (default: orb)");
   AddChoice(command, "--line-detector", &arguments->detector,
             Named<LineDetector>(kChoices<LineDetector>), "What finds lines (default: edlines)");
   AddChoice(command, "--line-outliers", &arguments->mad_rule, Named<MadRule>(kChoices<MadRule>),

@@ -22,6 +22,7 @@ struct SlamArguments {
   std::vector<std::string> set;  // "path=value"
   // What the settings say, unless given.
   std::optional<Features> features;
+  std::optional<PointDetector> point_detector;
   std::optional<LineDetector> detector;
   std::optional<Weighting> weighting;
   std::optional<MadRule> mad_rule;

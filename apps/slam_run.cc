@@ -146,9 +146,14 @@ class InertialTally {
   int dof_ = 0;
 };
 
-Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera) {
+Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
+               PointDetector detector) {
   if (path.empty()) return {};
   SavedMap saved = LoadMap(path);
+  if (const std::string& kind = saved.map.point_kind().name; kind != ToString(detector)) {
+    throw IoError(path, "is a map of points by " + kind + ", this run finds them by " +
+                            ToString(detector) + ": choose another --point-detector");
+  }
   if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
 }
@@ -181,7 +186,7 @@ SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
   if (options.live) slam.mapper.wait = false;
   return SlamSystem(sensor, slam,
                     options.imu ? std::optional(options.imu->calibration) : std::nullopt,
-                    LoadMapFor(options.load_map, sensor.camera));
+                    LoadMapFor(options.load_map, sensor.camera, slam.frame.point_detector));
 }
 
 void Record(const std::vector<LoopReport>& reports, std::vector<LoopEvent>* events) {
@@ -212,8 +217,7 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
                                   const SlamRunOptions& options) {
   if (!map.gravity_W()) return std::nullopt;
   const Pose& T_BC = options.imu->calibration.T_BC;
-  const MeasurementModel model(sensor, options.slam.measurement, T_BC,
-                               options.slam.frame.orb.pyramid);
+  const MeasurementModel model(sensor, options.slam.measurement, T_BC, map.point_kind().pyramid);
   const std::optional<DepthScale> scale =
       EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), T_BC);
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;

@@ -276,8 +276,12 @@ TEST_F(MergeTest, ARunIsNotMergedWithOneThatHoldsItsKeyFrames) {
   refused("run_monday run_monday/map.hwmap", "run_monday/map.hwmap", "run_monday");
 }
 
-TEST_F(MergeTest, MapsOfAnotherCameraAndLocalizationsAreRefused) {
+TEST_F(MergeTest, MapsOfAnotherCameraOrOtherPointsAndLocalizationsAreRefused) {
   SavedMap map = LoadMap(*folder_ / "run_tuesday/map.hwmap");
+  map.map.SetPointKind({.name = "sift"});
+  SaveMap(*folder_ / "sift.hwmap", map.camera, map.map);
+  ExpectRefused(In("merge run_monday sift.hwmap --out nothing"), 2,
+                {"sift.hwmap: is a map of points by sift, run_monday of points by orb"});
   map.camera.fx = 300.0;
   SaveMap(*folder_ / "other.hwmap", map.camera, map.map);
   ExpectRefused(In("merge run_monday other.hwmap --out nothing"), 2,

@@ -41,8 +41,8 @@ class SlamSwitch : public ::testing::Test {
 TEST_F(SlamSwitch, FeaturesDetectorOutliersAndWeightingEachGiveAnotherTrajectory) {
   testing::WriteSmallRoom(dataset(), 8);
   const std::string plain = ReadText(Run("--no-map") / "trajectory.txt");
-  for (const char* with : {"--features points", "--features lines", "--line-detector lsd",
-                           "--line-outliers paper", "--weighting paper"}) {
+  for (const char* with : {"--features points", "--features lines", "--point-detector sift",
+                           "--line-detector lsd", "--line-outliers paper", "--weighting paper"}) {
     const std::string other = ReadText(Run("--no-map " + std::string(with)) / "trajectory.txt");
     EXPECT_FALSE(other == plain) << with;
   }

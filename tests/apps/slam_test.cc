@@ -248,6 +248,8 @@ TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
   ExpectRefused({"room.hwmap: is cut short"}, "--load-map " + map.string());
   ExpectRefused({"none.hwmap: cannot be read"}, "--load-map none.hwmap");
   WriteText(map, bytes);
+  ExpectRefused({"room.hwmap: is a map of points by orb, this run finds them by sift"},
+                "--point-detector sift --load-map " + map.string());
   WriteText(dataset() / "other.yaml",
             "camera: {width: 320, height: 240, fx: 300, fy: 300, cx: 160, cy: 120}\n"
             "depth_factor: 5000\n");

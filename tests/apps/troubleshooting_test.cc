@@ -17,8 +17,10 @@
 #include <gtest/gtest.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/frontend/features/options.h>
+#include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/pose/pose_report.h>
+#include <highwall/frontend/system/slam_system.h>
 
 #include "loss_advice.h"
 #include "support/generated_tum.h"
@@ -95,6 +97,7 @@ class Troubleshooting : public ::testing::Test {
   void Runs();
   void Losses();
   void Graphs();
+  void Extractors();
 
   testing::TemporaryDirectory folder_{"troubleshooting"};
   std::vector<std::string> said_;
@@ -246,6 +249,10 @@ void Troubleshooting::Runs() {
   SaveMap(map, PinholeCamera(), Map());
   testing::Truncate(map, 0.9);
   Slam("plain", "--load-map half.hwmap");
+  Map sift;
+  sift.SetPointKind({.name = "sift"});
+  SaveMap(folder_.path() / "sift.hwmap", PinholeCamera(), sift);
+  Slam("plain", "--load-map sift.hwmap");
   Highwall("slam --dataset plain --out notes.txt");
   Highwall("merge plain gap --out both");
   Highwall("merge plain plain --out both");
@@ -310,6 +317,30 @@ void Troubleshooting::Graphs() {
       testing::MessageOf<InvalidArgument>([] { OrbExtractorOptions{.features = 0}.Validate(); }));
 }
 
+void Troubleshooting::Extractors() {
+  class Outside final : public PointExtractor {
+   public:
+    const PointKind& kind() const override { return kind_; }
+    ExtractedPoints Extract(const cv::Mat& gray) override {
+      return {{{static_cast<float>(gray.cols), 10.0F, 1.0F}}, cv::Mat::zeros(1, 32, CV_8U)};
+    }
+
+   private:
+    PointKind kind_{.name = "outside"};
+  };
+  const RgbdSensor sensor;
+  const cv::Size size(sensor.camera.width, sensor.camera.height);
+  const RgbdImage image{0, cv::Mat(size, CV_8UC3, cv::Scalar::all(90)),
+                        cv::Mat(size, CV_32FC1, cv::Scalar(2.0))};
+  SlamSystem slam(sensor, {}, std::nullopt, {}, std::make_shared<Outside>());
+  said_.push_back(testing::MessageOf<InvalidArgument>([&] { slam.Track(image); }));
+  Map sift;
+  sift.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
+  sift.SetPointKind({.name = "sift"});
+  said_.push_back(testing::MessageOf<InvalidArgument>(
+      [&] { SlamSystem(sensor, {}, std::nullopt, std::move(sift)); }));
+}
+
 TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {
   Calls();
   Recordings();
@@ -319,6 +350,7 @@ TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {
   Runs();
   Losses();
   Graphs();
+  Extractors();
   const std::vector<std::string> messages = QuotedMessages();
   EXPECT_GT(messages.size(), 60u);
   for (const std::string& message : messages) {

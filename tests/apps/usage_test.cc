@@ -50,8 +50,9 @@ TEST(Usage, HelpShowsWordsAndNoneOfTheCode) {
     }
   }
   const std::string help = Highwall("slam --help").out;
-  for (const char* words : {"--features {points,lines,both}", "--line-detector {lsd,edlines}",
-                            "--moving-objects {on,off}", "--gps {on,off}", "--set NAME=VALUE"}) {
+  for (const char* words : {"--features {points,lines,both}", "--point-detector {orb,sift}",
+                            "--line-detector {lsd,edlines}", "--moving-objects {on,off}",
+                            "--gps {on,off}", "--set NAME=VALUE"}) {
     EXPECT_TRUE(Contains(help, words)) << help;
   }
 }

@@ -9,6 +9,7 @@
 #include <highwall/frontend/features/frame.h>
 
 #include "features/frame_builder.h"
+#include "features/orb_extractor.h"
 #include "support/message_of.h"
 
 namespace highwall {
@@ -74,7 +75,7 @@ TEST(FrameBuilder, PointsAreTheCornersUndistortedWithTheDepthOfTheRawPixel) {
   const RgbdImage image = Boxes();
   const FrameBuilderOptions options;
   const auto features = FrameBuilder(sensor, options).Build(image);
-  const OrbFeatures orb = OrbExtractor(options.orb).Extract(Gray(image));
+  const ExtractedPoints orb = OrbExtractor(options.orb).Extract(Gray(image));
   ASSERT_GT(orb.keypoints.size(), 100u);
   ASSERT_EQ(features->points.size(), orb.keypoints.size());
   ASSERT_EQ(features->point_descriptors.rows, static_cast<int>(orb.keypoints.size()));

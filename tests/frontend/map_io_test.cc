@@ -431,6 +431,35 @@ TEST_F(MapIoTest, RefusesACameraThatNoneIs) {
   }
 }
 
+TEST_F(MapIoTest, WhatThePointsAreIsKept) {
+  const PointKind kind{.name = "mine",
+                       .descriptor = DescriptorType::kFloat,
+                       .columns = 96,
+                       .pyramid = {.levels = 3, .scale_factor = 1.7},
+                       .faint_response = 0.25F};
+  Map mine = map().Clone();
+  mine.SetPointKind(kind);
+  SaveMap(path, IdealSensor().camera, mine);
+  EXPECT_EQ(Bytes()[8], 4) << "the version";
+  const Map loaded = LoadMap(path).map;
+  EXPECT_EQ(loaded.point_kind().name, kind.name);
+  EXPECT_EQ(loaded.point_kind().descriptor, kind.descriptor);
+  EXPECT_EQ(loaded.point_kind().columns, kind.columns);
+  EXPECT_EQ(loaded.point_kind().pyramid.levels, kind.pyramid.levels);
+  EXPECT_EQ(loaded.point_kind().pyramid.scale_factor, kind.pyramid.scale_factor);
+  EXPECT_EQ(loaded.point_kind().faint_response, kind.faint_response);
+  EXPECT_EQ(loaded.num_points(), map().num_points());
+  mine.SetPointKind({.name = "mine", .columns = 0});
+  SaveMap(path, IdealSensor().camera, mine);
+  ExpectError("is damaged: points by mine: PointKind::columns must be 1 to 4096, is 0");
+}
+
+TEST_F(MapIoTest, OlderProgramsReadAMapOfOrb) {
+  Save();
+  EXPECT_EQ(Bytes()[8], 3) << "the version";
+  EXPECT_EQ(LoadMap(path).map.point_kind().name, "orb");
+}
+
 TEST_F(MapIoTest, RefusesAnotherVersion) {
   Save();
   std::string bytes = Bytes();

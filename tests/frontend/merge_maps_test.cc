@@ -1,17 +1,20 @@
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
+#include <highwall/core/error.h>
 #include <highwall/frontend/loops/merge_maps.h>
 #include <highwall/frontend/map/keyframe_index.h>
 
 #include "map/add_map.h"
 #include "support/id_literals.h"
 #include "support/loop_scene.h"
+#include "support/message_of.h"
 
 namespace highwall {
 namespace {
@@ -185,6 +188,19 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
     EXPECT_EQ(b.id, same.points[f]);
   }
   EXPECT_EQ(map.index().size(), map.num_keyframes());
+}
+
+TEST(MergeMaps, RefusesMapsOfOtherPoints) {
+  const auto one_keyframe = [](const char* name) {
+    Map map;
+    map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
+    map.SetPointKind({.name = name});
+    return map;
+  };
+  std::vector<Map> maps;
+  for (const char* name : {"sift", "orb"}) maps.push_back(one_keyframe(name));
+  EXPECT_EQ(testing::MessageOf<InvalidArgument>([&] { MergeMaps({}, std::move(maps)); }),
+            "MergeMaps: the points of one map are by sift, those of another by orb");
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ TEST(OrbExtractor, NamesTheOptionThatIsOutOfRange) {
 }
 
 TEST(OrbExtractor, RejectsImagesThatAreEmptyOrNotGray) {
-  const OrbExtractor extractor;
+  OrbExtractor extractor;
   EXPECT_THROW(extractor.Extract(cv::Mat()), InvalidArgument);
   EXPECT_THROW(extractor.Extract(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(0))), InvalidArgument);
   EXPECT_THROW(extractor.Extract(cv::Mat(480, 640, CV_32FC1, cv::Scalar::all(0))), InvalidArgument);
@@ -84,7 +84,7 @@ std::pair<cv::Mat, cv::Mat> TakenTwice(const cv::Mat& scene, double sigma, std::
 }
 
 // How many of a's corners b has as well, within 1.5 px of their level.
-std::size_t NumRepeated(const OrbFeatures& a, const OrbFeatures& b) {
+std::size_t NumRepeated(const ExtractedPoints& a, const ExtractedPoints& b) {
   return static_cast<std::size_t>(
       std::count_if(a.keypoints.begin(), a.keypoints.end(), [&](const cv::KeyPoint& k) {
         return std::any_of(b.keypoints.begin(), b.keypoints.end(), [&](const cv::KeyPoint& other) {
@@ -97,8 +97,8 @@ std::size_t NumRepeated(const OrbFeatures& a, const OrbFeatures& b) {
 // chance in 3 of 100; the usual corners of the same scene at four times the contrast do in 59.
 TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
   const auto [first, second] = TakenTwice(TexturedImage(320, 240, 14.0, 5), 0.5, 6);
-  const OrbExtractor extractor({.pyramid = {.levels = 4}});
-  const OrbFeatures a = extractor.Extract(first), b = extractor.Extract(second);
+  OrbExtractor extractor({.pyramid = {.levels = 4}});
+  const ExtractedPoints a = extractor.Extract(first), b = extractor.Extract(second);
   const auto faint = std::count_if(a.keypoints.begin(), a.keypoints.end(), [](const auto& k) {
     return k.response < static_cast<float>(OrbExtractorOptions{}.min_fast_threshold);
   });
@@ -111,7 +111,7 @@ TEST(OrbExtractor, LooksForFaintCornersDownToTheNoiseOfEachLevel) {
   constexpr int kLevels = 5;
   constexpr double kSigma = 3.0;
   const auto [image, other] = TakenTwice(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), kSigma, 11);
-  const OrbExtractor extractor({.features = 100'000, .pyramid = {.levels = kLevels}});
+  OrbExtractor extractor({.features = 100'000, .pyramid = {.levels = kLevels}});
   std::array<double, kLevels> least;
   least.fill(1e9);
   for (const cv::KeyPoint& k : extractor.Extract(image).keypoints) {
@@ -142,7 +142,7 @@ TEST(OrbExtractor, LooksForNoFaintCornersWhereThereAreEnough) {
 }
 
 TEST(OrbExtractor, FindsNothingInBlankOrTinyImages) {
-  const OrbExtractor extractor;
+  OrbExtractor extractor;
   EXPECT_TRUE(extractor.Extract(cv::Mat(480, 640, CV_8U, cv::Scalar(0))).keypoints.empty());
   EXPECT_TRUE(extractor.Extract(cv::Mat(480, 640, CV_8U, cv::Scalar(200))).descriptors.empty());
   const cv::Mat image = TexturedImage(640, 480, 127.0, 1);
@@ -155,8 +155,8 @@ TEST(OrbExtractor, FindsNothingInBlankOrTinyImages) {
 
 TEST(OrbExtractor, FillsItsBudgetWithValidFeaturesOfAllLevels) {
   const OrbExtractorOptions options{.features = 700};
-  const OrbExtractor extractor(options);
-  const OrbFeatures features = extractor.Extract(TexturedImage(640, 480, 127.0, 2));
+  OrbExtractor extractor(options);
+  const ExtractedPoints features = extractor.Extract(TexturedImage(640, 480, 127.0, 2));
   ASSERT_EQ(features.keypoints.size(), 700U);
   EXPECT_EQ(features.descriptors.size(), cv::Size(32, 700));
   EXPECT_EQ(features.descriptors.type(), CV_8U);
@@ -177,7 +177,7 @@ TEST(OrbExtractor, SpreadsOverTheImageWhereOpenCvStaysInTheStrongestCorner) {
   TexturedImage(160, 120, 127.0, 4).copyTo(image(cv::Rect(0, 0, 160, 120)));
   std::vector<cv::KeyPoint> opencv;
   cv::ORB::create(1000, 1.2F, 8)->detect(image, opencv);
-  const OrbFeatures features = OrbExtractor().Extract(image);
+  const ExtractedPoints features = OrbExtractor().Extract(image);
   const std::size_t ours = OccupiedCells(features.keypoints, 40.0F);  // of 16 x 12
   EXPECT_GT(ours, 170U);
   EXPECT_GT(ours, OccupiedCells(opencv, 40.0F) + 50);
@@ -186,7 +186,7 @@ TEST(OrbExtractor, SpreadsOverTheImageWhereOpenCvStaysInTheStrongestCorner) {
 TEST(OrbExtractor, LowersTheThresholdOnlyInCellsWithoutCorners) {
   cv::Mat image = TexturedImage(640, 480, 20.0, 5);
   TexturedImage(320, 480, 127.0, 6).copyTo(image(cv::Rect(0, 0, 320, 480)));
-  const OrbFeatures features = OrbExtractor({.features = 4000}).Extract(image);
+  const ExtractedPoints features = OrbExtractor({.features = 4000}).Extract(image);
   int weak_left = 0, weak_right = 0;
   for (const cv::KeyPoint& k : features.keypoints) {
     if (k.octave != 0 || k.response >= 20.0F) continue;
@@ -200,7 +200,7 @@ TEST(OrbExtractor, LowersTheThresholdOnlyInCellsWithoutCorners) {
 
 TEST(OrbExtractor, DescribesCornersAsOpenCvDoes) {
   const cv::Mat image = TexturedImage(320, 240, 127.0, 7);
-  const OrbFeatures features =
+  const ExtractedPoints features =
       OrbExtractor({.features = 200, .pyramid = {.levels = 1}, .subpixel = false}).Extract(image);
   std::vector<cv::KeyPoint> keypoints = features.keypoints;
   cv::Mat descriptors;
@@ -211,12 +211,12 @@ TEST(OrbExtractor, DescribesCornersAsOpenCvDoes) {
 
 TEST(OrbExtractor, DoesNotDependOnTheNumberOfThreads) {
   const cv::Mat image = TexturedImage(640, 480, 60.0, 8);
-  const OrbExtractor extractor;
+  OrbExtractor extractor;
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const OrbFeatures one = extractor.Extract(image);
+  const ExtractedPoints one = extractor.Extract(image);
   cv::setNumThreads(2);
-  const OrbFeatures two = extractor.Extract(image);
+  const ExtractedPoints two = extractor.Extract(image);
   cv::setNumThreads(threads);
   ASSERT_EQ(one.keypoints.size(), two.keypoints.size());
   EXPECT_TRUE(Equal(one.descriptors, two.descriptors));
@@ -233,8 +233,8 @@ TEST(OrbExtractor, MapsCoarseLevelsToPixelCentresWithoutBias) {
   const cv::Mat image = TexturedImage(640, 480, 127.0, 9);
   cv::Mat mirrored;
   cv::flip(image, mirrored, -1);
-  const OrbExtractor extractor;
-  const OrbFeatures a = extractor.Extract(image), b = extractor.Extract(mirrored);
+  OrbExtractor extractor;
+  const ExtractedPoints a = extractor.Extract(image), b = extractor.Extract(mirrored);
   int coarse = 0, found = 0;
   for (const cv::KeyPoint& k : a.keypoints) {
     if (k.octave < 5) continue;
@@ -259,8 +259,8 @@ class OrbExtractorUnderRotation : public ::testing::Test {
     const cv::Matx23d A = cv::getRotationMatrix2D(cv::Point2f(319.5F, 239.5F), kDegrees, 1.0);
     cv::Mat rotated;
     cv::warpAffine(image, rotated, A, image.size(), cv::INTER_CUBIC);
-    const OrbExtractor extractor({.subpixel = subpixel});
-    const OrbFeatures a = extractor.Extract(image), b = extractor.Extract(rotated);
+    OrbExtractor extractor({.subpixel = subpixel});
+    const ExtractedPoints a = extractor.Extract(image), b = extractor.Extract(rotated);
     for (const FeatureMatch& match : MatchDescriptors(a.descriptors, b.descriptors)) {
       const cv::KeyPoint& from = a.keypoints[static_cast<std::size_t>(match.query)];
       const cv::KeyPoint& to = b.keypoints[static_cast<std::size_t>(match.train)];

@@ -113,6 +113,8 @@ TEST(MatchProjections, ComparesOrientationWhereItIsKnown) {
   EXPECT_EQ(Match({{{100, 100}, 0, 0, 15.0F}}, {projection}, {}, options).size(), 1u)
       << "25 degrees over the turn";
   EXPECT_TRUE(Match({{{100, 100}, 0, 0, 25.0F}}, {projection}, {}, options).empty());
+  EXPECT_EQ(Match({{{100, 100}, 0, 0, -1.0F}}, {projection}, {}, options).size(), 1u)
+      << "the feature has none";
   projection.angle.reset();
   EXPECT_EQ(Match({{{100, 100}, 0, 0, 180.0F}}, {projection}, {}, options).size(), 1u);
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <utility>
 
 #include <opencv2/imgproc.hpp>
 
@@ -12,7 +13,10 @@
 #include <highwall/internal/stopwatch.h>
 #include <highwall/internal/worker_team.h>
 
+#include "features/orb_extractor.h"
 #include "features/segment_depth.h"
+#include "features/sift_extractor.h"
+#include "features/sound_points.h"
 
 namespace highwall {
 namespace {
@@ -60,12 +64,27 @@ double Sharpness(const cv::Mat& gray) {
   return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.0;
 }
 
+std::shared_ptr<PointExtractor> MakeExtractor(const FrameBuilderOptions& options) {
+  if (options.point_detector == PointDetector::kSift) {
+    return std::make_shared<SiftExtractor>(options.sift);
+  }
+  return std::make_shared<OrbExtractor>(options.orb);
+}
+
+// The kind that an extractor of the user's says.
+const PointKind& Sound(const PointKind& kind) {
+  kind.Validate();
+  return kind;
+}
+
 }  // namespace
 
-FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options)
+FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
+                           std::shared_ptr<PointExtractor> points)
     : sensor_(sensor),
       options_(options),
-      orb_(options.orb),
+      points_(points ? std::move(points) : MakeExtractor(options)),
+      descriptor_bits_(Sound(point_kind()).descriptor, point_kind().columns),
       line_extractor_(options.lines),
       depth_grid_(sensor.camera) {
   sensor_.Validate();
@@ -118,9 +137,10 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
 
 void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
                                FrameFeatures& features) const {
-  OrbFeatures orb = orb_.Extract(gray);
-  features.points.reserve(orb.keypoints.size());
-  for (cv::KeyPoint& keypoint : orb.keypoints) {
+  ExtractedPoints extracted = points_->Extract(gray);
+  RequireSound(extracted, point_kind(), gray.size());
+  features.points.reserve(extracted.keypoints.size());
+  for (cv::KeyPoint& keypoint : extracted.keypoints) {
     PointFeature feature;
     const DepthReading reading =
         ReadDepth(depth, keypoint.pt, sensor_.min_depth, sensor_.max_depth);
@@ -132,14 +152,14 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
     feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
     feature.octave = keypoint.octave;
     feature.angle = keypoint.angle;
-    feature.faint = keypoint.response < static_cast<float>(options_.orb.min_fast_threshold);
+    feature.faint = keypoint.response < point_kind().faint_response;
     features.points.push_back(feature);
     // The grid holds undistorted positions: that is where projections fall.
     keypoint.pt =
         cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
   }
-  features.point_grid = FeatureGrid(orb.keypoints, gray.size());
-  features.point_descriptors = orb.descriptors;
+  features.point_grid = FeatureGrid(extracted.keypoints, gray.size());
+  features.point_descriptors = descriptor_bits_.Of(extracted.descriptors);
 }
 
 void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) {

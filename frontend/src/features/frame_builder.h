@@ -6,12 +6,13 @@
 
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/options.h>
+#include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 
 #include "features/depth_grid.h"
+#include "features/descriptor_bits.h"
 #include "features/line_extractor.h"
-#include "features/orb_extractor.h"
 
 namespace highwall {
 
@@ -26,10 +27,13 @@ struct FrameBuilderTimes {
 // Turns an image and its depth into features: extraction, undistortion, depth association.
 class FrameBuilder {
  public:
-  FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options);
+  // points: what finds them; null: what the options say. Throws InvalidArgument on bad options.
+  FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
+               std::shared_ptr<PointExtractor> points = nullptr);
   ~FrameBuilder();
 
-  // Throws InvalidArgument where the images do not fit the sensor; so does Build().
+  // Throws InvalidArgument where the images do not fit the sensor; so does Build(), and where the
+  // points are not as PointExtractor says.
   void Check(const RgbdImage& image) const;
 
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
@@ -37,6 +41,7 @@ class FrameBuilder {
 
   const PinholeCamera& camera() const { return sensor_.camera; }
   const DepthGrid& depth_grid() const { return depth_grid_; }
+  const PointKind& point_kind() const { return points_->kind(); }
 
  private:
   void BuildPoints(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
@@ -44,7 +49,8 @@ class FrameBuilder {
 
   RgbdSensor sensor_;
   FrameBuilderOptions options_;
-  OrbExtractor orb_;
+  std::shared_ptr<PointExtractor> points_;
+  DescriptorBits descriptor_bits_;
   LineExtractor line_extractor_;
   DepthGrid depth_grid_;
   // Not a thread per image: OpenCV keeps what it has laid down for a thread when the thread is

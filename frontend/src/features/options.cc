@@ -13,6 +13,10 @@ void OrbExtractorOptions::Validate() const {
   RequireInRange(*this, "OrbExtractorOptions");
 }
 
+void SiftExtractorOptions::Validate() const {
+  RequireInRange(*this, "SiftExtractorOptions");
+}
+
 void LineExtractorOptions::Validate() const {
   RequireInRange(*this, "LineExtractorOptions");
 }
@@ -29,6 +33,10 @@ void FrameBuilderOptions::Validate() const {
 
 void LineMatcherOptions::Validate() const {
   RequireInRange(*this, "LineMatcherOptions");
+}
+
+const char* ToString(PointDetector detector) {
+  return detector == PointDetector::kOrb ? "orb" : "sift";
 }
 
 const char* ToString(LineDetector detector) {

@@ -133,6 +133,7 @@ int NumCorners(const std::vector<std::vector<cv::KeyPoint>>& levels) {
 
 struct OrbExtractor::Impl {
   OrbExtractorOptions options;
+  PointKind kind;
   std::vector<double> scales;
   std::vector<double> noise_shares;  // of the sigma of an image's white noise, left on each level
   // One level, no border of its own: computes descriptors of given corners on a level's image.
@@ -141,6 +142,8 @@ struct OrbExtractor::Impl {
 
   explicit Impl(const OrbExtractorOptions& o) : options(o) {
     options.Validate();
+    kind.pyramid = options.pyramid;
+    kind.faint_response = static_cast<float>(options.min_fast_threshold);
     for (int i = 0; i < options.pyramid.levels; ++i)
       scales.push_back(std::pow(options.pyramid.scale_factor, i));
     noise_shares = NoiseShares();
@@ -197,9 +200,9 @@ struct OrbExtractor::Impl {
   }
 
   // Angle, descriptor and image coordinates of the corners of one level.
-  OrbFeatures Describe(const cv::Mat& image, const cv::Size& full_size, std::size_t level,
-                       std::vector<cv::KeyPoint> corners) const {
-    OrbFeatures features;
+  ExtractedPoints Describe(const cv::Mat& image, const cv::Size& full_size, std::size_t level,
+                           std::vector<cv::KeyPoint> corners) const {
+    ExtractedPoints features;
     if (corners.empty()) return features;
     for (cv::KeyPoint& corner : corners) {
       corner.octave = 0;
@@ -230,8 +233,8 @@ OrbExtractor::~OrbExtractor() = default;
 OrbExtractor::OrbExtractor(OrbExtractor&&) noexcept = default;
 OrbExtractor& OrbExtractor::operator=(OrbExtractor&&) noexcept = default;
 
-const OrbExtractorOptions& OrbExtractor::options() const {
-  return impl_->options;
+const PointKind& OrbExtractor::kind() const {
+  return impl_->kind;
 }
 
 double OrbExtractor::Scale(int level) const {
@@ -240,7 +243,7 @@ double OrbExtractor::Scale(int level) const {
   return impl_->scales[static_cast<std::size_t>(level)];
 }
 
-OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
+ExtractedPoints OrbExtractor::Extract(const cv::Mat& gray) {
   HIGHWALL_REQUIRE(!gray.empty() && gray.type() == CV_8UC1,
                    "OrbExtractor::Extract: the image must be CV_8UC1 and not empty");
   const std::vector<cv::Mat> pyramid = impl_->BuildPyramid(gray);
@@ -258,14 +261,14 @@ OrbFeatures OrbExtractor::Extract(const cv::Mat& gray) const {
     });
   }
   const std::vector<int> budgets = impl_->Budgets(corners);
-  std::vector<OrbFeatures> features(pyramid.size());
+  std::vector<ExtractedPoints> features(pyramid.size());
   each_level([&](std::size_t i) {
     corners[i] = internal::SelectEvenly(corners[i], budgets[i], SearchArea(pyramid[i]));
     features[i] = impl_->Describe(pyramid[i], gray.size(), i, std::move(corners[i]));
   });
 
-  OrbFeatures joined;
-  for (const OrbFeatures& level : features) {
+  ExtractedPoints joined;
+  for (const ExtractedPoints& level : features) {
     if (level.keypoints.empty()) continue;
     joined.keypoints.insert(joined.keypoints.end(), level.keypoints.begin(), level.keypoints.end());
     joined.descriptors.push_back(level.descriptors);

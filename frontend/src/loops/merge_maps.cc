@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include <highwall/core/error.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "local/bundle_adjustment.h"
@@ -19,6 +20,17 @@ LoopCloserOptions WithoutAdjustment(LoopCloserOptions options) {
   options.enabled = true;
   options.background = options.adjust = false;
   return options;
+}
+
+void RequireOneKind(const std::vector<Map>& maps) {
+  const Map* first = nullptr;
+  for (const Map& map : maps) {
+    if (map.num_keyframes() == 0) continue;
+    if (first == nullptr) first = &map;
+    HIGHWALL_REQUIRE(map.point_kind().name == first->point_kind().name,
+                     "MergeMaps: the points of one map are by " + first->point_kind().name +
+                         ", those of another by " + map.point_kind().name);
+  }
 }
 
 // Puts the maps beside each other; of the first even the ids remain, but for gaps.
@@ -85,15 +97,16 @@ class MapMerger {
 
 void MergeMapsOptions::Validate() const {
   measurement.Validate();
-  pyramid.Validate();
   loops.Validate();
 }
 
 MergedMaps MergeMaps(const RgbdSensor& sensor, std::vector<Map> maps,
                      const MergeMapsOptions& options, const MergeProgress& progress) {
   options.Validate();
-  const MeasurementModel model(sensor, options.measurement, Pose(), options.pyramid);
+  RequireOneKind(maps);
   MergedMaps merged = Collect(std::move(maps));
+  const MeasurementModel model(sensor, options.measurement, Pose(),
+                               merged.map.point_kind().pyramid);
   std::vector<KeyFrameId> later;
   const auto first =
       std::ranges::find_if(merged.keyframes, [](const auto& m) { return !m.empty(); });

@@ -119,6 +119,7 @@ Map Map::Clone() const {
   clone.lines_ = lines_;
   clone.removed_ = removed_;
   clone.submaps_ = submaps_;
+  clone.point_kind_ = point_kind_;
   clone.factors_ = factors_;
   return clone;
 }

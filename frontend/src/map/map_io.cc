@@ -30,9 +30,10 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "map files are little-endian");
 
 constexpr std::array<char, 8> kMagic = {'H', 'W', 'M', 'A', 'P', '\r', '\n', '\x1a'};
-constexpr std::uint32_t kVersion = 3;
-// Older ones are read as well: what they lack is not known.
-constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3;
+constexpr std::uint32_t kVersion = 4;
+// Older ones are read as well: what they lack is not known, and their points are ORB's.
+constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3,
+                        kFirstWithKind = 4;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
@@ -80,6 +81,11 @@ class Reader {
     Require(size <= static_cast<std::size_t>(end_ - data_), "a part of it is missing");
     std::memcpy(data, data_, size);
     data_ += size;
+  }
+  std::string String() {
+    std::string text(Count(1), '\0');
+    Bytes(text.data(), text.size());
+    return text;
   }
   // Of things that take at least `bytes` each.
   std::uint32_t Count(std::size_t bytes) {
@@ -252,6 +258,32 @@ void Fields(Archive& archive,
   CommonFields(archive, line);
 }
 
+template <class Archive, class Kind>
+void KindFields(Archive& archive, Kind& kind) {
+  archive(kind.columns);
+  archive(kind.pyramid.levels);
+  archive(kind.pyramid.scale_factor);
+  archive(kind.faint_response);
+}
+
+void WriteKind(Writer& writer, const PointKind& kind) {
+  writer(static_cast<std::uint32_t>(kind.name.size()));
+  writer.Bytes(kind.name.data(), kind.name.size());
+  writer(kind.descriptor == DescriptorType::kFloat);
+  KindFields(writer, kind);
+}
+
+PointKind ReadKind(Reader& reader) {
+  PointKind kind;
+  kind.name = reader.String();
+  bool is_float = false;
+  reader(is_float);
+  kind.descriptor = is_float ? DescriptorType::kFloat : DescriptorType::kBinary;
+  KindFields(reader, kind);
+  kind.Validate();
+  return kind;
+}
+
 void WriteDescriptors(Writer& writer, const cv::Mat& descriptors) {
   writer(static_cast<std::uint32_t>(descriptors.rows));
   for (int i = 0; i < descriptors.rows; ++i) writer.Bytes(descriptors.ptr(i), 32);
@@ -410,9 +442,15 @@ std::uint32_t ReadSubmaps(Reader& reader, Map& map) {
   return count;
 }
 
+// The least that holds all of the map: so that older programs read what they can.
+std::uint32_t VersionFor(const Map& map) {
+  return map.point_kind().name == PointKind().name ? kFirstWithKind - 1 : kVersion;
+}
+
 std::string Encode(const PinholeCamera& camera, const Map& map) {
   Writer writer;
   Fields(writer, camera);
+  if (VersionFor(map) >= kFirstWithKind) WriteKind(writer, map.point_kind());
   const std::map<SubmapId, std::int32_t> submaps = WriteSubmaps(writer, map);
   std::unordered_map<KeyFrameId, std::int32_t> ranks;
   writer(static_cast<std::uint32_t>(map.num_keyframes()));
@@ -438,6 +476,7 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
   Fields(reader, saved.camera);
   Check(reader, saved.camera);
   Map& map = saved.map;
+  if (version >= kFirstWithKind) map.SetPointKind(ReadKind(reader));
   const cv::Size grid_size = DepthGrid::SizeFor(saved.camera);
   const bool has_submaps = version >= kFirstWithSubmaps;
   const std::uint32_t submaps = has_submaps ? ReadSubmaps(reader, map) : 1;
@@ -489,7 +528,7 @@ void SaveMap(const std::filesystem::path& path, const PinholeCamera& camera, con
   const std::string content = Encode(camera, map);
   Writer header;
   header.Bytes(kMagic.data(), kMagic.size());
-  header(kVersion);
+  header(VersionFor(map));
   header(Crc32(std::as_bytes(std::span(content))));
   header(static_cast<std::uint64_t>(content.size()));
   AtomicFile file(path);
@@ -514,7 +553,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   header(size);
   if (version < kFirstVersion || version > kVersion) {
     throw IoError(path, "is a map of version " + std::to_string(version) + ", not " +
-                            std::to_string(kVersion) + ": make it again");
+                            std::to_string(kVersion) + " or older: make it again");
   }
   const char* const content = bytes.data() + kHeaderSize;
   if (bytes.size() - kHeaderSize < size) throw IoError(path, "is cut short");
@@ -524,7 +563,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   Reader reader(path, content, size);
   try {
     return Decode(reader, version);
-  } catch (const InvalidArgument& e) {  // the camera
+  } catch (const InvalidArgument& e) {  // the camera, the kind of its points
     throw IoError(path, std::string("is damaged: ") + e.what());
   }
 }

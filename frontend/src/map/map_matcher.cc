@@ -34,7 +34,7 @@ PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_
                    std::pow(model_.pyramid().scale_factor, seen.octave),
          .min_octave = std::max(0, seen.octave - 1),
          .max_octave = std::min(model_.pyramid().levels - 1, seen.octave + 1),
-         .angle = seen.angle,
+         .angle = seen.angle >= 0.0F ? std::optional(seen.angle) : std::nullopt,
          .descriptor = DescriptorRow(last.point_descriptors, static_cast<int>(i))});
   }
   PointMatches matches;

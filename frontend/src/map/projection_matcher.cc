@@ -34,7 +34,7 @@ Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projecti
     const auto index = static_cast<std::size_t>(i);
     if (taken[index]) continue;
     const PointFeature& feature = features.points[index];
-    if (projection.angle &&
+    if (projection.angle && feature.angle >= 0.0F &&
         AngleDifference(static_cast<double>(*projection.angle),
                         static_cast<double>(feature.angle)) > options.max_angle_diff) {
       continue;

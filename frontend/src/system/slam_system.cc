@@ -10,8 +10,9 @@ SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
     : SlamSystem(sensor, options, std::nullopt) {}
 
 SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
-                       const std::optional<ImuCalibration>& imu, Map map)
-    : impl_(std::make_unique<Impl>(sensor, options, imu, std::move(map))) {}
+                       const std::optional<ImuCalibration>& imu, Map map,
+                       std::shared_ptr<PointExtractor> points)
+    : impl_(std::make_unique<Impl>(sensor, options, imu, std::move(map), std::move(points))) {}
 
 SlamSystem::~SlamSystem() = default;
 SlamSystem::SlamSystem(SlamSystem&&) noexcept = default;

@@ -37,10 +37,11 @@ double DepthDelay(const RgbdImage& image) {
 }  // namespace
 
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
-                       const std::optional<ImuCalibration>& imu, Map map)
+                       const std::optional<ImuCalibration>& imu, Map map,
+                       std::shared_ptr<PointExtractor> points)
     : options_((options.Validate(), options)),
-      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), options.frame.orb.pyramid),
-      builder_(sensor, options.frame),
+      builder_(sensor, options.frame, std::move(points)),
+      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), builder_.point_kind().pyramid),
       tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
       mapper_(model_, options.mapper),
@@ -50,6 +51,11 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
   const auto ids = map_.keyframe_ids();
+  const PointKind& kind = builder_.point_kind();
+  HIGHWALL_REQUIRE(ids.empty() || map_.point_kind().name == kind.name,
+                   "SlamSystem: the points of the map are by " + map_.point_kind().name +
+                       ", those of its images would be by " + kind.name);
+  map_.SetPointKind(kind);
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -26,7 +27,7 @@ namespace highwall {
 class SlamSystem::Impl {
  public:
   Impl(const RgbdSensor& sensor, const SlamOptions& options,
-       const std::optional<ImuCalibration>& imu, Map map);
+       const std::optional<ImuCalibration>& imu, Map map, std::shared_ptr<PointExtractor> points);
 
   void SetCallbacks(SlamCallbacks callbacks) { callbacks_ = std::move(callbacks); }
   ImuSampleStatus AddImu(const ImuSample& sample);
@@ -96,8 +97,8 @@ class SlamSystem::Impl {
   void Notify(const std::vector<LoopReport>& loops) const;
 
   SlamOptions options_;
-  MeasurementModel model_;
   FrameBuilder builder_;
+  MeasurementModel model_;
   Tracker tracker_;
   KeyFramePolicy policy_;
   LocalMapper mapper_;

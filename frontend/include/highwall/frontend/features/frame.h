@@ -78,14 +78,14 @@ struct NoiseFactors {
   float depth = 1.0F;  // > 0
 };
 
-// One point observation: an ORB corner with its depth where the sensor gave one.
+// One point observation, with its depth where the sensor gave one.
 struct PointFeature {
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
   double depth = 0.0;                            // [m] along z; 0 = none
   double depth_sigma = 0.0;                      // [m] standard deviation of depth, > 0 with it
   int octave = 0;                                // pyramid level
-  float angle = 0.0f;                            // [deg] intensity-centroid orientation
-  bool faint = false;  // weaker than OrbExtractorOptions::min_fast_threshold: may be mere noise
+  float angle = 0.0f;  // [deg] orientation, [0, 360]; negative: it has none
+  bool faint = false;  // weaker than PointKind::faint_response: may be mere noise
   NoiseFactors noise;  // as it was known when the image was tracked
 };
 

@@ -27,6 +27,24 @@ struct OrbExtractorOptions {
   void Validate() const;
 };
 
+// What finds the points of an image.
+enum class PointDetector {
+  kOrb,   // corners
+  kSift,  // blobs: fewer, told apart better, and far slower to find
+};
+
+// "orb" or "sift".
+const char* ToString(PointDetector detector);
+
+// How blobs are found.
+struct SiftExtractorOptions {
+  int features = 1000;               // most keypoints of an image, > 0
+  double contrast_threshold = 0.04;  // as cv::SIFT has it, > 0: less finds fainter ones
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
 // What finds the segments of an image.
 enum class LineDetector {
   kLsd,      // von Gioi, Jakubowicz, Morel, Randall 2010; the paper's choice
@@ -63,7 +81,9 @@ struct SegmentDepthOptions {
 
 // What features a frame has.
 struct FrameBuilderOptions {
+  PointDetector point_detector = PointDetector::kOrb;
   OrbExtractorOptions orb{};
+  SiftExtractorOptions sift{};
   LineExtractorOptions lines{};
   SegmentDepthOptions segment_depth{};
   bool use_points = true;

@@ -17,6 +17,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/map/own_factors.h>
 
@@ -24,9 +25,8 @@ namespace [[gnu::visibility("default")]] highwall {
 
 class ImuPreintegration;  // highwall/factors/imu_preintegration.h
 class KeyFrameIndex;
-struct PyramidOptions;  // highwall/frontend/features/options.h
 
-// 256-bit binary descriptor (ORB of a point, LBD of a line).
+// 256-bit binary descriptor (of a point, whatever its extractor has, as bits; LBD of a line).
 using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
 
 // Feature `index` of keyframe `keyframe` observes the landmark.
@@ -35,7 +35,7 @@ struct Observation {
   int index = 0;
 };
 
-// A corner in space.
+// A point in space.
 struct MapPoint {
   PointId id = kNoId;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // [m]
@@ -180,6 +180,10 @@ class Map {
   const std::optional<Eigen::Vector3d>& gravity_W(SubmapId submap = kFirstSubmap) const;
   void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = kFirstSubmap);
 
+  // What its points are: only those of one kind are alike. ORB unless told.
+  const PointKind& point_kind() const { return point_kind_; }
+  void SetPointKind(PointKind kind) { point_kind_ = std::move(kind); }
+
   // Factors of the user's, which follow keyframes and worlds; not kept in files.
   const OwnFactors& factors() const { return factors_; }
   OwnFactors& factors() { return factors_; }
@@ -221,6 +225,7 @@ class Map {
   IdTable<MapLine> lines_;
   std::unordered_map<KeyFrameId, Removed> removed_;
   std::vector<Submap> submaps_ = std::vector<Submap>(1);
+  PointKind point_kind_;
   OwnFactors factors_;
   std::unique_ptr<KeyFrameIndex> index_;
 };

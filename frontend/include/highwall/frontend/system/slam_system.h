@@ -13,6 +13,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/options.h>
+#include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/inertial/inertial_report.h>
 #include <highwall/frontend/inertial/options.h>
 #include <highwall/frontend/input/dataset.h>
@@ -151,8 +152,11 @@ class SlamSystem {
   // imu: with one every reading until some 50 ms after an image goes to AddImu() before that image.
   // map: of the same camera, to go on in (LoadMap): lost until a frame is recognized. Throws
   // InvalidArgument also where localize_only comes with an IMU or without a map.
+  // points: a PointExtractor of your own (docs/own_features.md), in the place of what
+  // FrameBuilderOptions::point_detector says; a map that is given is of the same PointKind::name.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
-             const std::optional<ImuCalibration>& imu, Map map = {});
+             const std::optional<ImuCalibration>& imu, Map map = {},
+             std::shared_ptr<PointExtractor> points = nullptr);
   // Work on other threads that has not ended is given up.
   ~SlamSystem();
   SlamSystem(SlamSystem&&) noexcept;
@@ -176,7 +180,8 @@ class SlamSystem {
   std::optional<Pose> T_FW(ReferenceFrameId frame) const;
   FactorCounts factor_counts() const;
 
-  // Throws InvalidArgument where stamps do not ascend, images do not fit, or depth is not in metres.
+  // Throws InvalidArgument where stamps do not ascend, images do not fit, or depth is not in
+  // metres.
   FrameResult Track(const RgbdImage& image);
 
   // What moves in the image of a live keyframe (FrameResult::moving), by what was seen in the

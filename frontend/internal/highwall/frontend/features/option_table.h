@@ -9,6 +9,8 @@
 namespace [[gnu::visibility("default")]] highwall {
 
 template <>
+inline constexpr std::array kChoices<PointDetector> = {PointDetector::kOrb, PointDetector::kSift};
+template <>
 inline constexpr std::array kChoices<LineDetector> = {LineDetector::kLsd, LineDetector::kEdLines};
 template <>
 inline constexpr std::array kChoices<MadRule> = {MadRule::kMedian, MadRule::kPaper};
@@ -25,6 +27,11 @@ void ForEachOption(OptionsOf<OrbExtractorOptions> auto& options, const auto& vis
   visit("min_fast_threshold", options.min_fast_threshold,
         Within(1, options.fast_threshold).In("grey levels"));
   visit("subpixel", options.subpixel);
+}
+
+void ForEachOption(OptionsOf<SiftExtractorOptions> auto& options, const auto& visit) {
+  visit("features", options.features, AtLeast(1));
+  visit("contrast_threshold", options.contrast_threshold, Positive());
 }
 
 void ForEachOption(OptionsOf<LineExtractorOptions> auto& options, const auto& visit) {
@@ -45,7 +52,9 @@ void ForEachOption(OptionsOf<SegmentDepthOptions> auto& options, const auto& vis
 }
 
 void ForEachOption(OptionsOf<FrameBuilderOptions> auto& options, const auto& visit) {
+  visit("point_detector", options.point_detector);
   visit("orb", options.orb);
+  visit("sift", options.sift);
   visit("lines", options.lines);
   visit("segment_depth", options.segment_depth);
   visit("use_points", options.use_points);

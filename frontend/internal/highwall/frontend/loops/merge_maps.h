@@ -4,7 +4,6 @@
 #include <functional>
 #include <vector>
 
-#include <highwall/frontend/features/options.h>
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
@@ -15,7 +14,6 @@ namespace [[gnu::visibility("default")]] highwall {
 
 struct MergeMapsOptions {
   MeasurementOptions measurement{};
-  PyramidOptions pyramid{};   // of the corners in the maps
   LoopCloserOptions loops{};  // on the caller's thread; `enabled` and `background` do not count
 
   // Throws InvalidArgument naming the field.
@@ -40,7 +38,8 @@ using MergeProgress = std::function<void(std::size_t done, std::size_t total)>;
 // where options.loops.correction.threads and bundle.threads are 1.
 //
 // sensor: of all of them; only the camera and the noise of its depth count. Maps without keyframes
-// are passed over. Throws InvalidArgument on bad options.
+// are passed over. Throws InvalidArgument on bad options, and where points of two maps differ in
+// kind (PointKind::name).
 MergedMaps MergeMaps(const RgbdSensor& sensor, std::vector<Map> maps,
                      const MergeMapsOptions& options = {}, const MergeProgress& progress = {});
 

@@ -1,0 +1,158 @@
+// SlamSystem with points that are not ORB's: SIFT (floats, 15 levels) round a room and on, and an
+// extractor of the user's (512 bits, one level, no orientation). Takes some twenty seconds.
+#include <memory>
+#include <utility>
+
+#include <gtest/gtest.h>
+#include <opencv2/features2d.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+#include <highwall/frontend/system/slam_system.h>
+#include <simulate/scenes/room.h>
+
+#include "features/orb_extractor.h"
+#include "support/message_of.h"
+#include "support/rendered_walk.h"
+#include "support/temporary_directory.h"
+
+namespace highwall {
+namespace {
+
+using testing::RenderedWalk;
+
+// cv::BRISK's descriptors of 64 bytes on corners of the whole image alone.
+class BriskPoints final : public PointExtractor {
+ public:
+  const PointKind& kind() const override { return kind_; }
+
+  ExtractedPoints Extract(const cv::Mat& gray) override {
+    ExtractedPoints points;
+    corners_->detect(gray, points.keypoints);
+    cv::KeyPointsFilter::retainBest(points.keypoints, 800);
+    brisk_->compute(gray, points.keypoints, points.descriptors);
+    for (cv::KeyPoint& keypoint : points.keypoints) keypoint.angle = -1.0F;
+    return points;
+  }
+
+ private:
+  PointKind kind_{.name = "brisk", .columns = 64, .pyramid = {.levels = 1, .scale_factor = 2.0}};
+  cv::Ptr<cv::FastFeatureDetector> corners_ = cv::FastFeatureDetector::create(15);
+  cv::Ptr<cv::BRISK> brisk_ = cv::BRISK::create(15, 0);
+};
+
+class SlamOwnFeaturesTest : public ::testing::Test {
+ protected:
+  static constexpr double kLap = 10.0, kSeconds = 15.0, kFps = 10.0;
+
+  static void SetUpTestSuite() {
+    simulate::SimulationOptions options;
+    options.seed = 5;
+    options.duration = kSeconds;
+    options.fps = kFps;
+    options.camera = Sensor().camera;
+    options.sensor.noise = simulate::SensorNoise::kKinect;
+    options.sensor.noise_ratio = 1.0;  // the bounds below are of the noise that is told
+    const simulate::Simulation room(simulate::MakeRoom(options.seed),
+                                    simulate::MakeRoomTrajectory(kLap, options.seed), options);
+    walk_ = std::make_unique<RenderedWalk>(testing::Render(room));
+  }
+  static void TearDownTestSuite() { walk_.reset(); }
+
+  static RgbdSensor Sensor() {
+    return {.camera = {
+                .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5}};
+  }
+  // Of points alone: no line is to help.
+  static SlamOptions Options(PointDetector detector) {
+    SlamOptions options = Deterministic({});
+    options.frame.use_lines = false;
+    options.frame.point_detector = detector;
+    return options;
+  }
+  // Frames [begin, end); returns how many are lost.
+  static int Walk(SlamSystem& slam, std::size_t begin, std::size_t end) {
+    int lost = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (slam.Track(walk_->images[i]).state != TrackingState::kTracking) ++lost;
+    }
+    return lost;
+  }
+  static double Rmse(const SlamSystem& slam) {
+    return AbsolutePoseError(walk_->truth, slam.trajectory()).statistics.rmse;
+  }
+
+  static std::unique_ptr<const RenderedWalk> walk_;
+};
+
+std::unique_ptr<const RenderedWalk> SlamOwnFeaturesTest::walk_;
+
+TEST_F(SlamOwnFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
+  SlamSystem slam(Sensor(), Options(PointDetector::kSift));
+  int closed = 0;
+  slam.SetCallbacks({.on_loop = [&](const LoopReport& report) {
+    if (report.accepted && !report.bundle) ++closed;
+  }});
+  EXPECT_EQ(Walk(slam, 0, walk_->images.size()), 0);
+  slam.Finish();
+  EXPECT_GE(closed, 1);
+  // As with ORB, points and lines (slam_loop_test.cc).
+  EXPECT_LT(Rmse(slam), 0.006);
+  EXPECT_EQ(slam.map().point_kind().name, "sift");
+
+  const testing::TemporaryDirectory folder;
+  SaveMap(folder.path() / "sift.hwmap", Sensor().camera, slam.map());
+  Map loaded = LoadMap(folder.path() / "sift.hwmap").map;
+  EXPECT_EQ(loaded.point_kind().name, "sift");
+  const std::string message = testing::MessageOf<InvalidArgument>(
+      [&] { SlamSystem(Sensor(), Options(PointDetector::kOrb), std::nullopt, loaded.Clone()); });
+  EXPECT_EQ(message,
+            "SlamSystem: the points of the map are by sift, those of its images would be by orb");
+  SlamOptions localize = Options(PointDetector::kSift);
+  localize.localize_only = true;
+  localize.loops.enabled = false;
+  SlamSystem again(Sensor(), localize, std::nullopt, std::move(loaded));
+  EXPECT_LE(Walk(again, 40, 60), 1);
+  // In the frame of the map, which is not that of the truth: both runs are compared.
+  const Trajectory first = slam.trajectory(), second = again.trajectory();
+  EXPECT_LT(AbsolutePoseError(first, second).statistics.rmse, 0.005);
+}
+
+TEST_F(SlamOwnFeaturesTest, OrbThatIsGivenGivesTheSameBitForBit) {
+  constexpr std::size_t kFrames = 30;
+  SlamSystem built_in(Sensor(), Options(PointDetector::kOrb));
+  SlamSystem given(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
+                   std::make_shared<OrbExtractor>());
+  EXPECT_EQ(Walk(built_in, 0, kFrames), 0);
+  EXPECT_EQ(Walk(given, 0, kFrames), 0);
+  const Trajectory a = built_in.trajectory(), b = given.trajectory();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].pose.Matrix(), b[i].pose.Matrix());
+}
+
+TEST_F(SlamOwnFeaturesTest, AnExtractorOfTheUsersIsTracked) {
+  constexpr std::size_t kFrames = 60;
+  SlamSystem slam(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
+                  std::make_shared<BriskPoints>());
+  EXPECT_EQ(Walk(slam, 0, kFrames), 0);
+  EXPECT_EQ(slam.map().point_kind().name, "brisk");
+  EXPECT_EQ(slam.trajectory().size(), kFrames);
+  EXPECT_LT(Rmse(slam), 0.02);
+}
+
+TEST_F(SlamOwnFeaturesTest, WhatAnExtractorThrowsComesOutOfTrack) {
+  class Broken final : public PointExtractor {
+   public:
+    const PointKind& kind() const override { return kind_; }
+    ExtractedPoints Extract(const cv::Mat&) override { throw std::runtime_error("no battery"); }
+
+   private:
+    PointKind kind_{.name = "broken"};
+  };
+  SlamSystem slam(Sensor(), {}, std::nullopt, {}, std::make_shared<Broken>());
+  EXPECT_EQ(testing::MessageOf<std::runtime_error>([&] { slam.Track(walk_->images[0]); }),
+            "no battery");
+}
+
+}  // namespace
+}  // namespace highwall
