@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <stop_token>
+#include <unordered_map>
 #include <utility>
 
 #include <highwall/core/pose_graph.h>
@@ -14,18 +15,44 @@
 
 #include "loops/frame_alignment.h"
 #include "loops/keyframe_graph.h"
-#include "loops/map_correction.h"
 
 namespace highwall {
+namespace {
+
+// Factors of the world of a submap.
+std::size_t CountIn(const Map& map, SubmapId submap) {
+  const SubmapId root = map.Root(submap);
+  return static_cast<std::size_t>(std::ranges::count_if(
+      map.factors().all(),
+      [&](const MapFactor& factor) { return map.RootOf(factor.poses.front().keyframe) == root; }));
+}
+
+// Gives keyframes that have no move that of the newest before them in their submap: they were
+// tracked where that had been moved to.
+void Inherit(const Map& map, KeyFrameMoves* moves) {
+  std::unordered_map<SubmapId, KeyFrameId> newest;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const KeyFrame& keyframe = *map.keyframe(id);
+    const auto [before, first] = newest.try_emplace(keyframe.submap, id);
+    const auto [move, is_new] = moves->try_emplace(id);
+    if (is_new && !first) {
+      const Pose T = keyframe.T_WC.Inverse() * map.keyframe(before->second)->T_WC;
+      move->second = T * moves->at(before->second) * T.Inverse();
+    }
+    before->second = id;
+  }
+}
+
+}  // namespace
 
 // One adjustment, on a copy of the map, and what has come out.
 class FactorAdjuster::Job {
  public:
-  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, Moves moves,
+  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, KeyFrameMoves moves,
       const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
       : map_(std::move(map)),
-        all_(map_.factors().all().size()),
         submap_(submap),
+        all_(CountIn(map_, submap)),
         loops_(loops.begin(), loops.end()),
         moves_(std::move(moves)),
         options_(options),
@@ -38,12 +65,17 @@ class FactorAdjuster::Job {
     }
   }
 
+  // Ends as soon as the iteration that runs is over; so does the destructor.
+  void Cancel() {
+    if (worker_) worker_->RequestStop();
+  }
   bool IsDone() const { return !worker_ || worker_->IsIdle(); }
-  // Factors of the map.
+  SubmapId submap() const { return submap_; }
+  // Factors of that world.
   std::size_t all() const { return all_; }
 
   // Throws what ended the work. moves: of the keyframes, so far.
-  FactorAdjustmentReport Write(Map* map, Moves* moves) {
+  FactorAdjustmentReport Write(Map* map, KeyFrameMoves* moves) {
     if (worker_) worker_->Wait();
     if (!report_.accepted) return report_;
     Apply(correction_, map);
@@ -119,10 +151,10 @@ class FactorAdjuster::Job {
   }
 
   Map map_;
-  const std::size_t all_;
   const SubmapId submap_;
+  const std::size_t all_;
   const std::vector<LoopEdge> loops_;
-  Moves moves_;
+  KeyFrameMoves moves_;
   const OwnFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   FactorAdjustmentReport report_;
@@ -136,7 +168,7 @@ FactorAdjuster::FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGr
 FactorAdjuster::~FactorAdjuster() = default;
 
 bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
-  const double share = options_.share * static_cast<double>(adjusted_);
+  const double share = options_.share * static_cast<double>(adjusted_[map.Root(submap)]);
   return Start(map, submap, loops,
                static_cast<std::size_t>(std::max<double>(options_.every, std::ceil(share))));
 }
@@ -147,26 +179,15 @@ bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const 
 
 bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops,
                            std::size_t enough) {
-  const std::size_t factors = map.factors().all().size();
-  adjusted_ = std::min(adjusted_, factors);  // some may have gone with their submap
-  if (job_ || factors < adjusted_ + enough) return false;
-  Inherit(map);
+  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
+  if (job_) return false;
+  const std::size_t factors = CountIn(map, submap);
+  std::size_t& adjusted = adjusted_[map.Root(submap)];
+  adjusted = std::min(adjusted, factors);  // some may have gone
+  if (factors < adjusted + enough) return false;
+  Inherit(map, &moves_);
   job_ = std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_);
   return true;
-}
-
-void FactorAdjuster::Inherit(const Map& map) {
-  std::unordered_map<SubmapId, KeyFrameId> newest;  // that was moved, of each submap
-  for (const KeyFrameId id : map.keyframe_ids()) {
-    const KeyFrame& keyframe = *map.keyframe(id);
-    const auto [before, first] = newest.try_emplace(keyframe.submap, id);
-    const auto [move, is_new] = moves_.try_emplace(id);
-    if (is_new && !first) {
-      const Pose T = keyframe.T_WC.Inverse() * map.keyframe(before->second)->T_WC;
-      move->second = T * moves_.at(before->second) * T.Inverse();
-    }
-    before->second = id;
-  }
 }
 
 bool FactorAdjuster::HasResult() const {
@@ -176,12 +197,24 @@ bool FactorAdjuster::HasResult() const {
 std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
   if (!job_) return std::nullopt;
   const std::unique_ptr<Job> job = std::move(job_);
-  adjusted_ = job->all();
+  adjusted_[map->Root(job->submap())] = job->all();
   return job->Write(map, &moves_);
 }
 
 void FactorAdjuster::Cancel() {
-  job_.reset();
+  if (!job_) return;
+  job_->Cancel();
+  ending_.push_back(std::move(job_));
+}
+
+void FactorAdjuster::Remember(const Map& map, KeyFrameMoves by_loop) {
+  if (by_loop.empty()) return;
+  Inherit(map, &moves_);
+  Inherit(map, &by_loop);
+  for (const auto& [id, move] : by_loop) {
+    Pose& so_far = moves_[id];
+    so_far = so_far * move;
+  }
 }
 
 }  // namespace highwall
