@@ -259,9 +259,11 @@ void BindSlam(py::module_& module) {
       .def(
           "save_map",
           [](const SlamSystem& slam, const py::object& path, const PinholeCamera& camera) {
-            SaveMap(Path(path), camera.WithoutDistortion(), slam.map());
+            return SaveMap(Path(path), camera.WithoutDistortion(), slam.map());
           },
-          py::arg("path"), py::arg("camera"));
+          py::arg("path"), py::arg("camera"),
+          "Returns how many factors of your own the file does not keep: all but those of a "
+          "PositionFactor with no loss or Huber's.");
 }
 
 }  // namespace highwall::python

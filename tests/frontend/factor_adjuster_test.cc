@@ -201,6 +201,16 @@ TEST_F(FactorAdjusterTest, EachWorldHasItsOwnTurn) {
   EXPECT_FALSE(adjuster.BeginLast(map, other, {}));
 }
 
+TEST_F(FactorAdjusterTest, WhatCameWithTheMapIsNotNew) {
+  Measure(0.1);
+  FactorAdjuster adjuster(lockstep, {});
+  adjuster.Adopt(map);
+  EXPECT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  Measure(0.1, 10);
+  EXPECT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+  EXPECT_EQ(adjuster.Finish(&map)->factors, 50 + 20 + 1) << "all take part, and the frame's tilt";
+}
+
 // A cost that nobody comes out of until it is opened; for ten seconds at most, once.
 class GatedCost final : public ceres::SizedCostFunction<3, 7, 7> {
  public:

@@ -167,6 +167,10 @@ FactorAdjuster::FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGr
 
 FactorAdjuster::~FactorAdjuster() = default;
 
+void FactorAdjuster::Adopt(const Map& map) {
+  for (const SubmapId root : map.roots()) adjusted_[root] = CountIn(map, root);
+}
+
 bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
   const double share = options_.share * static_cast<double>(adjusted_[map.Root(submap)]);
   return Start(map, submap, loops,

@@ -31,6 +31,8 @@ class FactorAdjuster {
   FactorAdjuster(const FactorAdjuster&) = delete;
   FactorAdjuster& operator=(const FactorAdjuster&) = delete;
 
+  // What comes with a map takes part, but is not new: the map was adjusted to it when it was made.
+  void Adopt(const Map& map);
   // Begins where enough factors have joined the world of the submap since the last time and nothing
   // is under way. loops: that were closed. False where nothing was begun.
   bool Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);

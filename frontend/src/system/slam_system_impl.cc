@@ -46,6 +46,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
+  factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
