@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <stop_token>
 #include <unordered_map>
 #include <utility>
+
+#include <ceres/cost_function.h>
+#include <Eigen/Core>
 
 #include <highwall/core/pose_graph.h>
 #include <highwall/internal/background_worker.h>
@@ -41,6 +46,34 @@ void Inherit(const Map& map, KeyFrameMoves* moves) {
     }
     before->second = id;
   }
+}
+
+// Information of odometry, times what KeyFrameGraphOptions says, that is tried: those options bound
+// what may have happened to a loop, and images are mostly far better.
+constexpr double kTrust[] = {100.0, 10.0, 1.0};
+
+// r^T r of a factor where its nodes are.
+double Chi2Of(const PoseGraphFactor& factor,
+              const std::unordered_map<std::int64_t, const double*>& poses) {
+  std::vector<const double*> blocks;
+  for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
+  Eigen::VectorXd r(factor.cost->num_residuals());
+  const bool usable = factor.cost->Evaluate(blocks.data(), r.data(), nullptr);
+  return usable ? r.squaredNorm() : std::numeric_limits<double>::infinity();
+}
+
+// Does what was measured fit as its noise lets one expect: half of it within the median of chi2 of
+// as many residuals (Wilson and Hilferty 1931)? So less than half may be off by anything.
+bool FitsItsNoise(const PoseGraph& graph) {
+  std::unordered_map<std::int64_t, const double*> poses;
+  for (const PoseGraphNode& node : graph.nodes) poses.emplace(node.id, node.pose.data());
+  std::ptrdiff_t within = 0;
+  for (const PoseGraphFactor& factor : graph.factors) {
+    const double n = factor.cost->num_residuals();
+    const double median = n * std::pow(1.0 - 2.0 / (9.0 * n), 3);
+    within += Chi2Of(factor, poses) <= median ? 1 : -1;
+  }
+  return within >= 0;
 }
 
 }  // namespace
@@ -111,13 +144,7 @@ class FactorAdjuster::Job {
       return;
     }
     TakeOutMoves(&graph);
-    PoseGraphOptions solve;
-    solve.estimate_variance_factor = false;
-    solve.solver.threads = options_.threads;
-    solve.solver.stop = stopped;
-    const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
-    report_.message = summary.message;
-    report_.accepted = summary.status != SolveStatus::kFailed;
+    report_.accepted = SolveAsStiffAsFits(stopped, &graph);
     if (!report_.accepted) return;
     for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
       const Pose& T_WC = graph.graph.nodes[i].pose;
@@ -128,6 +155,29 @@ class FactorAdjuster::Job {
       correction_.after.keyframes.emplace(graph.keyframes[i], T_WC);
     }
     correction_.after.frames = graph.FramePoses();
+  }
+
+  // Softer odometry than images deserve would follow the noise of the factors, and what is off. So
+  // it is as stiff as the factors allow. False where nothing could be solved.
+  bool SolveAsStiffAsFits(const std::atomic<bool>* stopped, KeyFrameGraph* graph) {
+    PoseGraphOptions solve;
+    solve.estimate_variance_factor = false;
+    solve.solver.threads = options_.threads;
+    solve.solver.stop = stopped;
+    const auto count = static_cast<std::int64_t>(graph->keyframes.size());
+    const PoseGraph as_made = graph->graph;
+    bool solved = false;
+    for (const double trust : kTrust) {
+      graph->graph = as_made;
+      for (PoseGraphEdge& edge : graph->graph.edges) {
+        if (edge.trusted && edge.i < count) edge.information *= trust;
+      }
+      const PoseGraphSummary summary = SolvePoseGraph(&graph->graph, solve);
+      report_.message = summary.message;
+      solved = summary.status != SolveStatus::kFailed;
+      if (*stopped || (solved && FitsItsNoise(graph->graph))) break;
+    }
+    return solved;
   }
 
   // Makes odometry, and what is covisible within some steps of it, that of images alone. Across a
