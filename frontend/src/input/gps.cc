@@ -115,7 +115,8 @@ GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::str
   if (fix.p_G.cwiseAbs().maxCoeff() > kLargest) {
     throw IoError(path, number, "is farther away than any place on Earth; " + std::string(kForm));
   }
-  if (!(fix.sigma.minCoeff() >= kSmallest && fix.sigma.maxCoeff() <= kLargest)) {
+  const auto sigma = fix.sigma.array();
+  if (!(sigma >= kSmallest && sigma <= kLargest).all()) {
     throw IoError(path, number, "has a sigma that is not positive; " + std::string(kForm));
   }
   return fix;
