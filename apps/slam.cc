@@ -180,9 +180,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
   std::vector<std::string> warnings;
   options.imu = ReadImuFeed(arguments, opened, &warnings);
-  if (arguments.gps && !arguments.localize) {
-    options.gps = LoadGps(arguments.dataset, opened.config, options.imu.has_value());
-  }
+  options.gps = ReadGpsFeed(arguments, opened, options.imu.has_value());
   for (const std::string& warning : warnings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }

@@ -176,6 +176,12 @@ std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedD
   return ImuFeed{input->calibration, std::move(input->samples)};
 }
 
+std::optional<GpsFeed> ReadGpsFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
+                                   bool with_imu) {
+  if (!arguments.gps || arguments.localize) return std::nullopt;
+  return LoadGps(arguments.dataset, dataset.config, with_imu);
+}
+
 SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   SlamRunOptions options;
   if (!arguments.settings.empty()) ReadSettings(arguments.settings, &options.slam);

@@ -59,5 +59,9 @@ bool WantsImu(const SlamArguments& arguments);
 // --imu asks for one.
 std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
                                    std::vector<std::string>* warnings);
+// What the dataset's GPS measured; empty where there is none, or none is wanted: nothing moves a
+// map that a run is only localized in. with_imu: LoadGps(), whose errors it throws.
+std::optional<GpsFeed> ReadGpsFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
+                                   bool with_imu);
 
 }  // namespace highwall::apps

@@ -19,6 +19,7 @@ PYBIND11_MODULE(_highwall, module) {
   BindSmoother(module);
   BindPoseGraph(module);
   BindTrajectory(module);
+  BindOwnFactors(module);
   BindSlam(module);
   BindMapping(module);
 }

@@ -13,6 +13,7 @@
 #include "bindings.h"
 #include "images.h"
 #include "imu_samples.h"
+#include "own_factors.h"
 #include "trajectory.h"
 
 namespace highwall::python {
@@ -39,6 +40,15 @@ class Callback {
 
  private:
   std::shared_ptr<py::function> function_;
+};
+
+// Lets go of the interpreter's lock, which factors written in Python ask for on the threads that
+// the system ends.
+struct UnlockedDelete {
+  void operator()(SlamSystem* slam) const {
+    const py::gil_scoped_release unlocked;
+    delete slam;
+  }
 };
 
 using OptionalFunction = std::optional<py::function>;
@@ -219,8 +229,8 @@ void BindSlam(py::module_& module) {
   BindOptions(module);
   BindResults(module);
   using Unlocked = py::call_guard<py::gil_scoped_release>;
-  py::class_<SlamSystem>(module, "SlamSystem",
-                         "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.")
+  py::class_<SlamSystem, std::unique_ptr<SlamSystem, UnlockedDelete>>(
+      module, "SlamSystem", "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.")
       .def(py::init<const RgbdSensor&, const SlamOptions&, const std::optional<ImuCalibration>&>(),
            py::arg("sensor"), py::arg("options") = SlamOptions{}, py::arg("imu") = std::nullopt)
       .def(
@@ -236,6 +246,24 @@ void BindSlam(py::module_& module) {
           "raises reaches the caller.")
       .def("add_imu", &SlamSystem::AddImu, py::arg("sample"),
            "Every reading until some 50 ms after an image goes before that image.")
+      .def(
+          "add_reference_frame",
+          [](SlamSystem& slam, bool upright) {
+            return slam.AddReferenceFrame({.upright = upright}).value();
+          },
+          py::arg("upright") = true,
+          "A frame F that factors of your own are measured in: its number. upright: its z axis "
+          "points up.")
+      .def("add_factor", &AddFactor, py::arg("stamps"), py::arg("factor"),
+           py::arg("frame") = std::nullopt, py::arg("loss") = std::nullopt,
+           "A measurement of your own: a factor of the poses T_WB at the stamps [ns], then, where "
+           "there is a frame, of T_FW. What a factor written in Python raises later goes to "
+           "sys.unraisablehook.")
+      .def(
+          "T_FW",
+          [](const SlamSystem& slam, int frame) { return slam.T_FW(ReferenceFrameId(frame)); },
+          py::arg("frame"), "Where F lies; None as long as that is not known.")
+      .def_property_readonly("factor_counts", &SlamSystem::factor_counts)
       .def(
           "track",
           [](SlamSystem& slam, Stamp stamp, const ColourArray& bgr, const DepthArray& depth) {
@@ -259,9 +287,11 @@ void BindSlam(py::module_& module) {
       .def(
           "save_map",
           [](const SlamSystem& slam, const py::object& path, const PinholeCamera& camera) {
-            SaveMap(Path(path), camera.WithoutDistortion(), slam.map());
+            return SaveMap(Path(path), camera.WithoutDistortion(), slam.map());
           },
-          py::arg("path"), py::arg("camera"));
+          py::arg("path"), py::arg("camera"),
+          "Returns how many factors of your own the file does not keep: all but those of a "
+          "PositionFactor with no loss or Huber's.");
 }
 
 }  // namespace highwall::python

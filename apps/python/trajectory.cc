@@ -69,11 +69,14 @@ void BindTrajectoryClass(py::module_& module) {
       });
 }
 
+using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
 void BindOptions(py::module_& module) {
   py::enum_<TrajectoryAlignment>(module, "TrajectoryAlignment")
       .value("NONE", TrajectoryAlignment::kNone)
       .value("SE3", TrajectoryAlignment::kSe3)
       .value("SIM3", TrajectoryAlignment::kSim3)
+      .value("SCALE", TrajectoryAlignment::kScale)
       .value("ORIGIN", TrajectoryAlignment::kOrigin);
   py::enum_<PoseRelation>(module, "PoseRelation")
       .value("TRANSLATION", PoseRelation::kTranslation)
@@ -132,6 +135,19 @@ void BindTrajectory(py::module_& module) {
       py::arg("reference"), py::arg("estimate"), py::arg("alignment") = absolute.alignment,
       py::arg("relation") = absolute.relation, py::arg("t_max_diff") = absolute.t_max_diff,
       "APE; the figures are those of evo. t_max_diff [s].");
+  py::class_<Similarity>(module, "Similarity", "p_A = scale R_AB p_B + t_AB.")
+      .def_readonly("scale", &Similarity::scale)
+      .def_readonly("T_AB", &Similarity::T_AB)
+      .def("__mul__", &Similarity::operator*, py::arg("T_BC"),
+           "Rotates, scales and moves the position; rotates the attitude.");
+  module.def(
+      "align_umeyama",
+      [](const Rows3& a, const Rows3& b, bool with_scale) {
+        return AlignUmeyama(a.transpose(), b.transpose(), with_scale);
+      },
+      py::arg("a"), py::arg("b"), py::arg("with_scale") = false,
+      "The Similarity, rigid unless with_scale, that lays b on a by least squares; both n x 3 "
+      "[m].");
   const RelativePoseErrorOptions relative;
   module.def(
       "relative_pose_error",

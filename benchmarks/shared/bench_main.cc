@@ -10,6 +10,8 @@
 
 #include <highwall/core/error.h>
 
+#include "option_checks.h"
+
 namespace highwall::bench {
 
 int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& run) {
@@ -43,7 +45,9 @@ int RunBench(const BenchName& name, int argc, char** argv,
 CLI::Option* AddList(CLI::App& app, const std::string& name, std::vector<std::string>& chosen,
                      const std::vector<std::string>& known, const std::string& remark) {
   const std::string help = fmt::format("{}; separated by commas{}", fmt::join(known, ", "), remark);
-  return app.add_option(name, chosen, help)->delimiter(',')->check(CLI::IsMember(known));
+  return app.add_option(name, chosen, help)
+      ->delimiter(',')
+      ->check(apps::OneOf(known).description(""));
 }
 
 void PrintFigures(const nlohmann::ordered_json& report, bool json, int width) {

@@ -165,9 +165,7 @@ OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& 
   }
   std::vector<std::string> warnings = dataset_.images->warnings();
   options_.imu = apps::ReadImuFeed(arguments, dataset_, &warnings);
-  if (arguments.gps && !arguments.localize) {
-    options_.gps = apps::LoadGps(directory, dataset_.config, options_.imu.has_value());
-  }
+  options_.gps = apps::ReadGpsFeed(arguments, dataset_, options_.imu.has_value());
   for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
 }
 

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <limits>
 #include <memory>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -23,6 +24,8 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include "loss_advice.h"
+#include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
 #include "support/generated_tum.h"
 #include "support/message_of.h"
 #include "support/run_program.h"
@@ -93,8 +96,12 @@ class Troubleshooting : public ::testing::Test {
   void Recordings();
   void Frames();
   void Calibrations();
+  void Stereo();
   void Imus();
+  void Fixes();
+  void Sensors();
   void Runs();
+  void PoseGraphs();
   void Losses();
   void Graphs();
   void Extractors();
@@ -160,6 +167,41 @@ void Troubleshooting::Calibrations() {
   Slam("missing");
   Dataset("no_sensor", {}, "sensor: kinectt1\n");
   Slam("no_sensor");
+}
+
+// A pair of cameras, what one of them is told to be instead, and what its list holds.
+void Troubleshooting::Stereo() {
+  const auto yaml = [&](const std::string& x, const std::string& model = "pinhole",
+                        const std::string& size = "64, 48",
+                        const std::string& second_row = "0, 1, 0, 0") {
+    return "%YAML:1.0\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, " + x + ", " + second_row +
+           ", 0, 0, 1, 0, 0, 0, 0, 1]\nresolution: [" + size + "]\ncamera_model: " + model +
+           "\nintrinsics: [50, 50, 32, 24]\ndistortion_model: radial-tangential\n"
+           "distortion_coefficients: [0, 0, 0, 0]\n";
+  };
+  const std::string all = "1000,1000.png\n2000,2000.png\n3000,3000.png\n";
+  const auto slam = [&](const std::string& name, const std::string& right,
+                        const std::string& list) {
+    for (const char* camera : {"cam0", "cam1"}) {
+      const fs::path place = folder_.path() / name / "mav0" / camera;
+      fs::create_directories(place / "data");
+      for (const char* image : {"1000.png", "2000.png", "3000.png"}) {
+        cv::imwrite((place / "data" / image).string(), cv::Mat(48, 64, CV_8UC1, cv::Scalar(9)));
+      }
+      const bool left = std::string(camera) == "cam0";
+      WriteText(place / "data.csv", left ? all : list);
+      WriteText(place / "sensor.yaml", left ? yaml("0.0") : right);
+    }
+    Slam(name);
+  };
+  slam("stereo_clock", yaml("0.1"), "7,7.png\n");
+  slam("stereo_some", yaml("0.1"), "1000,1000.png\n2000,2000.png\n");
+  slam("stereo_list", yaml("0.1"), "1000\n");
+  slam("stereo_omni", yaml("0.1", "omni"), all);
+  slam("stereo_skewed", yaml("0.1", "pinhole", "64, 48", "0, 7, 0, 0"), all);
+  slam("stereo_size", yaml("0.1", "pinhole", "32, 24"), all);
+  slam("stereo_left", yaml("-0.1"), all);
+  Highwall("info stereo_some");
 }
 
 // Readings at 200 Hz that meet the video.
@@ -233,6 +275,67 @@ void Troubleshooting::Imus() {
   Slam("imu_clock");
   Dataset("no_imu");
   Slam("no_imu", "--imu paper");
+}
+
+void Troubleshooting::Fixes() {
+  for (const char* text :
+       {"100.1,1,2\n", "1305031102175304123,1,2,3\n", "100.1,1,2,three\n", "100.1,1,2,3,0,1,1\n",
+        "100.1,1,2,1e12\n", "# stamp lat lon alt\n100.1,455000,11,520\n", "100.1,nan,nan,nan\n"}) {
+    WriteText(Dataset("fixes") / "gps.csv", text);
+    Slam("fixes");
+  }
+}
+
+// A room that is walked through, for what only a run with poses can tell.
+void Troubleshooting::Sensors() {
+  simulate::SimulationOptions options;
+  options.camera = simulate::Scaled(options.camera, 0.5);
+  const auto write = [&](const std::string& name, double seconds) {
+    options.fps = 12.0;
+    options.duration = seconds;
+    options.sensor.noise_ratio = options.imu.noise_ratio = 1.0;  // as the system is told
+    simulate::WriteTum(simulate::SimulateRoom(options), folder_.path() / name);
+  };
+  const auto edit = [&](const fs::path& file, const std::regex& what, const std::string& by) {
+    const fs::path path = folder_.path() / file;
+    WriteText(path, std::regex_replace(testing::ReadText(path), what, by));
+  };
+  write("long_depth", 20.0);
+  const std::regex factor("depth_factor: [0-9.]+");
+  edit("long_depth/calibration.yaml", factor, "depth_factor: 4630");  // of 5000
+  Slam("long_depth", "--no-map --deterministic");
+  // Where gravity pulls upwards, and nothing is where the GPS was.
+  write("unused", 2.0);
+  edit("unused/imu.csv", std::regex("-?([0-9.e-]+)\n"), "-$1\n");
+  WriteText(folder_.path() / "unused" / "gps.csv", "0.1,1,2,3\n0.2,1,2,4\n");
+  Slam("unused", "--no-map");
+  Map blank;
+  blank.AddKeyFrame({.features = std::make_shared<FrameFeatures>()}, Pose());
+  for (const PinholeCamera& camera : {PinholeCamera(), options.camera}) {
+    SaveMap(folder_.path() / "elsewhere.hwmap", camera, blank);
+    Slam("unused", "--imu off --no-map --localize --load-map elsewhere.hwmap");
+  }
+}
+
+void Troubleshooting::PoseGraphs() {
+  const auto solve = [&](const std::string& text, const std::string& switches = "") {
+    WriteText(folder_.path() / "graph.g2o", text);
+    Highwall("posegraph graph.g2o solved.g2o " + switches);
+  };
+  const auto edge = [](int i, int j, double x) {
+    return "EDGE_SE2 " + std::to_string(i) + " " + std::to_string(j) + " " + std::to_string(x) +
+           " 0 0 100 0 0 100 0 100\n";
+  };
+  const auto vertex = [](int i) {
+    return "VERTEX_SE2 " + std::to_string(i) + " " + std::to_string(i) + " 0 0\n";
+  };
+  solve(vertex(0) + vertex(1));
+  solve(edge(0, 1, 1), "--init given");
+  std::string chain;
+  for (int i = 0; i < 12; ++i) chain += vertex(i);
+  for (int i = 0; i + 1 < 12; ++i) chain += edge(i, i + 1, 1);
+  for (int i = 0; i + 3 < 12; ++i) chain += edge(i, i + 3, 3);
+  solve(chain + edge(0, 9, -20) + vertex(20) + vertex(21) + edge(20, 21, 1), "--robust gnc");
 }
 
 void Troubleshooting::Runs() {
@@ -346,8 +449,12 @@ TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {
   Recordings();
   Frames();
   Calibrations();
+  Stereo();
   Imus();
+  Fixes();
+  Sensors();
   Runs();
+  PoseGraphs();
   Losses();
   Graphs();
   Extractors();

@@ -1,5 +1,6 @@
 // Runs sweeps of highwall_bench_tum as a user does, on a few generated frames.
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <regex>
 #include <string>
@@ -25,9 +26,10 @@ class BenchTumSweep : public ::testing::Test {
     testing::WriteSmallRoom(folder_.path() / sequence, frames);
   }
   std::filesystem::path File(const std::string& name) const { return folder_ / name; }
-  Outcome Bench(const std::string& options) const {
-    return testing::RunProgram(HIGHWALL_BENCH_TUM, options, folder_.path());
+  Outcome Run(const std::string& program, const std::string& arguments) const {
+    return testing::RunProgram(program, arguments, folder_.path());
   }
+  Outcome Bench(const std::string& options) const { return Run(HIGHWALL_BENCH_TUM, options); }
   std::string Printed(const std::string& options) const {
     const Outcome outcome = Bench(options);
     EXPECT_EQ(outcome.exit_code, 0) << options << ": " << outcome.err;
@@ -84,6 +86,22 @@ TEST_F(BenchTumSweep, ARunOfOtherSwitchesIsNotTakenForThisOne) {
   Refuse(sweep + "mine='--no-loops' --json", 2,
          {"mine/1.json: is of '--features points'", "--out"});
   Refuse(sweep + "mine='--features points' --deterministic --json", 2, {"mine/1.json: is of"});
+}
+
+TEST_F(BenchTumSweep, ShardsOfGnuParallelInOneFolderAreTheWholeSweep) {
+  // That of moreutils takes other arguments.
+  if (std::system("parallel --version 2> /dev/null | grep -q '^GNU parallel'") != 0) {
+    GTEST_SKIP() << "GNU parallel is not installed";
+  }
+  WriteSequence("room", 4);
+  const std::string sweep =
+      "--data . --sequences room --runs 2 --features points,both --deterministic";
+  const json whole = Report(sweep + " --out whole");
+  const Outcome parts =
+      Run("parallel", "-j 2 " HIGHWALL_BENCH_TUM " " + sweep + " --out parts --shard {}/2 ::: 1 2");
+  EXPECT_EQ(parts.exit_code, 0) << parts.err;
+  EXPECT_EQ(WithoutTimes(Report("merge parts --out parts")), WithoutTimes(whole));
+  EXPECT_EQ(testing::CountLines(ReadText(File("parts/runs.csv"))), 1U + 4U);
 }
 
 TEST_F(BenchTumSweep, ShardsThatAreMergedAreTheWholeSweep) {

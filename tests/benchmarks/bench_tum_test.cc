@@ -167,6 +167,7 @@ TEST_F(BenchTum, AMissingSequenceIsOneLineAndExitCodeTwo) {
 TEST_F(BenchTum, WrongUsageExitsWithOne) {
   EXPECT_EQ(Bench("").exit_code, 1);
   EXPECT_EQ(Bench("--sequences a --features planes").exit_code, 1);
+  testing::ExpectRefused(Bench("--sequences a --features point"), 1, {"did you mean 'points'?"});
   EXPECT_EQ(Bench("--sequences a --runs 0").exit_code, 1);
 }
 

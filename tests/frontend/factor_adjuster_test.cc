@@ -1,17 +1,23 @@
 #include "loops/factor_adjuster.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <random>
+#include <utility>
 #include <vector>
 
+#include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
 
 #include "loops/frame_alignment.h"
 #include "loops/keyframe_graph.h"
+#include "loops/loop_correction.h"
 #include "support/id_literals.h"
 #include "support/position_in_frame.h"
 #include "support/ring_map.h"
@@ -173,6 +179,109 @@ TEST_F(FactorAdjusterTest, WhatWasCancelledIsDoneAgain) {
   EXPECT_FALSE(adjuster.Finish(&map));
   EXPECT_EQ(map.keyframe(150_kf)->T_WC.p(), before.p());
   EXPECT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+}
+
+TEST_F(FactorAdjusterTest, EachWorldHasItsOwnTurn) {
+  Measure(0.1);  // 50, of the first world
+  const SubmapId other = map.AddSubmap();
+  const auto features = std::make_shared<FrameFeatures>();
+  for (int i = 0; i < 40; ++i) {
+    const Pose T_WC = Pose::FromTangent({0.5 * i, 0, 0}, {0, 0, 0.1 * i});
+    const KeyFrameId id =
+        map.AddKeyFrame({.index = kKeyFrames + i, .features = features}, T_WC, other).id;
+    map.AddFactor({{{id, Pose()}}, frame, PositionInFrame(kT_FW * T_WC.p(), 0.1), nullptr});
+  }
+  FactorAdjuster adjuster(lockstep, {});
+  ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+  ASSERT_TRUE(adjuster.Finish(&map)->accepted);
+  ASSERT_TRUE(adjuster.Begin(map, other, {})) << "those of the first world are none of its own";
+  ASSERT_TRUE(adjuster.Finish(&map)->accepted);
+  EXPECT_TRUE(map.factors().T_FW(frame, other));
+  EXPECT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  EXPECT_FALSE(adjuster.BeginLast(map, other, {}));
+}
+
+TEST_F(FactorAdjusterTest, WhatCameWithTheMapIsNotNew) {
+  Measure(0.1);
+  FactorAdjuster adjuster(lockstep, {});
+  adjuster.Adopt(map);
+  EXPECT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  Measure(0.1, 10);
+  EXPECT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+  EXPECT_EQ(adjuster.Finish(&map)->factors, 50 + 20 + 1) << "all take part, and the frame's tilt";
+}
+
+// A cost that nobody comes out of until it is opened; for ten seconds at most, once.
+class GatedCost final : public ceres::SizedCostFunction<3, 7, 7> {
+ public:
+  explicit GatedCost(std::shared_ptr<ceres::CostFunction> cost) : cost_(std::move(cost)) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    std::unique_lock lock(mutex_);
+    entered_ = true;
+    changed_.notify_all();
+    if (!changed_.wait_for(lock, std::chrono::seconds(10), [&] { return open_; })) open_ = true;
+    return cost_->Evaluate(parameters, residuals, jacobians);
+  }
+  void WaitUntilEntered() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return entered_; });
+  }
+  // False where it has opened by itself.
+  bool Open() {
+    const std::lock_guard lock(mutex_);
+    const bool was_shut = !std::exchange(open_, true);
+    changed_.notify_all();
+    return was_shut;
+  }
+
+ private:
+  const std::shared_ptr<ceres::CostFunction> cost_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  mutable bool entered_ = false, open_ = false;
+};
+
+TEST_F(FactorAdjusterTest, WhoCancelsDoesNotWait) {
+  Measure(0.1);
+  const auto gate = std::make_shared<GatedCost>(PositionInFrame(kT_FW * ring.truth[0].p(), 0.1));
+  map.AddFactor({{{0_kf, Pose()}}, frame, gate, nullptr});
+  FactorAdjuster adjuster({.threads = 1, .background = true}, {});
+  ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+  gate->WaitUntilEntered();
+  adjuster.Cancel();
+  EXPECT_TRUE(gate->Open()) << "it was waited for";
+  EXPECT_FALSE(adjuster.Finish(&map));
+  ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
+  EXPECT_TRUE(adjuster.Finish(&map)->accepted);
+}
+
+TEST_F(FactorAdjusterTest, WhatALoopsGraphFittedIsNotFittedOnceMore) {
+  Measure(0.5, 1);
+  const LoopEdge loop = ring.Loop(0_kf, ring.last());
+  Map at_once = map.Clone();
+  FactorAdjuster fresh(lockstep, {}), adjuster(lockstep, {});
+  ASSERT_TRUE(fresh.BeginLast(at_once, kFirstSubmap, {&loop, 1}));
+  ASSERT_TRUE(fresh.Finish(&at_once)->accepted);
+
+  ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  ASSERT_TRUE(adjuster.Finish(&map)->accepted);
+  const MeasurementModel model(testing::IdealSensor(), {});
+  const LoopCorrectionResult closed =
+      CorrectLoop({}, {.edge = loop}, model, {}, {.threads = 1}, &map);
+  ASSERT_TRUE(closed.accepted) << closed.message;
+  adjuster.Remember(map, closed.by_factors);
+  // One more that says nothing.
+  map.AddFactor({{{0_kf, Pose()}}, frame, PositionInFrame({0, 0, 0}, 1e9), nullptr});
+  ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {&loop, 1}));
+  ASSERT_TRUE(adjuster.Finish(&map)->accepted);
+  double farthest = 0.0;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const Eigen::Vector3d off = map.keyframe(id)->T_WC.p() - at_once.keyframe(id)->T_WC.p();
+    farthest = std::max(farthest, off.norm());
+  }
+  EXPECT_LT(farthest, 0.01);
 }
 
 TEST_F(FactorAdjusterTest, ALoopIsClosedWithThemAndTheirFrame) {

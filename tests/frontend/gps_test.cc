@@ -83,6 +83,9 @@ TEST_F(GpsTest, WhatIsWrongIsSaidWithItsLine) {
   EXPECT_NE(Refusal("1,1,2,x\n").find(":1: 'x' is not a number"), std::string::npos);
   EXPECT_NE(Refusal("1305031102175304123,1,2,3\n").find("write seconds"), std::string::npos);
   EXPECT_NE(Refusal("1,1,2,3,0,1,1\n").find("sigma that is not positive"), std::string::npos);
+  EXPECT_NE(Refusal("1,1,2,3,1,1,nan\n").find("sigma that is not positive"), std::string::npos);
+  EXPECT_NE(Refusal("1,1,2,3,1e-320,1,1\n").find("sigma that is not positive"), std::string::npos);
+  EXPECT_NE(Refusal("lat lon alt\n1,1,2,1e300\n").find(":2: is farther away"), std::string::npos);
   EXPECT_NE(Refusal("# nothing\n").find("holds no fix"), std::string::npos);
   EXPECT_NE(Refusal("stamp lat lon alt\n1,450000,11,3\n").find("name the columns x y z"),
             std::string::npos);

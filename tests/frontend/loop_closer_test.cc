@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/core/relative_pose.h>
 
 #include "loops/loop_closer.h"
 #include "support/loop_scene.h"
@@ -217,6 +219,29 @@ TEST(LoopCloser, RepeatsBitForBitInLockstep) {
     EXPECT_EQ(first.map.keyframe(id)->T_WC.Matrix(), second.map.keyframe(id)->T_WC.Matrix()) << id;
   }
   EXPECT_EQ(first.map.num_points(), second.map.num_points());
+}
+
+TEST(LoopCloser, TellsOnceHowAGraphWithFactorsOfTheUsersMovedKeyFrames) {
+  LoopScene plain(kDrifting), scene(kDrifting);
+  LoopCloser without(plain.model, Lockstep()), closer(scene.model, Lockstep());
+  for (int i = 0; i < scene.size() && closer.loops().empty(); ++i) {
+    without.InsertKeyFrame(plain.map, plain.Add(i));
+    without.Update(&plain.map);
+    const KeyFrameId id = scene.Add(i);
+    if (i == 1) {
+      const auto still =
+          std::make_shared<RelativePose>(Pose(), 1e-3 * Eigen::Matrix<double, 6, 6>::Identity());
+      scene.map.AddFactor({{{KeyFrameId(0), Pose()}, {id, Pose()}}, kNoId, still, nullptr});
+    }
+    closer.InsertKeyFrame(scene.map, id);
+    EXPECT_TRUE(closer.TakeMovesByFactors().empty());
+    closer.Update(&scene.map);
+  }
+  EXPECT_FALSE(closer.loops().empty());
+  EXPECT_EQ(closer.TakeMovesByFactors().size(), scene.map.num_keyframes());
+  EXPECT_TRUE(closer.TakeMovesByFactors().empty());
+  EXPECT_FALSE(without.loops().empty());
+  EXPECT_TRUE(without.TakeMovesByFactors().empty());
 }
 
 TEST(LoopCloser, MayBeSwitchedOff) {

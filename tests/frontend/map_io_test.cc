@@ -10,16 +10,20 @@
 #include <utility>
 #include <vector>
 
+#include <ceres/loss_function.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/relative_pose.h>
+#include <highwall/factors/position.h>
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map.h>
 
 #include "features/depth_grid.h"
 #include "support/crc32.h"
 #include "support/id_literals.h"
+#include "support/position_in_frame.h"
 #include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
 
@@ -440,7 +444,6 @@ TEST_F(MapIoTest, WhatThePointsAreIsKept) {
   Map mine = map().Clone();
   mine.SetPointKind(kind);
   SaveMap(path, IdealSensor().camera, mine);
-  EXPECT_EQ(Bytes()[8], 4) << "the version";
   const Map loaded = LoadMap(path).map;
   EXPECT_EQ(loaded.point_kind().name, kind.name);
   EXPECT_EQ(loaded.point_kind().descriptor, kind.descriptor);
@@ -454,10 +457,94 @@ TEST_F(MapIoTest, WhatThePointsAreIsKept) {
   ExpectError("is damaged: points by mine: PointKind::columns must be 1 to 4096, is 0");
 }
 
-TEST_F(MapIoTest, OlderProgramsReadAMapOfOrb) {
+// A GPS and a marker, of which only the first is known to lie somewhere, and what can be kept and
+// what not: of the latter three.
+void AddFactors(Map& map) {
+  const ReferenceFrameId gps = map.factors().AddFrame({}),
+                         marker = map.factors().AddFrame({.upright = false});
+  map.factors().Place(gps, kFirstSubmap, Pose::FromTangent({4e5, 5e6, 300}, {0.01, 0, 2}));
+  const Pose T_KB = Pose::FromTangent({0.1, 0, 0.2}, {0, 0.3, 0});
+  Eigen::Matrix3d W;
+  W << 2, 0.1, 0, 0, 2, 0, 0, 0, 1;
+  const auto position = std::make_shared<PositionFactor>(Eigen::Vector3d(4e5, 5e6, 301),
+                                                         Eigen::Vector3d(0.1, -0.5, 0.2), W);
+  map.AddFactor({{{2_kf, T_KB}}, gps, position, std::make_shared<ceres::HuberLoss>(2.7)});
+  map.AddFactor({{{0_kf, T_KB}}, marker, position, nullptr});
+  map.AddFactor({{{2_kf, T_KB}}, gps, position, std::make_shared<ceres::CauchyLoss>(2.7)});
+  map.AddFactor({{{2_kf, T_KB}}, gps, testing::PositionInFrame({1, 2, 3}, 0.1), nullptr});
+  map.AddFactor({{{0_kf, T_KB}, {2_kf, T_KB}},
+                 kNoId,
+                 std::make_shared<RelativePose>(Pose(), Eigen::Matrix<double, 6, 6>::Identity()),
+                 nullptr});
+}
+
+TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
+  EXPECT_EQ(SaveMap(path, IdealSensor().camera, map()), 0u);
+  AddFactors(map());
+  EXPECT_EQ(SaveMap(path, IdealSensor().camera, map()), 3u);
+  const Map loaded = LoadMap(path).map;
+  const OwnFactors& factors = loaded.factors();
+  ASSERT_EQ(factors.frames().size(), 2u);
+  const ReferenceFrameId gps = factors.frames()[0], marker = factors.frames()[1];
+  EXPECT_TRUE(factors.frame(gps).upright);
+  EXPECT_FALSE(factors.frame(marker).upright);
+  ASSERT_TRUE(factors.T_FW(gps, kFirstSubmap));
+  EXPECT_EQ(factors.T_FW(gps, kFirstSubmap)->Matrix(),
+            map().factors().T_FW(gps, kFirstSubmap)->Matrix());
+  EXPECT_FALSE(factors.T_FW(marker, kFirstSubmap));
+  ASSERT_EQ(factors.all().size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const MapFactor &old = map().factors().all()[i], &same = factors.all()[i];
+    EXPECT_EQ(same.frame, old.frame);
+    ASSERT_EQ(same.poses.size(), 1u);
+    EXPECT_EQ(same.poses[0].keyframe, i == 0 ? 1_kf : 0_kf) << "without gaps";
+    EXPECT_EQ(same.poses[0].T_KB.Matrix(), old.poses[0].T_KB.Matrix());
+    const Pose T_WB = Pose::FromTangent({3, 2, 1}, {0.3, 0.2, 0.1});
+    const Pose T_FW = *factors.T_FW(gps, kFirstSubmap);
+    const double* const blocks[] = {T_WB.data(), T_FW.data()};
+    Eigen::Vector3d before, after;
+    ASSERT_TRUE(old.cost->Evaluate(blocks, before.data(), nullptr));
+    ASSERT_TRUE(same.cost->Evaluate(blocks, after.data(), nullptr));
+    EXPECT_EQ(before, after);
+  }
+  for (const double s : {1.0, 7.0, 8.0, 100.0}) {
+    double before[3], after[3];
+    map().factors().all()[0].loss->Evaluate(s, before);
+    factors.all()[0].loss->Evaluate(s, after);
+    EXPECT_EQ(before[0], after[0]) << s;
+  }
+  EXPECT_EQ(factors.all()[1].loss, nullptr);
+  const std::string bytes = Bytes();
+  EXPECT_EQ(SaveMap(path, IdealSensor().camera, loaded), 0u);
+  EXPECT_EQ(Bytes(), bytes);
+}
+
+TEST_F(MapIoTest, RefusesFactorsThatNoMapHas) {
+  AddFactors(map());
   Save();
-  EXPECT_EQ(Bytes()[8], 3) << "the version";
-  EXPECT_EQ(LoadMap(path).map.point_kind().name, "orb");
+  const std::string bytes = Bytes();
+  constexpr std::size_t kFactor = 4 + 56 + 4 + 15 * 8 + 8;  // keyframe, pose, frame, cost, loss
+  const std::size_t second = bytes.size() - kFactor, first = second - kFactor;
+  const auto with = [&](std::size_t at, auto value) {
+    std::string edited = bytes;
+    std::memcpy(edited.data() + at, &value, sizeof(value));
+    Write(WithChecksum(edited));
+  };
+  with(first, std::int32_t{7});
+  ExpectError("a factor hangs on no keyframe");
+  with(first + 4, 1e300);
+  ExpectError("a factor's pose is none");
+  with(second + 60, std::int32_t{2});
+  ExpectError("a factor is measured in no frame");
+  with(second + 64, std::numeric_limits<double>::quiet_NaN());
+  ExpectError("a factor's numbers are beyond all");
+  with(second + kFactor - 8, -1.0);
+  ExpectError("a factor's numbers are beyond all");
+  const std::size_t frames = first - 4 - (1 + 4) - (1 + 4 + 4 + 56);  // behind their count
+  with(frames + 5, std::int32_t{1});
+  ExpectError("a frame lies in no world of it");
+  with(frames + 9, std::numeric_limits<double>::infinity());
+  ExpectError("a frame lies nowhere");
 }
 
 TEST_F(MapIoTest, RefusesAnotherVersion) {

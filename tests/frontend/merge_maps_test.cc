@@ -15,6 +15,7 @@
 #include "support/id_literals.h"
 #include "support/loop_scene.h"
 #include "support/message_of.h"
+#include "support/position_in_frame.h"
 
 namespace highwall {
 namespace {
@@ -158,6 +159,14 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
   other.keyframe(3_kf)->found = 0.625;
   other.keyframe(3_kf)->depth_grid = cv::Mat(2, 3, CV_32FC1, cv::Scalar(1.5));
   other.RemovePoint(other.point_ids().front());
+  const ReferenceFrameId known = map.factors().AddFrame({}),
+                         marker = other.factors().AddFrame({.upright = false});
+  const Pose T_FW = Pose::FromTangent({1, 2, 3}, {0, 0.1, 0.2});
+  other.factors().Place(marker, apart, T_FW);
+  other.AddFactor({{{other.keyframe_ids().back(), T_FW}},
+                   marker,
+                   testing::PositionInFrame({4, 5, 6}, 0.1),
+                   nullptr});
   const std::size_t keyframes = map.num_keyframes(), points = map.num_points();
   const std::size_t lines = map.num_lines();
   const MapPoint last_point = *map.point(map.point_ids().back());
@@ -172,6 +181,15 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
   EXPECT_NE(map.RootOf(added[0]), map.RootOf(added[6])) << "apart";
   EXPECT_EQ(map.gravity_W(*map.RootOf(added[6])), down);
   EXPECT_FALSE(map.gravity_W(*map.RootOf(added[0])));
+  ASSERT_EQ(map.factors().all().size(), 1U);
+  const MapFactor& factor = map.factors().all()[0];
+  EXPECT_EQ(factor.poses[0].keyframe, added.back());
+  EXPECT_EQ(factor.poses[0].T_KB.Matrix(), T_FW.Matrix());
+  EXPECT_NE(factor.frame, known) << "each has its own frames";
+  EXPECT_FALSE(map.factors().frame(factor.frame).upright);
+  const auto place = map.factors().T_FW(factor.frame, *map.RootOf(added.back()));
+  ASSERT_TRUE(place);
+  EXPECT_EQ(place->Matrix(), T_FW.Matrix());
   EXPECT_EQ(map.keyframe(added[2])->found, 0.625) << "the third that is left";
   EXPECT_EQ(map.keyframe(added[2])->depth_grid.size(), cv::Size(3, 2));
   EXPECT_EQ(map.point(last_point.id)->observations.size(), last_point.observations.size());

@@ -1,4 +1,6 @@
+#include <ceres/loss_function.h>
 #include <highwall/core/line3.h>
+#include <highwall/factors/position.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
@@ -68,6 +70,19 @@ Map TwoWorlds() {
   return map;
 }
 
+// With the position of an antenna.
+Map Measured() {
+  Map map = SmallMap();
+  const ReferenceFrameId frame = map.factors().AddFrame({});
+  map.factors().Place(frame, kFirstSubmap, Pose::FromTangent({1, 2, 3}, {0, 0, 1}));
+  map.AddFactor({{{map.keyframe_ids().front(), Pose()}},
+                 frame,
+                 std::make_shared<PositionFactor>(Eigen::Vector3d(1, 2, 3), Eigen::Vector3d::Zero(),
+                                                  Eigen::Matrix3d::Identity()),
+                 std::make_shared<ceres::HuberLoss>(3.0)});
+  return map;
+}
+
 // The version, then what the file holds behind its header. Of the older versions these are no whole
 // maps, for only the newest layout is written: their readers begin where it is the same.
 std::string Input(char version, const PinholeCamera& camera, const Map& map) {
@@ -101,6 +116,12 @@ void Use(SavedMap saved) {
     const Segment3& segment_W = saved.map.line(id)->segment_W;
     OrthonormalLine(PluckerLine::FromPoints(segment_W.p(), segment_W.q()));
   }
+  for (const MapFactor& factor : saved.map.factors().all()) {
+    const Pose T_WB, T_FW;
+    const double* const blocks[] = {T_WB.data(), T_FW.data()};
+    double residuals[3];
+    factor.cost->Evaluate(blocks, residuals, nullptr);
+  }
   saved.map.Transform(Pose::FromTangent({1, 2, 3}, {0.1, 0.2, 0.3}));
 }
 
@@ -116,6 +137,7 @@ const Target kTarget{
             seeds.push_back(Input(version, FlatCamera(), TwoWorlds()));
             seeds.push_back(Input(version, PinholeCamera(), Map()));
           }
+          seeds.push_back(Input(4, PinholeCamera(), Measured()));
           return seeds;
         },
     // The header is made right: a checksum says nothing of who wrote it.
@@ -124,7 +146,7 @@ const Target kTarget{
           std::string file = "HWMAP\r\n\x1a";
           file.resize(kHeaderSize);
           const std::string_view content = input.substr(std::min<std::size_t>(1, input.size()));
-          const std::uint32_t version = input.empty() ? 3 : static_cast<unsigned char>(input[0]);
+          const std::uint32_t version = input.empty() ? 4 : static_cast<unsigned char>(input[0]);
           const std::uint32_t crc = testing::Crc32(content);
           const std::uint64_t size = content.size();
           std::memcpy(file.data() + 8, &version, 4);

@@ -57,6 +57,77 @@ def test_what_a_callback_raises_reaches_the_caller(sensor):
         slam.track(*next(moving_wall(sensor.camera, 1)))
 
 
+def test_positions_of_ones_own_tell_where_their_frame_lies(sensor):
+    slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
+    gps = slam.add_reference_frame()
+    T_GW = hw.Pose.from_tangent([100, 200, 30], [0, 0, 1.5])
+    assert slam.T_FW(gps) is None
+    for i, image in enumerate(moving_wall(sensor.camera, 25)):
+        p_W = [0, -i * SHIFT * DEPTH / sensor.camera.fx, 0]
+        p_G = (T_GW * hw.Pose(p_W, [0, 0, 0, 1])).p
+        factor = hw.PositionFactor(p_G, np.zeros(3), np.eye(3) / 0.005)
+        slam.add_factor([image[0]], factor, gps, loss=hw.HuberLoss(3.0))
+        assert slam.factor_counts.waiting == 1
+        slam.track(*image)
+    slam.finish()
+    assert slam.factor_counts.attached == 25 and slam.factor_counts.refused == 0
+    # The wall is square to the way: the camera, and with it W, may be off by what a pixel says.
+    np.testing.assert_allclose(slam.T_FW(gps).p, T_GW.p, atol=5e-3)
+    with pytest.raises(hw.InvalidArgument, match="2 blocks of 7"):
+        slam.add_factor([0], hw.PosePrior(hw.Pose(), np.eye(6)), gps)
+    with pytest.raises(hw.InvalidArgument, match="no such frame"):
+        slam.T_FW(7)
+
+
+class Height(hw.Factor):
+    """The height [m] of the body over where it began."""
+
+    def __init__(self, height):
+        super().__init__(1, [hw.Pose])
+        self.height, self.calls = height, 0
+
+    def evaluate(self, T_WB):
+        self.calls += 1
+        return [(T_WB.p[2] - self.height) / 0.01], [np.array([[0, 0, 100.0, 0, 0, 0]])]
+
+
+@pytest.mark.parametrize("deterministic", [True, False])
+def test_a_factor_in_python_takes_part(sensor, tmp_path, deterministic):
+    slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=deterministic))
+    heights = []
+    for image in moving_wall(sensor.camera, 25):
+        heights.append(Height(0.0))
+        slam.add_factor([image[0]], heights[-1])
+        slam.track(*image)
+    slam.finish()
+    assert all(height.calls > 0 for height in heights)
+    assert slam.save_map(tmp_path / "map.hwmap", sensor.camera) == 25, "code that no file holds"
+
+
+def test_a_system_that_goes_while_its_threads_evaluate_in_python_does_not_hang(sensor):
+    slam = hw.SlamSystem(sensor)
+    for image in moving_wall(sensor.camera, 25):
+        slam.add_factor([image[0]], Height(0.0))
+        slam.track(*image)
+    del slam
+
+
+def test_what_a_factor_raises_is_told_and_slam_goes_on(sensor, monkeypatch):
+    told = []
+    monkeypatch.setattr("sys.unraisablehook", lambda error: told.append(str(error.exc_value)))
+
+    class Broken(Height):
+        def evaluate(self, T_WB):
+            raise KeyError("no height")
+
+    slam = hw.SlamSystem(sensor)
+    for image in moving_wall(sensor.camera, 25):
+        slam.add_factor([image[0]], Broken(0.0))
+        assert slam.track(*image).state == hw.TrackingState.TRACKING
+    slam.finish()
+    assert "no height" in told[0]
+
+
 def test_images_of_another_shape_are_refused(sensor):
     slam = hw.SlamSystem(sensor)
     with pytest.raises(hw.InvalidArgument, match="height x width x 3"):
@@ -86,6 +157,26 @@ def test_errors_of_a_trajectory_are_what_was_put_in(tmp_path):
     np.testing.assert_allclose(again.interpolate(150_000_000).p[0], 0.15, atol=1e-9)
     with pytest.raises(hw.IoError, match="missing.txt"):
         hw.Trajectory.read_tum(tmp_path / "missing.txt")
+
+
+def test_a_scale_is_found_by_alignment():
+    random = np.random.default_rng(3)
+    b = random.normal(size=(20, 3))
+    T = hw.Pose.from_tangent([1, 2, 3], [0.1, -0.2, 0.3])
+    a = np.array([(T * hw.Pose(1.25 * p, [0, 0, 0, 1])).p for p in b])
+    found = hw.align_umeyama(a, b, with_scale=True)
+    assert found.scale == pytest.approx(1.25, abs=1e-12)
+    np.testing.assert_allclose(found.T_AB.p, T.p, atol=1e-12)
+    np.testing.assert_allclose((found * hw.Pose(b[4], [0, 0, 0, 1])).p, a[4], atol=1e-12)
+    assert hw.align_umeyama(a, b).scale == 1.0
+    with pytest.raises(hw.InvalidArgument):
+        hw.align_umeyama(a[:2], b[:2])
+    stamps = np.arange(20) * 100_000_000
+    turns = np.tile([0, 0, 0, 1.0], (20, 1))
+    truth, small = hw.Trajectory(stamps, np.hstack([b, turns])), hw.Trajectory(stamps, np.hstack([b / 2, turns]))
+    for alignment in (hw.TrajectoryAlignment.SIM3, hw.TrajectoryAlignment.SCALE):
+        error = hw.absolute_pose_error(truth, small, alignment=alignment)
+        assert error.scale == pytest.approx(2.0) and error.statistics.rmse < 1e-12
 
 
 def test_octree_and_cloud_are_arrays(tmp_path, sensor):

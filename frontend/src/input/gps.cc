@@ -109,7 +109,14 @@ GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::str
   }
   GpsFix fix{*stamp, {values[0], values[1], values[2]}, {2.5, 2.5, 5.0}};
   if (values.size() == 6) fix.sigma = {values[3], values[4], values[5]};
-  if (fix.p_G.allFinite() && !(fix.sigma.minCoeff() > 0.0 && fix.sigma.allFinite())) {
+  if (!fix.p_G.allFinite()) return fix;
+  // Squares are still numbers, and so is what both are divided by.
+  constexpr double kLargest = 1e9, kSmallest = 1e-9;  // [m]
+  if (fix.p_G.cwiseAbs().maxCoeff() > kLargest) {
+    throw IoError(path, number, "is farther away than any place on Earth; " + std::string(kForm));
+  }
+  const auto sigma = fix.sigma.array();
+  if (!(sigma >= kSmallest && sigma <= kLargest).all()) {
     throw IoError(path, number, "has a sigma that is not positive; " + std::string(kForm));
   }
   return fix;

@@ -3,10 +3,16 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <stop_token>
+#include <unordered_map>
 #include <utility>
+
+#include <ceres/cost_function.h>
+#include <Eigen/Core>
 
 #include <highwall/core/pose_graph.h>
 #include <highwall/internal/background_worker.h>
@@ -14,18 +20,72 @@
 
 #include "loops/frame_alignment.h"
 #include "loops/keyframe_graph.h"
-#include "loops/map_correction.h"
 
 namespace highwall {
+namespace {
+
+// Factors of the world of a submap.
+std::size_t CountIn(const Map& map, SubmapId submap) {
+  const SubmapId root = map.Root(submap);
+  return static_cast<std::size_t>(std::ranges::count_if(
+      map.factors().all(),
+      [&](const MapFactor& factor) { return map.RootOf(factor.poses.front().keyframe) == root; }));
+}
+
+// Gives keyframes that have no move that of the newest before them in their submap: they were
+// tracked where that had been moved to.
+void Inherit(const Map& map, KeyFrameMoves* moves) {
+  std::unordered_map<SubmapId, KeyFrameId> newest;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    const KeyFrame& keyframe = *map.keyframe(id);
+    const auto [before, first] = newest.try_emplace(keyframe.submap, id);
+    const auto [move, is_new] = moves->try_emplace(id);
+    if (is_new && !first) {
+      const Pose T = keyframe.T_WC.Inverse() * map.keyframe(before->second)->T_WC;
+      move->second = T * moves->at(before->second) * T.Inverse();
+    }
+    before->second = id;
+  }
+}
+
+// Information of odometry, times what KeyFrameGraphOptions says, that is tried: those options bound
+// what may have happened to a loop, and images are mostly far better.
+constexpr double kTrust[] = {100.0, 10.0, 1.0};
+
+// r^T r of a factor where its nodes are.
+double Chi2Of(const PoseGraphFactor& factor,
+              const std::unordered_map<std::int64_t, const double*>& poses) {
+  std::vector<const double*> blocks;
+  for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
+  Eigen::VectorXd r(factor.cost->num_residuals());
+  const bool usable = factor.cost->Evaluate(blocks.data(), r.data(), nullptr);
+  return usable ? r.squaredNorm() : std::numeric_limits<double>::infinity();
+}
+
+// Does what was measured fit as its noise lets one expect: half of it within the median of chi2 of
+// as many residuals (Wilson and Hilferty 1931)? So less than half may be off by anything.
+bool FitsItsNoise(const PoseGraph& graph) {
+  std::unordered_map<std::int64_t, const double*> poses;
+  for (const PoseGraphNode& node : graph.nodes) poses.emplace(node.id, node.pose.data());
+  std::ptrdiff_t within = 0;
+  for (const PoseGraphFactor& factor : graph.factors) {
+    const double n = factor.cost->num_residuals();
+    const double median = n * std::pow(1.0 - 2.0 / (9.0 * n), 3);
+    within += Chi2Of(factor, poses) <= median ? 1 : -1;
+  }
+  return within >= 0;
+}
+
+}  // namespace
 
 // One adjustment, on a copy of the map, and what has come out.
 class FactorAdjuster::Job {
  public:
-  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, Moves moves,
+  Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, KeyFrameMoves moves,
       const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
       : map_(std::move(map)),
-        all_(map_.factors().all().size()),
         submap_(submap),
+        all_(CountIn(map_, submap)),
         loops_(loops.begin(), loops.end()),
         moves_(std::move(moves)),
         options_(options),
@@ -38,12 +98,17 @@ class FactorAdjuster::Job {
     }
   }
 
+  // Ends as soon as the iteration that runs is over; so does the destructor.
+  void Cancel() {
+    if (worker_) worker_->RequestStop();
+  }
   bool IsDone() const { return !worker_ || worker_->IsIdle(); }
-  // Factors of the map.
+  SubmapId submap() const { return submap_; }
+  // Factors of that world.
   std::size_t all() const { return all_; }
 
   // Throws what ended the work. moves: of the keyframes, so far.
-  FactorAdjustmentReport Write(Map* map, Moves* moves) {
+  FactorAdjustmentReport Write(Map* map, KeyFrameMoves* moves) {
     if (worker_) worker_->Wait();
     if (!report_.accepted) return report_;
     Apply(correction_, map);
@@ -79,13 +144,7 @@ class FactorAdjuster::Job {
       return;
     }
     TakeOutMoves(&graph);
-    PoseGraphOptions solve;
-    solve.estimate_variance_factor = false;
-    solve.solver.threads = options_.threads;
-    solve.solver.stop = stopped;
-    const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
-    report_.message = summary.message;
-    report_.accepted = summary.status != SolveStatus::kFailed;
+    report_.accepted = SolveAsStiffAsFits(stopped, &graph);
     if (!report_.accepted) return;
     for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
       const Pose& T_WC = graph.graph.nodes[i].pose;
@@ -96,6 +155,29 @@ class FactorAdjuster::Job {
       correction_.after.keyframes.emplace(graph.keyframes[i], T_WC);
     }
     correction_.after.frames = graph.FramePoses();
+  }
+
+  // Softer odometry than images deserve would follow the noise of the factors, and what is off. So
+  // it is as stiff as the factors allow. False where nothing could be solved.
+  bool SolveAsStiffAsFits(const std::atomic<bool>* stopped, KeyFrameGraph* graph) {
+    PoseGraphOptions solve;
+    solve.estimate_variance_factor = false;
+    solve.solver.threads = options_.threads;
+    solve.solver.stop = stopped;
+    const auto count = static_cast<std::int64_t>(graph->keyframes.size());
+    const PoseGraph as_made = graph->graph;
+    bool solved = false;
+    for (const double trust : kTrust) {
+      graph->graph = as_made;
+      for (PoseGraphEdge& edge : graph->graph.edges) {
+        if (edge.trusted && edge.i < count) edge.information *= trust;
+      }
+      const PoseGraphSummary summary = SolvePoseGraph(&graph->graph, solve);
+      report_.message = summary.message;
+      solved = summary.status != SolveStatus::kFailed;
+      if (*stopped || (solved && FitsItsNoise(graph->graph))) break;
+    }
+    return solved;
   }
 
   // Makes odometry, and what is covisible within some steps of it, that of images alone. Across a
@@ -119,10 +201,10 @@ class FactorAdjuster::Job {
   }
 
   Map map_;
-  const std::size_t all_;
   const SubmapId submap_;
+  const std::size_t all_;
   const std::vector<LoopEdge> loops_;
-  Moves moves_;
+  KeyFrameMoves moves_;
   const OwnFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   FactorAdjustmentReport report_;
@@ -135,8 +217,12 @@ FactorAdjuster::FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGr
 
 FactorAdjuster::~FactorAdjuster() = default;
 
+void FactorAdjuster::Adopt(const Map& map) {
+  for (const SubmapId root : map.roots()) adjusted_[root] = CountIn(map, root);
+}
+
 bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
-  const double share = options_.share * static_cast<double>(adjusted_);
+  const double share = options_.share * static_cast<double>(adjusted_[map.Root(submap)]);
   return Start(map, submap, loops,
                static_cast<std::size_t>(std::max<double>(options_.every, std::ceil(share))));
 }
@@ -147,26 +233,15 @@ bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const 
 
 bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops,
                            std::size_t enough) {
-  const std::size_t factors = map.factors().all().size();
-  adjusted_ = std::min(adjusted_, factors);  // some may have gone with their submap
-  if (job_ || factors < adjusted_ + enough) return false;
-  Inherit(map);
+  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
+  if (job_) return false;
+  const std::size_t factors = CountIn(map, submap);
+  std::size_t& adjusted = adjusted_[map.Root(submap)];
+  adjusted = std::min(adjusted, factors);  // some may have gone
+  if (factors < adjusted + enough) return false;
+  Inherit(map, &moves_);
   job_ = std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_);
   return true;
-}
-
-void FactorAdjuster::Inherit(const Map& map) {
-  std::unordered_map<SubmapId, KeyFrameId> newest;  // that was moved, of each submap
-  for (const KeyFrameId id : map.keyframe_ids()) {
-    const KeyFrame& keyframe = *map.keyframe(id);
-    const auto [before, first] = newest.try_emplace(keyframe.submap, id);
-    const auto [move, is_new] = moves_.try_emplace(id);
-    if (is_new && !first) {
-      const Pose T = keyframe.T_WC.Inverse() * map.keyframe(before->second)->T_WC;
-      move->second = T * moves_.at(before->second) * T.Inverse();
-    }
-    before->second = id;
-  }
 }
 
 bool FactorAdjuster::HasResult() const {
@@ -176,12 +251,24 @@ bool FactorAdjuster::HasResult() const {
 std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
   if (!job_) return std::nullopt;
   const std::unique_ptr<Job> job = std::move(job_);
-  adjusted_ = job->all();
+  adjusted_[map->Root(job->submap())] = job->all();
   return job->Write(map, &moves_);
 }
 
 void FactorAdjuster::Cancel() {
-  job_.reset();
+  if (!job_) return;
+  job_->Cancel();
+  ending_.push_back(std::move(job_));
+}
+
+void FactorAdjuster::Remember(const Map& map, KeyFrameMoves by_loop) {
+  if (by_loop.empty()) return;
+  Inherit(map, &moves_);
+  Inherit(map, &by_loop);
+  for (const auto& [id, move] : by_loop) {
+    Pose& so_far = moves_[id];
+    so_far = so_far * move;
+  }
 }
 
 }  // namespace highwall

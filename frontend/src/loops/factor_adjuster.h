@@ -1,14 +1,17 @@
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
+
+#include "loops/map_correction.h"
 
 namespace highwall {
 
@@ -28,8 +31,10 @@ class FactorAdjuster {
   FactorAdjuster(const FactorAdjuster&) = delete;
   FactorAdjuster& operator=(const FactorAdjuster&) = delete;
 
-  // Begins where enough factors have joined the map since the last time and nothing is under way.
-  // loops: that were closed. False where nothing was begun.
+  // What comes with a map takes part, but is not new: the map was adjusted to it when it was made.
+  void Adopt(const Map& map);
+  // Begins where enough factors have joined the world of the submap since the last time and nothing
+  // is under way. loops: that were closed. False where nothing was begun.
   bool Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);
   // The same where any factor is new.
   bool BeginLast(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);
@@ -38,23 +43,23 @@ class FactorAdjuster {
   // Waits for the work to end and applies it to the map, between frames. Empty where there is none.
   // Throws what ended the work.
   std::optional<FactorAdjustmentReport> Finish(Map* map);
-  // Nothing of what is being worked on is applied: the map was moved under it.
+  // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
   void Cancel();
+  // Keyframes of the map have been moved by a loop's graph with factors in it.
+  void Remember(const Map& map, KeyFrameMoves by_loop);
 
  private:
   class Job;
-  // T_WC = T_V B: where images alone have the keyframe, and the move by factors, in the camera.
-  using Moves = std::unordered_map<KeyFrameId, Pose>;
-
-  // Keyframes that are new were tracked where those before them had been moved to.
-  void Inherit(const Map& map);
   bool Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops, std::size_t enough);
 
   const OwnFactorOptions options_;
   const KeyFrameGraphOptions graph_;
-  std::size_t adjusted_ = 0;  // factors of the map that took part last
-  Moves moves_;
+  // Factors that took part last, by the root of their world.
+  std::map<SubmapId, std::size_t> adjusted_;
+  // T_WC = T_V B: where images alone have the keyframe, and its move B.
+  KeyFrameMoves moves_;
   std::unique_ptr<Job> job_;
+  std::vector<std::unique_ptr<Job>> ending_;  // cancelled, their threads still to end
 };
 
 }  // namespace highwall

@@ -8,13 +8,12 @@
 #include <highwall/core/error.h>
 #include <highwall/internal/background_worker.h>
 
-#include "loops/map_correction.h"
-
 namespace highwall {
 
 struct LoopCloser::Result {
   LoopReport report;
   MapCorrection correction;
+  KeyFrameMoves by_factors{};
 };
 
 // One loop on its way: the copy of the map that it is closed in, and what has come out.
@@ -75,6 +74,7 @@ class LoopCloser::Job {
     result.report.fused_points = static_cast<int>(closed.fusion.points.size());
     result.report.fused_lines = static_cast<int>(closed.fusion.lines.size());
     result.report.merge = closed.merge;
+    result.by_factors = std::move(closed.by_factors);
     const SubmapId submap = map_.keyframe(loop_.edge.keyframe)->submap;
     if (closed.accepted) {
       result.correction = {GeometryOf(map_, submap), std::move(closed.fusion), {}, closed.merge};
@@ -141,6 +141,10 @@ std::vector<LoopReport> LoopCloser::TakeRefused() {
   return reports;
 }
 
+KeyFrameMoves LoopCloser::TakeMovesByFactors() {
+  return std::exchange(by_factors_, {});
+}
+
 bool LoopCloser::IsClosing() const {
   return job_ && job_->IsClosing();
 }
@@ -160,7 +164,10 @@ std::vector<LoopReport> LoopCloser::Take(Job& job, Map* map) {
     if (result.report.accepted) {
       // Of an adjustment that failed nothing is to be applied.
       if (!result.report.bundle || result.report.bundle->usable) Apply(result.correction, map);
-      if (!result.report.bundle) loops_.push_back(result.report.loop.edge);
+      if (!result.report.bundle) {
+        loops_.push_back(result.report.loop.edge);
+        by_factors_ = std::move(result.by_factors);
+      }
     }
     reports.push_back(std::move(result.report));
   }

@@ -13,6 +13,7 @@
 #include "local/bundle_adjustment.h"
 #include "loops/loop_correction.h"
 #include "loops/loop_detector.h"
+#include "loops/map_correction.h"
 
 namespace highwall {
 
@@ -32,6 +33,9 @@ class LoopCloser {
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe);
   // What InsertKeyFrame() saw and did not believe, since the last call.
   std::vector<LoopReport> TakeRefused();
+  // How the graph of the loop that was applied last moved keyframes, once, where factors of the
+  // user's took part in it.
+  KeyFrameMoves TakeMovesByFactors();
   // A loop itself, not the adjustment after it, is being closed.
   bool IsClosing() const;
   // Neither is a loop being closed, nor the map adjusted after one.
@@ -59,6 +63,7 @@ class LoopCloser {
   LoopCloserOptions options_;
   LoopDetector detector_;
   std::vector<LoopEdge> loops_;
+  KeyFrameMoves by_factors_;
   std::unique_ptr<Job> job_;
   std::vector<std::unique_ptr<Job>> ending_;  // cancelled, their threads still to end
 };

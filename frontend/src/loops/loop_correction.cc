@@ -31,10 +31,10 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours,
 }
 
 // Moves keyframes and landmarks to where the pose graph has them with the loop. False where it is
-// refused; message: why, or the solver's words.
+// refused; message: why, or the solver's words. by_factors: LoopCorrectionResult.
 bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
                     const KeyFrameGraphOptions& graph_options, const LoopCorrectionOptions& options,
-                    Map* map, std::string* message) {
+                    Map* map, KeyFrameMoves* by_factors, std::string* message) {
   KeyFrameGraph graph =
       MakeKeyFrameGraph(*map, old_loops, graph_options, map->keyframe(loop.edge.keyframe)->submap);
   const double chi2 = LoopChi2(graph, loop.edge, graph_options);
@@ -63,6 +63,9 @@ bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
     poses.push_back(graph.graph.nodes[i].pose);
+    if (graph.graph.factors.empty()) continue;
+    const Pose& before = map->keyframe(graph.keyframes[i])->T_WC;
+    by_factors->emplace(graph.keyframes[i], before.Inverse() * poses.back());
   }
   MoveKeyFrames(graph.keyframes, poses, map);
   const SubmapId world = *map->RootOf(loop.edge.keyframe);
@@ -84,7 +87,8 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
     result.merge = PlanMerge(*map, loop.edge, graph_options, &result.message);
     if (!result.merge) return result;
     Apply(*result.merge, map);
-  } else if (!SolveKeyFrames(old_loops, loop, graph_options, options, map, &result.message)) {
+  } else if (!SolveKeyFrames(old_loops, loop, graph_options, options, map, &result.by_factors,
+                             &result.message)) {
     return result;
   }
   result.pose_graph_ms = watch.Milliseconds();

@@ -22,6 +22,7 @@ struct LoopCorrectionResult {
   std::string message;    // why not, or the solver's words
   MapFusion fusion;       // what was made one
   std::optional<SubmapMerge> merge;  // of submaps that were apart
+  KeyFrameMoves by_factors;          // by the graph, where factors of the user's took part in it
   double pose_graph_ms = 0.0, fusion_ms = 0.0;
 };
 

@@ -27,6 +27,9 @@ struct MapGeometry {
 // Of a submap and all that is joined with it.
 MapGeometry GeometryOf(const Map& map, SubmapId submap = kFirstSubmap);
 
+// How keyframes were moved, each in its own camera: T_WC <- T_WC * move.
+using KeyFrameMoves = std::unordered_map<KeyFrameId, Pose>;
+
 // What was found out on a copy of a map, for the map itself, which has gone on since.
 struct MapCorrection {
   MapGeometry after;

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <unordered_map>
+#include <utility>
 
 namespace highwall {
 namespace {
@@ -27,6 +28,25 @@ void Observe(const std::vector<Observation>& observations, const KeyFrames& keyf
              LandmarkId id, bool (Map::*observe)(KeyFrameId, int, LandmarkId), Map* map) {
   for (const Observation& o : observations) {
     (map->*observe)(keyframes.at(o.keyframe), o.index, id);
+  }
+}
+
+// Frames stay apart even where they are the same: each map has found its own.
+void AddFactors(const Map& other, const Submaps& submaps, const KeyFrames& keyframes, Map* map) {
+  std::map<ReferenceFrameId, ReferenceFrameId> frames;
+  for (const ReferenceFrameId id : other.factors().frames()) {
+    const ReferenceFrameId added = map->factors().AddFrame(other.factors().frame(id));
+    frames[id] = added;
+    for (const SubmapId root : other.roots()) {
+      if (const auto T_FW = other.factors().T_FW(id, root)) {
+        map->factors().Place(added, submaps.at(root), *T_FW);
+      }
+    }
+  }
+  for (MapFactor factor : other.factors().all()) {
+    for (CarriedPose& pose : factor.poses) pose.keyframe = keyframes.at(pose.keyframe);
+    if (factor.frame != kNoId) factor.frame = frames.at(factor.frame);
+    map->AddFactor(std::move(factor));
   }
 }
 
@@ -65,6 +85,7 @@ std::vector<KeyFrameId> AddMap(const Map& other, Map* map) {
     Copy(old, line);
     Observe(old.observations, keyframes, line.id, &Map::ObserveLine, map);
   }
+  AddFactors(other, submaps, keyframes, map);
   return added;
 }
 

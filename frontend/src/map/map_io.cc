@@ -23,6 +23,8 @@
 #include <highwall/core/error.h>
 
 #include "features/depth_grid.h"
+#include "map/map_archive.h"
+#include "map/map_factor_io.h"
 
 namespace highwall {
 namespace {
@@ -32,99 +34,19 @@ static_assert(std::endian::native == std::endian::little, "map files are little-
 constexpr std::array<char, 8> kMagic = {'H', 'W', 'M', 'A', 'P', '\r', '\n', '\x1a'};
 constexpr std::uint32_t kVersion = 4;
 // Older ones are read as well: what they lack is not known, and their points are ORB's.
-constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3,
-                        kFirstWithKind = 4;
+constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3;
+// The kind of points, the noise of features, the factors of the user's.
+constexpr std::uint32_t kFirstWithKind = 4;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
-// Appends values to the content of a file.
-class Writer {
- public:
-  template <class T>
-  void operator()(const T& value) {
-    static_assert(std::is_arithmetic_v<T>);
-    Bytes(&value, sizeof(T));
-  }
-  void Bytes(const void* data, std::size_t size) {
-    content_.append(static_cast<const char*>(data), size);
-  }
-  const std::string& content() const { return content_; }
-
- private:
-  std::string content_;
-};
-
-// Takes values from the content of a file, in the same order.
-class Reader {
- public:
-  Reader(const std::filesystem::path& path, const char* data, std::size_t size)
-      : path_(path), data_(data), end_(data + size) {}
-
-  template <class T>
-  void operator()(T& value) {
-    static_assert(std::is_arithmetic_v<T>);
-    Bytes(&value, sizeof(T));
-  }
-  void operator()(bool& value) {
-    std::uint8_t byte = 0;
-    Bytes(&byte, 1);
-    Require(byte <= 1, "a yes or no is neither");
-    value = byte == 1;
-  }
-  template <class Tag>
-  void operator()(Id<Tag>& id) {
-    std::int32_t number = 0;
-    (*this)(number);
-    id = Id<Tag>(number);
-  }
-  void Bytes(void* data, std::size_t size) {
-    Require(size <= static_cast<std::size_t>(end_ - data_), "a part of it is missing");
-    std::memcpy(data, data_, size);
-    data_ += size;
-  }
-  std::string String() {
-    std::string text(Count(1), '\0');
-    Bytes(text.data(), text.size());
-    return text;
-  }
-  // Of things that take at least `bytes` each.
-  std::uint32_t Count(std::size_t bytes) {
-    std::uint32_t count = 0;
-    (*this)(count);
-    Require(count <= static_cast<std::size_t>(end_ - data_) / bytes, "a count is beyond its end");
-    return count;
-  }
-  void RequireEnd() const { Require(data_ == end_, "there is more than was counted"); }
-  void Require(bool condition, const char* what) const {
-    if (!condition) throw IoError(path_, std::string("is damaged: ") + what);
-  }
-
- private:
-  const std::filesystem::path& path_;
-  const char* data_;
-  const char* end_;
-};
-
-// Bounds of what is believed, so that what was loaded can be used: beyond any image and any place
-// on Earth [px, m], and squares and products are still numbers.
-constexpr double kLargest = 1e9, kSmallest = 1e-9;
-constexpr double kRounding = 1e-6;                                 // of what has unit length
+// Bounds of what is believed.
 constexpr int kLargestImage = 1 << 14;                             // [px]
 constexpr int kMostOctaves = 16;                                   // OrbExtractorOptions::levels
 constexpr std::int64_t kLatest = std::int64_t{1} << 62;            // differences are still numbers
 constexpr std::int32_t kMostObservations = std::int32_t{1} << 30;  // counting goes on from here
 
-template <class T>
-bool IsBetween(T low, T value, T high) {
-  return low <= value && value <= high;
-}
-
-template <class Matrix>
-bool IsBounded(const Matrix& matrix) {
-  return (matrix.array().abs() <= static_cast<typename Matrix::Scalar>(kLargest)).all();
-}
-
-void Check(const Reader& reader, const PinholeCamera& camera) {
+void Check(const MapReader& reader, const PinholeCamera& camera) {
   camera.Validate();
   reader.Require(camera.width <= kLargestImage && camera.height <= kLargestImage &&
                      IsBetween(kSmallest, camera.fx, kLargest) &&
@@ -133,7 +55,7 @@ void Check(const Reader& reader, const PinholeCamera& camera) {
                  "no camera is like its camera");
 }
 
-void Check(const Reader& reader, const PointFeature& point) {
+void Check(const MapReader& reader, const PointFeature& point) {
   reader.Require(IsBounded(point.uv), "a point is nowhere in its image");
   reader.Require(IsBetween(0, point.octave, kMostOctaves - 1), "a point is of no pyramid level");
   reader.Require(std::isfinite(point.angle), "a point has no angle");
@@ -142,7 +64,7 @@ void Check(const Reader& reader, const PointFeature& point) {
                  "a point's depth or its sigma is not positive");
 }
 
-void Check(const Reader& reader, const LineFeature& line) {
+void Check(const MapReader& reader, const LineFeature& line) {
   // An image line of less than a pixel has no direction; its factors refuse it.
   reader.Require(IsBounded(line.segment.s) && IsBounded(line.segment.e) &&
                      (line.segment.e - line.segment.s).cast<double>().norm() >= 1.0,
@@ -159,7 +81,7 @@ void Check(const Reader& reader, const LineFeature& line) {
 }
 
 template <class Landmark>
-void CheckCounts(const Reader& reader, const Landmark& landmark) {
+void CheckCounts(const MapReader& reader, const Landmark& landmark) {
   reader.Require(IsBetween(1, landmark.visible, kMostObservations) &&
                      IsBetween(0, landmark.found, kMostObservations),
                  "a landmark's observations are not counted");
@@ -167,16 +89,16 @@ void CheckCounts(const Reader& reader, const Landmark& landmark) {
                  "a landmark's first frame is beyond all");
 }
 
-void Check(const Reader& reader, const MapPoint& point) {
+void Check(const MapReader& reader, const MapPoint& point) {
   reader.Require(IsBounded(point.p_W), "a point is nowhere");
-  reader.Require(point.normal_W.norm() <= 1.0 + kRounding, "a point is seen from nowhere");
+  reader.Require(point.normal_W.norm() <= 1.0 + kUnitRounding, "a point is seen from nowhere");
   reader.Require(0.0 <= point.min_distance && point.min_distance <= point.max_distance &&
                      point.max_distance <= kLargest,
                  "a point is seen from no distance");
   CheckCounts(reader, point);
 }
 
-void Check(const Reader& reader, const MapLine& line) {
+void Check(const MapReader& reader, const MapLine& line) {
   const Eigen::Vector3d p = line.segment_W.p(), q = line.segment_W.q();
   // What PluckerLine::FromPoints wants.
   reader.Require(IsBounded(p) && IsBounded(q) && (q - p).norm() > kSmallest,
@@ -184,21 +106,7 @@ void Check(const Reader& reader, const MapLine& line) {
   CheckCounts(reader, line);
 }
 
-// T_WC as it was stored, which may only be a rounding away from a unit quaternion.
-Pose CheckedPose(const Reader& reader, const std::array<double, Pose::kSize>& block) {
-  const Eigen::Map<const Eigen::Vector3d> p(block.data());
-  const Eigen::Map<const Eigen::Vector4d> q(block.data() + 3);
-  reader.Require(IsBounded(Eigen::Vector3d(p)) && std::abs(q.norm() - 1.0) <= kRounding,
-                 "a keyframe's pose is none");
-  return Pose::FromBlock(block.data());
-}
-
 // Each type's fields, for both directions.
-template <class Archive, class Matrix>
-void Doubles(Archive& archive, Matrix& matrix) {
-  archive.Bytes(matrix.data(), sizeof(*matrix.data()) * static_cast<std::size_t>(matrix.size()));
-}
-
 template <class Archive, class Camera>
 void Fields(Archive& archive,
             Camera& camera) requires std::is_same_v<std::remove_const_t<Camera>, PinholeCamera> {
@@ -266,14 +174,14 @@ void KindFields(Archive& archive, Kind& kind) {
   archive(kind.faint_response);
 }
 
-void WriteKind(Writer& writer, const PointKind& kind) {
+void WriteKind(MapWriter& writer, const PointKind& kind) {
   writer(static_cast<std::uint32_t>(kind.name.size()));
   writer.Bytes(kind.name.data(), kind.name.size());
   writer(kind.descriptor == DescriptorType::kFloat);
   KindFields(writer, kind);
 }
 
-PointKind ReadKind(Reader& reader) {
+PointKind ReadKind(MapReader& reader) {
   PointKind kind;
   kind.name = reader.String();
   bool is_float = false;
@@ -284,12 +192,12 @@ PointKind ReadKind(Reader& reader) {
   return kind;
 }
 
-void WriteDescriptors(Writer& writer, const cv::Mat& descriptors) {
+void WriteDescriptors(MapWriter& writer, const cv::Mat& descriptors) {
   writer(static_cast<std::uint32_t>(descriptors.rows));
   for (int i = 0; i < descriptors.rows; ++i) writer.Bytes(descriptors.ptr(i), 32);
 }
 
-cv::Mat ReadDescriptors(Reader& reader) {
+cv::Mat ReadDescriptors(MapReader& reader) {
   const auto rows = static_cast<int>(reader.Count(32));
   if (rows == 0) return {};
   cv::Mat descriptors(rows, 32, CV_8U);
@@ -297,7 +205,7 @@ cv::Mat ReadDescriptors(Reader& reader) {
   return descriptors;
 }
 
-void WriteFeatures(Writer& writer, const FrameFeatures& features) {
+void WriteFeatures(MapWriter& writer, const FrameFeatures& features) {
   writer(static_cast<std::uint32_t>(features.points.size()));
   for (const PointFeature& point : features.points) Fields(writer, point);
   WriteDescriptors(writer, features.point_descriptors);
@@ -311,7 +219,7 @@ void WriteFeatures(Writer& writer, const FrameFeatures& features) {
   WriteDescriptors(writer, features.line_descriptors);
 }
 
-std::shared_ptr<FrameFeatures> ReadFeatures(Reader& reader, const PinholeCamera& camera) {
+std::shared_ptr<FrameFeatures> ReadFeatures(MapReader& reader, const PinholeCamera& camera) {
   auto features = std::make_shared<FrameFeatures>();
   std::vector<cv::KeyPoint> keypoints;
   for (std::uint32_t i = reader.Count(40); i > 0; --i) {
@@ -345,7 +253,7 @@ std::shared_ptr<FrameFeatures> ReadFeatures(Reader& reader, const PinholeCamera&
 }
 
 // What a keyframe is held against where another map may show its place.
-void WriteEvidence(Writer& writer, const KeyFrame& keyframe) {
+void WriteEvidence(MapWriter& writer, const KeyFrame& keyframe) {
   const cv::Mat& grid = keyframe.depth_grid;
   writer(keyframe.found);
   writer(static_cast<std::uint32_t>(grid.total()));
@@ -355,7 +263,7 @@ void WriteEvidence(Writer& writer, const KeyFrame& keyframe) {
 }
 
 // size: of the grid of depth, in cells.
-double ReadEvidence(Reader& reader, const cv::Size& size, FrameFeatures& features) {
+double ReadEvidence(MapReader& reader, const cv::Size& size, FrameFeatures& features) {
   double found = 0.0;
   reader(found);
   reader.Require(IsBetween(0.0, found, kLargest), "a keyframe has found less than nothing");
@@ -372,8 +280,31 @@ double ReadEvidence(Reader& reader, const cv::Size& size, FrameFeatures& feature
   return found;
 }
 
+void WriteNoise(MapWriter& writer, const FrameFeatures& features) {
+  const auto write = [&](const auto& feature) {
+    writer(feature.noise.px);
+    writer(feature.noise.depth);
+  };
+  for (const PointFeature& point : features.points) write(point);
+  for (const LineFeature& line : features.lines) write(line);
+}
+
+void ReadNoise(MapReader& reader, FrameFeatures& features) {
+  const auto read = [&](auto& feature) {
+    reader(feature.noise.px);
+    reader(feature.noise.depth);
+    const auto is_factor = [](float factor) {
+      return IsBetween(static_cast<float>(kSmallest), factor, static_cast<float>(kLargest));
+    };
+    reader.Require(is_factor(feature.noise.px) && is_factor(feature.noise.depth),
+                   "a feature's noise is none");
+  };
+  for (PointFeature& point : features.points) read(point);
+  for (LineFeature& line : features.lines) read(line);
+}
+
 template <class Landmark>
-void WriteLandmark(Writer& writer, const Landmark& landmark,
+void WriteLandmark(MapWriter& writer, const Landmark& landmark,
                    const std::unordered_map<KeyFrameId, std::int32_t>& ranks) {
   Fields(writer, landmark);
   writer(static_cast<std::uint32_t>(landmark.observations.size()));
@@ -386,7 +317,7 @@ void WriteLandmark(Writer& writer, const Landmark& landmark,
 // Fills a landmark that the map made, and ties it to the keyframes that see it. slots: of the
 // features of a keyframe; observe: of the map.
 template <class Landmark, class Slots, class Observe>
-void ReadLandmark(Reader& reader, Landmark& landmark, const Map& map, const Slots& slots,
+void ReadLandmark(MapReader& reader, Landmark& landmark, const Map& map, const Slots& slots,
                   const Observe& observe) {
   Fields(reader, landmark);
   Check(reader, landmark);
@@ -405,7 +336,7 @@ void ReadLandmark(Reader& reader, Landmark& landmark, const Map& map, const Slot
 }
 
 // Those that have keyframes, in their order; each is written by its rank.
-std::map<SubmapId, std::int32_t> WriteSubmaps(Writer& writer, const Map& map) {
+std::map<SubmapId, std::int32_t> WriteSubmaps(MapWriter& writer, const Map& map) {
   std::map<SubmapId, std::int32_t> ranks;
   for (const KeyFrameId id : map.keyframe_ids()) ranks.emplace(map.keyframe(id)->submap, 0);
   std::int32_t next = 0;
@@ -422,7 +353,7 @@ std::map<SubmapId, std::int32_t> WriteSubmaps(Writer& writer, const Map& map) {
 }
 
 // Returns how many there are.
-std::uint32_t ReadSubmaps(Reader& reader, Map& map) {
+std::uint32_t ReadSubmaps(MapReader& reader, Map& map) {
   const std::uint32_t count = reader.Count(5);
   for (std::uint32_t i = 0; i < count; ++i) {
     const SubmapId submap = i == 0 ? kFirstSubmap : map.AddSubmap();
@@ -442,15 +373,10 @@ std::uint32_t ReadSubmaps(Reader& reader, Map& map) {
   return count;
 }
 
-// The least that holds all of the map: so that older programs read what they can.
-std::uint32_t VersionFor(const Map& map) {
-  return map.point_kind().name == PointKind().name ? kFirstWithKind - 1 : kVersion;
-}
-
 std::string Encode(const PinholeCamera& camera, const Map& map) {
-  Writer writer;
+  MapWriter writer;
   Fields(writer, camera);
-  if (VersionFor(map) >= kFirstWithKind) WriteKind(writer, map.point_kind());
+  WriteKind(writer, map.point_kind());
   const std::map<SubmapId, std::int32_t> submaps = WriteSubmaps(writer, map);
   std::unordered_map<KeyFrameId, std::int32_t> ranks;
   writer(static_cast<std::uint32_t>(map.num_keyframes()));
@@ -460,18 +386,20 @@ std::string Encode(const PinholeCamera& camera, const Map& map) {
     writer(submaps.at(keyframe.submap));
     writer(keyframe.frame.index);
     writer(keyframe.frame.stamp);
-    writer.Bytes(keyframe.T_WC.data(), sizeof(double) * Pose::kSize);
+    WritePose(writer, keyframe.T_WC);
     WriteFeatures(writer, *keyframe.frame.features);
     WriteEvidence(writer, keyframe);
+    WriteNoise(writer, *keyframe.frame.features);
   }
   writer(static_cast<std::uint32_t>(map.num_points()));
   for (const PointId id : map.point_ids()) WriteLandmark(writer, *map.point(id), ranks);
   writer(static_cast<std::uint32_t>(map.num_lines()));
   for (const LineId id : map.line_ids()) WriteLandmark(writer, *map.line(id), ranks);
+  WriteFactors(writer, map, submaps, ranks);
   return writer.content();
 }
 
-SavedMap Decode(Reader& reader, std::uint32_t version) {
+SavedMap Decode(MapReader& reader, std::uint32_t version) {
   SavedMap saved;
   Fields(reader, saved.camera);
   Check(reader, saved.camera);
@@ -492,13 +420,13 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
     reader.Require(
         IsBetween(-kLatest, frame.index, kLatest) && IsBetween(-kLatest, frame.stamp, kLatest),
         "a keyframe's time is beyond all");
-    std::array<double, Pose::kSize> block;
-    reader.Bytes(block.data(), sizeof(block));
+    const Pose T_WC = ReadPose(reader, "a keyframe's pose is none");
     const auto features = ReadFeatures(reader, saved.camera);
     const double found =
         version >= kFirstWithDepth ? ReadEvidence(reader, grid_size, *features) : 0.0;
+    if (version >= kFirstWithKind) ReadNoise(reader, *features);
     frame.features = features;
-    map.AddKeyFrame(frame, CheckedPose(reader, block), submap).found = found;
+    map.AddKeyFrame(frame, T_WC, submap).found = found;
   }
   for (const KeyFrameId id : map.keyframe_ids()) {
     reader.Require(populated[map.Root(map.keyframe(id)->submap).index()],
@@ -518,22 +446,26 @@ SavedMap Decode(Reader& reader, std::uint32_t version) {
         [](const KeyFrame& keyframe) { return keyframe.lines.size(); },
         [&](const Observation& o, LineId id) { return map.ObserveLine(o.keyframe, o.index, id); });
   }
+  if (version >= kFirstWithKind) ReadFactors(reader, submaps, &map);
   reader.RequireEnd();
   return saved;
 }
 
 }  // namespace
 
-void SaveMap(const std::filesystem::path& path, const PinholeCamera& camera, const Map& map) {
+std::size_t SaveMap(const std::filesystem::path& path, const PinholeCamera& camera,
+                    const Map& map) {
   const std::string content = Encode(camera, map);
-  Writer header;
+  MapWriter header;
   header.Bytes(kMagic.data(), kMagic.size());
-  header(VersionFor(map));
+  header(kVersion);
   header(Crc32(std::as_bytes(std::span(content))));
   header(static_cast<std::uint64_t>(content.size()));
   AtomicFile file(path);
   file.stream() << header.content() << content;
   file.Commit();
+  return static_cast<std::size_t>(std::ranges::count_if(
+      map.factors().all(), [](const MapFactor& factor) { return !CanWrite(factor); }));
 }
 
 SavedMap LoadMap(const std::filesystem::path& path) {
@@ -545,7 +477,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
     throw IoError(path, "is no map of Highwall");
   }
   if (bytes.size() < kHeaderSize) throw IoError(path, "is cut short");
-  Reader header(path, bytes.data() + kMagic.size(), kHeaderSize - kMagic.size());
+  MapReader header(path, bytes.data() + kMagic.size(), kHeaderSize - kMagic.size());
   std::uint32_t version = 0, crc = 0;
   std::uint64_t size = 0;
   header(version);
@@ -560,7 +492,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   if (bytes.size() - kHeaderSize > size || Crc32(std::as_bytes(std::span(content, size))) != crc) {
     throw IoError(path, "is damaged: its checksum does not fit");
   }
-  Reader reader(path, content, size);
+  MapReader reader(path, content, size);
   try {
     return Decode(reader, version);
   } catch (const InvalidArgument& e) {  // the camera, the kind of its points

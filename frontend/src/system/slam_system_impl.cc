@@ -50,6 +50,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
+  factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
   const PointKind& kind = builder_.point_kind();
   HIGHWALL_REQUIRE(ids.empty() || map_.point_kind().name == kind.name,
@@ -429,22 +430,29 @@ void SlamSystem::Impl::ApplyResults(FrameResult& result) {
     for (LoopReport& report : loop_closer_.Update(&map_)) {
       result.loops.push_back(std::move(report));
     }
+    factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
   });
 }
 
 std::vector<LoopReport> SlamSystem::Impl::Finish() {
   std::vector<LoopReport> reports;
-  std::optional<FactorAdjustmentReport> factors;
+  bool moved = false;  // by factors
+  const auto finish_factors = [&] {
+    const auto report = factor_adjuster_.Finish(&map_);
+    moved = moved || (report && report->accepted);
+  };
   WithTracker([&] {
     mapper_.Finish(&map_);
     reports = loop_closer_.Finish(&map_);
-    factors = factor_adjuster_.Finish(&map_);
-    if (factor_adjuster_.BeginLast(map_, submap_, loop_closer_.loops())) {
-      factors = factor_adjuster_.Finish(&map_);
+    factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
+    finish_factors();
+    for (const SubmapId root : map_.roots()) {
+      factor_adjuster_.BeginLast(map_, root, loop_closer_.loops());
+      finish_factors();
     }
   });
   Notify(reports);
-  if (callbacks_.on_map && factors && factors->accepted) callbacks_.on_map(map_);
+  if (callbacks_.on_map && moved) callbacks_.on_map(map_);
   return reports;
 }
 

@@ -30,6 +30,10 @@ class PositionFactor final : public ceres::SizedCostFunction<3, 7, 7> {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
+  const Eigen::Vector3d& p_G() const { return p_G_; }
+  const Eigen::Vector3d& lever_arm() const { return l_; }
+  const Eigen::Matrix3d& sqrt_information() const { return W_; }
+
  private:
   const Eigen::Vector3d p_G_, l_;
   const Eigen::Matrix3d W_;

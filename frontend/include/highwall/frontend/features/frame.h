@@ -84,16 +84,16 @@ struct PointFeature {
   double depth = 0.0;                            // [m] along z; 0 = none
   double depth_sigma = 0.0;                      // [m] standard deviation of depth, > 0 with it
   int octave = 0;                                // pyramid level
-  float angle = 0.0f;  // [deg] orientation, [0, 360]; negative: it has none
-  bool faint = false;  // weaker than PointKind::faint_response: may be mere noise
-  NoiseFactors noise;  // as it was known when the image was tracked
+  float angle = 0.0f;    // [deg] orientation, [0, 360]; negative: it has none
+  bool faint = false;    // weaker than PointKind::faint_response: may be mere noise
+  NoiseFactors noise{};  // as it was known when the image was tracked
 };
 
 // One line observation: an undistorted segment with its end points in C where depth allowed a fit.
 struct LineFeature {
   LineSegment segment;                    // [px] undistorted
   std::optional<SegmentDepth> segment_C;  // [m]
-  NoiseFactors noise;                     // as it was known when the image was tracked
+  NoiseFactors noise{};                   // as it was known when the image was tracked
 };
 
 // The features of one image, immutable once built; shared by the tracker and by keyframes.

@@ -184,7 +184,7 @@ class Map {
   const PointKind& point_kind() const { return point_kind_; }
   void SetPointKind(PointKind kind) { point_kind_ = std::move(kind); }
 
-  // Factors of the user's, which follow keyframes and worlds; not kept in files.
+  // Factors of the user's, which follow keyframes and worlds.
   const OwnFactors& factors() const { return factors_; }
   OwnFactors& factors() { return factors_; }
   // poses: hang on keyframes that may have been removed, and then on their parents. False, and
@@ -247,8 +247,10 @@ struct SavedMap {
 };
 
 // Writes keyframes with their features, points and lines: docs/map_file.md. The file appears whole
-// or not at all. camera: as above; its distortion is not kept. Throws IoError.
-void SaveMap(const std::filesystem::path& path, const PinholeCamera& camera, const Map& map);
+// or not at all. camera: as above; its distortion is not kept. Of the factors of the user's those
+// of a PositionFactor are kept, where their loss is none or ceres::HuberLoss; returns how many of
+// the others there are. Throws IoError.
+std::size_t SaveMap(const std::filesystem::path& path, const PinholeCamera& camera, const Map& map);
 
 // What SaveMap wrote; keyframes and landmarks get new ids, without gaps, in the old order. Throws
 // IoError for a file that is missing, no map, of another version, cut short or damaged.

@@ -1,0 +1,65 @@
+#include "own_factors.h"
+
+#include <pybind11/eigen.h>
+
+#include <exception>
+#include <memory>
+#include <utility>
+
+#include <highwall/factors/position.h>
+
+#include "cost_function.h"
+
+namespace highwall::python {
+namespace {
+
+// A factor whose errors do not reach Ceres' threads, which they would end the program on.
+class GuardedCost final : public ceres::CostFunction {
+ public:
+  explicit GuardedCost(std::shared_ptr<ceres::CostFunction> cost) : cost_(std::move(cost)) {
+    set_num_residuals(cost_->num_residuals());
+    *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    try {
+      return cost_->Evaluate(parameters, residuals, jacobians);
+    } catch (const std::exception& error) {
+      const py::gil_scoped_acquire lock;
+      PyErr_SetString(PyExc_RuntimeError, error.what());
+      PyErr_WriteUnraisable(nullptr);
+      return false;
+    }
+  }
+
+ private:
+  const std::shared_ptr<ceres::CostFunction> cost_;
+};
+
+}  // namespace
+
+void AddFactor(SlamSystem& slam, std::vector<Stamp> stamps, const py::object& factor,
+               std::optional<int> frame, const py::object& loss) {
+  std::shared_ptr<ceres::CostFunction> cost = ShareFactor(factor);
+  // The library's own do not throw, and a map file knows them by their type.
+  if (py::isinstance<PythonFactor>(factor)) cost = std::make_shared<GuardedCost>(std::move(cost));
+  PoseFactor added{std::move(stamps), kNoId, std::move(cost), ShareLoss(loss)};
+  if (frame) added.frame = ReferenceFrameId(*frame);
+  slam.AddFactor(std::move(added));
+}
+
+void BindOwnFactors(py::module_& module) {
+  py::class_<PositionFactor, ceres::CostFunction, std::shared_ptr<PositionFactor>>(
+      module, "PositionFactor",
+      "Of a Pose T_WB and the Pose T_GW of the world in the frame of the measurements: "
+      "W (T_GW T_WB lever_arm - p_G), as a GPS measures.")
+      .def(py::init<const Eigen::Vector3d&, const Eigen::Vector3d&, const Eigen::Matrix3d&>(),
+           py::arg("p_G"), py::arg("lever_arm"), py::arg("sqrt_information"));
+  py::class_<FactorCounts>(module, "FactorCounts", "What became of the factors of your own.")
+      .def_readonly("waiting", &FactorCounts::waiting, "For a frame at their last stamp.")
+      .def_readonly("attached", &FactorCounts::attached, "To keyframes.")
+      .def_readonly("refused", &FactorCounts::refused, "No frame with a pose was near enough.");
+}
+
+}  // namespace highwall::python
