@@ -9,6 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace highwall::internal {
 namespace {
 
@@ -16,7 +18,8 @@ namespace {
 constexpr double kLargest = 1e150;
 
 bool AreSmall(const double* values, int count) {
-  return std::all_of(values, values + count, [](double x) { return std::abs(x) < kLargest; });
+  return Eigen::Map<const Eigen::ArrayXd>(values, count).abs().maxCoeff<Eigen::PropagateNaN>() <
+         kLargest;
 }
 
 // What is wrong with values that are not. Ceres fills what it hands out with 1e302.
