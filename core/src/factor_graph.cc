@@ -59,11 +59,11 @@ struct VariableSlot {
 struct FactorSlot {
   ceres::ResidualBlockId residual = nullptr;  // null: free or suspended
   std::uint32_t generation = 0;
-  bool joins_landmarks = false;  // more than one
+  bool joins_landmarks = false;       // more than one
+  std::vector<VariableId> variables;  // empty: free
   std::shared_ptr<ceres::CostFunction> factor;
   std::unique_ptr<internal::GuardedFactor> guarded;
   std::shared_ptr<ceres::LossFunction> loss;
-  std::vector<VariableId> suspended_from;
 };
 
 std::uint32_t NextGraphNumber() {
@@ -154,25 +154,16 @@ struct FactorGraph::Impl {
     return {static_cast<std::uint32_t>(&slot - factors.data()), slot.generation, number};
   }
 
-  std::vector<VariableId> VariablesOf(const FactorSlot& slot) const {
-    std::vector<double*> blocks;
-    problem.GetParameterBlocksForResidualBlock(slot.residual, &blocks);
-    std::vector<VariableId> ids;
-    ids.reserve(blocks.size());
-    for (const double* block : blocks) ids.push_back(by_block.at(block));
-    return ids;
-  }
-
   // Gives the factor in the slot to the problem.
-  void Attach(FactorSlot& slot, std::span<const VariableId> ids) {
+  void Attach(FactorSlot& slot) {
     std::vector<double*> blocks;
-    blocks.reserve(ids.size());
-    for (const VariableId& id : ids) blocks.push_back(At(id).block.get());
+    blocks.reserve(slot.variables.size());
+    for (const VariableId& id : slot.variables) blocks.push_back(At(id).block.get());
     slot.residual = problem.AddResidualBlock(slot.guarded.get(), slot.loss.get(), blocks);
-    for (const VariableId& id : ids) variables[id.index].factors.push_back(IdOf(slot));
+    for (const VariableId& id : slot.variables) variables[id.index].factors.push_back(IdOf(slot));
   }
   void Detach(FactorSlot& slot) {
-    for (const VariableId& id : VariablesOf(slot)) {
+    for (const VariableId& id : slot.variables) {
       std::vector<FactorId>& list = variables[id.index].factors;
       list.erase(std::find(list.begin(), list.end(), IdOf(slot)));
     }
@@ -183,7 +174,8 @@ struct FactorGraph::Impl {
   FactorSlot& AtSuspended(const FactorId& id) {
     HIGHWALL_REQUIRE(id.graph == number && id.index < factors.size() &&
                          factors[id.index].generation == id.generation &&
-                         !factors[id.index].suspended_from.empty(),
+                         factors[id.index].residual == nullptr &&
+                         !factors[id.index].variables.empty(),
                      "FactorGraph: the factor is not suspended");
     return factors[id.index];
   }
@@ -192,7 +184,7 @@ struct FactorGraph::Impl {
   std::string Describe(const FactorSlot& slot) const {
     const ceres::CostFunction& factor = *slot.factor;
     std::string on;
-    for (const VariableId& id : VariablesOf(slot)) {
+    for (const VariableId& id : slot.variables) {
       on += (on.empty() ? " on variable " : ", variable ") + std::to_string(id.index) + " (" +
             internal::TypeName(*At(id).type) + ")";
     }
@@ -201,7 +193,7 @@ struct FactorGraph::Impl {
   }
   std::string FaultOf(const FactorSlot& slot) const {
     std::vector<const double*> parameters;
-    for (const VariableId& id : VariablesOf(slot)) parameters.push_back(At(id).block.get());
+    for (const VariableId& id : slot.variables) parameters.push_back(At(id).block.get());
     const std::string fault = internal::FaultOf(*slot.factor, parameters);
     return fault.empty() ? fault : Describe(slot) + ", " + fault;
   }
@@ -364,14 +356,15 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
   slot.joins_landmarks =
       std::count_if(variables.begin(), variables.end(),
                     [&](const VariableId& v) { return impl_->variables[v.index].landmark; }) > 1;
-  impl_->Attach(slot, variables);
+  slot.variables.assign(variables.begin(), variables.end());
+  impl_->Attach(slot);
   return impl_->IdOf(slot);
 }
 
 void FactorGraph::RemoveFactor(const FactorId& factor) {
   if (impl_->Contains(factor)) Suspend(factor);
   FactorSlot& slot = impl_->AtSuspended(factor);
-  slot.suspended_from.clear();
+  slot.variables.clear();
   slot.guarded.reset();
   slot.factor.reset();
   slot.loss.reset();
@@ -379,16 +372,12 @@ void FactorGraph::RemoveFactor(const FactorId& factor) {
 }
 
 void FactorGraph::Suspend(const FactorId& factor) {
-  std::vector<VariableId> variables = VariablesOf(factor);
-  FactorSlot& slot = impl_->factors[factor.index];
-  impl_->Detach(slot);
-  slot.suspended_from = std::move(variables);
+  impl_->At(factor);
+  impl_->Detach(impl_->factors[factor.index]);
 }
 
 void FactorGraph::Resume(const FactorId& factor) {
-  FactorSlot& slot = impl_->AtSuspended(factor);
-  impl_->Attach(slot, slot.suspended_from);
-  slot.suspended_from.clear();
+  impl_->Attach(impl_->AtSuspended(factor));
 }
 
 bool FactorGraph::Contains(const VariableId& variable) const {
@@ -411,8 +400,8 @@ const std::vector<FactorId>& FactorGraph::FactorsOf(const VariableId& variable) 
   return impl_->At(variable).factors;
 }
 
-std::vector<VariableId> FactorGraph::VariablesOf(const FactorId& factor) const {
-  return impl_->VariablesOf(impl_->At(factor));
+const std::vector<VariableId>& FactorGraph::VariablesOf(const FactorId& factor) const {
+  return impl_->At(factor).variables;
 }
 
 const ceres::CostFunction& FactorGraph::Factor(const FactorId& factor) const {

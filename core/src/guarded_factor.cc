@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <exception>
 #include <memory>
+#include <numeric>
 #include <vector>
 
 #include <Eigen/Core>
@@ -61,23 +62,25 @@ std::string TypeName(const std::type_info& type) {
 std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* const> parameters) {
   const std::vector<int>& sizes = factor.parameter_block_sizes();
   const int rows = factor.num_residuals();
-  std::vector<double> residuals(static_cast<std::size_t>(rows));
-  std::vector<std::vector<double>> storage;
+  const int columns = std::accumulate(sizes.begin(), sizes.end(), 0);
+  std::vector<double> values(static_cast<std::size_t>(rows) *
+                             static_cast<std::size_t>(1 + columns));
+  double* const residuals = values.data();
+  double* next = residuals + rows;
   std::vector<double*> jacobians;
+  jacobians.reserve(sizes.size());
   for (const int size : sizes) {
-    storage.emplace_back(static_cast<std::size_t>(rows * size));
-    jacobians.push_back(storage.back().data());
+    jacobians.push_back(next);
+    next += rows * size;
   }
   try {
-    if (!factor.Evaluate(parameters.data(), residuals.data(), jacobians.data())) {
+    if (!factor.Evaluate(parameters.data(), residuals, jacobians.data())) {
       return "cannot be evaluated";
     }
   } catch (const std::exception& error) {
     return std::string("throws: ") + error.what();
   }
-  if (!AreSmall(residuals.data(), rows)) {
-    return "has a residual " + FaultOf(residuals.data(), rows);
-  }
+  if (!AreSmall(residuals, rows)) return "has a residual " + FaultOf(residuals, rows);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     if (!AreSmall(jacobians[i], rows * sizes[i])) {
       return "has a Jacobian " + FaultOf(jacobians[i], rows * sizes[i]) + " (block " +
