@@ -49,6 +49,14 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
 
 }  // namespace
 
+void FillWithZeros(const ceres::CostFunction& factor, double* residuals, double** jacobians) {
+  const std::vector<int>& sizes = factor.parameter_block_sizes();
+  std::fill_n(residuals, factor.num_residuals(), 0.0);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (jacobians[i] != nullptr) std::fill_n(jacobians[i], factor.num_residuals() * sizes[i], 0.0);
+  }
+}
+
 std::string TypeName(const std::type_info& type) {
   int status = 0;
   const std::unique_ptr<char, decltype(&std::free)> demangled(
@@ -102,11 +110,7 @@ bool GuardedFactor::Evaluate(double const* const* parameters, double* residuals,
   faults_->last = &factor_;
   if (!faults_->solving || jacobians == nullptr) return false;
   faults_->must_stop = true;
-  std::fill_n(residuals, num_residuals(), 0.0);
-  for (std::size_t i = 0; i < parameter_block_sizes().size(); ++i) {
-    if (jacobians[i] == nullptr) continue;
-    std::fill_n(jacobians[i], num_residuals() * parameter_block_sizes()[i], 0.0);
-  }
+  FillWithZeros(*this, residuals, jacobians);
   return true;
 }
 
