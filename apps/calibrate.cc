@@ -4,6 +4,7 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/inertial/camera_imu_calibration.h>
+#include <highwall/frontend/local/intrinsics.h>
 
 #include "calibration_file.h"
 #include "commands.h"
@@ -34,6 +36,7 @@ struct CalibrateArguments {
   std::filesystem::path input;
   std::string config, trajectory, out;
   bool keep_depth = false;
+  bool intrinsics = false;
   bool json = false;
 };
 
@@ -41,17 +44,37 @@ void Warn(const std::string& text) {
   fmt::print(stderr, "highwall calibrate: warning: {}\n", OneLine(text));
 }
 
-// All frames, adjusted together, by the images alone.
-Trajectory TrackImages(const Dataset& dataset, const RgbdSensor& sensor) {
+// What the images tell alone.
+struct TrackedImages {
+  Trajectory trajectory;                            // all frames, adjusted together
+  std::optional<IntrinsicsCalibration> intrinsics;  // where asked for
+};
+
+TrackedImages TrackImages(const Dataset& dataset, const RgbdSensor& sensor, bool intrinsics) {
   SlamRunOptions options;
   options.dense = false;
   options.adjust_all = true;
+  options.intrinsics = intrinsics;
   Progress progress("tracking");
   const SlamRun run = RunSlam(dataset, sensor, options,
                               [&progress](const FrameResult&, const RgbdImage&, std::size_t done,
                                           std::size_t total) { progress.Update(done, total); });
   RequireWhole(run);
-  return run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted;
+  return {run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted,
+          run.intrinsics};
+}
+
+// Twice: what is tracked with a wrong camera is tracked worse. The sensor gets what is found.
+TrackedImages TrackWithIntrinsics(const Dataset& dataset, RgbdSensor* sensor) {
+  TrackedImages tracked;
+  for (int round = 0; round < 2; ++round) {
+    tracked = TrackImages(dataset, *sensor, true);
+    if (!tracked.intrinsics) throw std::runtime_error("no frame could be tracked");
+    const Eigen::Vector4d& k = tracked.intrinsics->intrinsics;
+    PinholeCamera& camera = sensor->camera;
+    camera.fx = k[0], camera.fy = k[1], camera.cx = k[2], camera.cy = k[3];
+  }
+  return tracked;
 }
 
 struct Recording {
@@ -116,6 +139,27 @@ void PrintText(const CameraImuCalibration& found, bool with_scale) {
   for (const std::string& advice : found.advice) fmt::print("not seen     {}\n", advice);
 }
 
+void PrintText(const IntrinsicsCalibration& found) {
+  const Eigen::Vector4d &k = found.intrinsics, &s = found.sigma;
+  fmt::print("focal        {:.2f} {:.2f} +- {:.2f} {:.2f} px ({} points from {} keyframes)\n", k[0],
+             k[1], s[0], s[1], found.points, found.keyframes);
+  fmt::print("centre       {:.2f} {:.2f} +- {:.2f} {:.2f} px\n", k[2], k[3], s[2], s[3]);
+  for (const std::string& advice : found.advice) fmt::print("not seen     {}\n", advice);
+}
+
+nlohmann::ordered_json ToJson(const IntrinsicsCalibration& found) {
+  const auto list = [](const Eigen::Vector4d& v) {
+    return std::vector<double>(v.data(), v.data() + v.size());
+  };
+  return {{"fx_fy_cx_cy", list(found.intrinsics)},
+          {"sigma_px", list(found.sigma)},
+          {"error", found.error},
+          {"keyframes", found.keyframes},
+          {"points", found.points},
+          {"observations", found.observations},
+          {"advice", found.advice}};
+}
+
 nlohmann::ordered_json ToJson(const CameraImuCalibration& found) {
   const auto list = [](const auto& v) {
     return std::vector<double>(v.data(), v.data() + v.size());
@@ -164,22 +208,31 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   }
   for (const std::string& warning : imu->warnings) Warn(warning);
   if (!imu->IsUsable()) throw IoError(imu->file, "cannot be used");
-  const Trajectory camera = recording.trajectory.empty() ? TrackImages(dataset, config.sensor)
-                                                         : ReadTumTrajectory(recording.trajectory);
+  TrackedImages images;
+  if (arguments.intrinsics) {
+    images = TrackWithIntrinsics(dataset, &config.sensor);
+  } else if (recording.trajectory.empty()) {
+    images = TrackImages(dataset, config.sensor, false);
+  } else {
+    images.trajectory = ReadTumTrajectory(recording.trajectory);
+  }
   CameraImuCalibration found;
   try {
     const Progress progress("fitting");
     found =
-        CalibrateCameraImu(camera, imu->samples,
+        CalibrateCameraImu(images.trajectory, imu->samples,
                            {.noise = guess.noise, .estimate_depth_scale = !arguments.keep_depth});
   } catch (const InvalidArgument& error) {
     throw IoError(recording.trajectory.empty() ? recording.dataset.string() : recording.trajectory,
                   error.what());
   }
   if (arguments.json) {
-    fmt::print("{}\n", ToJson(found).dump());
+    nlohmann::ordered_json json = ToJson(found);
+    if (images.intrinsics) json["intrinsics"] = ToJson(*images.intrinsics);
+    fmt::print("{}\n", json.dump());
   } else {
     PrintText(found, !arguments.keep_depth);
+    if (images.intrinsics) PrintText(*images.intrinsics);
   }
   if (arguments.out.empty()) return kExitOk;
   config.imu = guess;
@@ -210,8 +263,12 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file; of an IMU only its noise is taken from it "
                       "[default: calibration.yaml of the dataset]");
-  command->add_option("--trajectory", arguments->trajectory,
-                      "T_WC by the images alone, instead of tracking them");
+  CLI::Option* trajectory = command->add_option(
+      "--trajectory", arguments->trajectory, "T_WC by the images alone, instead of tracking them");
+  command
+      ->add_flag("--intrinsics", arguments->intrinsics,
+                 "Find the focal lengths and the principal point as well: tracks the images twice")
+      ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
   command->add_flag("--keep-depth", arguments->keep_depth, "The scale of the depth is right");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");

@@ -213,13 +213,18 @@ bool MovesMap(const std::vector<LoopReport>& reports) {
   return std::ranges::any_of(reports, &LoopReport::accepted);
 }
 
+MeasurementModel ModelOf(const Map& map, const RgbdSensor& sensor, const SlamRunOptions& options) {
+  return MeasurementModel(sensor, options.slam.measurement,
+                          options.imu ? options.imu->calibration.T_BC : Pose(),
+                          map.point_kind().pyramid);
+}
+
 std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
                                   const SlamRunOptions& options) {
   if (!map.gravity_W()) return std::nullopt;
-  const Pose& T_BC = options.imu->calibration.T_BC;
-  const MeasurementModel model(sensor, options.slam.measurement, T_BC, map.point_kind().pyramid);
+  const MeasurementModel model = ModelOf(map, sensor, options);
   const std::optional<DepthScale> scale =
-      EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), T_BC);
+      EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), model.T_BC());
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
 }
 
@@ -419,6 +424,12 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
       for (std::size_t i = 1; i < submaps.size(); ++i) {
         run->others[i - 1].adjusted = std::move(submaps[i].frames);
       }
+    });
+  }
+  if (options.intrinsics && run->largest.submap != kNoId) {
+    attempt("intrinsics", [&] {
+      run->intrinsics = CalibrateIntrinsics(slam.map(), ModelOf(slam.map(), sensor, options),
+                                            run->largest.submap);
     });
   }
   for (const std::filesystem::path& path : {options.save_map, options.keep_map}) {

@@ -27,7 +27,8 @@ void BindSolver(py::module_& module) {
       .value("DENSE_CHOLESKY", LinearSolver::kDenseCholesky)
       .value("SPARSE_CHOLESKY", LinearSolver::kSparseCholesky)
       .value("DENSE_SCHUR", LinearSolver::kDenseSchur)
-      .value("SPARSE_SCHUR", LinearSolver::kSparseSchur);
+      .value("SPARSE_SCHUR", LinearSolver::kSparseSchur)
+      .value("VARIABLE_PROJECTION", LinearSolver::kVariableProjection);
   py::enum_<SolveStatus>(module, "SolveStatus")
       .value("CONVERGED", SolveStatus::kConverged)
       .value("LIMIT", SolveStatus::kLimit)

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -120,6 +121,38 @@ void CompareCandidates(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(InformationLoss(graph.problem(), candidates));
 }
 
+// How far the newest keyframe is off, over 20 runs of 80 keyframes, from the 40th on. range(0): the
+// policy, range(1): keyframes from which a landmark is seen, in a window of ten.
+void LeavingPolicies(benchmark::State& state) {
+  SlidingWindowOptions options{.max_states = 10};
+  options.leaving =
+      state.range(0) == 0 ? LeavingPolicy::kOldestFirst : LeavingPolicy::kLeastInformation;
+  SimulatedWindowOptions world;
+  world.new_points = 6;
+  world.new_lines = 2;
+  world.track_length = static_cast<int>(state.range(1));
+  double position = 0.0, angle = 0.0;
+  int count = 0;
+  for (auto _ : state) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      SimulatedWindow simulation(world, seed);
+      SlidingWindowSmoother smoother(options);
+      for (int k = 0; k < 80; ++k) {
+        const Variable<Pose> newest = simulation.AddKeyframe(&smoother);
+        smoother.Update();
+        if (k < 40) continue;
+        const Pose error = SimulatedWindow::Truth(k).Inverse() * smoother.Value(newest);
+        position += error.p().squaredNorm();
+        angle += error.Angle() * error.Angle();
+        ++count;
+      }
+    }
+  }
+  state.SetLabel(ToString(options.leaving));
+  state.counters["position_mm"] = 1e3 * std::sqrt(position / count);
+  state.counters["angle_mrad"] = 1e3 * std::sqrt(angle / count);
+}
+
 void Windows(benchmark::internal::Benchmark* bench) {
   for (const int keyframes : {5, 10, 20, 40}) bench->Args({keyframes, 500});
   for (const int landmarks : {100, 1000, 2000}) bench->Args({10, landmarks});
@@ -135,6 +168,10 @@ BENCHMARK(SmootherUpdate)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(MarginalizeOldest)->Apply(Windows);
+BENCHMARK(LeavingPolicies)
+    ->ArgsProduct({{0, 1}, {5, 10, 15, 20}})
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(CompareCandidates)->Args({5, 100})->Args({10, 500})->Unit(benchmark::kMillisecond);
 
 }  // namespace

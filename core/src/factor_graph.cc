@@ -14,6 +14,8 @@
 #include <highwall/internal/quiet_glog.h>
 #include "graph_covariance.h"
 #include "guarded_factor.h"
+#include "landmark_problem.h"
+#include "variable_projection.h"
 
 namespace highwall {
 namespace {
@@ -59,11 +61,11 @@ struct VariableSlot {
 struct FactorSlot {
   ceres::ResidualBlockId residual = nullptr;  // null: free or suspended
   std::uint32_t generation = 0;
-  bool joins_landmarks = false;  // more than one
+  bool joins_landmarks = false;       // more than one
+  std::vector<VariableId> variables;  // empty: free
   std::shared_ptr<ceres::CostFunction> factor;
   std::unique_ptr<internal::GuardedFactor> guarded;
   std::shared_ptr<ceres::LossFunction> loss;
-  std::vector<VariableId> suspended_from;
 };
 
 std::uint32_t NextGraphNumber() {
@@ -93,12 +95,28 @@ ceres::LinearSolverType ToCeres(LinearSolver solver, bool has_landmarks, int oth
       return ceres::DENSE_SCHUR;
     case LinearSolver::kSparseSchur:
       return ceres::SPARSE_SCHUR;
+    case LinearSolver::kVariableProjection:  // where there are no landmarks
     case LinearSolver::kAuto:
       break;
   }
   const bool dense = other_dimensions <= kMaxDenseDimensions;
   if (has_landmarks) return dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   return dense ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
+}
+
+ceres::Solver::Options ToCeres(const SolveOptions& options) {
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = options.max_iterations;
+  solver.max_solver_time_in_seconds = options.max_seconds;
+  solver.num_threads = options.threads;
+  solver.function_tolerance = options.function_tolerance;
+  solver.gradient_tolerance = options.gradient_tolerance;
+  solver.parameter_tolerance = options.parameter_tolerance;
+  solver.initial_trust_region_radius = options.initial_trust_region_radius;
+  solver.max_trust_region_radius =
+      std::max(solver.max_trust_region_radius, options.initial_trust_region_radius);
+  solver.logging_type = ceres::SILENT;
+  return solver;
 }
 
 SolveStatus ToStatus(ceres::TerminationType type) {
@@ -129,6 +147,7 @@ struct FactorGraph::Impl {
   // the same ones used again, memory stays flat.
   std::unordered_map<std::size_t, std::vector<std::unique_ptr<double[]>>> spare_blocks;
   ceres::Problem problem{ProblemOptions()};
+  internal::VariableProjection::Memory projection_memory;
 
   bool Contains(const VariableId& id) const {
     return id.graph == number && id.index < variables.size() &&
@@ -154,25 +173,16 @@ struct FactorGraph::Impl {
     return {static_cast<std::uint32_t>(&slot - factors.data()), slot.generation, number};
   }
 
-  std::vector<VariableId> VariablesOf(const FactorSlot& slot) const {
-    std::vector<double*> blocks;
-    problem.GetParameterBlocksForResidualBlock(slot.residual, &blocks);
-    std::vector<VariableId> ids;
-    ids.reserve(blocks.size());
-    for (const double* block : blocks) ids.push_back(by_block.at(block));
-    return ids;
-  }
-
   // Gives the factor in the slot to the problem.
-  void Attach(FactorSlot& slot, std::span<const VariableId> ids) {
+  void Attach(FactorSlot& slot) {
     std::vector<double*> blocks;
-    blocks.reserve(ids.size());
-    for (const VariableId& id : ids) blocks.push_back(At(id).block.get());
+    blocks.reserve(slot.variables.size());
+    for (const VariableId& id : slot.variables) blocks.push_back(At(id).block.get());
     slot.residual = problem.AddResidualBlock(slot.guarded.get(), slot.loss.get(), blocks);
-    for (const VariableId& id : ids) variables[id.index].factors.push_back(IdOf(slot));
+    for (const VariableId& id : slot.variables) variables[id.index].factors.push_back(IdOf(slot));
   }
   void Detach(FactorSlot& slot) {
-    for (const VariableId& id : VariablesOf(slot)) {
+    for (const VariableId& id : slot.variables) {
       std::vector<FactorId>& list = variables[id.index].factors;
       list.erase(std::find(list.begin(), list.end(), IdOf(slot)));
     }
@@ -183,7 +193,8 @@ struct FactorGraph::Impl {
   FactorSlot& AtSuspended(const FactorId& id) {
     HIGHWALL_REQUIRE(id.graph == number && id.index < factors.size() &&
                          factors[id.index].generation == id.generation &&
-                         !factors[id.index].suspended_from.empty(),
+                         factors[id.index].residual == nullptr &&
+                         !factors[id.index].variables.empty(),
                      "FactorGraph: the factor is not suspended");
     return factors[id.index];
   }
@@ -192,7 +203,7 @@ struct FactorGraph::Impl {
   std::string Describe(const FactorSlot& slot) const {
     const ceres::CostFunction& factor = *slot.factor;
     std::string on;
-    for (const VariableId& id : VariablesOf(slot)) {
+    for (const VariableId& id : slot.variables) {
       on += (on.empty() ? " on variable " : ", variable ") + std::to_string(id.index) + " (" +
             internal::TypeName(*At(id).type) + ")";
     }
@@ -201,7 +212,7 @@ struct FactorGraph::Impl {
   }
   std::string FaultOf(const FactorSlot& slot) const {
     std::vector<const double*> parameters;
-    for (const VariableId& id : VariablesOf(slot)) parameters.push_back(At(id).block.get());
+    for (const VariableId& id : slot.variables) parameters.push_back(At(id).block.get());
     const std::string fault = internal::FaultOf(*slot.factor, parameters);
     return fault.empty() ? fault : Describe(slot) + ", " + fault;
   }
@@ -240,6 +251,51 @@ struct FactorGraph::Impl {
     return name +
            " is not determined (singular): fix a variable, or add a prior; of its factors, " +
            Describe(At(slot.factors.front()));
+  }
+
+  // Ceres is given the other variables, with the landmarks' factors as one function of them.
+  void SolveProjected(const ceres::Solver::Options& solver, const std::vector<double*>& landmarks,
+                      ceres::Solver::Summary* summary) {
+    internal::SplitProblem split = internal::Split(problem, landmarks);
+    internal::VariableProjection projection(std::move(split.landmarks), &faults,
+                                            &projection_memory);
+    ceres::Problem others(ProblemOptions());
+    std::vector<double*> blocks;
+    const auto add = [&](ceres::CostFunction* cost, ceres::LossFunction* loss) {
+      for (double* const block : blocks) {
+        if (others.HasParameterBlock(block)) continue;
+        others.AddParameterBlock(block, problem.ParameterBlockSize(block),
+                                 const_cast<ceres::Manifold*>(problem.GetManifold(block)));
+        if (problem.IsParameterBlockConstant(block)) others.SetParameterBlockConstant(block);
+      }
+      others.AddResidualBlock(cost, loss, blocks);
+    };
+    for (const auto& block : projection.unknowns()) blocks.push_back(block.values);
+    add(&projection, nullptr);
+    for (const ceres::ResidualBlockId residual : split.others) {
+      problem.GetParameterBlocksForResidualBlock(residual, &blocks);
+      add(const_cast<ceres::CostFunction*>(problem.GetCostFunctionForResidualBlock(residual)),
+          const_cast<ceres::LossFunction*>(problem.GetLossFunctionForResidualBlock(residual)));
+    }
+    ceres::Solve(solver, &others, summary);
+    if (summary->IsSolutionUsable()) projection.WriteLandmarks();
+  }
+
+  SolveSummary Summarize(const ceres::Solver::Summary& ceres_summary) {
+    SolveSummary summary;
+    summary.status = ToStatus(ceres_summary.termination_type);
+    summary.message = ceres_summary.message;
+    if (!summary.IsUsable()) {
+      const std::string fault = faults.last != nullptr ? FirstFault() : FirstUndetermined();
+      if (!fault.empty()) summary.message = fault;
+    }
+    summary.initial_cost = ceres_summary.initial_cost;
+    summary.final_cost = ceres_summary.final_cost;
+    summary.iterations =
+        std::max(0, ceres_summary.num_successful_steps) +  // -1 where there was nothing to solve
+        std::max(0, ceres_summary.num_unsuccessful_steps);
+    summary.seconds = ceres_summary.total_time_in_seconds;
+    return summary;
   }
 
   // A factor joins two landmarks that are not fixed.
@@ -364,14 +420,15 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
   slot.joins_landmarks =
       std::count_if(variables.begin(), variables.end(),
                     [&](const VariableId& v) { return impl_->variables[v.index].landmark; }) > 1;
-  impl_->Attach(slot, variables);
+  slot.variables.assign(variables.begin(), variables.end());
+  impl_->Attach(slot);
   return impl_->IdOf(slot);
 }
 
 void FactorGraph::RemoveFactor(const FactorId& factor) {
   if (impl_->Contains(factor)) Suspend(factor);
   FactorSlot& slot = impl_->AtSuspended(factor);
-  slot.suspended_from.clear();
+  slot.variables.clear();
   slot.guarded.reset();
   slot.factor.reset();
   slot.loss.reset();
@@ -379,16 +436,12 @@ void FactorGraph::RemoveFactor(const FactorId& factor) {
 }
 
 void FactorGraph::Suspend(const FactorId& factor) {
-  std::vector<VariableId> variables = VariablesOf(factor);
-  FactorSlot& slot = impl_->factors[factor.index];
-  impl_->Detach(slot);
-  slot.suspended_from = std::move(variables);
+  impl_->At(factor);
+  impl_->Detach(impl_->factors[factor.index]);
 }
 
 void FactorGraph::Resume(const FactorId& factor) {
-  FactorSlot& slot = impl_->AtSuspended(factor);
-  impl_->Attach(slot, slot.suspended_from);
-  slot.suspended_from.clear();
+  impl_->Attach(impl_->AtSuspended(factor));
 }
 
 bool FactorGraph::Contains(const VariableId& variable) const {
@@ -411,8 +464,8 @@ const std::vector<FactorId>& FactorGraph::FactorsOf(const VariableId& variable) 
   return impl_->At(variable).factors;
 }
 
-std::vector<VariableId> FactorGraph::VariablesOf(const FactorId& factor) const {
-  return impl_->VariablesOf(impl_->At(factor));
+const std::vector<VariableId>& FactorGraph::VariablesOf(const FactorId& factor) const {
+  return impl_->At(factor).variables;
 }
 
 const ceres::CostFunction& FactorGraph::Factor(const FactorId& factor) const {
@@ -440,31 +493,24 @@ double FactorGraph::Cost() const {
 
 SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   options.Validate();
-  ceres::Solver::Options solver;
-  solver.max_num_iterations = options.max_iterations;
-  solver.max_solver_time_in_seconds = options.max_seconds;
-  solver.num_threads = options.threads;
-  solver.function_tolerance = options.function_tolerance;
-  solver.gradient_tolerance = options.gradient_tolerance;
-  solver.parameter_tolerance = options.parameter_tolerance;
-  solver.initial_trust_region_radius = options.initial_trust_region_radius;
-  solver.max_trust_region_radius =
-      std::max(solver.max_trust_region_radius, options.initial_trust_region_radius);
-  solver.logging_type = ceres::SILENT;
-
-  bool has_landmarks = false;
+  ceres::Solver::Options solver = ToCeres(options);
+  std::vector<double*> landmarks;
   int other_dimensions = 0;
   for (const VariableSlot& slot : impl_->variables) {
     double* block = slot.block.get();
     if (block == nullptr) continue;
     if (impl_->problem.IsParameterBlockConstant(block)) continue;
-    has_landmarks |= slot.landmark;
+    if (slot.landmark) landmarks.push_back(block);
     if (!slot.landmark) other_dimensions += impl_->problem.ParameterBlockTangentSize(block);
   }
-  solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks, other_dimensions);
+  const bool project = options.linear_solver == LinearSolver::kVariableProjection &&
+                       !landmarks.empty() && other_dimensions > 0;
+  solver.linear_solver_type =
+      ToCeres(options.linear_solver, !landmarks.empty() && !project, other_dimensions);
   // Which blocks to eliminate is left to Ceres, which finds the landmarks by itself: told, it would
   // sort them by address, and no run would repeat another to the last bit.
-  if (ceres::IsSchurType(solver.linear_solver_type) && impl_->LandmarksDependOnEachOther()) {
+  if ((project || ceres::IsSchurType(solver.linear_solver_type)) &&
+      impl_->LandmarksDependOnEachOther()) {
     SolveSummary refused;
     refused.message = "a factor joins two landmarks: they are not an independent set";
     return refused;
@@ -472,31 +518,20 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
 
   SolveCallback callback(options, impl_->faults);
   solver.callbacks.push_back(&callback);
-
   ceres::Solver::Summary ceres_summary;
   impl_->faults.last = nullptr;
   impl_->faults.must_stop = false;
   impl_->faults.solving = true;
   {
     const internal::QuietGlog quiet;
-    ceres::Solve(solver, &impl_->problem, &ceres_summary);
+    if (project) {
+      impl_->SolveProjected(solver, landmarks, &ceres_summary);
+    } else {
+      ceres::Solve(solver, &impl_->problem, &ceres_summary);
+    }
   }
   impl_->faults.solving = false;
-  SolveSummary summary;
-  summary.status = ToStatus(ceres_summary.termination_type);
-  summary.message = ceres_summary.message;
-  if (!summary.IsUsable()) {
-    const std::string fault =
-        impl_->faults.last != nullptr ? impl_->FirstFault() : impl_->FirstUndetermined();
-    if (!fault.empty()) summary.message = fault;
-  }
-  summary.initial_cost = ceres_summary.initial_cost;
-  summary.final_cost = ceres_summary.final_cost;
-  summary.iterations =
-      std::max(0, ceres_summary.num_successful_steps) +  // -1 where there was nothing to solve
-      std::max(0, ceres_summary.num_unsuccessful_steps);
-  summary.seconds = ceres_summary.total_time_in_seconds;
-  return summary;
+  return impl_->Summarize(ceres_summary);
 }
 
 Eigen::MatrixXd FactorGraph::Covariance(std::span<const VariableId> variables) const {

@@ -7,7 +7,10 @@
 #include <cstdlib>
 #include <exception>
 #include <memory>
+#include <numeric>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace highwall::internal {
 namespace {
@@ -16,7 +19,8 @@ namespace {
 constexpr double kLargest = 1e150;
 
 bool AreSmall(const double* values, int count) {
-  return std::all_of(values, values + count, [](double x) { return std::abs(x) < kLargest; });
+  return Eigen::Map<const Eigen::ArrayXd>(values, count).abs().maxCoeff<Eigen::PropagateNaN>() <
+         kLargest;
 }
 
 // What is wrong with values that are not. Ceres fills what it hands out with 1e302.
@@ -45,6 +49,14 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
 
 }  // namespace
 
+void FillWithZeros(const ceres::CostFunction& factor, double* residuals, double** jacobians) {
+  const std::vector<int>& sizes = factor.parameter_block_sizes();
+  std::fill_n(residuals, factor.num_residuals(), 0.0);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (jacobians[i] != nullptr) std::fill_n(jacobians[i], factor.num_residuals() * sizes[i], 0.0);
+  }
+}
+
 std::string TypeName(const std::type_info& type) {
   int status = 0;
   const std::unique_ptr<char, decltype(&std::free)> demangled(
@@ -58,23 +70,25 @@ std::string TypeName(const std::type_info& type) {
 std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* const> parameters) {
   const std::vector<int>& sizes = factor.parameter_block_sizes();
   const int rows = factor.num_residuals();
-  std::vector<double> residuals(static_cast<std::size_t>(rows));
-  std::vector<std::vector<double>> storage;
+  const int columns = std::accumulate(sizes.begin(), sizes.end(), 0);
+  std::vector<double> values(static_cast<std::size_t>(rows) *
+                             static_cast<std::size_t>(1 + columns));
+  double* const residuals = values.data();
+  double* next = residuals + rows;
   std::vector<double*> jacobians;
+  jacobians.reserve(sizes.size());
   for (const int size : sizes) {
-    storage.emplace_back(static_cast<std::size_t>(rows * size));
-    jacobians.push_back(storage.back().data());
+    jacobians.push_back(next);
+    next += rows * size;
   }
   try {
-    if (!factor.Evaluate(parameters.data(), residuals.data(), jacobians.data())) {
+    if (!factor.Evaluate(parameters.data(), residuals, jacobians.data())) {
       return "cannot be evaluated";
     }
   } catch (const std::exception& error) {
     return std::string("throws: ") + error.what();
   }
-  if (!AreSmall(residuals.data(), rows)) {
-    return "has a residual " + FaultOf(residuals.data(), rows);
-  }
+  if (!AreSmall(residuals, rows)) return "has a residual " + FaultOf(residuals, rows);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     if (!AreSmall(jacobians[i], rows * sizes[i])) {
       return "has a Jacobian " + FaultOf(jacobians[i], rows * sizes[i]) + " (block " +
@@ -96,11 +110,7 @@ bool GuardedFactor::Evaluate(double const* const* parameters, double* residuals,
   faults_->last = &factor_;
   if (!faults_->solving || jacobians == nullptr) return false;
   faults_->must_stop = true;
-  std::fill_n(residuals, num_residuals(), 0.0);
-  for (std::size_t i = 0; i < parameter_block_sizes().size(); ++i) {
-    if (jacobians[i] == nullptr) continue;
-    std::fill_n(jacobians[i], num_residuals() * parameter_block_sizes()[i], 0.0);
-  }
+  FillWithZeros(*this, residuals, jacobians);
   return true;
 }
 

@@ -15,6 +15,9 @@ std::string TypeName(const std::type_info& type);
 // Why a factor cannot be used there; empty if it can.
 std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* const> parameters);
 
+// In place of what cannot be evaluated.
+void FillWithZeros(const ceres::CostFunction& factor, double* residuals, double** jacobians);
+
 // What happened to the factors of a graph.
 struct FactorFaults {
   std::atomic<const ceres::CostFunction*> last = nullptr;  // that could not be evaluated

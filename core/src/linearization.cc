@@ -13,29 +13,6 @@
 namespace highwall::internal {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// A residual block's values at some state.
-struct Evaluation {
-  Eigen::VectorXd r;
-  std::vector<RowMajor> J;  // ambient; empty for fixed blocks
-};
-
-bool EvaluateCost(const ceres::CostFunction& cost, const std::vector<const double*>& parameters,
-                  const std::vector<int>& indices, bool with_jacobians, Evaluation* out) {
-  out->r.resize(cost.num_residuals());
-  if (!with_jacobians) return cost.Evaluate(parameters.data(), out->r.data(), nullptr);
-  out->J.resize(parameters.size());
-  std::vector<double*> jacobians(parameters.size(), nullptr);
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (indices[i] < 0) continue;
-    out->J[i].resize(cost.num_residuals(), cost.parameter_block_sizes()[i]);
-    jacobians[i] = out->J[i].data();
-  }
-  if (!cost.Evaluate(parameters.data(), out->r.data(), jacobians.data())) return false;
-  return std::all_of(out->J.begin(), out->J.end(), [](const RowMajor& J) { return J.allFinite(); });
-}
-
 // sqrt(rho'(|r|^2)): scales residual and Jacobian so that gradient and Gauss-Newton matrix are
 // those of the loss (Eq. 2), as Ceres does wherever rho'' <= 0.
 double LossWeight(const ceres::LossFunction* loss, const Eigen::VectorXd& r) {
@@ -46,6 +23,26 @@ double LossWeight(const ceres::LossFunction* loss, const Eigen::VectorXd& r) {
 }
 
 }  // namespace
+
+bool Linearization::Evaluate(const ceres::CostFunction& cost,
+                             const std::vector<const double*>& parameters, bool with_jacobians,
+                             Evaluation* out) {
+  out->r.resize(cost.num_residuals());
+  if (!with_jacobians) return cost.Evaluate(parameters.data(), out->r.data(), nullptr);
+  const std::size_t count = parameters.size();
+  out->J.resize(std::max(out->J.size(), count));
+  scratch_.jacobians.assign(count, nullptr);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (scratch_.indices[i] < 0) continue;
+    out->J[i].resize(cost.num_residuals(), cost.parameter_block_sizes()[i]);
+    scratch_.jacobians[i] = out->J[i].data();
+  }
+  if (!cost.Evaluate(parameters.data(), out->r.data(), scratch_.jacobians.data())) return false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (scratch_.indices[i] >= 0 && !out->J[i].allFinite()) return false;
+  }
+  return true;
+}
 
 int Linearization::IndexOf(double* block) {
   const auto found = index_.find(block);
@@ -92,9 +89,16 @@ LinearBlock Linearization::MakeBlock(double* values) const {
   block.manifold = problem_.GetManifold(values);
   block.point.assign(values, values + block.size);
   const auto first = first_estimates_.find(values);
-  if (first == first_estimates_.end() || *first->second == block.point) return block;
-  block.point = *first->second;
-  block.moved = true;
+  if (first != first_estimates_.end() && *first->second != block.point) {
+    block.point = *first->second;
+    block.moved = true;
+  }
+  if (block.manifold != nullptr) {
+    block.plus.resize(block.size, block.tangent_size);
+    HIGHWALL_REQUIRE(block.manifold->PlusJacobian(block.point.data(), block.plus.data()),
+                     "Marginalize: a manifold cannot be linearized");
+  }
+  if (!block.moved) return block;
   block.offset.resize(block.tangent_size);
   if (block.manifold != nullptr) {
     const bool ok = block.manifold->Minus(values, block.point.data(), block.offset.data());
@@ -109,52 +113,47 @@ LinearBlock Linearization::MakeBlock(double* values) const {
 
 Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
   const ceres::CostFunction& cost = Unguarded(*problem_.GetCostFunctionForResidualBlock(residual));
-  std::vector<double*> values;
+  auto& [values, indices, present, points, jacobians, order, now, first] = scratch_;
   problem_.GetParameterBlocksForResidualBlock(residual, &values);
-  std::vector<int> indices;
-  std::vector<const double*> present, points;
+  indices.clear(), order.clear();
+  int columns = 0;
   bool moved = false;
-  for (double* block : values) {
-    const int index = IndexOf(block);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const int index = IndexOf(values[i]);
     indices.push_back(index);
-    present.push_back(block);
-    points.push_back(index < 0 ? block : blocks_[static_cast<std::size_t>(index)].point.data());
-    moved |= index >= 0 && blocks_[static_cast<std::size_t>(index)].moved;
+    if (index < 0) continue;
+    order.emplace_back(index, i);
+    columns += blocks_[static_cast<std::size_t>(index)].tangent_size;
+    moved |= blocks_[static_cast<std::size_t>(index)].moved;
   }
+  std::sort(order.begin(), order.end());
+  present.assign(values.begin(), values.end());
 
-  Evaluation now, first;
-  const bool ok = EvaluateCost(cost, present, indices, !moved, &now);
+  const bool ok = Evaluate(cost, present, !moved, &now);
   HIGHWALL_REQUIRE(ok && now.r.allFinite(),
                    "Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
-  if (moved && !EvaluateCost(cost, points, indices, true, &first)) {
-    // The first estimate is outside of the factor's domain.
-    HIGHWALL_REQUIRE(EvaluateCost(cost, present, indices, true, &first),
+  if (moved) {
+    points = present;
+    for (const auto& [index, i] : order) {
+      points[i] = blocks_[static_cast<std::size_t>(index)].point.data();
+    }
+    // Else the first estimate is outside of the factor's domain.
+    HIGHWALL_REQUIRE(Evaluate(cost, points, true, &first) || Evaluate(cost, present, true, &first),
                      "Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
   }
   const std::vector<RowMajor>& J = moved ? first.J : now.J;
 
-  std::vector<std::pair<int, std::size_t>> order;  // ascending index, place in the factor
-  int columns = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (indices[i] < 0) continue;
-    order.emplace_back(indices[i], i);
-    columns += blocks_[static_cast<std::size_t>(indices[i])].tangent_size;
-  }
-  std::sort(order.begin(), order.end());
-
   Rows rows;
   rows.matrix.resize(cost.num_residuals(), columns + 1);
   rows.matrix.col(columns) = now.r;
+  rows.blocks.reserve(order.size());
   int column = 0;
   for (const auto& [index, i] : order) {
     const LinearBlock& block = blocks_[static_cast<std::size_t>(index)];
     rows.blocks.push_back(index);
     auto tangent = rows.matrix.middleCols(column, block.tangent_size);
     if (block.manifold != nullptr) {
-      RowMajor plus(block.size, block.tangent_size);
-      HIGHWALL_REQUIRE(block.manifold->PlusJacobian(points[i], plus.data()),
-                       "Marginalize: a manifold cannot be linearized");
-      tangent.noalias() = J[i] * plus;
+      tangent.noalias() = J[i] * block.plus;
     } else {
       tangent = J[i];
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include <ceres/manifold.h>
@@ -12,6 +13,8 @@
 
 namespace highwall::internal {
 
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 // An unknown of the linearized problem.
 struct LinearBlock {
   double* values = nullptr;  // the block in the problem
@@ -20,6 +23,7 @@ struct LinearBlock {
   const ceres::Manifold* manifold = nullptr;  // null: Euclidean
   // Where Jacobians are taken: the present value, or the first estimate.
   std::vector<double> point;
+  RowMajor plus;           // PlusJacobian there, where there is a manifold
   bool moved = false;      // the present value differs from `point`
   Eigen::VectorXd offset;  // present value [-] point, where moved
 };
@@ -44,13 +48,31 @@ class Linearization {
   std::vector<int> TangentSizes() const;
 
  private:
+  // A residual block's values at some state.
+  struct Evaluation {
+    Eigen::VectorXd r;
+    std::vector<RowMajor> J;  // ambient; of fixed blocks: anything
+  };
+  // A residual block as it is linearized, kept for its memory.
+  struct Scratch {
+    std::vector<double*> values;
+    std::vector<int> indices;  // -1: fixed
+    std::vector<const double*> present, points;
+    std::vector<double*> jacobians;
+    std::vector<std::pair<int, std::size_t>> order;  // ascending index, place in the factor
+    Evaluation now, first;
+  };
+
   LinearBlock MakeBlock(double* values) const;
+  bool Evaluate(const ceres::CostFunction& cost, const std::vector<const double*>& parameters,
+                bool with_jacobians, Evaluation* out);
 
   const ceres::Problem& problem_;
   // Linearization points of the blocks under a MarginalPrior, where asked for.
   std::unordered_map<const double*, const std::vector<double>*> first_estimates_;
   std::vector<LinearBlock> blocks_;
   std::unordered_map<const double*, int> index_;
+  Scratch scratch_;
 };
 
 // Residual blocks that touch any of `blocks`, in the order of the problem.

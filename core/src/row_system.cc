@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <queue>
 
+#include <Eigen/Householder>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 
 namespace highwall::internal {
 namespace {
@@ -21,6 +22,57 @@ void Compress(Eigen::MatrixXd* A_b) {
   if (A_b->rows() <= columns) return;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(*A_b);
   *A_b = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
+}
+
+// Diagonal and superdiagonal, one after the other from the top, of an upper bidiagonal matrix with
+// the singular values of A, which has no more columns than rows.
+Eigen::VectorXd Bidiagonal(Eigen::MatrixXd A) {
+  const Eigen::Index n = A.cols();
+  Eigen::VectorXd out(2 * n - 1), workspace(A.rows());
+  double tau = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Index below = A.rows() - k - 1, right = n - k - 1;
+    A.col(k).tail(below + 1).makeHouseholderInPlace(tau, out[2 * k]);
+    if (right == 0) break;
+    A.bottomRightCorner(below + 1, right)
+        .applyHouseholderOnTheLeft(A.col(k).tail(below), tau, workspace.data());
+    A.row(k).tail(right).makeHouseholderInPlace(tau, out[2 * k + 1]);
+    A.bottomRightCorner(below, right)
+        .applyHouseholderOnTheRight(A.row(k).tail(right - 1).transpose(), tau, workspace.data());
+  }
+  return out;
+}
+
+// How many singular values of a bidiagonal matrix are below x: by Sylvester's law of inertia for
+// the tridiagonal matrix whose eigenvalues are +-sigma, with these off its zero diagonal.
+Eigen::Index CountBelow(const Eigen::VectorXd& bidiagonal, double x) {
+  Eigen::Index negative = 1;  // pivots
+  double pivot = -x;
+  for (const double entry : bidiagonal) {
+    if (pivot == 0.0) pivot = std::numeric_limits<double>::min();
+    pivot = -x - entry / pivot * entry;
+    negative += pivot < 0.0;
+  }
+  return negative - (bidiagonal.size() + 1) / 2;
+}
+
+// Largest over smallest singular value of R with R^T of full rank, by bisection: a decomposition
+// would find all of those in between too.
+double Condition(const Eigen::MatrixXd& R) {
+  const Eigen::VectorXd bidiagonal = Bidiagonal(R.transpose());
+  // Fewer than `count` are below low, at least as many below high.
+  const auto bisect = [&](double low, double high, Eigen::Index count) {
+    while (high - low > 1e-12 * high) {
+      const double middle = 0.5 * (low + high);
+      (CountBelow(bidiagonal, middle) < count ? low : high) = middle;
+    }
+    return high;
+  };
+  const double above_all = 2.0 * R.norm();
+  double low = above_all;
+  while (low > 0.0 && CountBelow(bidiagonal, low) > 0) low *= 0.25;
+  const double smallest = bisect(low, 4.0 * low, 1);
+  return bisect(smallest, above_all, R.rows()) / smallest;
 }
 
 }  // namespace
@@ -137,7 +189,7 @@ int RowSystem::EliminateOne(int block) {
   const Eigen::Index before = matrix.rows();
   matrix.conservativeResize(before + reduced.matrix.rows(), Eigen::NoChange);
   matrix.bottomRows(reduced.matrix.rows()) = reduced.matrix;
-  if (matrix.rows() >= 3 * matrix.cols()) Compress(&matrix);
+  if (matrix.rows() >= 6 * matrix.cols()) Compress(&matrix);
   return static_cast<int>(rank);
 }
 
@@ -178,10 +230,7 @@ RankRevealed RevealRank(const Eigen::MatrixXd& A_b, double tolerance) {
   const Eigen::MatrixXd R = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
   out.A = R * qr.colsPermutation().transpose() * scale.asDiagonal();
   out.b = (qr.householderQ().adjoint() * A_b.col(n)).head(rank);
-  if (rank > 0) {
-    const Eigen::VectorXd singular = Eigen::BDCSVD<Eigen::MatrixXd>(R).singularValues();
-    out.condition = singular[0] / singular[rank - 1];
-  }
+  if (rank > 0) out.condition = Condition(R);
   return out;
 }
 

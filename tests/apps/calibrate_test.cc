@@ -95,6 +95,33 @@ TEST(CalibrateCommand, FindsTheCameraOnTheImuAndWritesACalibrationThatIsReadBack
   EXPECT_EQ(apps::LoadConfig(written).sensor.depth_factor, kStatedFactor);
 }
 
+TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
+  const testing::TemporaryDirectory folder;
+  const fs::path dataset = folder / "walk", written = folder / "found.yaml";
+  const simulate::Simulation recording = Recording();
+  const PinholeCamera& truth = recording.options().camera;
+  simulate::WriteTum(recording, dataset);
+  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  config.sensor.camera.fx *= 1.01;
+  config.sensor.camera.fy *= 1.01;
+  apps::WriteConfig(dataset / "calibration.yaml", config);
+  const Outcome outcome =
+      Calibrate(dataset.string() + " --json --intrinsics --keep-depth --out " + written.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out)["intrinsics"];
+  const PinholeCamera found = apps::LoadConfig(written).sensor.camera;
+  const std::vector<double> errors = {found.fx - truth.fx, found.fy - truth.fy, found.cx - truth.cx,
+                                      found.cy - truth.cy};
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    // Pixels of a rendered image lie to a tenth, on the same side for many frames.
+    EXPECT_LT(std::abs(errors[i]), 0.003 * truth.fx) << i;
+    EXPECT_GT(report["sigma_px"][i], 0.0);
+    EXPECT_LT(report["sigma_px"][i], 0.003 * truth.fx);
+  }
+  testing::ExpectRefused(Calibrate(dataset.string() + " --intrinsics --trajectory x.txt"), 1,
+                         {"--intrinsics", "--trajectory"});
+}
+
 TEST(CalibrateCommand, TakesARunByImagesAloneAndNoOther) {
   const testing::TemporaryDirectory folder;
   testing::WriteSmallRoom(folder / "room", 3);

@@ -151,6 +151,13 @@ void ExpectEqual(const Marginal& marginal, const std::vector<double*>& kept,
             tolerance * (scale + expected.g.cwiseAbs().maxCoeff()));
 }
 
+// Largest over smallest of the singular values of A with unit columns that are not zero.
+double ConditionBySvd(const MarginalPrior& prior) {
+  const Eigen::MatrixXd A = prior.A() * prior.A().colwise().norm().cwiseInverse().asDiagonal();
+  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
+  return singular[0] / singular[A.rows() - 1];
+}
+
 TEST(Marginalization, EqualsTheSchurComplement) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     Scene scene(seed);
@@ -172,6 +179,7 @@ TEST(Marginalization, EqualsTheSchurComplement) {
     EXPECT_EQ(marginal.report.rank, 30);
     EXPECT_EQ(marginal.report.null_space, 0);
     EXPECT_GT(marginal.report.condition, 1.0);
+    EXPECT_NEAR(marginal.report.condition / ConditionBySvd(*marginal.prior), 1.0, 1e-9);
   }
 }
 
@@ -209,6 +217,7 @@ TEST(Marginalization, WithoutAGaugeKeepsTheNullSpaceAndStaysSemidefinite) {
   EXPECT_EQ(marginal.report.rank, 12);
   EXPECT_EQ(marginal.report.null_space, 6);   // a common translation and rotation
   EXPECT_LT(marginal.report.condition, 1e6);  // of what is left of it
+  EXPECT_NEAR(marginal.report.condition / ConditionBySvd(*marginal.prior), 1.0, 1e-9);
   ExpectEqual(marginal, kept, SchurComplement(scene.problem, removed, kept), 1e-9);
 
   const Eigen::MatrixXd Lambda = marginal.prior->A().transpose() * marginal.prior->A();

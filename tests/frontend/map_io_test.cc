@@ -164,16 +164,21 @@ TEST_F(MapIoTest, SubmapsStayApartOrJoinedAsTheyWere) {
 
 TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   Save();
-  // Without the list of submaps and the submap of each keyframe: of one keyframe both are found.
+  // Without what came later: of one keyframe the places are found.
   Map one;
   one.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[2]);
   SaveMap(path, IdealSensor().camera, one);
   std::string bytes = Bytes();
   constexpr std::size_t kHeader = 24, kCamera = 40, kSubmaps = 4 + 4 + 1, kCount = 4, kSubmap = 4;
+  constexpr std::size_t kKind = 4 + 3 + 1 + 4 + 4 + 8 + 4;      // of ORB
   constexpr std::size_t kEvidence = 8 + 4, kLandmarks = 4 + 4;  // no depth grid, nothing seen
-  bytes.erase(bytes.size() - kLandmarks - kEvidence, kEvidence);
-  bytes.erase(kHeader + kCamera + kSubmaps + kCount, kSubmap);
-  bytes.erase(kHeader + kCamera, kSubmaps);
+  constexpr std::size_t kFactors = 4 + 4;                       // nothing measured
+  const FrameFeatures& features = *map().keyframe(0_kf)->frame.features;
+  const std::size_t noise = 8 * (features.points.size() + features.lines.size());
+  bytes.erase(bytes.size() - kFactors, kFactors);
+  bytes.erase(bytes.size() - kLandmarks - noise - kEvidence, kEvidence + noise);
+  bytes.erase(kHeader + kCamera + kKind + kSubmaps + kCount, kSubmap);
+  bytes.erase(kHeader + kCamera, kKind + kSubmaps);
   const std::uint32_t version = 1;
   const std::uint64_t size = bytes.size() - kHeader;
   std::memcpy(bytes.data() + 8, &version, 4);
@@ -183,6 +188,20 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   ASSERT_EQ(loaded.num_keyframes(), 1U);
   EXPECT_EQ(loaded.keyframe(0_kf)->T_WC.Matrix(), kPoses[2].Matrix());
   EXPECT_EQ(loaded.roots(), std::vector<SubmapId>{kFirstSubmap});
+}
+
+TEST_F(MapIoTest, NoiseOfFeaturesIsKept) {
+  SaveEdited([](FrameFeatures& features) {
+    features.points[3].noise = {.px = 0.5F, .depth = 1.25F};
+    features.lines[1].noise = {.px = 0.75F, .depth = 1.5F};
+  });
+  const Map loaded = LoadMap(path).map;
+  const FrameFeatures& same = *loaded.keyframe(loaded.keyframe_ids().back())->frame.features;
+  EXPECT_EQ(same.points[3].noise.px, 0.5F);
+  EXPECT_EQ(same.points[3].noise.depth, 1.25F);
+  EXPECT_EQ(same.points[2].noise.px, 1.0F);
+  EXPECT_EQ(same.lines[1].noise.px, 0.75F);
+  EXPECT_EQ(same.lines[1].noise.depth, 1.5F);
 }
 
 // By which another map is held against it: docs/submaps.md.
@@ -386,6 +405,8 @@ TEST_F(MapIoTest, RefusesFeaturesThatNoImageHas) {
       {"as good as any", [](FrameFeatures& f) { f.lines[0].segment_C->sigma_q = kInf; }},
       {"as good as any", [](FrameFeatures& f) { f.lines[0].segment_C->inlier_share = 1.5; }},
       {"one descriptor", [](FrameFeatures& f) { f.line_descriptors.pop_back(); }},
+      {"noise is none", [](FrameFeatures& f) { f.points[0].noise.px = 0.0F; }},
+      {"noise is none", [](FrameFeatures& f) { f.lines[0].noise.depth = -1.0F / 0.0F; }},
   };
   SaveEdited([](FrameFeatures&) {});
   EXPECT_NO_THROW(LoadMap(path));

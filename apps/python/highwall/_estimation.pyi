@@ -63,6 +63,7 @@ class LinearSolver:
     DENSE_SCHUR: ClassVar[LinearSolver]
     SPARSE_CHOLESKY: ClassVar[LinearSolver]
     SPARSE_SCHUR: ClassVar[LinearSolver]
+    VARIABLE_PROJECTION: ClassVar[LinearSolver]
     @property
     def name(self) -> str: ...
     @property

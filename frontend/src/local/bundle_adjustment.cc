@@ -41,8 +41,9 @@ struct BundleAdjuster::Result {
   std::vector<Motion> motions;
   std::vector<std::pair<PointId, Eigen::Vector3d>> points;
   std::vector<std::pair<LineId, PluckerLine>> lines;
-  SubmapId world = kNoId;                                 // of the frames
+  SubmapId world = kNoId;                                 // of the frames and of gravity
   std::vector<std::pair<ReferenceFrameId, Pose>> frames;  // T_FW, of those that moved
+  std::optional<Eigen::Vector3d> gravity_W;               // of a map that was adjusted as a whole
   OutlierObservations outliers;
 
   void Write(Map& map) const {
@@ -66,6 +67,7 @@ struct BundleAdjuster::Result {
       if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
     }
     for (const auto& [id, T_FW] : frames) map.factors().Place(id, map.Root(world), T_FW);
+    if (gravity_W) map.SetGravity(gravity_W, world);
     Forget(outliers, &map);
   }
 };
@@ -98,13 +100,16 @@ class BundleAdjuster::Problem {
     (fixed ? report_.fixed_keyframes : report_.keyframes) += static_cast<int>(ids.size());
   }
 
-  // The IMU between those keyframes that follow each other.
-  void AddMotions(const Map& map) {
+  // The IMU between those keyframes that follow each other. all: as in AddFactors; few keyframes
+  // know less of gravity than the odometry does.
+  void AddMotions(const Map& map, bool all) {
     std::vector<KeyFrameId> ids;
     for (const auto& [id, pose] : poses_) ids.push_back(id);
     if (ids.empty()) return;
-    const auto& gravity_W = map.gravity_W(map.keyframe(ids.front())->submap);
+    world_ = map.Root(map.keyframe(ids.front())->submap);
+    const auto& gravity_W = map.gravity_W(world_);
     if (!gravity_W) return;
+    finds_gravity_ = all;
     std::sort(ids.begin(), ids.end());
     const UnitDirection gravity(*gravity_W);
     gravity_ = graph_.AddVariable(gravity);
@@ -182,6 +187,9 @@ class BundleAdjuster::Problem {
       result.motions.push_back({id, graph_.Value(body.velocity), graph_.Value(body.bias)});
     }
     result.world = world_;
+    if (finds_gravity_ && report_.imu_factors > 0) {
+      result.gravity_W = kStandardGravity * graph_.Value(*gravity_).vector();
+    }
     for (const auto& [id, frame] : frames_) {
       if (!graph_.IsFixed(frame)) result.frames.emplace_back(id, graph_.Value(frame));
     }
@@ -326,7 +334,8 @@ class BundleAdjuster::Problem {
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
   std::unordered_map<KeyFrameId, Body> bodies_;
   std::optional<Variable<UnitDirection>> gravity_;
-  SubmapId world_ = kNoId;  // of the frames
+  bool finds_gravity_ = false;  // for the map
+  SubmapId world_ = kNoId;      // of gravity and the frames
   std::map<ReferenceFrameId, Variable<Pose>> frames_;
   std::unordered_map<PointId, Variable<Point>> points_;
   std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
@@ -349,7 +358,7 @@ BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
   }
   problem_->AddKeyFrames(map, held, true);
   problem_->AddKeyFrames(map, moving, false);
-  problem_->AddMotions(map);
+  problem_->AddMotions(map, all);
   problem_->AddFactors(map, moving, all);
   problem_->AddLandmarks(map, free);
 }

@@ -26,7 +26,8 @@ void Forget(const OutlierObservations& outliers, Map* map);
 // reprojection errors of `free` and `fixed` are least; observations that remain outliers are
 // forgotten. Lines move in the orthonormal form and keep their ends where they were observed. Where
 // the map knows gravity, the IMU between keyframes takes part, with their velocities and biases as
-// unknowns; and so do the factors of the user's (FactorsIn) on these keyframes.
+// unknowns, which the map keeps, and gravity's direction, which it keeps where `fixed` is empty;
+// and so do the factors of the user's (FactorsIn) on these keyframes.
 //
 // In three steps, so that the map may go on while another thread solves: the constructor copies
 // what takes part, Solve() knows no map, Write() brings the result back.

@@ -90,7 +90,7 @@ class LoopCloser::Job {
     result.report.accepted = true;
     result.report.bundle = bundle;
     if (bundle.usable) {
-      result.correction = {GeometryOf(map_, submap), {}, adjuster.outliers()};
+      result.correction = AdjustedTo(map_, adjuster.outliers(), submap);
     }
     Put(std::move(result));
   }

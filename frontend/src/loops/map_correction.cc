@@ -1,6 +1,7 @@
 #include "loops/map_correction.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <highwall/core/error.h>
 
@@ -46,14 +47,12 @@ class Moves {
   std::unordered_map<KeyFrameId, Pose> moves_;
 };
 
-void PlaceFrames(const MapGeometry& after, Map* map) {
-  if (after.frames.empty()) return;
+// That of its keyframes; empty where none of them is left.
+std::optional<SubmapId> WorldOf(const MapGeometry& after, const Map& map) {
   for (const auto& [id, pose] : after.keyframes) {
-    const std::optional<SubmapId> root = map->RootOf(id);
-    if (!root) continue;
-    for (const auto& [frame, T_FW] : after.frames) map->factors().Place(frame, *root, T_FW);
-    return;
+    if (const std::optional<SubmapId> root = map.RootOf(id)) return root;
   }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -68,8 +67,21 @@ MapGeometry GeometryOf(const Map& map, SubmapId submap) {
           map.factors().PlacesIn(map.Root(submap))};
 }
 
+MapCorrection AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap) {
+  MapCorrection correction{.after = GeometryOf(map, submap),
+                           .fusion = {},
+                           .outliers = std::move(outliers),
+                           .gravity_W = map.gravity_W(submap)};
+  for (const auto& [id, pose] : correction.after.keyframes) {
+    if (const auto& motion = map.keyframe(id)->motion) {
+      correction.motions.emplace(id, BodyMotion{motion->v_WB, motion->bias});
+    }
+  }
+  return correction;
+}
+
 void Apply(const MapCorrection& correction, Map* map) {
-  const auto& [after, fusion, outliers, merge] = correction;
+  const auto& [after, fusion, outliers, merge, motions, gravity_W] = correction;
   const Moves moves(correction, *map);
   for (const PointId id : map->point_ids()) {
     MapPoint& point = *map->point(id);
@@ -87,10 +99,19 @@ void Apply(const MapCorrection& correction, Map* map) {
   for (const KeyFrameId id : map->keyframe_ids()) {
     Pose& T_WC = map->keyframe(id)->T_WC;
     T_WC = moves[id] * T_WC;
-    if (auto& motion = map->keyframe(id)->motion) motion->v_WB = moves[id].q() * motion->v_WB;
+    auto& motion = map->keyframe(id)->motion;
+    if (!motion) continue;
+    motion->v_WB = moves[id].q() * motion->v_WB;
+    if (const BodyMotion* found = At(motions, id)) {
+      motion->v_WB = found->v_WB;
+      motion->bias = found->bias;
+    }
   }
   if (merge) map->Join(merge->root, merge->other);
-  PlaceFrames(after, map);
+  if (const auto root = WorldOf(after, *map)) {
+    for (const auto& [frame, T_FW] : after.frames) map->factors().Place(frame, *root, T_FW);
+    if (gravity_W) map->SetGravity(gravity_W, *root);
+  }
   Apply(fusion, map);
   Forget(outliers, map);
 }

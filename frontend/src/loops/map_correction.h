@@ -17,6 +17,12 @@
 
 namespace highwall {
 
+// What an adjustment with an IMU found of the body at a keyframe.
+struct BodyMotion {
+  Eigen::Vector3d v_WB;  // [m/s]
+  ImuBias bias;          // [rad/s, m/s^2]
+};
+
 // Where the keyframes and landmarks of a map lie.
 struct MapGeometry {
   std::unordered_map<KeyFrameId, Pose> keyframes;       // T_WC
@@ -36,7 +42,14 @@ struct MapCorrection {
   MapFusion fusion;
   OutlierObservations outliers;
   std::optional<SubmapMerge> merge{};  // that the map is still to be told of
+  // Of an adjustment: elsewhere velocities turn with their keyframes, and biases stay.
+  std::unordered_map<KeyFrameId, BodyMotion> motions{};
+  std::optional<Eigen::Vector3d> gravity_W{};  // of the world of the keyframes
 };
+
+// What an adjustment of all of a submap has come to.
+MapCorrection AdjustedTo(const Map& map, OutlierObservations outliers,
+                         SubmapId submap = kFirstSubmap);
 
 // Puts what the map still has where the copy has it; newer keyframes move with the newest of their
 // submap that is older than them, other landmarks with the first keyframe that observes them. Then

@@ -116,9 +116,9 @@ class FactorGraph {
   bool Contains(const FactorId& factor) const;
   std::size_t NumVariables() const;
   std::size_t NumFactors() const;
-  // In the order in which they were added.
+  // In the order in which they were added. Both references: until a factor is added or removed.
   const std::vector<FactorId>& FactorsOf(const VariableId& variable) const;
-  std::vector<VariableId> VariablesOf(const FactorId& factor) const;
+  const std::vector<VariableId>& VariablesOf(const FactorId& factor) const;
   const ceres::CostFunction& Factor(const FactorId& factor) const;
   // Why it cannot be evaluated at the present values, naming its type and its variables; empty if
   // it can.

@@ -55,7 +55,9 @@ struct SlidingWindowOptions {
   double max_error = std::numeric_limits<double>::infinity();
   // Calibration variables are relinearized in any case.
   MarginalizationOptions marginalization{};
-  SolveOptions solve{.max_iterations = 10, .function_tolerance = 1e-3};
+  SolveOptions solve{.max_iterations = 10,
+                     .function_tolerance = 1e-3,
+                     .linear_solver = LinearSolver::kVariableProjection};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

@@ -13,6 +13,10 @@ enum class LinearSolver {
   kSparseCholesky,
   kDenseSchur,  // landmarks first, dense reduced system: up to some 100 poses
   kSparseSchur,
+  // Landmarks follow the other variables at each step, eliminated one by one in blocks of fixed
+  // size: least overhead in windows of some 20 poses. One thread; losses must be concave
+  // (rho'' <= 0), as robust ones are. kAuto where there are no landmarks.
+  kVariableProjection,
 };
 
 // Levenberg-Marquardt; the stopping rules are those of Ceres.

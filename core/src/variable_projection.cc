@@ -1,0 +1,546 @@
+#include "variable_projection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+namespace highwall::internal {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Steps of a landmark of its own at one x, and what is worth one: a share of the mean cost of a
+// landmark.
+constexpr int kMaxSteps = 10;
+constexpr double kWorthAStep = 1e-3;
+// Added to the normal equations of a landmark, scaled to a unit diagonal: keeps a landmark in its
+// place in a direction that its factors leave open.
+constexpr double kDamping = 1e-8;
+
+bool Plus(const LandmarkProblem::Block& block, const double* x, const double* delta, double* out) {
+  if (block.manifold != nullptr) return block.manifold->Plus(x, delta, out);
+  for (int i = 0; i < block.size; ++i) out[i] = x[i] + delta[i];
+  return true;
+}
+
+bool Minus(const LandmarkProblem::Block& block, const double* y, const double* x, double* delta) {
+  if (block.manifold != nullptr) return block.manifold->Minus(y, x, delta);
+  for (int i = 0; i < block.size; ++i) delta[i] = y[i] - x[i];
+  return true;
+}
+
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+template <class T>
+void Grow(std::vector<T>* memory, std::size_t size) {
+  if (memory->size() < size) memory->resize(size);
+}
+
+// Residuals and Jacobians of a factor.
+int NumbersOf(const ceres::CostFunction& cost) {
+  const std::vector<int>& sizes = cost.parameter_block_sizes();
+  return cost.num_residuals() * std::accumulate(sizes.begin(), sizes.end(), 1);
+}
+
+// Adds weight A^T B at a block of H.
+template <int kTangent, class Left, class Right>
+void AddProduct(double weight, const Left& A, const Right& B, int row, int column,
+                Eigen::MatrixXd* H) {
+  Eigen::Matrix<double, kTangent, kTangent> sum = weight * A.row(0).transpose() * B.row(0);
+  for (Eigen::Index i = 1; i < A.rows(); ++i) {
+    sum.noalias() += weight * A.row(i).transpose() * B.row(i);
+  }
+  H->block<kTangent, kTangent>(row, column, A.cols(), B.cols()) += sum;
+}
+
+}  // namespace
+
+template <int kDim>
+struct VariableProjection::Normal {
+  explicit Normal(int dim) : H(dim, dim), inverse(dim, dim), g(dim), u(dim) {}
+
+  // Of the damped H; u = H^-1 g.
+  void Solve() {
+    const Eigen::Matrix<double, kDim, 1> scale =
+        (H.diagonal().array() + 1e-300).sqrt().inverse().matrix();
+    inverse = scale.asDiagonal() * H * scale.asDiagonal();
+    inverse.diagonal().array() += kDamping;
+    const Eigen::LLT<Eigen::Matrix<double, kDim, kDim>> factors(inverse);
+    inverse.setIdentity();
+    factors.solveInPlace(inverse);
+    inverse = (scale.asDiagonal() * inverse * scale.asDiagonal()).eval();
+    u.noalias() = inverse * g;
+  }
+  double Gain() const { return g.dot(u); }  // of sum rho, by a step of -u
+
+  Eigen::Matrix<double, kDim, kDim> H, inverse;
+  Eigen::Matrix<double, kDim, 1> g, u;
+  double cost = 0.0;
+};
+
+VariableProjection::VariableProjection(LandmarkProblem problem, FactorFaults* faults,
+                                       Memory* memory)
+    : problem_(std::move(problem)), faults_(faults), memory_(*memory) {
+  int columns = 0;
+  std::size_t size = 0;
+  memory_.column.clear(), memory_.place.clear(), memory_.plus.clear();
+  for (const LandmarkProblem::Block& block : problem_.unknowns) {
+    mutable_parameter_block_sizes()->push_back(block.size);
+    memory_.column.push_back(columns);
+    memory_.place.push_back(size);
+    memory_.plus.emplace_back(block.size, block.tangent_size);
+    columns += block.tangent_size;
+    size += Index(block.size);
+  }
+  set_num_residuals(columns + 1);
+  memory_.step.resize(columns);
+  memory_.layouts.clear(), memory_.couplings.clear();
+  memory_.column_of.resize(problem_.arguments.size());
+  std::size_t value = 0, feedback = 0;
+  for (const LandmarkProblem::Landmark& landmark : problem_.landmarks) {
+    LayOut(landmark);
+    Memory::Layout& layout = memory_.layouts.back();
+    layout.value = value;
+    layout.feedback = feedback;
+    value += Index(landmark.block.size);
+    feedback += Index(landmark.block.tangent_size * (1 + layout.coupled));
+  }
+  for (Memory::State* state : {&memory_.accepted, &memory_.trial}) {
+    state->valid = false;
+    state->x.resize(size);
+    state->landmarks.resize(value);
+    state->costs.resize(problem_.landmarks.size());
+    state->feedback.resize(feedback);
+    state->H.resize(columns, columns);
+    state->g.resize(columns);
+  }
+}
+
+// What the landmark is coupled with, and memory for its factors.
+void VariableProjection::LayOut(const LandmarkProblem::Landmark& landmark) {
+  std::vector<Memory::Coupling>& couplings = memory_.couplings;
+  Memory::Layout layout;
+  layout.first_coupling = couplings.size();
+  std::size_t all_rows = 0, numbers = 0;
+  const auto for_each_unknown = [&](const auto& visit) {
+    for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
+      const std::size_t first = problem_.factors[f].first_argument;
+      const std::size_t count = problem_.factors[f].cost->parameter_block_sizes().size();
+      for (std::size_t a = first; a < first + count; ++a) {
+        if (problem_.arguments[a].unknown >= 0) visit(problem_.arguments[a].unknown, a);
+      }
+    }
+  };
+  const auto first = [&] {
+    return couplings.begin() + static_cast<std::ptrdiff_t>(layout.first_coupling);
+  };
+  const auto find = [&](int unknown) {
+    return std::lower_bound(first(), couplings.end(), unknown,
+                            [](const Memory::Coupling& c, int u) { return c.unknown < u; });
+  };
+  for_each_unknown([&](int unknown, std::size_t) {
+    const auto at = find(unknown);
+    if (at == couplings.end() || at->unknown != unknown) couplings.insert(at, {unknown, 0});
+  });
+  for (auto coupling = first(); coupling != couplings.end(); ++coupling) {
+    const LandmarkProblem::Block& block = problem_.unknowns[Index(coupling->unknown)];
+    coupling->column = layout.coupled;
+    layout.coupled += block.tangent_size;
+    layout.poses &= block.size == 7 && block.tangent_size == 6;
+  }
+  for_each_unknown(
+      [&](int unknown, std::size_t a) { memory_.column_of[a] = find(unknown)->column; });
+  for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
+    const ceres::CostFunction& cost = *problem_.factors[f].cost;
+    all_rows += Index(cost.num_residuals());
+    numbers += Index(NumbersOf(cost));
+    Grow(&memory_.parameters, cost.parameter_block_sizes().size());
+    Grow(&memory_.jacobians, cost.parameter_block_sizes().size());
+  }
+  const std::size_t coupled = Index(layout.coupled), size = Index(landmark.block.size);
+  Grow(&memory_.numbers, numbers);
+  Grow(&memory_.of_landmark, all_rows * size);
+  Grow(&memory_.weights, landmark.end_factor - landmark.first_factor);
+  Grow(&memory_.tangent, all_rows * coupled);
+  Grow(&memory_.coupling, size * coupled);
+  Grow(&memory_.landmark_plus, size * size);
+  Grow(&memory_.tried, size);
+  layout.end_coupling = couplings.size();
+  memory_.layouts.push_back(layout);
+}
+
+bool VariableProjection::Evaluate(double const* const* parameters, double* residuals,
+                                  double** jacobians) const {
+  if (!MoveTo(parameters)) {
+    if (!faults_->solving || jacobians == nullptr) return false;
+    faults_->must_stop = true;  // as GuardedFactor
+    FillWithZeros(*this, residuals, jacobians);
+    return true;
+  }
+  if (jacobians == nullptr) {
+    const Memory::State& here = memory_.trial.valid ? memory_.trial : memory_.accepted;
+    std::fill_n(residuals, num_residuals(), 0.0);
+    residuals[num_residuals() - 1] = std::sqrt(here.cost);
+    return true;
+  }
+  if (memory_.trial.valid) std::swap(memory_.accepted, memory_.trial);
+  memory_.trial.valid = false;
+  memory_.trials = 0;
+  WriteRows(residuals, jacobians);
+  return true;
+}
+
+// Makes the trial a state at x, or leaves it invalid where that is the accepted one.
+bool VariableProjection::MoveTo(double const* const* parameters) const {
+  const auto is_at_x = [&](const Memory::State& state) {
+    if (!state.valid) return false;
+    for (std::size_t i = 0; i < memory_.place.size(); ++i) {
+      const int size = problem_.unknowns[i].size;
+      if (!std::equal(parameters[i], parameters[i] + size, &state.x[memory_.place[i]]))
+        return false;
+    }
+    return true;
+  };
+  if (is_at_x(memory_.trial)) return true;
+  memory_.trial.valid = false;
+  if (is_at_x(memory_.accepted)) return true;
+
+  for (std::size_t i = 0; i < memory_.place.size(); ++i) {
+    std::copy_n(parameters[i], problem_.unknowns[i].size, &memory_.trial.x[memory_.place[i]]);
+  }
+  ++memory_.trials;
+  if (!PrepareUnknowns()) return false;
+  Memory::State& trial = memory_.trial;
+  trial.H.setZero();
+  trial.g.setZero();
+  trial.cost = 0.0;
+  for (std::size_t i = 0; i < memory_.layouts.size(); ++i) {
+    const bool poses = memory_.layouts[i].poses;
+    const int dim = problem_.landmarks[i].block.tangent_size;
+    const bool done = poses && dim == 3   ? SolveLandmark<3, 7, 6>(i)
+                      : poses && dim == 4 ? SolveLandmark<4, 7, 6>(i)
+                                          : SolveLandmark<-1, -1, -1>(i);
+    if (!done) return false;
+    trial.cost += trial.costs[i];
+  }
+  if (!std::isfinite(trial.H.diagonal().sum() + trial.g.sum())) {
+    faults_->last = this;  // which factor it is is not known any more
+    return false;
+  }
+  trial.valid = true;
+  return true;
+}
+
+bool VariableProjection::PrepareUnknowns() const {
+  for (std::size_t i = 0; i < memory_.place.size(); ++i) {
+    const LandmarkProblem::Block& block = problem_.unknowns[i];
+    const double* const x = &memory_.trial.x[memory_.place[i]];
+    memory_.plus[i].setIdentity();
+    if (block.manifold != nullptr && !block.manifold->PlusJacobian(x, memory_.plus[i].data())) {
+      return false;
+    }
+    double* const step = memory_.step.data() + memory_.column[i];
+    if (memory_.accepted.valid && !Minus(block, x, &memory_.accepted.x[memory_.place[i]], step))
+      return false;
+  }
+  return true;
+}
+
+template <int kDim, int kSize, int kTangent>
+bool VariableProjection::SolveLandmark(std::size_t index) const {
+  Normal<kDim> normal(problem_.landmarks[index].block.tangent_size);
+  if (!FitLandmark<kDim>(index, &memory_.trial.landmarks[memory_.layouts[index].value], &normal))
+    return false;
+  memory_.trial.costs[index] = normal.cost;
+  Accumulate<kDim, kSize, kTangent>(index);
+  Eliminate<kDim, kTangent>(index, normal);
+  return true;
+}
+
+// Where the landmark goes as the unknowns have moved, and from there on by itself. Leaves its
+// factors in the scratch memory, evaluated where it is then.
+template <int kDim>
+bool VariableProjection::FitLandmark(std::size_t index, double* value, Normal<kDim>* normal) const {
+  const LandmarkProblem::Landmark& landmark = problem_.landmarks[index];
+  const LandmarkProblem::Block& block = landmark.block;
+  if (!memory_.accepted.valid) {
+    std::copy_n(block.values, block.size, value);
+    return Linearize<kDim>(landmark, value, normal);
+  }
+  const double* const before = &memory_.accepted.landmarks[memory_.layouts[index].value];
+  Follow<kDim>(index, value);
+  const bool followed = Linearize<kDim>(landmark, value, normal);
+  // Where the first trial was no success, a landmark that stays may be better: with shorter and
+  // shorter steps of the unknowns the cost then ends at what it was.
+  if (!followed || (memory_.trials > 1 && normal->cost > memory_.accepted.costs[index])) {
+    const double cost = followed ? normal->cost : std::numeric_limits<double>::infinity();
+    const bool stayed = Linearize<kDim>(landmark, before, normal);
+    if (!stayed && !followed) return false;
+    if (stayed && normal->cost <= cost) {
+      std::copy_n(before, block.size, value);
+    } else if (!Linearize<kDim>(landmark, value, normal)) {
+      return false;
+    }
+  }
+  return Descend<kDim>(landmark, value, normal);
+}
+
+// Gauss-Newton steps of the landmark alone, shortened where they lead up.
+template <int kDim>
+bool VariableProjection::Descend(const LandmarkProblem::Landmark& landmark, double* value,
+                                 Normal<kDim>* normal) const {
+  const double worth =
+      kWorthAStep * memory_.accepted.cost / static_cast<double>(problem_.landmarks.size());
+  double* const tried = memory_.tried.data();
+  double length = 1.0;
+  for (int step = 0; step < kMaxSteps && normal->Gain() > worth; ++step) {
+    const double cost = normal->cost;
+    const Eigen::Matrix<double, kDim, 1> delta = -length * normal->u;
+    if (!Plus(landmark.block, value, delta.data(), tried)) return false;
+    if (Linearize<kDim>(landmark, tried, normal) && normal->cost < cost) {
+      std::copy_n(tried, landmark.block.size, value);
+      length = 1.0;
+      continue;
+    }
+    if (!Linearize<kDim>(landmark, value, normal)) return false;
+    length *= 0.25;
+  }
+  if (length < 1.0) normal->u *= length;  // nor is such a step to be taken later
+  return true;
+}
+
+template <int kDim>
+void VariableProjection::Follow(std::size_t index, double* value) const {
+  const LandmarkProblem::Block& block = problem_.landmarks[index].block;
+  const Memory::Layout& layout = memory_.layouts[index];
+  const int dim = block.tangent_size;
+  const double* const feedback = &memory_.accepted.feedback[layout.feedback];
+  Eigen::Matrix<double, kDim, 1> delta =
+      -Eigen::Map<const Eigen::Matrix<double, kDim, 1>>(feedback, dim);
+  const Eigen::Map<const Eigen::Matrix<double, kDim, Eigen::Dynamic>> W(feedback + dim, dim,
+                                                                        layout.coupled);
+  for (std::size_t c = layout.first_coupling; c < layout.end_coupling; ++c) {
+    const auto [unknown, column] = memory_.couplings[c];
+    const int tangent = problem_.unknowns[Index(unknown)].tangent_size;
+    delta.noalias() -=
+        W.middleCols(column, tangent)
+            .lazyProduct(memory_.step.segment(memory_.column[Index(unknown)], tangent));
+  }
+  const double* const before = &memory_.accepted.landmarks[layout.value];
+  if (!Plus(block, before, delta.data(), value)) std::copy_n(before, block.size, value);
+}
+
+// Evaluates its factors into the scratch memory.
+template <int kDim>
+bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
+                                   Normal<kDim>* normal) const {
+  const int dim = landmark.block.tangent_size, size = landmark.block.size;
+  const ceres::Manifold* const manifold = landmark.block.manifold;
+  double* const plus = memory_.landmark_plus.data();
+  if (manifold != nullptr && !manifold->PlusJacobian(value, plus)) return false;
+  normal->H.setZero();
+  normal->g.setZero();
+  normal->cost = 0.0;
+  double* numbers = memory_.numbers.data();
+  double* tangent = memory_.of_landmark.data();
+  for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
+    const LandmarkProblem::Factor& factor = problem_.factors[f];
+    faults_->last = factor.cost;  // in case
+    const double* const ambient = EvaluateFactor(factor, value, numbers);
+    if (ambient == nullptr) return false;
+    const int rows = factor.cost->num_residuals();
+    MutableRows<kDim> J(tangent, rows, dim);
+    const ConstRows<Eigen::Dynamic> J_ambient(ambient, rows, size);
+    if (manifold != nullptr) {
+      J.noalias() = J_ambient.lazyProduct(ConstRows<kDim>(plus, size, dim));
+    } else {
+      J = J_ambient;
+    }
+    const Eigen::Map<const Eigen::VectorXd> r(numbers, rows);
+    double rho[3] = {r.squaredNorm(), 1.0, 0.0};
+    if (factor.loss != nullptr) factor.loss->Evaluate(rho[0], rho);
+    const double weight = std::max(0.0, rho[1]);
+    memory_.weights[f - landmark.first_factor] = weight;
+    normal->cost += rho[0];
+    if (!std::isfinite(rho[0] + weight * J.squaredNorm())) return false;
+    for (int i = 0; i < rows; ++i) {
+      const Eigen::Matrix<double, kDim, 1> j = weight * J.row(i).transpose();
+      normal->H.noalias() += j * J.row(i);
+      normal->g.noalias() += r[i] * j;
+    }
+    numbers += NumbersOf(*factor.cost);
+    tangent += rows * dim;
+  }
+  faults_->last = nullptr;
+  normal->Solve();
+  return true;
+}
+
+// Residuals and Jacobians with respect to all but fixed blocks, at the trial's unknowns. Returns
+// the Jacobian with respect to the landmark; null if it cannot be evaluated.
+const double* VariableProjection::EvaluateFactor(const LandmarkProblem::Factor& factor,
+                                                 const double* landmark, double* out) const {
+  const std::vector<int>& sizes = factor.cost->parameter_block_sizes();
+  const int rows = factor.cost->num_residuals();
+  double* next = out + rows;
+  const double* of_landmark = nullptr;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const LandmarkProblem::Argument& argument = problem_.arguments[factor.first_argument + i];
+    memory_.jacobians[i] = argument.fixed == nullptr ? next : nullptr;
+    memory_.parameters[i] = argument.fixed != nullptr ? argument.fixed
+                            : argument.IsLandmark()
+                                ? landmark
+                                : &memory_.trial.x[memory_.place[Index(argument.unknown)]];
+    if (argument.IsLandmark()) of_landmark = next;
+    next += rows * sizes[i];
+  }
+  try {
+    if (factor.cost->Evaluate(memory_.parameters.data(), out, memory_.jacobians.data())) {
+      return of_landmark;
+    }
+  } catch (const std::exception&) {  // as GuardedFactor
+  }
+  return nullptr;
+}
+
+// Adds H_xx and g_x of the landmark's factors, and forms H_lx.
+template <int kDim, int kSize, int kTangent>
+void VariableProjection::Accumulate(std::size_t index) const {
+  const LandmarkProblem::Landmark& landmark = problem_.landmarks[index];
+  const int dim = landmark.block.tangent_size;
+  std::fill_n(memory_.coupling.data(), dim * memory_.layouts[index].coupled, 0.0);
+  const double* numbers = memory_.numbers.data();
+  const double* of_landmark = memory_.of_landmark.data();
+  for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
+    const LandmarkProblem::Factor& factor = problem_.factors[f];
+    const int rows = factor.cost->num_residuals();
+    const ConstRows<kDim> J(of_landmark, rows, dim);
+    AccumulateFactor<kDim, kSize, kTangent>(memory_.layouts[index].coupled, factor,
+                                            memory_.weights[f - landmark.first_factor], numbers, J);
+    numbers += NumbersOf(*factor.cost);
+    of_landmark += rows * dim;
+  }
+}
+
+template <int kDim, int kSize, int kTangent>
+void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Factor& factor,
+                                          double weight, const double* numbers,
+                                          const ConstRows<kDim>& J_landmark) const {
+  const std::vector<int>& sizes = factor.cost->parameter_block_sizes();
+  const Eigen::Index rows = factor.cost->num_residuals(), dim = J_landmark.cols();
+  const double* ambient = numbers + rows;
+  double* tangent = memory_.tangent.data();
+  Eigen::Map<Eigen::Matrix<double, kDim, Eigen::Dynamic>> E(memory_.coupling.data(), dim, coupled);
+  for (std::size_t i = 0; i < sizes.size(); ambient += rows * sizes[i], ++i) {
+    const std::size_t a = factor.first_argument + i;
+    if (problem_.arguments[a].unknown < 0) continue;
+    const std::size_t unknown = Index(problem_.arguments[a].unknown);
+    const int dims = problem_.unknowns[unknown].tangent_size;
+    MutableRows<kTangent> J(tangent, rows, dims);
+    J.noalias() =
+        ConstRows<kSize>(ambient, rows, sizes[i])
+            .lazyProduct(ConstRows<kTangent, kSize>(memory_.plus[unknown].data(), sizes[i], dims));
+    memory_.jacobians[i] = tangent;
+    tangent += rows * dims;
+    auto E_a = E.template middleCols<kTangent>(memory_.column_of[a], dims);
+    auto g_a = memory_.trial.g.template segment<kTangent>(memory_.column[unknown], dims);
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      const Eigen::Matrix<double, 1, kTangent> j = weight * J.row(row);
+      E_a.noalias() += J_landmark.row(row).transpose() * j;
+      g_a.noalias() += numbers[row] * j.transpose();
+    }
+    for (std::size_t k = 0; k <= i; ++k) {
+      if (problem_.arguments[factor.first_argument + k].unknown < 0) continue;
+      const std::size_t other = Index(problem_.arguments[factor.first_argument + k].unknown);
+      const int other_dims = problem_.unknowns[other].tangent_size;
+      const ConstRows<kTangent> J_other(memory_.jacobians[k], rows, other_dims);
+      if (other <= unknown) {
+        AddProduct<kTangent>(weight, J_other, J, memory_.column[other], memory_.column[unknown],
+                             &memory_.trial.H);
+      } else {
+        AddProduct<kTangent>(weight, J, J_other, memory_.column[unknown], memory_.column[other],
+                             &memory_.trial.H);
+      }
+    }
+  }
+}
+
+// Minimizes over the landmark: takes away H_xl H_ll^-1 H_lx and H_xl H_ll^-1 g_l.
+template <int kDim, int kTangent>
+void VariableProjection::Eliminate(std::size_t index, const Normal<kDim>& normal) const {
+  const Memory::Layout& layout = memory_.layouts[index];
+  const int dim = problem_.landmarks[index].block.tangent_size;
+  using Coupling = Eigen::Matrix<double, kDim, Eigen::Dynamic>;
+  const Eigen::Map<const Coupling> E(memory_.coupling.data(), dim, layout.coupled);
+  double* const feedback = &memory_.trial.feedback[layout.feedback];
+  Eigen::Map<Eigen::Matrix<double, kDim, 1>>(feedback, dim) = normal.u;
+  Eigen::Map<Coupling> W(feedback + dim, dim, layout.coupled);
+  W.noalias() = normal.inverse.lazyProduct(E);
+  for (std::size_t a = layout.first_coupling; a < layout.end_coupling; ++a) {
+    const auto [unknown, column] = memory_.couplings[a];
+    const std::size_t first = Index(unknown);
+    const int dims = problem_.unknowns[first].tangent_size;
+    const Eigen::Matrix<double, kTangent, kDim> gain =
+        W.template middleCols<kTangent>(column, dims).transpose();
+    memory_.trial.g.template segment<kTangent>(memory_.column[first], dims).noalias() -=
+        gain.lazyProduct(normal.g);
+    for (std::size_t b = a; b < layout.end_coupling; ++b) {
+      const auto [other, other_column] = memory_.couplings[b];
+      const int others = problem_.unknowns[Index(other)].tangent_size;
+      memory_.trial.H
+          .template block<kTangent, kTangent>(memory_.column[first], memory_.column[Index(other)],
+                                              dims, others)
+          .noalias() -= gain.lazyProduct(E.template middleCols<kTangent>(other_column, others));
+    }
+  }
+}
+
+// H = P^T L D L^T P: J = D^1/2 L^T P, r = D^-1/2 L^-1 P g. H may be singular: J^T J is enough.
+void VariableProjection::WriteRows(double* residuals, double** jacobians) const {
+  const Eigen::Index n = memory_.accepted.g.size();
+  const Eigen::LDLT<Eigen::MatrixXd, Eigen::Upper> factors(memory_.accepted.H);
+  const Eigen::VectorXd& D = factors.vectorD();
+  const double least = n > 0 ? 1e-14 * std::max(0.0, D.maxCoeff()) : 0.0;
+  const Eigen::VectorXi place =
+      factors.transpositionsP() * Eigen::VectorXi::LinSpaced(n, 0, static_cast<int>(n) - 1);
+  const Eigen::MatrixXd U = factors.matrixU();
+  Eigen::MatrixXd J(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) J.col(place[i]) = U.col(i);
+  Eigen::VectorXd r = factors.transpositionsP() * memory_.accepted.g;
+  factors.matrixL().solveInPlace(r);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double root = D[i] > least ? std::sqrt(D[i]) : 0.0;
+    J.row(i) *= root;
+    r[i] = root > 0.0 ? r[i] / root : 0.0;
+  }
+  Eigen::Map<Eigen::VectorXd>(residuals, n) = r;
+  residuals[n] = std::sqrt(std::max(0.0, memory_.accepted.cost - r.squaredNorm()));
+  for (std::size_t i = 0; i < memory_.place.size(); ++i) {
+    if (jacobians[i] == nullptr) continue;
+    const LandmarkProblem::Block& block = problem_.unknowns[i];
+    Eigen::Map<RowMajor> out(jacobians[i], n + 1, block.size);
+    RowMajor lift = RowMajor::Identity(block.tangent_size, block.size);
+    if (block.manifold != nullptr) {
+      block.manifold->MinusJacobian(&memory_.accepted.x[memory_.place[i]], lift.data());
+    }
+    out.topRows(n).noalias() = J.middleCols(memory_.column[i], block.tangent_size) * lift;
+    out.row(n).setZero();
+  }
+}
+
+void VariableProjection::WriteLandmarks() const {
+  if (!memory_.accepted.valid) return;
+  for (std::size_t i = 0; i < memory_.layouts.size(); ++i) {
+    const LandmarkProblem::Block& block = problem_.landmarks[i].block;
+    std::copy_n(&memory_.accepted.landmarks[memory_.layouts[i].value], block.size, block.values);
+  }
+}
+
+}  // namespace highwall::internal

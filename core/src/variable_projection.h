@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <ceres/cost_function.h>
+#include <Eigen/Core>
+
+#include "guarded_factor.h"
+#include "landmark_problem.h"
+
+namespace highwall::internal {
+
+// All factors on landmarks as one cost function of the unknowns: at each x the landmarks are where
+// they fit best, as far as a few Gauss-Newton steps of their own take them. Its residuals are n + 1
+// for n tangent dimensions of the unknowns, with
+//   |r|^2 = sum rho,   J^T J = H, the Schur complement,   J^T r = g, its gradient,
+// so that a solver that sees nothing of the landmarks takes the steps of one that does. The last
+// residual is what no step of the unknowns can change, and has a Jacobian of zeros.
+//
+// Landmarks start from the x that was last evaluated with Jacobians, so what an Evaluate() returns
+// depends on those before: for one solver, on one thread. Losses must be concave (rho'' <= 0).
+class VariableProjection final : public ceres::CostFunction {
+ public:
+  struct Memory;
+
+  // What the problem refers to, faults and memory must outlive it. Memory: to be kept from one
+  // solve to the next, for one at a time.
+  VariableProjection(LandmarkProblem problem, FactorFaults* faults, Memory* memory);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+  // Puts the landmarks to where they were when it was last evaluated with Jacobians.
+  void WriteLandmarks() const;
+
+  const std::vector<LandmarkProblem::Block>& unknowns() const { return problem_.unknowns; }
+
+ private:
+  // Rows over kDim columns, row by row as Ceres has them, with the sizes known or not.
+  template <int kDim, int kRows = Eigen::Dynamic>
+  using Matrix = Eigen::Matrix<double, kRows, kDim, Eigen::RowMajor>;
+  template <int kDim, int kRows = Eigen::Dynamic>
+  using ConstRows = Eigen::Map<const Matrix<kDim, kRows>>;
+  template <int kDim>
+  using MutableRows = Eigen::Map<Matrix<kDim>>;
+  // The normal equations of a landmark alone, its unknowns held.
+  template <int kDim>
+  struct Normal;
+
+  void LayOut(const LandmarkProblem::Landmark& landmark);
+  bool MoveTo(double const* const* parameters) const;
+  bool PrepareUnknowns() const;
+  template <int kDim, int kSize, int kTangent>
+  bool SolveLandmark(std::size_t index) const;
+  template <int kDim>
+  bool FitLandmark(std::size_t index, double* value, Normal<kDim>* normal) const;
+  template <int kDim>
+  bool Descend(const LandmarkProblem::Landmark& landmark, double* value,
+               Normal<kDim>* normal) const;
+  template <int kDim>
+  void Follow(std::size_t index, double* value) const;
+  template <int kDim>
+  bool Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
+                 Normal<kDim>* normal) const;
+  const double* EvaluateFactor(const LandmarkProblem::Factor& factor, const double* landmark,
+                               double* out) const;
+  template <int kDim, int kSize, int kTangent>
+  void Accumulate(std::size_t index) const;
+  template <int kDim, int kSize, int kTangent>
+  void AccumulateFactor(int coupled, const LandmarkProblem::Factor& factor, double weight,
+                        const double* numbers, const ConstRows<kDim>& J_landmark) const;
+  template <int kDim, int kTangent>
+  void Eliminate(std::size_t index, const Normal<kDim>& normal) const;
+  void WriteRows(double* residuals, double** jacobians) const;
+
+  LandmarkProblem problem_;
+  FactorFaults* const faults_;
+  Memory& memory_;  // changes in Evaluate(), which is const to Ceres
+};
+
+struct VariableProjection::Memory {
+  struct Coupling {
+    int unknown;
+    int column;  // among those of its landmark
+  };
+  // Where things of a landmark are.
+  struct Layout {
+    std::size_t first_coupling = 0, end_coupling = 0;  // by ascending unknowns
+    std::size_t value = 0;                             // in State::landmarks
+    std::size_t feedback = 0;                          // in State::feedback
+    int coupled = 0;                                   // tangent dimensions of its unknowns
+    bool poses = true;  // they are blocks of 7 with 6 tangent dimensions
+  };
+  // The landmarks at one x, and what is left of them there.
+  struct State {
+    bool valid = false;
+    std::vector<double> x;          // the unknowns' blocks
+    std::vector<double> landmarks;  // their blocks
+    std::vector<double> costs;      // sum of rho of each landmark's factors
+    // Of each landmark, how it follows, dl = -u - W dx: u, then W, column by column.
+    std::vector<double> feedback;
+    Eigen::MatrixXd H;  // upper triangle
+    Eigen::VectorXd g;
+    double cost = 0.0;  // sum of rho
+  };
+
+  std::vector<Layout> layouts;  // of the landmarks
+  std::vector<Coupling> couplings;
+  std::vector<int> column_of;      // of each argument that is an unknown: its Coupling::column
+  std::vector<int> column;         // of each unknown in H
+  std::vector<std::size_t> place;  // of each unknown in State::x
+  // Where Ceres is, and where it tries to go.
+  State accepted, trial;
+  int trials = 0;                // from the accepted state
+  std::vector<Matrix<-1>> plus;  // of each unknown, at the trial's x
+  Eigen::VectorXd step;          // from the accepted state to the trial
+
+  // Of the landmark at hand.
+  std::vector<double> numbers;      // of each factor: residuals, ambient Jacobians
+  std::vector<double> of_landmark;  // tangent Jacobians with respect to it, row by row
+  std::vector<double> weights;      // rho' of each factor
+  std::vector<double> coupling;     // H_lx, column by column
+  std::vector<double> landmark_plus;
+  std::vector<double> tried;  // value
+  // Of the factor at hand.
+  std::vector<double> tangent;  // Jacobians with respect to its unknowns, one by one
+  std::vector<const double*> parameters;
+  std::vector<double*> jacobians;
+};
+
+}  // namespace highwall::internal

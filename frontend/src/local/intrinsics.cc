@@ -1,0 +1,136 @@
+#include <highwall/frontend/local/intrinsics.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+
+#include <ceres/loss_function.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/prior.h>
+#include <highwall/factors/intrinsic_reprojection.h>
+#include <highwall/internal/require.h>
+
+namespace highwall {
+namespace {
+
+// Keyframes and points of a map, and the intrinsics.
+class IntrinsicsGraph {
+ public:
+  IntrinsicsGraph(const Map& map, const MeasurementModel& model, const IntrinsicsOptions& options)
+      : map_(map),
+        model_(model),
+        loss_(std::make_shared<ceres::HuberLoss>(options.huber)),
+        intrinsics_(graph_.AddVariable(Known(model.camera()))) {
+    const PinholeCamera& camera = model.camera();
+    const Eigen::Vector4d sigma(options.focal_share * camera.fx, options.focal_share * camera.fy,
+                                options.centre_share * camera.width,
+                                options.centre_share * camera.height);
+    graph_.AddFactor(std::make_unique<VectorPrior<4>>(
+                         Known(camera), Eigen::Matrix4d(sigma.cwiseInverse().asDiagonal())),
+                     intrinsics_);
+  }
+
+  void AddKeyFrames(const std::vector<KeyFrameId>& ids) {
+    for (const KeyFrameId id : ids) {
+      const Variable<Pose> pose = graph_.AddVariable(map_.keyframe(id)->T_WC);
+      if (poses_.empty()) graph_.Fix(pose);
+      poses_.emplace(id, pose);
+    }
+  }
+
+  // Those that two and more keyframes see.
+  void AddPoints() {
+    for (const PointId id : map_.point_ids()) {
+      const MapPoint& point = *map_.point(id);
+      const auto seen =
+          std::count_if(point.observations.begin(), point.observations.end(),
+                        [&](const Observation& o) { return poses_.contains(o.keyframe); });
+      if (seen < 2) continue;
+      const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
+      ++points_;
+      for (const Observation& o : point.observations) {
+        if (poses_.contains(o.keyframe)) Observe(o, variable);
+      }
+    }
+  }
+
+  IntrinsicsCalibration Solve(const IntrinsicsOptions& options) {
+    HIGHWALL_REQUIRE(poses_.size() >= 3, "less than three keyframes");
+    HIGHWALL_REQUIRE(points_ > 0, "no point that two keyframes see");
+    const SolveSummary summary = graph_.Solve({.max_iterations = options.max_iterations});
+    HIGHWALL_REQUIRE(summary.IsUsable(), "calibration failed: " + summary.message);
+    IntrinsicsCalibration result;
+    result.intrinsics = graph_.Value(intrinsics_);
+    result.keyframes = static_cast<int>(poses_.size());
+    result.points = points_;
+    result.observations = observations_;
+    const int unknowns = 6 * (result.keyframes - 1) + 3 * points_ + 4;
+    result.error = 2.0 * summary.final_cost / std::max(1, rows_ - unknowns);
+    result.sigma = std::sqrt(std::max(1.0, result.error)) *
+                   graph_.Covariance(intrinsics_).diagonal().cwiseSqrt();
+    return result;
+  }
+
+ private:
+  static Eigen::Vector4d Known(const PinholeCamera& camera) {
+    return {camera.fx, camera.fy, camera.cx, camera.cy};
+  }
+
+  void Observe(const Observation& o, const Variable<Point>& point) {
+    const PointFeature& feature =
+        map_.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
+    graph_.AddFactor(
+        std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection()), loss_,
+        poses_.at(o.keyframe), point, intrinsics_);
+    rows_ += MeasurementModel::Dimension(feature);
+    ++observations_;
+  }
+
+  const Map& map_;
+  const MeasurementModel& model_;
+  const std::shared_ptr<ceres::LossFunction> loss_;
+  FactorGraph graph_;
+  const Variable<Eigen::Vector4d> intrinsics_;
+  std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
+  int points_ = 0, observations_ = 0, rows_ = 0;
+};
+
+std::vector<std::string> Advice(const IntrinsicsCalibration& found, double good_share) {
+  constexpr const char* kMotion[] = {
+      "fx was hardly seen: turn the camera left and right, by half of what it sees and more",
+      "fy was hardly seen: tilt the camera up and down, by half of what it sees and more",
+      "cx was hardly seen: roll the camera about its optical axis, to and fro by a quarter",
+      "cy was hardly seen: roll the camera about its optical axis, to and fro by a quarter"};
+  std::vector<std::string> advice;
+  for (int i = 0; i < 4; ++i) {
+    if (found.sigma[i] > good_share * found.intrinsics[i % 2]) advice.emplace_back(kMotion[i]);
+  }
+  return advice;
+}
+
+}  // namespace
+
+void IntrinsicsOptions::Validate() const {
+  RequirePositiveFinite(focal_share, "IntrinsicsOptions::focal_share");
+  RequirePositiveFinite(centre_share, "IntrinsicsOptions::centre_share");
+  RequirePositiveFinite(huber, "IntrinsicsOptions::huber");
+  RequirePositiveFinite(good_share, "IntrinsicsOptions::good_share");
+  RequireAtLeast(max_iterations, 1, "IntrinsicsOptions::max_iterations");
+}
+
+IntrinsicsCalibration CalibrateIntrinsics(const Map& map, const MeasurementModel& model,
+                                          SubmapId submap, const IntrinsicsOptions& options) {
+  options.Validate();
+  IntrinsicsGraph graph(map, model, options);
+  graph.AddKeyFrames(map.KeyFramesOf(submap));
+  graph.AddPoints();
+  IntrinsicsCalibration found = graph.Solve(options);
+  found.advice = Advice(found, options.good_share);
+  return found;
+}
+
+}  // namespace highwall

@@ -1,0 +1,332 @@
+#include "variable_projection.h"
+
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <ceres/autodiff_cost_function.h>
+#include <ceres/crs_matrix.h>
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/sized_cost_function.h>
+#include <gtest/gtest.h>
+#include <Eigen/LU>
+
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/prior.h>
+
+#include "landmark_problem.h"
+#include "point_observation.h"
+#include "random_states.h"
+
+namespace highwall {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// A point seen from a pose, all of it stretched: three variables, with a landmark in the middle.
+struct StretchedObservation {
+  Eigen::Vector3d z;
+
+  template <class S>
+  bool operator()(const S* scale, const S* x, const S* pose, S* r) const {
+    PointObservation{Eigen::Vector3d::Zero()}(pose, x, r);
+    for (int i = 0; i < 3; ++i) r[i] = scale[0] * r[i] - z[i];
+    return true;
+  }
+};
+
+std::unique_ptr<ceres::CostFunction> MakeStretched(const Eigen::Vector3d& z) {
+  return std::make_unique<ceres::AutoDiffCostFunction<StretchedObservation, 3, 1, 3, 7>>(
+      new StretchedObservation{z});
+}
+
+// Poses and points, each seen from each, disturbed; the first pose is known to 1.
+struct Bundle {
+  explicit Bundle(unsigned seed, double noise = 0.0, bool stretched = false) : random(seed) {
+    const auto loss = std::make_shared<ceres::HuberLoss>(0.05);
+    if (stretched) {
+      using Scalar = Eigen::Matrix<double, 1, 1>;
+      scale = graph.AddVariable(1.1);
+      graph.AddFactor(std::make_unique<VectorPrior<1>>(Scalar(1.0), Scalar(1.0)), scale);
+    }
+    for (int i = 0; i < 4; ++i) {
+      truth.push_back(random.RandomPose(1.0, 0.5));
+      poses.push_back(graph.AddVariable(truth[Index(i)].Plus(Vector6(0.05))));
+    }
+    graph.AddFactor(std::make_unique<PosePrior>(truth[0], Matrix6::Identity()), poses[0]);
+    for (int j = 0; j < 12; ++j) {
+      const Point x = random.Vector(4.0);
+      points.push_back(graph.AddLandmark(Point(x + random.Vector(0.1))));
+      for (int i = 0; i < 4; ++i) {
+        if (i == j % 4) continue;
+        const Point z = truth[Index(i)].Inverse() * x + random.Vector(noise);
+        if (stretched) {
+          graph.AddFactor(MakeStretched(z), loss, scale, points.back(), poses[Index(i)]);
+        } else {
+          graph.AddFactor(MakeObservation(z), loss, poses[Index(i)], points.back());
+        }
+      }
+    }
+  }
+
+  static std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+  Eigen::Matrix<double, 6, 1> Vector6(double sigma) {
+    Eigen::Matrix<double, 6, 1> out;
+    const Eigen::Vector3d p = random.Vector(sigma), q = random.Vector(sigma);
+    out << p, q;
+    return out;
+  }
+  std::vector<double*> Landmarks() {
+    std::vector<double*> blocks;
+    for (const auto& point : points) blocks.push_back(graph.MutableBlock(point));
+    return blocks;
+  }
+
+  RandomStates random;
+  FactorGraph graph;
+  std::vector<Pose> truth;
+  std::vector<Variable<Pose>> poses;
+  std::vector<Variable<Point>> points;
+  Variable<double> scale;
+};
+
+SolveOptions Exact(LinearSolver solver) {
+  return {.max_iterations = 100,
+          .function_tolerance = 1e-16,
+          .parameter_tolerance = 1e-14,
+          .linear_solver = solver};
+}
+
+// H and g of the factors on landmarks with the landmarks minimized over, by dense algebra.
+struct Reduced {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+  double cost = 0.0;
+};
+Reduced SchurComplement(ceres::Problem& problem, const internal::SplitProblem& split) {
+  ceres::Problem::EvaluateOptions options;
+  int unknowns = 0;
+  for (const auto& block : split.landmarks.unknowns) {
+    options.parameter_blocks.push_back(block.values);
+    unknowns += block.tangent_size;
+  }
+  for (const auto& landmark : split.landmarks.landmarks) {
+    options.parameter_blocks.push_back(landmark.block.values);
+  }
+  problem.GetResidualBlocks(&options.residual_blocks);
+  for (const auto& other : split.others) std::erase(options.residual_blocks, other);
+  Reduced reduced;
+  std::vector<double> residuals;
+  ceres::CRSMatrix sparse;
+  problem.Evaluate(options, &reduced.cost, &residuals, nullptr, &sparse);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+  for (int row = 0; row < sparse.num_rows; ++row) {
+    for (int k = sparse.rows[Bundle::Index(row)]; k < sparse.rows[Bundle::Index(row + 1)]; ++k) {
+      J(row, sparse.cols[Bundle::Index(k)]) = sparse.values[Bundle::Index(k)];
+    }
+  }
+  const Eigen::Map<const Eigen::VectorXd> r(residuals.data(), sparse.num_rows);
+  const Eigen::MatrixXd X = J.leftCols(unknowns), L = J.rightCols(J.cols() - unknowns);
+  const Eigen::MatrixXd gain = X.transpose() * L * (L.transpose() * L).inverse();
+  reduced.H = X.transpose() * X - gain * L.transpose() * X;
+  reduced.g = X.transpose() * r - gain * L.transpose() * r;
+  return reduced;
+}
+
+TEST(VariableProjection, HasTheCostTheGradientAndTheSchurComplementOfItsFactors) {
+  for (const bool stretched : {false, true}) {
+    Bundle bundle(1, 0.02, stretched);
+    bundle.graph.Fix(bundle.poses[1]);
+    ceres::Problem& problem = bundle.graph.problem();
+    const internal::SplitProblem split = internal::Split(problem, bundle.Landmarks());
+    const Reduced expected = SchurComplement(problem, split);
+    ASSERT_EQ(split.landmarks.landmarks.size(), 12u);
+    ASSERT_EQ(split.others.size(), stretched ? 2u : 1u);  // priors
+
+    internal::FactorFaults faults;
+    internal::VariableProjection::Memory memory;
+    const internal::VariableProjection projection(split.landmarks, &faults, &memory);
+    std::vector<double*> blocks;
+    for (const auto& block : projection.unknowns()) blocks.push_back(block.values);
+    std::vector<double> residuals(static_cast<std::size_t>(projection.num_residuals()));
+    std::vector<std::vector<double>> storage;
+    std::vector<double*> jacobians;
+    for (const auto& block : projection.unknowns()) {
+      storage.emplace_back(residuals.size() * static_cast<std::size_t>(block.size));
+    }
+    for (auto& values : storage) jacobians.push_back(values.data());
+    ASSERT_TRUE(projection.Evaluate(blocks.data(), residuals.data(), jacobians.data()));
+
+    const Eigen::Index n = projection.num_residuals() - 1;
+    const Eigen::Map<const Eigen::VectorXd> r(residuals.data(), n + 1);
+    Eigen::MatrixXd J(n + 1, n);
+    Eigen::Index column = 0;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      const auto& block = projection.unknowns()[i];
+      RowMajor plus = RowMajor::Identity(block.size, block.tangent_size);
+      if (block.manifold != nullptr) block.manifold->PlusJacobian(block.values, plus.data());
+      J.middleCols(column, block.tangent_size) =
+          Eigen::Map<RowMajor>(storage[i].data(), n + 1, block.size) * plus;
+      column += block.tangent_size;
+    }
+    ASSERT_EQ(column, n);
+    EXPECT_NEAR(0.5 * r.squaredNorm(), expected.cost, 1e-12 * expected.cost);
+    // Landmarks are damped by 1e-8.
+    EXPECT_TRUE((J.transpose() * J).isApprox(expected.H, 1e-7));
+    EXPECT_TRUE((J.transpose() * r).isApprox(expected.g, 1e-7));
+    EXPECT_TRUE(J.row(n).isZero(0.0));
+  }
+}
+
+TEST(VariableProjection, FindsTheMinimumThatDenseSchurFinds) {
+  for (const bool stretched : {false, true}) {
+    Bundle expected(2, 0.05, stretched), bundle(2, 0.05, stretched);
+    const SolveSummary wanted = expected.graph.Solve(Exact(LinearSolver::kDenseSchur));
+    const SolveSummary summary = bundle.graph.Solve(Exact(LinearSolver::kVariableProjection));
+    ASSERT_TRUE(wanted.IsUsable() && summary.IsUsable()) << summary.message;
+    EXPECT_NEAR(summary.initial_cost, wanted.initial_cost, 1e-12 * wanted.initial_cost);
+    EXPECT_NEAR(summary.final_cost, wanted.final_cost, 1e-9 * wanted.final_cost);
+    EXPECT_NEAR(summary.final_cost, bundle.graph.Cost(), 1e-12 * summary.final_cost);
+    // Both stop where the cost is flat to rounding: 1e-8 of a metre next to it.
+    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+      const Pose apart =
+          bundle.graph.Value(bundle.poses[i]).Inverse() * expected.graph.Value(expected.poses[i]);
+      EXPECT_LT(apart.p().norm() + apart.Angle(), 1e-6);
+    }
+    for (std::size_t j = 0; j < bundle.points.size(); ++j) {
+      EXPECT_LT(
+          (bundle.graph.Value(bundle.points[j]) - expected.graph.Value(expected.points[j])).norm(),
+          1e-6);
+    }
+  }
+}
+
+TEST(VariableProjection, FewIterationsLeadAsFarAsTheyDoWithAllVariables) {
+  Bundle expected(3, 0.05), bundle(3, 0.05);
+  SolveOptions options{.max_iterations = 3, .linear_solver = LinearSolver::kDenseSchur};
+  const SolveSummary wanted = expected.graph.Solve(options);
+  options.linear_solver = LinearSolver::kVariableProjection;
+  const SolveSummary summary = bundle.graph.Solve(options);
+  EXPECT_LE(summary.final_cost, 1.001 * wanted.final_cost);
+  EXPECT_NEAR(summary.final_cost, bundle.graph.Cost(), 1e-12 * summary.final_cost);
+}
+
+TEST(VariableProjection, TheSameProblemGivesTheSameBitsWithinOneProcess) {
+  const auto run = [] {
+    Bundle bundle(4, 0.05);
+    bundle.graph.Solve({.linear_solver = LinearSolver::kVariableProjection});
+    const Pose pose = bundle.graph.Value(bundle.poses[3]);
+    return std::vector<double>(pose.data(), pose.data() + Pose::kSize);
+  };
+  EXPECT_EQ(run(), run());
+}
+
+TEST(VariableProjection, FixedLandmarksAndThoseWithoutFactorsStay) {
+  Bundle bundle(5);
+  bundle.graph.Fix(bundle.points[0]);
+  const Point known = bundle.graph.Value(bundle.points[0]);
+  const auto alone = bundle.graph.AddLandmark(Point(1, 2, 3));
+  ASSERT_TRUE(bundle.graph.Solve({.linear_solver = LinearSolver::kVariableProjection}).IsUsable());
+  EXPECT_EQ(bundle.graph.Value(bundle.points[0]), known);
+  EXPECT_EQ(bundle.graph.Value(alone), Point(1, 2, 3));
+}
+
+TEST(VariableProjection, LandmarksMoveWhereAllElseIsFixed) {
+  Bundle bundle(6);
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    bundle.graph.SetValue(bundle.poses[i], bundle.truth[i]);
+    bundle.graph.Fix(bundle.poses[i]);
+  }
+  const SolveSummary summary = bundle.graph.Solve(Exact(LinearSolver::kVariableProjection));
+  ASSERT_TRUE(summary.IsUsable());
+  EXPECT_LT(summary.final_cost, 1e-18);
+}
+
+// The first coordinate of a landmark: the other two are known to nobody.
+struct FirstCoordinate {
+  double z;
+
+  template <class S>
+  bool operator()(const S* pose, const S* x, S* r) const {
+    r[0] = x[0] - pose[0] - S(z);
+    return true;
+  }
+};
+
+TEST(VariableProjection, ALandmarkThatItsFactorsLeaveOpenStaysWhereTheyDo) {
+  Bundle bundle(7);
+  const auto open = bundle.graph.AddLandmark(Point(1, 2, 3));
+  bundle.graph.AddFactor(std::make_unique<ceres::AutoDiffCostFunction<FirstCoordinate, 1, 7, 3>>(
+                             new FirstCoordinate{0.5}),
+                         bundle.poses[0], open);
+  const SolveSummary summary = bundle.graph.Solve(Exact(LinearSolver::kVariableProjection));
+  ASSERT_TRUE(summary.IsUsable()) << summary.message;
+  EXPECT_LT(summary.final_cost, 1e-16);
+  EXPECT_EQ(bundle.graph.Value(open).tail<2>(), Point(1, 2, 3).tail<2>());
+  EXPECT_NEAR(bundle.graph.Value(open).x() - bundle.graph.Value(bundle.poses[0]).p().x(), 0.5,
+              1e-8);
+}
+
+// Steps of Gauss-Newton from beyond 1.39 lead farther and farther away.
+struct Arctangent {
+  template <class S>
+  bool operator()(const S* x, const S* pose, S* r) const {
+    using std::atan;
+    r[0] = atan(x[0] - pose[0]);
+    r[1] = S(0.01) * (x[0] - pose[0]);
+    return true;
+  }
+};
+
+TEST(VariableProjection, StepsOfALandmarkThatLeadUpAreShortened) {
+  Bundle bundle(8);
+  const auto far = bundle.graph.AddLandmark(8.0);
+  bundle.graph.AddFactor(
+      std::make_unique<ceres::AutoDiffCostFunction<Arctangent, 2, 1, 7>>(new Arctangent), far,
+      bundle.poses[0]);
+  const SolveSummary summary = bundle.graph.Solve(Exact(LinearSolver::kVariableProjection));
+  ASSERT_TRUE(summary.IsUsable()) << summary.message;
+  EXPECT_LT(summary.final_cost, 1e-14);
+  EXPECT_NEAR(bundle.graph.Value(far), bundle.graph.Value(bundle.poses[0]).p().x(), 1e-6);
+}
+
+// Refuses landmarks of 2 and more, or throws.
+class OnlyBelowTwo final : public ceres::SizedCostFunction<1, 1, 7> {
+ public:
+  explicit OnlyBelowTwo(bool throws) : throws_(throws) {}
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    if (x[0][0] >= 2.0 && throws_) throw std::runtime_error("two and more");
+    if (x[0][0] >= 2.0) return false;
+    residuals[0] = x[0][0] - x[1][0];
+    if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][0] = 1.0;
+    for (int i = 0; jacobians != nullptr && jacobians[1] != nullptr && i < 7; ++i) {
+      jacobians[1][i] = i == 0 ? -1.0 : 0.0;
+    }
+    return true;
+  }
+
+ private:
+  bool throws_;
+};
+
+TEST(VariableProjection, AFactorThatCannotBeEvaluatedIsNamedAndLeavesAllAsItWas) {
+  for (const bool throws : {false, true}) {
+    Bundle bundle(9);
+    const Pose before = bundle.graph.Value(bundle.poses[0]);
+    const auto beyond = bundle.graph.AddLandmark(3.0);
+    bundle.graph.AddFactor(std::make_unique<OnlyBelowTwo>(throws), beyond, bundle.poses[0]);
+    const SolveSummary summary =
+        bundle.graph.Solve({.linear_solver = LinearSolver::kVariableProjection});
+    EXPECT_EQ(summary.status, SolveStatus::kFailed);
+    EXPECT_NE(summary.message.find("OnlyBelowTwo"), std::string::npos) << summary.message;
+    EXPECT_EQ(bundle.graph.Value(beyond), 3.0);
+    EXPECT_EQ(bundle.graph.Value(bundle.poses[0]).p(), before.p());
+  }
+}
+
+}  // namespace
+}  // namespace highwall

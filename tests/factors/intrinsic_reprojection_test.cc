@@ -1,0 +1,90 @@
+#include <highwall/factors/intrinsic_reprojection.h>
+
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/manifolds.h>
+#include <highwall/core/testing/jacobian_check.h>
+#include <highwall/factors/point_reprojection.h>
+
+#include "reprojection_scene.h"
+
+namespace highwall {
+namespace {
+
+Eigen::Matrix3d TestWeight() {
+  return (Eigen::Matrix3d() << 0.8, 0.1, 0.3, -0.2, 1.3, 0.0, 0.5, -0.4, 4.0).finished();
+}
+
+TEST(IntrinsicReprojection, MatchesHandComputedValues) {
+  // x/z = 0.1, y/z = -0.2, and c/z = 50 / 2.
+  const ProjectionRows<3> rows =
+      PointRows(Eigen::Vector3d(370.0, 160.0, 24.0), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+  const IntrinsicReprojection f(rows, SimpleProjection());
+  const Block pose = ToBlock(Pose());
+  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}}) -
+             Eigen::Vector3d(0.0, 0.0, 1.0))
+                .norm(),
+            1e-12);
+  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {510.0, 420.0, 323.0, 244.0}}) -
+             Eigen::Vector3d(4.0, 0.0, 1.0))
+                .norm(),
+            1e-12);
+}
+
+TEST(IntrinsicReprojection, IsPointReprojectionAtTheCalibratedIntrinsics) {
+  std::mt19937 rng(70);
+  twins::Rig rig = TestRig();
+  rig.T_BC = Pose();
+  const PinholeCamera& camera = rig.camera;
+  for (int i = 0; i < 20; ++i) {
+    const Pose T_WC = RandomPose(rng);
+    const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WC), z(300.0, 200.0, 15.0);
+    const PointReprojectionRgbd g(z, TestWeight(), Projection(rig));
+    const IntrinsicReprojection f(PointRows(z, TestWeight()), Projection(rig));
+    EXPECT_LT(
+        (Residual(f, {ToBlock(T_WC), ToBlock(p_W), {camera.fx, camera.fy, camera.cx, camera.cy}}) -
+         Residual(g, {ToBlock(T_WC), ToBlock(p_W)}))
+            .norm(),
+        1e-9);
+  }
+}
+
+TEST(IntrinsicReprojection, JacobiansMatchCentralDifferences) {
+  const PoseManifold manifold;
+  std::mt19937 rng(71);
+  twins::Rig rig = TestRig();
+  rig.T_BC = Pose();
+  for (int i = 0; i < 50; ++i) {
+    SCOPED_TRACE(i);
+    const Pose T_WC = RandomPose(rng);
+    const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WC);
+    const Eigen::Vector3d z = Observe(rig, T_WC, p_W) + Eigen::Vector3d(20.0, -10.0, 2.0);
+    const IntrinsicReprojection f(PointRows(z, TestWeight()), Projection(rig));
+    const Block k = {Uniform(rng, 400, 600), Uniform(rng, 400, 600), Uniform(rng, 300, 340),
+                     Uniform(rng, 220, 260)};
+    const auto check =
+        testing::CheckJacobians(f, {ToBlock(T_WC), ToBlock(p_W), k}, {&manifold, nullptr, nullptr});
+    EXPECT_TRUE(check) << check.message;
+  }
+}
+
+TEST(IntrinsicReprojection, IsInactiveNearerThanTheMinimalDepth) {
+  const IntrinsicReprojection f(PointRows(Eigen::Vector3d(1, 2, 3), TestWeight()),
+                                SimpleProjection());
+  const double near = 0.5 * RgbdProjection::kDefaultMinDepth;
+  EXPECT_EQ(Residual(f, {ToBlock(Pose()), {0.0, 0.0, near}, {500, 400, 320, 240}}),
+            Eigen::Vector3d::Zero());
+}
+
+TEST(IntrinsicReprojection, RefusesRowsThatAreNotFinite) {
+  ProjectionRows<3> rows = PointRows(Eigen::Vector3d(1, 2, 3), TestWeight());
+  rows.b[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(IntrinsicReprojection(rows, SimpleProjection()), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall

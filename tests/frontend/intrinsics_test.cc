@@ -1,0 +1,117 @@
+#include <highwall/frontend/local/intrinsics.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "support/synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::IdealSensor;
+using testing::Look;
+using testing::Scene;
+using testing::SceneMap;
+using testing::UniformInBox;
+
+// The camera as it is; what the map was made with is off by 1 % of the focal lengths, and by 4 px.
+RgbdSensor TrueSensor() {
+  return IdealSensor();
+}
+RgbdSensor WrongSensor() {
+  RgbdSensor sensor = TrueSensor();
+  sensor.camera.fx *= 1.01;
+  sensor.camera.fy *= 0.99;
+  sensor.camera.cx += 4.0;
+  sensor.camera.cy -= 4.0;
+  return sensor;
+}
+Eigen::Vector4d IntrinsicsOf(const PinholeCamera& camera) {
+  return {camera.fx, camera.fy, camera.cx, camera.cy};
+}
+
+// What it is that the observations are drawn from as well.
+const MeasurementModel kModel(WrongSensor(), {});
+
+Scene MakeSurroundings() {
+  std::mt19937 rng(3);
+  Scene scene;
+  while (scene.points.size() < 1500) {
+    const Eigen::Vector3d p_W = UniformInBox(rng, {-4, -4, -4}, {4, 4, 4});
+    if (p_W.norm() < 2.0) continue;
+    scene.points.push_back({p_W, testing::RandomDescriptor(rng), testing::Uniform(rng, 3, 9)});
+  }
+  return scene;
+}
+
+// What a walk sees, in a map whose keyframes and points are a centimetre and half a degree off.
+// turns: [rad] about the camera's axes, from one end to the other of the walk.
+Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed) {
+  std::mt19937 rng(seed);
+  SceneMap scene_map(scene);
+  constexpr int kKeyFrames = 24;
+  for (int i = 0; i < kKeyFrames; ++i) {
+    const double s = i / (kKeyFrames - 1.0) - 0.5;
+    const Pose T_WC = Pose::FromTangent(
+        {0.8 * std::sin(9.0 * s), 0.5 * std::cos(7.0 * s), 0.6 * std::sin(5.0 * s)},
+        {turns.x() * std::sin(11.0 * s), turns.y() * std::sin(7.0 * s),
+         turns.z() * std::cos(5.0 * s)});
+    const auto view =
+        Look(scene, TrueSensor(), T_WC,
+             {.px = kModel.PointSigma(0), .depth = true, .seed = seed + static_cast<unsigned>(i)});
+    Eigen::Matrix<double, 6, 1> d;
+    const Eigen::Vector3d p = UniformInBox(rng, {-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01});
+    const Eigen::Vector3d q = UniformInBox(rng, {-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01});
+    d << p, q;
+    scene_map.Add(view, T_WC.Plus(d));
+  }
+  for (const PointId id : scene_map.map.point_ids()) {
+    scene_map.map.point(id)->p_W += UniformInBox(rng, {-0.02, -0.02, -0.02}, {0.02, 0.02, 0.02});
+  }
+  return std::move(scene_map.map);
+}
+
+TEST(Intrinsics, OffByOnePercentAreFoundWithinTheirStandardDeviations) {
+  const Scene scene = MakeSurroundings();
+  double nees = 0.0;
+  constexpr int kRuns = 5;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    const IntrinsicsCalibration found =
+        CalibrateIntrinsics(Walk(scene, {0.8, 0.8, 0.8}, 100 * seed), kModel);
+    const Eigen::Vector4d error = found.intrinsics - IntrinsicsOf(TrueSensor().camera);
+    EXPECT_LT(error.cwiseAbs().maxCoeff(), 1.0) << error.transpose();  // it was off by 4 and 5
+    EXPECT_TRUE((error.cwiseAbs().array() < 4.0 * found.sigma.array()).all()) << error.transpose();
+    EXPECT_LT(found.sigma.maxCoeff(), 0.5);
+    EXPECT_EQ(found.keyframes, 24);
+    EXPECT_NEAR(found.error, 1.0, 0.1);  // Huber's loss takes some off
+    EXPECT_TRUE(found.advice.empty());
+    nees += error.cwiseQuotient(found.sigma).squaredNorm() / (4.0 * kRuns);
+  }
+  // Chi-squared of 20, were the four not correlated: 1 +- 0.32.
+  EXPECT_LT(nees, 1.0 + 4.0 * 0.32);
+}
+
+TEST(Intrinsics, WhatIsNotSeenIsSaid) {
+  const Scene scene = MakeSurroundings();
+  // It looks ahead all the time: a principal point beside its place and a turn are alike.
+  const Map map = Walk(scene, {0.0, 0.0, 0.0}, 7);
+  const IntrinsicsCalibration found = CalibrateIntrinsics(map, kModel);
+  const IntrinsicsCalibration turned = CalibrateIntrinsics(Walk(scene, {0.8, 0.8, 0.8}, 7), kModel);
+  EXPECT_GT(found.sigma[2], 3.0 * turned.sigma[2]);
+  EXPECT_GT(found.sigma[3], 3.0 * turned.sigma[3]);
+  EXPECT_FALSE(found.advice.empty());
+}
+
+TEST(Intrinsics, RefusesAMapThatTellsNothingAndBadOptions) {
+  EXPECT_THROW(CalibrateIntrinsics(Map(), kModel), InvalidArgument);
+  const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 1);
+  EXPECT_THROW(CalibrateIntrinsics(map, kModel, kFirstSubmap, {.huber = 0.0}), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall
