@@ -23,9 +23,10 @@ namespace highwall {
 namespace {
 
 constexpr double kSigma = 0.02;  // [m] of a position, by axis
-// [m] RMS, the noise of one position: those about it make up for what is off by metres, one in
-// twenty.
-constexpr double kBound = 1.7321 * kSigma;
+// [m] RMS, twice the noise of one position: those about it make up for that, and for what is off by
+// metres, one in twenty; but a frame that only an upright prior keeps from rolling about a straight
+// way has the camera beside it.
+constexpr double kBound = 2.0 * 1.7321 * kSigma;
 const Pose kT_GW = Pose::FromTangent({4.5e5, 5.4e6, 400}, {0, 0, 2.0});
 
 class SlamOwnFactorsTest : public ::testing::Test {
@@ -123,7 +124,7 @@ TEST_F(SlamOwnFactorsTest, PositionsKeepALongWayFromDrifting) {
   EXPECT_GE(told_maps, 2);
   // 37 m drift by 6 cm; what is left are the noise of positions and depth.
   EXPECT_LT(held, 0.3 * drift);
-  EXPECT_LT(ErrorInFrame(with, frame), kBound);
+  EXPECT_LT(ErrorInFrame(with, frame), 0.5 * kBound);
   Drive(again, again.AddReferenceFrame());
   EXPECT_EQ(again.trajectory().back().pose.Matrix(), with.trajectory().back().pose.Matrix())
       << "bit for bit";

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <limits>
+#include <map>
 #include <stop_token>
 #include <unordered_map>
 #include <utility>
@@ -52,26 +52,63 @@ void Inherit(const Map& map, KeyFrameMoves* moves) {
 // what may have happened to a loop, and images are mostly far better.
 constexpr double kTrust[] = {100.0, 10.0, 1.0};
 
-// r^T r of a factor where its nodes are.
-double Chi2Of(const PoseGraphFactor& factor,
-              const std::unordered_map<std::int64_t, const double*>& poses) {
-  std::vector<const double*> blocks;
-  for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
-  Eigen::VectorXd r(factor.cost->num_residuals());
-  const bool usable = factor.cost->Evaluate(blocks.data(), r.data(), nullptr);
-  return usable ? r.squaredNorm() : std::numeric_limits<double>::infinity();
+// The quantile of chi2 with n degrees of freedom, at z standard deviations of a normal variable
+// (Wilson and Hilferty 1931).
+double Chi2Quantile(double n, double z) {
+  const double variance = 2.0 / (9.0 * n);
+  return n * std::pow(1.0 - variance + z * std::sqrt(variance), 3);
 }
 
-// Does what was measured fit as its noise lets one expect: half of it within the median of chi2 of
-// as many residuals (Wilson and Hilferty 1931)? So less than half may be off by anything.
-bool FitsItsNoise(const PoseGraph& graph) {
+using Residuals = std::vector<Eigen::VectorXd>;
+
+// By what was measured alike: in one frame, with as many residuals; in the order of joining the
+// map.
+std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
   std::unordered_map<std::int64_t, const double*> poses;
   for (const PoseGraphNode& node : graph.nodes) poses.emplace(node.id, node.pose.data());
-  std::ptrdiff_t within = 0;
+  std::map<std::pair<std::int64_t, int>, Residuals> alike;
   for (const PoseGraphFactor& factor : graph.factors) {
-    const double n = factor.cost->num_residuals();
-    const double median = n * std::pow(1.0 - 2.0 / (9.0 * n), 3);
-    within += Chi2Of(factor, poses) <= median ? 1 : -1;
+    std::vector<const double*> blocks;
+    for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
+    const int size = factor.cost->num_residuals();
+    Eigen::VectorXd r(size);
+    if (!factor.cost->Evaluate(blocks.data(), r.data(), nullptr)) r.setConstant(HUGE_VAL);
+    // A frame is the last node; of what has none, each is of its own kind.
+    alike[{factor.nodes.back(), size}].push_back(std::move(r));
+  }
+  std::vector<Residuals> all;
+  for (auto& [what, residuals] : alike) all.push_back(std::move(residuals));
+  return all;
+}
+
+// Mean square of the sums of `length` residuals in a row: 1 where they are noise.
+double MeanSquareOfSums(const Residuals& residuals, std::size_t length) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + length <= residuals.size(); ++i, ++count) {
+    Eigen::VectorXd added = residuals[i];
+    for (std::size_t k = i + 1; k < i + length; ++k) added += residuals[k];
+    sum += added.squaredNorm() / static_cast<double>(length * residuals[i].size());
+  }
+  return sum / static_cast<double>(count);
+}
+
+// Does what was measured fit as its noise lets one expect? Half of it is within the median, so that
+// less than half may be off by anything; and what is not off does not add up over any stretch of
+// the way, as it does where the way is bent.
+bool FitsItsNoise(const PoseGraph& graph) {
+  constexpr double kMedian = 0.0, kFar = 3.09;  // 50 and 99.9 %
+  std::ptrdiff_t within = 0;
+  for (Residuals& residuals : ResidualsOf(graph)) {
+    for (Eigen::VectorXd& r : residuals) {
+      const auto n = static_cast<double>(r.size());
+      const double chi2 = r.squaredNorm();
+      within += chi2 <= Chi2Quantile(n, kMedian) ? 1 : -1;
+      if (!(chi2 <= Chi2Quantile(n, kFar))) r.setZero();
+    }
+    for (std::size_t length = 1; 2 * length <= residuals.size(); length *= 2) {
+      if (MeanSquareOfSums(residuals, length) > 1.0) return false;
+    }
   }
   return within >= 0;
 }
