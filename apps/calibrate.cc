@@ -64,7 +64,8 @@ TrackedImages TrackImages(const Dataset& dataset, const RgbdSensor& sensor, bool
           run.intrinsics};
 }
 
-// Twice: what is tracked with a wrong camera is tracked worse. The sensor gets what is found.
+// Twice: what is tracked with a wrong camera is tracked worse. The sensor gets what is found and
+// was seen; the rest stays as it is known.
 TrackedImages TrackWithIntrinsics(const Dataset& dataset, RgbdSensor* sensor) {
   TrackedImages tracked;
   for (int round = 0; round < 2; ++round) {
@@ -72,7 +73,10 @@ TrackedImages TrackWithIntrinsics(const Dataset& dataset, RgbdSensor* sensor) {
     if (!tracked.intrinsics) throw std::runtime_error("no frame could be tracked");
     const Eigen::Vector4d& k = tracked.intrinsics->intrinsics;
     PinholeCamera& camera = sensor->camera;
-    camera.fx = k[0], camera.fy = k[1], camera.cx = k[2], camera.cy = k[3];
+    const std::array known{&camera.fx, &camera.fy, &camera.cx, &camera.cy};
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (tracked.intrinsics->seen[i]) *known[i] = k[static_cast<Eigen::Index>(i)];
+    }
   }
   return tracked;
 }

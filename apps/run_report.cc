@@ -250,7 +250,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"per_frame", ToJson(run.per_frame)},
       {"frame_timing_s",
        {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
-      {"noise", ToJson(run.noise, options.slam.frame.orb.pyramid.levels)},
+      {"noise", ToJson(run.noise, run.levels)},
       {"milliseconds", ToJson(run.times)},
       {"seconds", run.seconds},
       {"peak_memory_mib", PeakMemoryMib()}};

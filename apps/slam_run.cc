@@ -409,6 +409,7 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
                SlamRun* run) {
   run->timing = slam.timing();
   run->noise = slam.noise();
+  run->levels = slam.map().point_kind().pyramid.levels;
   const auto attempt = [run](const char* what, const auto& work) {
     Attempt(what, &run->failures, work);
   };

@@ -138,6 +138,7 @@ struct SlamRun {
   std::size_t repeated = 0;                 // colour images that were the one before once more
   FrameTimingEstimate timing;               // in the end
   NoiseEstimate noise;                      // in the end
+  int levels = 0;                           // of the pyramid of its points
   std::optional<InertialSummary> inertial;  // with an IMU
   std::optional<GpsSummary> gps;            // with a GPS
   std::optional<IntrinsicsCalibration> intrinsics;  // of the largest world, where asked for

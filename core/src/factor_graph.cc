@@ -259,6 +259,13 @@ struct FactorGraph::Impl {
     internal::SplitProblem split = internal::Split(problem, landmarks);
     internal::VariableProjection projection(std::move(split.landmarks), &faults,
                                             &projection_memory);
+    // Nothing that moves sees a landmark: each is a problem of its own.
+    if (projection.unknowns().empty()) {
+      ceres::Solver::Options apart = solver;
+      apart.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+      ceres::Solve(apart, &problem, summary);
+      return;
+    }
     ceres::Problem others(ProblemOptions());
     std::vector<double*> blocks;
     const auto add = [&](ceres::CostFunction* cost, ceres::LossFunction* loss) {

@@ -272,7 +272,9 @@ bool VariableProjection::FitLandmark(std::size_t index, double* value, Normal<kD
   const LandmarkProblem::Block& block = landmark.block;
   if (!memory_.accepted.valid) {
     std::copy_n(block.values, block.size, value);
-    return Linearize<kDim>(landmark, value, normal);
+    if (!Linearize<kDim>(landmark, value, normal)) return false;
+    // One that nothing pulls along waits for no step of the unknowns: there may be none.
+    return memory_.layouts[index].coupled > 0 || Descend<kDim>(landmark, value, normal);
   }
   const double* const before = &memory_.accepted.landmarks[memory_.layouts[index].value];
   Follow<kDim>(index, value);

@@ -257,6 +257,41 @@ struct FirstCoordinate {
   }
 };
 
+// Whatever else is free, and wherever that stands.
+TEST(VariableProjection, LandmarksMoveWhereNothingPullsThemAlong) {
+  for (const double start : {0.5, 0.0}) {
+    Bundle bundle(6);
+    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+      bundle.graph.SetValue(bundle.poses[i], bundle.truth[i]);
+      bundle.graph.Fix(bundle.poses[i]);
+    }
+    const auto apart = bundle.graph.AddVariable(Eigen::Vector3d(start, 0.0, 0.0));
+    bundle.graph.AddFactor(
+        std::make_unique<VectorPrior<3>>(Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()),
+        apart);
+    const SolveSummary summary = bundle.graph.Solve(Exact(LinearSolver::kVariableProjection));
+    ASSERT_TRUE(summary.IsUsable());
+    EXPECT_LT(summary.final_cost, 1e-18) << start;
+  }
+}
+
+TEST(VariableProjection, ALandmarkSeenFromFixedPosesAloneMovesWhereTheOthersStandAlready) {
+  Bundle bundle(6);
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    bundle.graph.SetValue(bundle.poses[i], bundle.truth[i]);
+  }
+  ASSERT_TRUE(bundle.graph.Solve(Exact(LinearSolver::kVariableProjection)).IsUsable());
+  const auto fixed = bundle.graph.AddVariable(Pose());
+  bundle.graph.Fix(fixed);
+  const auto alone = bundle.graph.AddLandmark(Point(1.0, 0.0, 0.0));
+  bundle.graph.AddFactor(std::make_unique<ceres::AutoDiffCostFunction<FirstCoordinate, 1, 7, 3>>(
+                             new FirstCoordinate{0.25}),
+                         fixed, alone);
+  const SolveSummary summary = bundle.graph.Solve(Exact(LinearSolver::kVariableProjection));
+  ASSERT_TRUE(summary.IsUsable());
+  EXPECT_NEAR(bundle.graph.Value(alone)[0], 0.25, 1e-6);
+}
+
 TEST(VariableProjection, ALandmarkThatItsFactorsLeaveOpenStaysWhereTheyDo) {
   Bundle bundle(7);
   const auto open = bundle.graph.AddLandmark(Point(1, 2, 3));

@@ -160,7 +160,8 @@ TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfP
 
 TEST(NoiseEstimator, WithoutResidualsNoiseIsAsItIsKnown) {
   NoiseOfAMap map({});
-  const NoiseEstimator estimator(map.model());
+  NoiseEstimator estimator(map.model());
+  estimator.Add(Map(), {});
   for (const double factor : estimator.estimate().point_px) EXPECT_EQ(factor, 1.0);
   for (const double factor : estimator.estimate().line_px) EXPECT_EQ(factor, 1.0);
 }

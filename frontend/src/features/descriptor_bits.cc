@@ -72,7 +72,8 @@ DescriptorBits::DescriptorBits(DescriptorType type, int columns) {
 cv::Mat DescriptorBits::Of(const cv::Mat& descriptors) const {
   if (descriptors.empty()) return {};
   if (normals_.size() > 0) return OfFloats(descriptors);
-  return drawn_.empty() ? descriptors : OfBits(descriptors);
+  // A copy of its own: an extractor may write the next image's into the same memory.
+  return drawn_.empty() ? descriptors.clone() : OfBits(descriptors);
 }
 
 cv::Mat DescriptorBits::OfFloats(const cv::Mat& descriptors) const {

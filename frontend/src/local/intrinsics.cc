@@ -99,7 +99,7 @@ class IntrinsicsGraph {
   int points_ = 0, observations_ = 0, rows_ = 0;
 };
 
-std::vector<std::string> Advice(const IntrinsicsCalibration& found, double good_share) {
+std::vector<std::string> Advice(const IntrinsicsCalibration& found) {
   constexpr const char* kMotion[] = {
       "fx was hardly seen: turn the camera left and right, by half of what it sees and more",
       "fy was hardly seen: tilt the camera up and down, by half of what it sees and more",
@@ -107,7 +107,7 @@ std::vector<std::string> Advice(const IntrinsicsCalibration& found, double good_
       "cy was hardly seen: roll the camera about its optical axis, to and fro by a quarter"};
   std::vector<std::string> advice;
   for (int i = 0; i < 4; ++i) {
-    if (found.sigma[i] > good_share * found.intrinsics[i % 2]) advice.emplace_back(kMotion[i]);
+    if (!found.seen[static_cast<std::size_t>(i)]) advice.emplace_back(kMotion[i]);
   }
   return advice;
 }
@@ -129,7 +129,11 @@ IntrinsicsCalibration CalibrateIntrinsics(const Map& map, const MeasurementModel
   graph.AddKeyFrames(map.KeyFramesOf(submap));
   graph.AddPoints();
   IntrinsicsCalibration found = graph.Solve(options);
-  found.advice = Advice(found, options.good_share);
+  for (int i = 0; i < 4; ++i) {
+    found.seen[static_cast<std::size_t>(i)] =
+        found.sigma[i] <= options.good_share * found.intrinsics[i % 2];
+  }
+  found.advice = Advice(found);
   return found;
 }
 

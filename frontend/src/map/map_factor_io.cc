@@ -23,6 +23,13 @@ std::optional<double> HuberOf(const ceres::LossFunction* loss) {
   return rho[1] * kRoot;
 }
 
+// What no place on Earth is measured with would be refused where it is read.
+bool AreBelievable(const Eigen::Vector3d& p_G, const Eigen::Vector3d& lever_arm,
+                   const Eigen::Matrix3d& sqrt_information, double huber) {
+  return IsBounded(p_G) && IsBounded(lever_arm) && IsBounded(sqrt_information) &&
+         IsBetween(0.0, huber, kLargest);
+}
+
 void WriteFrames(MapWriter& writer, const Map& map,
                  const std::map<SubmapId, std::int32_t>& submaps) {
   const OwnFactors& factors = map.factors();
@@ -72,8 +79,7 @@ MapFactor ReadFactor(MapReader& reader, const Map& map) {
   Doubles(reader, sqrt_information);
   double huber = 0.0;
   reader(huber);
-  reader.Require(IsBounded(p_G) && IsBounded(l) && IsBounded(sqrt_information) &&
-                     IsBetween(0.0, huber, kLargest),
+  reader.Require(AreBelievable(p_G, l, sqrt_information, huber),
                  "a factor's numbers are beyond all");
   factor.cost = std::make_shared<PositionFactor>(p_G, l, sqrt_information);
   if (huber > 0.0) factor.loss = std::make_shared<ceres::HuberLoss>(huber);
@@ -83,8 +89,11 @@ MapFactor ReadFactor(MapReader& reader, const Map& map) {
 }  // namespace
 
 bool CanWrite(const MapFactor& factor) {
-  return factor.frame != kNoId && factor.poses.size() == 1 && HuberOf(factor.loss.get()) &&
-         dynamic_cast<const PositionFactor*>(factor.cost.get()) != nullptr;
+  const auto* position = dynamic_cast<const PositionFactor*>(factor.cost.get());
+  const std::optional<double> huber = HuberOf(factor.loss.get());
+  return position != nullptr && huber && factor.frame != kNoId && factor.poses.size() == 1 &&
+         AreBelievable(position->p_G(), position->lever_arm(), position->sqrt_information(),
+                       *huber);
 }
 
 void WriteFactors(MapWriter& writer, const Map& map,

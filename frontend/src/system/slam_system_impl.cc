@@ -62,6 +62,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
   if (!ids.empty()) {
     last_given_keyframe_ = ids.back();
     submap_keyframes_ = kMinSubmapKeyFrames;  // as old as need be
+    tracker_.LearnNoise(map_, WithNeighbours(map_, ids.back(), kSharedByPlace, kLearnedFrom));
   }
 }
 

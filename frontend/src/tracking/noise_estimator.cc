@@ -94,6 +94,7 @@ std::shared_ptr<const FrameFeatures> NoiseEstimator::Apply(const FrameFeatures& 
 }
 
 void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point, const Pose& T_WC) {
+  if (!(feature.depth > 0.0)) return;  // a view of fewer rows than the landmark has unknowns
   Eigen::Vector3d r;
   if (!model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), model_.Rows(feature),
                                        point.p_W, &r, nullptr, nullptr)) {
@@ -103,13 +104,13 @@ void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point,
   const auto square = [&](double factor) { return factor * factor / redundancy; };
   groups_[kPointPx].kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(
       square(feature.noise.px) * r.head<2>().squaredNorm());
-  if (!(feature.depth > 0.0)) return;
   Group& depth = groups_[IsAtEdge(feature) ? kEdgeDepth : kPointDepth];
   depth.kinds[DepthBand(feature.depth)].squared.push_back(square(feature.noise.depth) * r.z() *
                                                           r.z());
 }
 
 void NoiseEstimator::Collect(const LineFeature& feature, const MapLine& line, const Pose& T_WC) {
+  if (!feature.segment_C) return;
   const auto seen = MakePoseLine(model_, line, feature, T_WC);
   if (!seen) return;
   const auto view = RgbdProjection::At(T_WC.data());
@@ -124,7 +125,6 @@ void NoiseEstimator::Collect(const LineFeature& feature, const MapLine& line, co
   const auto square = [&](double factor) { return factor * factor / redundancy; };
   groups_[kLinePx].kinds[LengthBand(feature)].squared.push_back(
       square(feature.noise.px) * Eigen::Vector2d(p[0], q[0]).squaredNorm());
-  if (!feature.segment_C) return;
   const double z = 0.5 * (feature.segment_C->p_C.z() + feature.segment_C->q_C.z());
   groups_[kLineDepth].kinds[DepthBand(z)].squared.push_back(
       square(feature.noise.depth) * Eigen::Vector2d(p[1], q[1]).squaredNorm());
@@ -148,6 +148,7 @@ void NoiseEstimator::Update(Group* group) {
     weight += kind.weight;
   }
   const double of_group = sum / weight;
+  if (weight <= kPrior) return;  // nothing was ever seen: as it is known
   for (const Kind& kind : group->kinds) {
     const double log_var =
         (kind.weight * kind.log_var + kPrior * of_group) / (kind.weight + kPrior);

@@ -20,6 +20,8 @@ class NoiseEstimator {
  public:
   // model: must outlive it.
   explicit NoiseEstimator(const MeasurementModel& model);
+  NoiseEstimator(const NoiseEstimator&) = delete;
+  NoiseEstimator& operator=(const NoiseEstimator&) = delete;
 
   // The features with the noise that is known by now.
   std::shared_ptr<const FrameFeatures> Apply(const FrameFeatures& features) const;

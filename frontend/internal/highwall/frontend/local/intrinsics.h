@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct IntrinsicsCalibration {
   Eigen::Vector4d sigma;       // [px]
   double error = 0.0;          // chi-squared per degree of freedom; beyond 1 sigma grows with it
   int keyframes = 0, points = 0, observations = 0;
+  std::array<bool, 4> seen{};  // sigma is within good_share of a focal length
   // What the motion did not tell well, and which motion would; in words, a line each.
   std::vector<std::string> advice;
 };
