@@ -158,12 +158,17 @@ TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfP
   EXPECT_LT(learnt.both, 1.03 * std::min(known.points, known.lines));
 }
 
-TEST(NoiseEstimator, WithoutResidualsNoiseIsAsItIsKnown) {
+TEST(NoiseEstimator, WithoutResidualsNoiseIsAsItIsKnownAndWhatViewsShare) {
   NoiseOfAMap map({});
   NoiseEstimator estimator(map.model());
+  const auto check = [&] {
+    const NoiseEstimate& estimate = estimator.estimate();
+    for (const double factor : estimate.line_px) EXPECT_EQ(factor, std::hypot(1.0, 0.4 / 1.0));
+    for (const double factor : estimate.point_depth) EXPECT_EQ(factor, std::hypot(1.0, 1.0));
+  };
+  check();
   estimator.Add(Map(), {});
-  for (const double factor : estimator.estimate().point_px) EXPECT_EQ(factor, 1.0);
-  for (const double factor : estimator.estimate().line_px) EXPECT_EQ(factor, 1.0);
+  check();
 }
 
 }  // namespace

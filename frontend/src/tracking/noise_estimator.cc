@@ -56,8 +56,9 @@ void NoiseEstimator::Follow(GroupId group, int dof, std::array<double, kSize>* f
                             const Shared& shared) {
   groups_[group].dof = dof;
   for (std::size_t i = 0; i < kSize; ++i) {
-    groups_[group].kinds.push_back(
-        {.factor = &(*factors)[i], .shared = shared(static_cast<int>(i)), .squared = {}});
+    Kind kind{.factor = &(*factors)[i], .shared = shared(static_cast<int>(i)), .squared = {}};
+    *kind.factor = std::hypot(1.0, kind.shared);
+    groups_[group].kinds.push_back(std::move(kind));
   }
 }
 
@@ -148,7 +149,6 @@ void NoiseEstimator::Update(Group* group) {
     weight += kind.weight;
   }
   const double of_group = sum / weight;
-  if (weight <= kPrior) return;  // nothing was ever seen: as it is known
   for (const Kind& kind : group->kinds) {
     const double log_var =
         (kind.weight * kind.log_var + kPrior * of_group) / (kind.weight + kPrior);
