@@ -42,6 +42,9 @@ const Pose kPoses[] = {
     Pose::FromTangent({0, 0, 0}, {0, -0.3, 0}), Pose::FromTangent({0.2, 0, 0}, {0, -0.1, 0}),
     Pose::FromTangent({0.3, 0.1, 0}, {0, 0.1, 0}), Pose::FromTangent({0.3, 0.1, 0}, {0, 0.3, 0})};
 
+// Where the list of submaps begins in a file: behind header, camera and the kind of points, ORB.
+constexpr std::size_t kKind = 4 + 3 + 1 + 4 + 4 + 8 + 4, kSubmapsAt = 24 + 40 + kKind;
+
 class MapIoTest : public ::testing::Test {
  protected:
   MapIoTest() {
@@ -170,7 +173,6 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   SaveMap(path, IdealSensor().camera, one);
   std::string bytes = Bytes();
   constexpr std::size_t kHeader = 24, kCamera = 40, kSubmaps = 4 + 4 + 1, kCount = 4, kSubmap = 4;
-  constexpr std::size_t kKind = 4 + 3 + 1 + 4 + 4 + 8 + 4;      // of ORB
   constexpr std::size_t kEvidence = 8 + 4, kLandmarks = 4 + 4;  // no depth grid, nothing seen
   constexpr std::size_t kFactors = 4 + 4;                       // nothing measured
   const FrameFeatures& features = *map().keyframe(0_kf)->frame.features;
@@ -298,7 +300,7 @@ TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithNone) {
   Save();
   std::string bytes = Bytes();
   const std::int32_t root = 2;
-  std::memcpy(bytes.data() + 24 + 40 + 4 + 5, &root, 4);  // of the second
+  std::memcpy(bytes.data() + kSubmapsAt + 4 + 5, &root, 4);  // of the second
   Write(WithChecksum(bytes));
   ExpectError("a submap is joined with none");
 }
@@ -310,8 +312,8 @@ TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithOneWithoutKeyFrames) {
   SaveMap(path, IdealSensor().camera, two);
   std::string bytes = Bytes();
   const std::int32_t root = 0, submap = 1;
-  std::memcpy(bytes.data() + 24 + 40 + 4 + 5, &root, 4);              // of the second submap
-  std::memcpy(bytes.data() + 24 + 40 + (4 + 2 * 5) + 4, &submap, 4);  // of the first keyframe
+  std::memcpy(bytes.data() + kSubmapsAt + 4 + 5, &root, 4);              // of the second submap
+  std::memcpy(bytes.data() + kSubmapsAt + (4 + 2 * 5) + 4, &submap, 4);  // of the first keyframe
   Write(WithChecksum(bytes));
   ExpectError("a submap is joined with one that has no keyframe");
 }
