@@ -289,7 +289,7 @@ TEST_F(MapIoTest, RefusesAKeyFrameOfNoSubmap) {
   const std::string bytes = Bytes();
   for (const std::int32_t submap : {1, -1, std::numeric_limits<std::int32_t>::max()}) {
     std::string damaged = bytes;
-    std::memcpy(damaged.data() + 24 + 40 + (4 + 5) + 4, &submap, 4);  // of the first
+    std::memcpy(damaged.data() + kSubmapsAt + (4 + 5) + 4, &submap, 4);  // of the first
     Write(WithChecksum(damaged));
     ExpectError("a keyframe is of no submap");
   }
@@ -375,7 +375,7 @@ TEST_F(MapIoTest, RefusesAYesOrNoThatIsNeither) {
   // The first line of the first keyframe: docs/map_file.md.
   const std::size_t points = map().keyframe(0_kf)->frame.features->points.size();
   const std::size_t line =
-      24 + 40 + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
+      kSubmapsAt + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
   for (const std::size_t place : {line + 16, line + 16 + 1 + 6 * 8 + 4 * 8}) {
     ASSERT_LE(bytes[place], 1);
     std::string damaged = bytes;
