@@ -135,8 +135,8 @@ TEST(NoiseEstimator, FindsTheNoiseOfEachKindOfRow) {
     EXPECT_NEAR(found.point_px[i], std::hypot(2.0, 0.4 / map.model().PointSigma(level)), 0.2) << i;
   }
   EXPECT_NEAR(found.line_px[1], std::hypot(0.5, 0.2), 0.06);
-  EXPECT_NEAR(found.point_depth[2], std::hypot(0.5, 1.0), 0.03);
-  EXPECT_NEAR(found.line_depth[2], std::hypot(0.5, 1.0), 0.03);
+  EXPECT_NEAR(found.point_depth[2], std::hypot(0.5, 0.7), 0.03);
+  EXPECT_NEAR(found.line_depth[2], std::hypot(0.5, 0.7), 0.03);
 }
 
 TEST(NoiseEstimator, KindsThatWereNotSeenFollowThoseThatWere) {
@@ -164,7 +164,7 @@ TEST(NoiseEstimator, WithoutResidualsNoiseIsAsItIsKnownAndWhatViewsShare) {
   const auto check = [&] {
     const NoiseEstimate& estimate = estimator.estimate();
     for (const double factor : estimate.line_px) EXPECT_EQ(factor, std::hypot(1.0, 0.4 / 1.0));
-    for (const double factor : estimate.point_depth) EXPECT_EQ(factor, std::hypot(1.0, 1.0));
+    for (const double factor : estimate.point_depth) EXPECT_EQ(factor, std::hypot(1.0, 0.7));
   };
   check();
   estimator.Add(Map(), {});

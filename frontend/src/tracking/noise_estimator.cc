@@ -18,8 +18,8 @@ constexpr double kPrior = 100.0;
 constexpr std::size_t kMinRows = 8;   // of a kind, for a median
 constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to tell anything
 // What all views of a landmark share is in none of their residuals: what a calibration leaves of a
-// camera's pixels [px], and pattern and bias of depth, as much as its noise.
-constexpr double kSharedPixels = 0.4, kSharedDepth = 1.0;
+// camera's pixels [px], and pattern and bias of depth, half of its variance.
+constexpr double kSharedPixels = 0.4, kSharedDepth = 0.7;
 constexpr double kMost = 10.0;  // a factor: beyond, the model is wrong
 constexpr double kEdge = 1.2;   // of the noise of depth, where readings about a corner differ
 
