@@ -15,7 +15,8 @@ const Target kTarget{
               "# stamp, x, y, z, sigma_x, sigma_y, sigma_z\n1.5,455.1,-396.4,60.2,0.5,0.5,1\n"
               "2.5,455.2,-396.3,60.1,0.5,0.5,1\n",
               "stamp lat lon alt\n1.5 48.1 11.5 520\n2.5 48.2 -179.9 nan\n3.5 nan 11.5 520\r\n",
-              "\xef\xbb\xbf1,2,3,4\n\n2,3,4,5,1e-3,1,1\n"};
+              "\xef\xbb\xbf"
+              "1,2,3,4\n\n2,3,4,5,1e-3,1,1\n"};
         },
     .file = nullptr,
     // Every fix can be made a factor of.
