@@ -10,6 +10,7 @@ std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
   selected->brightness = features.brightness;
   selected->depth_grid = features.depth_grid;
   selected->gray_grid = features.gray_grid;
+  selected->gray = features.gray;
   std::vector<cv::KeyPoint> places;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i]) continue;

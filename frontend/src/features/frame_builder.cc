@@ -118,6 +118,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
   features->brightness = cv::mean(gray)[0];
   features->depth_grid = depth_grid_.Sample(image.depth, sensor_.min_depth, sensor_.max_depth);
   features->gray_grid = depth_grid_.Average(gray);
+  features->gray = gray;
   FrameBuilderTimes elapsed;
   const auto build_lines = [&] {
     const Stopwatch watch;
@@ -150,6 +151,7 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
                                        options_.depth_spread_share * reading.spread);
     }
     feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
+    feature.pixel = Eigen::Vector2f(keypoint.pt.x, keypoint.pt.y);
     feature.octave = keypoint.octave;
     feature.angle = keypoint.angle;
     feature.faint = keypoint.response < point_kind().faint_response;

@@ -26,6 +26,13 @@ bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
   return readings == nullptr || ToSeconds(next->motion->stamp - readings->start()) > max_gap;
 }
 
+// The same for a keyframe that is not looked at again.
+std::shared_ptr<const FrameFeatures> WithoutImage(const FrameFeatures& features) {
+  auto without = std::make_shared<FrameFeatures>(features);
+  without->gray.release();
+  return without;
+}
+
 // How many keyframes were made from one to the other.
 int Between(KeyFrameId older, KeyFrameId newer) {
   return newer.value() - older.value();
@@ -64,7 +71,7 @@ class LocalMapper::Adjustment {
 };
 
 LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options)
-    : model_(model), options_(options), matcher_(model) {
+    : model_(model), options_(options), matcher_(model), corners_(model.camera()) {
   options_.Validate();
 }
 
@@ -75,7 +82,12 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   Finish(&map);
   LocalMappingReport report;
   const Landmarks left = CullKeyFrames(map, report);
-  KeyFrame& keyframe = map.AddKeyFrame(tracked.frame, tracked.T_WC, tracked.submap);
+  const cv::Mat& gray = tracked.frame.features->gray;
+  std::optional<ImageLevels> image;
+  if (options_.refine_corners && !gray.empty()) image.emplace(gray, model_.pyramid());
+  Frame frame = tracked.frame;
+  frame.features = image ? corners_.Refine(tracked, *image, map) : WithoutImage(*frame.features);
+  KeyFrame& keyframe = map.AddKeyFrame(frame, tracked.T_WC, tracked.submap);
   keyframe.motion = std::move(motion);
   keyframe.found = tracked.found;
   keyframe.depth_grid = Standing(keyframe.depth_grid, tracked.moving);
@@ -95,6 +107,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   if (tracked.num_points < options_.triangulation.scarce_points) {
     TriangulateLines(keyframe, map, report);
   }
+  if (image) corners_.Remember(keyframe, *image, &map);
   RefreshPoints(keyframe.id, map);
   if (map.NumKeyFramesOf(tracked.submap) > 1) {
     AdjustAround(keyframe.id, map);

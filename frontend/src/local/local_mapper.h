@@ -13,6 +13,7 @@
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "local/bundle_adjustment.h"
+#include "local/corner_refiner.h"
 #include "map/map_matcher.h"
 #include "tracking/tracked_frame.h"
 
@@ -77,6 +78,7 @@ class LocalMapper {
   const MeasurementModel& model_;
   LocalMapperOptions options_;
   MapMatcher matcher_;
+  CornerRefiner corners_;
   // On probation: landmark and the keyframe that created it, oldest first.
   std::deque<std::pair<PointId, KeyFrameId>> recent_points_;
   std::deque<std::pair<LineId, KeyFrameId>> recent_lines_;

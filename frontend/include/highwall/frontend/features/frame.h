@@ -80,10 +80,11 @@ struct NoiseFactors {
 
 // One point observation, with its depth where the sensor gave one.
 struct PointFeature {
-  Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
-  double depth = 0.0;                            // [m] along z; 0 = none
-  double depth_sigma = 0.0;                      // [m] standard deviation of depth, > 0 with it
-  int octave = 0;                                // pyramid level
+  Eigen::Vector2d uv = Eigen::Vector2d::Zero();     // [px] undistorted
+  Eigen::Vector2f pixel = Eigen::Vector2f::Zero();  // [px] of the image as it came; (0, 0) loaded
+  double depth = 0.0;                               // [m] along z; 0 = none
+  double depth_sigma = 0.0;                         // [m] standard deviation of depth, > 0 with it
+  int octave = 0;                                   // pyramid level
   float angle = 0.0f;    // [deg] orientation, [0, 360]; negative: it has none
   bool faint = false;    // weaker than PointKind::faint_response: may be mere noise
   NoiseFactors noise{};  // as it was known when the image was tracked
@@ -107,6 +108,7 @@ struct FrameFeatures {
   cv::Mat line_descriptors;  // M x 32 CV_8U, or empty
   cv::Mat depth_grid;        // DepthGrid::Sample; empty where it is not known
   cv::Mat gray_grid;  // DepthGrid::Average of the image; empty where the features were loaded
+  cv::Mat gray;       // CV_8UC1, the image as it came; empty where they were, and of keyframes
 };
 
 // The features that are to be kept, one flag each, in the same order. size: of the image.

@@ -35,6 +35,8 @@ struct Observation {
   int index = 0;
 };
 
+struct CornerPatch;  // internal
+
 // A point in space.
 struct MapPoint {
   PointId id = kNoId;
@@ -44,9 +46,11 @@ struct MapPoint {
   double min_distance = 0.0;                           // [m] scale-invariance range of the pyramid
   double max_distance = 0.0;                           // [m]
   std::vector<Observation> observations;               // ascending keyframes
-  std::int64_t first_frame = 0;                        // frame index of its creation
-  int visible = 1;                                     // frames in whose view it was predicted
-  int found = 1;                                       // frames in which it was an inlier
+  // What it looked like where it was seen first; null where it was loaded.
+  std::shared_ptr<const CornerPatch> patch;
+  std::int64_t first_frame = 0;  // frame index of its creation
+  int visible = 1;               // frames in whose view it was predicted
+  int found = 1;                 // frames in which it was an inlier
 };
 
 // A piece of a line in space.

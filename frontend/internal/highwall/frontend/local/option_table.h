@@ -39,6 +39,7 @@ void ForEachOption(OptionsOf<LocalMapperOptions> auto& options, const auto& visi
   visit("motion_span", options.motion_span, AtLeast(0.0).In("s"));
   visit("max_depth_sigma", options.max_depth_sigma, Positive().In("of the depth"));
   visit("min_line_length", options.min_line_length, Positive().In("m"));
+  visit("refine_corners", options.refine_corners);
   visit("triangulation", options.triangulation);
   visit("background", options.background);
   visit("wait", options.wait);

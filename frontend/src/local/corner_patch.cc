@@ -1,0 +1,185 @@
+#include "local/corner_patch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <ceres/tiny_solver.h>
+#include <opencv2/imgproc.hpp>
+
+namespace highwall {
+namespace {
+
+constexpr int kRadius = 4;  // [px of the level] of what is compared
+constexpr int kSide = 2 * kRadius + 1;
+// [px of the level] A corner is found again to less, or it is another one.
+constexpr double kMaxShift = 2.0;
+constexpr double kMinCorrelation = 0.9;
+
+using Window = Eigen::Matrix<double, kSide * kSide, 1>;
+
+// Bilinear, with its gradient.
+struct Grey {
+  double value, du, dv;
+};
+
+// (u, v): within [0, columns - 1) x [0, rows - 1).
+Grey Interpolate(const std::uint8_t* pixels, std::size_t step, double u, double v) {
+  const auto u0 = static_cast<std::size_t>(u), v0 = static_cast<std::size_t>(v);
+  const double a = u - static_cast<double>(u0), b = v - static_cast<double>(v0);
+  const std::uint8_t* p = pixels + v0 * step + u0;
+  const double top = p[0] + a * (p[1] - p[0]);
+  const double bottom = p[step] + a * (p[step + 1] - p[step]);
+  return {top + b * (bottom - top), (1.0 - b) * (p[1] - p[0]) + b * (p[step + 1] - p[step]),
+          bottom - top};
+}
+
+bool Holds(int columns, int rows, double u, double v) {
+  return u >= 0.0 && v >= 0.0 && u < columns - 1 && v < rows - 1;
+}
+
+// The patch as it is seen in the other image, less its mean.
+std::optional<Window> Template(const CornerPatch& patch, const Eigen::Matrix2d& A_level) {
+  Window window;
+  for (int v = -kRadius, i = 0; v <= kRadius; ++v) {
+    for (int u = -kRadius; u <= kRadius; ++u, ++i) {
+      const Eigen::Vector2d place =
+          (A_level * Eigen::Vector2d(u, v) + patch.offset).array() + CornerPatch::kRadius;
+      if (!Holds(CornerPatch::kSide, CornerPatch::kSide, place.x(), place.y())) return std::nullopt;
+      window(i) = Interpolate(patch.pixels.data(), CornerPatch::kSide, place.x(), place.y()).value;
+    }
+  }
+  window.array() -= window.mean();
+  return window;
+}
+
+// The functor of ceres::TinySolver: image(start + d + x) - gain template(x) - mean as a function of
+// (d, gain, mean).
+class GreyLevels {
+ public:
+  using Scalar = double;
+  enum { NUM_RESIDUALS = kSide * kSide, NUM_PARAMETERS = 4 };
+
+  GreyLevels(const cv::Mat& image, Eigen::Vector2d start, const Window& window)
+      : image_(image), start_(std::move(start)), window_(window) {}
+
+  bool Contains(const Eigen::Vector2d& middle) const {
+    return Holds(image_.cols, image_.rows, middle.x() - kRadius, middle.y() - kRadius) &&
+           Holds(image_.cols, image_.rows, middle.x() + kRadius, middle.y() + kRadius);
+  }
+
+  bool operator()(const double* x, double* residuals, double* jacobian) const {
+    const Eigen::Vector2d middle = start_ + Eigen::Map<const Eigen::Vector2d>(x);
+    Eigen::Map<Window> r(residuals);
+    if (!middle.allFinite() || !Contains(middle)) {
+      // TinySolver does not look at what is returned: such a step must cost more than any.
+      r.setConstant(std::numeric_limits<double>::infinity());
+      return false;
+    }
+    Eigen::Map<Eigen::Matrix<double, NUM_RESIDUALS, NUM_PARAMETERS>> J(jacobian);
+    for (int v = -kRadius, i = 0; v <= kRadius; ++v) {
+      for (int u = -kRadius; u <= kRadius; ++u, ++i) {
+        const Grey grey = Interpolate(image_.data, image_.step, middle.x() + u, middle.y() + v);
+        r(i) = grey.value - x[2] * window_(i) - x[3];
+        if (jacobian != nullptr) J.row(i) << grey.du, grey.dv, -window_(i), -1.0;
+      }
+    }
+    return true;
+  }
+
+  // Of the image about `middle`, with that mean.
+  double Variation(const Eigen::Vector2d& middle, double mean) const {
+    double sum = 0.0;
+    for (int v = -kRadius; v <= kRadius; ++v) {
+      for (int u = -kRadius; u <= kRadius; ++u) {
+        const double value =
+            Interpolate(image_.data, image_.step, middle.x() + u, middle.y() + v).value - mean;
+        sum += value * value;
+      }
+    }
+    return sum;
+  }
+
+ private:
+  const cv::Mat& image_;
+  const Eigen::Vector2d start_;
+  const Window& window_;
+};
+
+}  // namespace
+
+ImageLevels::ImageLevels(const cv::Mat& gray, const PyramidOptions& pyramid) : images_{gray} {
+  for (int i = 1; i < pyramid.levels; ++i) {
+    const double scale = std::pow(pyramid.scale_factor, i);
+    const cv::Size size(cvRound(gray.cols / scale), cvRound(gray.rows / scale));
+    if (size.width < kSide || size.height < kSide) break;
+    cv::Mat image;
+    cv::resize(images_.back(), image, size, 0.0, 0.0, cv::INTER_LINEAR);
+    images_.push_back(image);
+  }
+}
+
+Eigen::Vector2d ImageLevels::ToLevel(const Eigen::Vector2d& pixel, int octave) const {
+  const cv::Mat& full = images_.front();
+  const Eigen::Vector2d scale(static_cast<double>(level(octave).cols) / full.cols,
+                              static_cast<double>(level(octave).rows) / full.rows);
+  return ((pixel.array() + 0.5) * scale.array() - 0.5).matrix();
+}
+
+Eigen::Vector2d ImageLevels::FromLevel(const Eigen::Vector2d& place, int octave) const {
+  const cv::Mat& full = images_.front();
+  const Eigen::Vector2d scale(static_cast<double>(full.cols) / level(octave).cols,
+                              static_cast<double>(full.rows) / level(octave).rows);
+  return ((place.array() + 0.5) * scale.array() - 0.5).matrix();
+}
+
+std::optional<CornerPatch> CutPatch(const ImageLevels& image, int octave,
+                                    const Eigen::Vector2d& pixel, KeyFrameId keyframe) {
+  if (octave >= image.size()) return std::nullopt;
+  const cv::Mat& level = image.level(octave);
+  const Eigen::Vector2d place = image.ToLevel(pixel, octave);
+  const cv::Point middle(cvRound(place.x()), cvRound(place.y()));
+  const cv::Rect whole(0, 0, level.cols, level.rows);
+  const cv::Rect square(middle.x - CornerPatch::kRadius, middle.y - CornerPatch::kRadius,
+                        CornerPatch::kSide, CornerPatch::kSide);
+  if ((square & whole) != square) return std::nullopt;
+  CornerPatch patch;
+  patch.keyframe = keyframe;
+  patch.scale = static_cast<double>(image.level(0).cols) / level.cols;
+  patch.offset = place - Eigen::Vector2d(middle.x, middle.y);
+  for (int v = 0; v < CornerPatch::kSide; ++v) {
+    std::copy_n(level.ptr<std::uint8_t>(square.y + v) + square.x, CornerPatch::kSide,
+                patch.pixels.begin() + std::ptrdiff_t{v} * CornerPatch::kSide);
+  }
+  return patch;
+}
+
+std::optional<Eigen::Vector2d> AlignPatch(const CornerPatch& patch, const Eigen::Matrix2d& A,
+                                          const ImageLevels& image, int octave,
+                                          const Eigen::Vector2d& pixel) {
+  if (octave >= image.size()) return std::nullopt;
+  const cv::Mat& level = image.level(octave);
+  const double scale = static_cast<double>(image.level(0).cols) / level.cols;
+  const auto window = Template(patch, A * (scale / patch.scale));
+  if (!window) return std::nullopt;
+  const Eigen::Vector2d start = image.ToLevel(pixel, octave);
+  const GreyLevels problem(level, start, *window);
+  if (!problem.Contains(start)) return std::nullopt;
+
+  ceres::TinySolver<GreyLevels> solver;
+  solver.options.max_num_iterations = 10;
+  solver.options.parameter_tolerance = 1e-5;  // of a mean of some 100: a thousandth of a pixel
+  Eigen::Vector4d x(0.0, 0.0, 1.0, level.at<std::uint8_t>(cvRound(start.y()), cvRound(start.x())));
+  const auto& summary = solver.Solve(problem, &x);
+  const Eigen::Vector2d shift = x.head<2>();
+  const Eigen::Vector2d found = start + shift;
+  if (!x.allFinite() || x[2] <= 0.0 || !(shift.norm() <= kMaxShift) || !problem.Contains(found)) {
+    return std::nullopt;
+  }
+  // What a linear function of the patch leaves of the image's variation is 1 - correlation^2.
+  const double left = 2.0 * summary.final_cost / problem.Variation(found, x[3]);
+  if (!(left <= 1.0 - kMinCorrelation * kMinCorrelation)) return std::nullopt;
+  return image.FromLevel(found, octave);
+}
+
+}  // namespace highwall
