@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/local/intrinsics.h>
 
 #include "calibration_file.h"
 #include "config.h"
@@ -120,6 +121,31 @@ TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
   }
   testing::ExpectRefused(Calibrate(dataset.string() + " --intrinsics --trajectory x.txt"), 1,
                          {"--intrinsics", "--trajectory"});
+}
+
+// A camera that hardly turns tells nothing of its principal point.
+TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
+  const testing::TemporaryDirectory folder;
+  const fs::path dataset = folder / "walk", written = folder / "found.yaml";
+  simulate::SimulationOptions options = testing::SmallRoomOptions();
+  options.duration = 1.0;
+  options.imu.enabled = true;
+  simulate::WriteTum(simulate::SimulateRoom(options), dataset);
+  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  config.sensor.camera.cx += 3.0;
+  config.sensor.camera.cy -= 3.0;
+  apps::WriteConfig(dataset / "calibration.yaml", config);
+  const Outcome outcome =
+      Calibrate(dataset.string() + " --json --intrinsics --keep-depth --out " + written.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out)["intrinsics"];
+  const PinholeCamera known = config.sensor.camera, kept = apps::LoadConfig(written).sensor.camera;
+  const double limit = IntrinsicsOptions().good_share * known.fx;
+  ASSERT_GT(report["sigma_px"][2], limit);
+  ASSERT_GT(report["sigma_px"][3], limit);
+  EXPECT_NE(report["fx_fy_cx_cy"][2], known.cx) << "what was found is told all the same";
+  EXPECT_EQ(kept.cx, known.cx);
+  EXPECT_EQ(kept.cy, known.cy);
 }
 
 TEST(CalibrateCommand, TakesARunByImagesAloneAndNoOther) {
