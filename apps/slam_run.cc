@@ -11,8 +11,8 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/features/make_point_extractor.h>
+#include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/point_kind_clash.h>
 #include <highwall/internal/stopwatch.h>

@@ -28,7 +28,7 @@ cv::Mat DepthImage(const DepthArray& depth) {
 }
 
 cv::Mat MatrixOf(const py::array& array) {
-  if (py::isinstance<DepthArray>(array)) return CopyOf(array.cast<DepthArray>(), CV_32FC1);
+  if (py::isinstance<py::array_t<float>>(array)) return CopyOf(array.cast<DepthArray>(), CV_32FC1);
   return CopyOf(array.cast<ColourArray>(), CV_8UC1);
 }
 

@@ -27,8 +27,8 @@ std::vector<cv::KeyPoint> ReadKeypoints(const py::object& object, const std::str
   const auto rows = array.unchecked<2>();
   std::vector<cv::KeyPoint> keypoints;
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
-    HIGHWALL_REQUIRE(std::abs(rows(i, 2)) <= 1e6, "points by " + name + ": keypoint " +
-                                                      std::to_string(i) + " has no octave");
+    HIGHWALL_REQUIRE(std::abs(rows(i, 2)) <= 1e6,
+                     "points by " + name + ": keypoint " + std::to_string(i) + " has no octave");
     keypoints.emplace_back(static_cast<float>(rows(i, 0)), static_cast<float>(rows(i, 1)), 1.0F,
                            static_cast<float>(rows(i, 3)), static_cast<float>(rows(i, 4)),
                            static_cast<int>(std::lround(rows(i, 2))));
@@ -42,8 +42,9 @@ cv::Mat ReadDescriptors(const py::object& object, const std::string& name) {
   HIGHWALL_REQUIRE(array && array.ndim() == 2 &&
                        (py::isinstance<py::array_t<std::uint8_t>>(array) ||
                         py::isinstance<py::array_t<float>>(array)),
-                   "points by " + name + ": descriptors are an array of N x columns, of uint8 or "
-                                         "float32");
+                   "points by " + name +
+                       ": descriptors are an array of N x columns, of uint8 or "
+                       "float32");
   return MatrixOf(array);
 }
 
@@ -56,8 +57,7 @@ PythonPoints::PythonPoints(PointKind kind) : kind_(std::move(kind)) {
 ExtractedPoints PythonPoints::Extract(const cv::Mat& gray) {
   const py::gil_scoped_acquire lock;
   const py::function extract = py::get_override(this, "extract");
-  HIGHWALL_REQUIRE(extract,
-                   "the class of a point extractor needs a function extract(self, gray)");
+  HIGHWALL_REQUIRE(extract, "the class of a point extractor needs a function extract(self, gray)");
   const py::object found = extract(ImageArray(gray));
   HIGHWALL_REQUIRE(py::isinstance<py::tuple>(found) && py::len(found) == 2,
                    "points by " + kind_.name + ": extract() returns (keypoints, descriptors)");
@@ -101,8 +101,7 @@ void BindPointExtractor(py::module_& module) {
            py::arg("faint_response") = PointKind{}.faint_response,
            "name: of the kind of descriptor, kept in map files. levels, scale_factor: by which a "
            "point is coarser from octave to octave. faint_response: with less none begins a map.")
-      .def_property_readonly("name",
-                             [](const PythonPoints& points) { return points.kind().name; });
+      .def_property_readonly("name", [](const PythonPoints& points) { return points.kind().name; });
 }
 
 }  // namespace highwall::python

@@ -95,8 +95,7 @@ SlamCallbacks MakeCallbacks(const OptionalFunction& on_keyframe, const OptionalF
 void BindSensor(py::module_& module) {
   py::class_<FrameTiming> timing(module, "FrameTiming", "When the rows of images are taken [s].");
   KeywordConstructor<FrameTiming>(timing);
-  timing
-      .def_readwrite("colour_readout", &FrameTiming::colour_readout, "From first row to last.")
+  timing.def_readwrite("colour_readout", &FrameTiming::colour_readout, "From first row to last.")
       .def_readwrite("depth_readout", &FrameTiming::depth_readout, "From first row to last.")
       .def_readwrite("depth_delay", &FrameTiming::depth_delay,
                      "By which depth is later than the stamps say.");
@@ -215,7 +214,8 @@ Eigen::VectorXd ArrayOf(const std::array<double, kSize>& values) {
 }
 
 void BindEstimates(py::module_& module) {
-  py::class_<FrameTimingEstimate>(module, "FrameTimingEstimate", "A FrameTiming that was found out.")
+  py::class_<FrameTimingEstimate>(module, "FrameTimingEstimate",
+                                  "A FrameTiming that was found out.")
       .def_readonly("value", &FrameTimingEstimate::value)
       .def_readonly("sigma", &FrameTimingEstimate::sigma, "Standard deviations.");
   py::class_<NoiseEstimate>(module, "NoiseEstimate",

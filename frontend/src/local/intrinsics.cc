@@ -19,8 +19,8 @@
 namespace highwall {
 namespace {
 
-// [rad] Between the first view of a point without depth and another: at a pixel's noise its distance
-// is then known to a tenth.
+// [rad] Between the first view of a point without depth and another: at a pixel's noise its
+// distance is then known to a tenth.
 constexpr double kLeastParallax = 0.02;
 
 // Keyframes and points of a map, and the intrinsics.

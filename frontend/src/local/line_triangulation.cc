@@ -38,7 +38,7 @@ struct SeenFrom {
   Eigen::Matrix3d R_VC;
   Eigen::Vector3d p_VC;
   std::array<Eigen::Vector3d, 2> ends;  // rays
-  double weight;  // [1/px]
+  double weight;                        // [1/px]
 };
 
 // The functor of ceres::TinySolver: rows across the image of all views, in pixels over their noise,
@@ -54,11 +54,10 @@ class LineProblem {
         S_(std::pow(model.camera().fx, -2), std::pow(model.camera().fy, -2), 0.0) {
     for (const LineView& view : views) {
       const Pose T_VC = view.T_WC.Inverse() * views.front().T_WC;
-      views_.push_back(
-          {T_VC.R(),
-           T_VC.p(),
-           {Ray(model.camera(), view.segment.s), Ray(model.camera(), view.segment.e)},
-           1.0 / view.sigma});
+      views_.push_back({T_VC.R(),
+                        T_VC.p(),
+                        {Ray(model.camera(), view.segment.s), Ray(model.camera(), view.segment.e)},
+                        1.0 / view.sigma});
     }
   }
 
