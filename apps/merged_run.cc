@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/map/point_kind_clash.h>
 #include <highwall/frontend/system/slam_system.h>
 
 #include "map_pictures.h"
@@ -41,13 +42,12 @@ void RequireOneCamera(const std::vector<FinishedRun>& runs) {
 
 void RequireOnePointKind(const std::vector<FinishedRun>& runs) {
   const FinishedRun& first = runs.front();
-  const std::string& kind = first.saved.map.point_kind().name;
   for (const FinishedRun& run : runs) {
-    const std::string& other = run.saved.map.point_kind().name;
-    if (other == kind) continue;
+    const auto clash = FindClash(run.saved.map, first.saved.map);
+    if (!clash) continue;
     throw IoError(run.path, fmt::format("is a map of points by {}, {} of points by {}: only maps "
                                         "of one kind of points can be merged",
-                                        other, first.path.string(), kind));
+                                        clash->first, first.path.string(), clash->second));
   }
 }
 

@@ -11,8 +11,10 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/features/make_point_extractor.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/point_kind_clash.h>
 #include <highwall/internal/stopwatch.h>
 #include <highwall/mapping/dense_mapper.h>
 
@@ -147,12 +149,15 @@ class InertialTally {
 };
 
 Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
-               PointDetector detector) {
+               const FrameBuilderOptions& frame) {
   if (path.empty()) return {};
   SavedMap saved = LoadMap(path);
-  if (const std::string& kind = saved.map.point_kind().name; kind != ToString(detector)) {
-    throw IoError(path, "is a map of points by " + kind + ", this run finds them by " +
-                            ToString(detector) + ": choose another --point-detector");
+  const PointKind kind = MakePointExtractor(frame)->kind();
+  if (const auto clash = FindClash(saved.map, kind)) {
+    throw IoError(path, "is a map of points by " + clash->first + ", this run finds them by " +
+                            clash->second + ": choose another " +
+                            (saved.map.point_kind().name != kind.name ? "--point-detector"
+                                                                      : "frame.orb.pyramid"));
   }
   if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
@@ -186,7 +191,7 @@ SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
   if (options.live) slam.mapper.wait = false;
   return SlamSystem(sensor, slam,
                     options.imu ? std::optional(options.imu->calibration) : std::nullopt,
-                    LoadMapFor(options.load_map, sensor.camera, slam.frame.point_detector));
+                    LoadMapFor(options.load_map, sensor.camera, slam.frame));
 }
 
 void Record(const std::vector<LoopReport>& reports, std::vector<LoopEvent>* events) {

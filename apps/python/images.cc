@@ -27,6 +27,11 @@ cv::Mat DepthImage(const DepthArray& depth) {
   return CopyOf(depth, CV_32FC1);
 }
 
+cv::Mat MatrixOf(const py::array& array) {
+  if (py::isinstance<py::array_t<float>>(array)) return CopyOf(array.cast<DepthArray>(), CV_32FC1);
+  return CopyOf(array.cast<ColourArray>(), CV_8UC1);
+}
+
 py::array ImageArray(const cv::Mat& image) {
   std::vector<py::ssize_t> shape = {image.rows, image.cols};
   if (image.channels() > 1) shape.push_back(image.channels());

@@ -19,6 +19,8 @@ using DepthArray = py::array_t<float, py::array::c_style | py::array::forcecast>
 // InvalidArgument for another shape.
 cv::Mat ColourImage(const ColourArray& bgr);
 cv::Mat DepthImage(const DepthArray& depth);
+// A copy of an array of two dimensions, of uint8 or float32, strided as it may be.
+cv::Mat MatrixOf(const py::array& array);
 // CV_8UC1, CV_8UC3 or CV_32FC1.
 py::array ImageArray(const cv::Mat& image);
 

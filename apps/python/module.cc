@@ -20,6 +20,7 @@ PYBIND11_MODULE(_highwall, module) {
   BindPoseGraph(module);
   BindTrajectory(module);
   BindOwnFactors(module);
+  BindPointExtractor(module);
   BindSlam(module);
   BindMapping(module);
 }

@@ -2,6 +2,7 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "images.h"
 #include "imu_samples.h"
 #include "own_factors.h"
+#include "point_extractor.h"
 #include "trajectory.h"
 
 namespace highwall::python {
@@ -91,6 +93,12 @@ SlamCallbacks MakeCallbacks(const OptionalFunction& on_keyframe, const OptionalF
 }
 
 void BindSensor(py::module_& module) {
+  py::class_<FrameTiming> timing(module, "FrameTiming", "When the rows of images are taken [s].");
+  KeywordConstructor<FrameTiming>(timing);
+  timing.def_readwrite("colour_readout", &FrameTiming::colour_readout, "From first row to last.")
+      .def_readwrite("depth_readout", &FrameTiming::depth_readout, "From first row to last.")
+      .def_readwrite("depth_delay", &FrameTiming::depth_delay,
+                     "By which depth is later than the stamps say.");
   py::class_<RgbdSensor> sensor(module, "RgbdSensor",
                                 "An RGB-D camera whose depth is registered to its colour.");
   KeywordConstructor<RgbdSensor>(sensor);
@@ -99,6 +107,7 @@ void BindSensor(py::module_& module) {
       .def_readwrite("depth_noise", &RgbdSensor::depth_noise)
       .def_readwrite("min_depth", &RgbdSensor::min_depth, "[m]")
       .def_readwrite("max_depth", &RgbdSensor::max_depth, "[m]")
+      .def_readwrite("timing", &RgbdSensor::timing, "Where it is known.")
       .def_static("preset", &SensorPreset, py::arg("name"), "tum1, tum2 or tum3; None for others.");
   py::enum_<ImuSampleStatus>(module, "ImuSampleStatus")
       .value("ADDED", ImuSampleStatus::kAdded)
@@ -199,6 +208,36 @@ void BindResults(py::module_& module) {
       .def_readonly("matched_lines", &FrameResult::matched_lines);
 }
 
+template <std::size_t kSize>
+Eigen::VectorXd ArrayOf(const std::array<double, kSize>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), kSize);
+}
+
+void BindEstimates(py::module_& module) {
+  py::class_<FrameTimingEstimate>(module, "FrameTimingEstimate",
+                                  "A FrameTiming that was found out.")
+      .def_readonly("value", &FrameTimingEstimate::value)
+      .def_readonly("sigma", &FrameTimingEstimate::sigma, "Standard deviations.");
+  py::class_<NoiseEstimate>(module, "NoiseEstimate",
+                            "Standard deviations of each kind of measurement, as multiples of what "
+                            "is known beforehand (docs/noise.md).")
+      .def_property_readonly(
+          "point_px", [](const NoiseEstimate& noise) { return ArrayOf(noise.point_px); },
+          "Of points, across the image, by octave: 16, of which an extractor may have fewer.")
+      .def_property_readonly(
+          "point_depth", [](const NoiseEstimate& noise) { return ArrayOf(noise.point_depth); },
+          "Of their depth: to 1 m, 2 m, 4 m, beyond.")
+      .def_property_readonly(
+          "edge_depth", [](const NoiseEstimate& noise) { return ArrayOf(noise.edge_depth); },
+          "The same where readings about the point differ.")
+      .def_property_readonly(
+          "line_px", [](const NoiseEstimate& noise) { return ArrayOf(noise.line_px); },
+          "Of segments, across them, by length: to 1/16, 1/8, 1/4 of the image's width, beyond.")
+      .def_property_readonly(
+          "line_depth", [](const NoiseEstimate& noise) { return ArrayOf(noise.line_depth); },
+          "Of their depth, as point_depth.");
+}
+
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Rows6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
@@ -228,11 +267,17 @@ void BindSlam(py::module_& module) {
   BindDataset(module);
   BindOptions(module);
   BindResults(module);
+  BindEstimates(module);
   using Unlocked = py::call_guard<py::gil_scoped_release>;
   py::class_<SlamSystem, std::unique_ptr<SlamSystem, UnlockedDelete>>(
       module, "SlamSystem", "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.")
-      .def(py::init<const RgbdSensor&, const SlamOptions&, const std::optional<ImuCalibration>&>(),
-           py::arg("sensor"), py::arg("options") = SlamOptions{}, py::arg("imu") = std::nullopt)
+      .def(py::init([](const RgbdSensor& sensor, const SlamOptions& options,
+                       const std::optional<ImuCalibration>& imu, const py::object& points) {
+             return std::unique_ptr<SlamSystem, UnlockedDelete>(
+                 new SlamSystem(sensor, options, imu, {}, SharePoints(points)));
+           }),
+           py::arg("sensor"), py::arg("options") = SlamOptions{}, py::arg("imu") = std::nullopt,
+           py::arg("points") = py::none(), "points: a PointExtractor of your own.")
       .def(
           "set_callbacks",
           [](SlamSystem& slam, const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
@@ -282,6 +327,8 @@ void BindSlam(py::module_& module) {
           "T_WC of every tracked frame after all adjustments so far.")
       .def("keyframe_trajectory",
            [](const SlamSystem& slam) { return PythonTrajectory{slam.keyframe_trajectory()}; })
+      .def("timing", &SlamSystem::timing, "When rows are taken, as found out so far.")
+      .def("noise", &SlamSystem::noise, "How noisy observations are, as found out so far.")
       .def("map_points", &MapPoints, "[m] n x 3 in W.")
       .def("map_lines", &MapLines, "[m] n x 6 in W: both ends.")
       .def(

@@ -354,9 +354,8 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
   double* tangent = memory_.of_landmark.data();
   for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
     const LandmarkProblem::Factor& factor = problem_.factors[f];
-    faults_->last = factor.cost;  // in case
     const double* const ambient = EvaluateFactor(factor, value, numbers);
-    if (ambient == nullptr) return false;
+    if (ambient == nullptr) return Fail(factor);
     const int rows = factor.cost->num_residuals();
     MutableRows<kDim> J(tangent, rows, dim);
     const ConstRows<Eigen::Dynamic> J_ambient(ambient, rows, size);
@@ -371,7 +370,7 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     const double weight = std::max(0.0, rho[1]);
     memory_.weights[f - landmark.first_factor] = weight;
     normal->cost += rho[0];
-    if (!std::isfinite(rho[0] + weight * J.squaredNorm())) return false;
+    if (!std::isfinite(rho[0] + weight * J.squaredNorm())) return Fail(factor);
     for (int i = 0; i < rows; ++i) {
       const Eigen::Matrix<double, kDim, 1> j = weight * J.row(i).transpose();
       normal->H.noalias() += j * J.row(i);
@@ -380,9 +379,13 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     numbers += NumbersOf(*factor.cost);
     tangent += rows * dim;
   }
-  faults_->last = nullptr;
   normal->Solve();
   return true;
+}
+
+bool VariableProjection::Fail(const LandmarkProblem::Factor& factor) const {
+  faults_->last = factor.cost;
+  return false;
 }
 
 // Residuals and Jacobians with respect to all but fixed blocks, at the trial's unknowns. Returns

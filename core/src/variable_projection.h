@@ -63,6 +63,8 @@ class VariableProjection final : public ceres::CostFunction {
   template <int kDim>
   bool Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
                  Normal<kDim>* normal) const;
+  // Notes that it could not be evaluated; false.
+  bool Fail(const LandmarkProblem::Factor& factor) const;
   const double* EvaluateFactor(const LandmarkProblem::Factor& factor, const double* landmark,
                                double* out) const;
   template <int kDim, int kSize, int kTangent>

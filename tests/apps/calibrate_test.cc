@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/local/intrinsics.h>
 
 #include "calibration_file.h"
 #include "config.h"
@@ -120,6 +121,34 @@ TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
   }
   testing::ExpectRefused(Calibrate(dataset.string() + " --intrinsics --trajectory x.txt"), 1,
                          {"--intrinsics", "--trajectory"});
+}
+
+// A camera that hardly turns tells little of its principal point.
+TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
+  const testing::TemporaryDirectory folder;
+  const fs::path dataset = folder / "walk", written = folder / "found.yaml";
+  simulate::SimulationOptions options = testing::SmallRoomOptions();
+  options.duration = 2.2;
+  options.fps = 10.0;
+  options.imu.enabled = true;
+  simulate::WriteTum(simulate::SimulateRoom(options), dataset);
+  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  const PinholeCamera known = config.sensor.camera;
+  const Outcome outcome =
+      Calibrate(dataset.string() + " --json --intrinsics --keep-depth --out " + written.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out)["intrinsics"];
+  const PinholeCamera kept = apps::LoadConfig(written).sensor.camera;
+  const double before[] = {known.fx, known.fy, known.cx, known.cy};
+  const double after[] = {kept.fx, kept.fy, kept.cx, kept.cy};
+  int unseen = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (report["sigma_px"][i] <= IntrinsicsOptions().good_share * known.fx) continue;
+    ++unseen;
+    EXPECT_EQ(after[i], before[i]) << i;
+    EXPECT_NE(report["fx_fy_cx_cy"][i], before[i]) << "what was found is told all the same";
+  }
+  EXPECT_GE(unseen, 1) << report;
 }
 
 TEST(CalibrateCommand, TakesARunByImagesAloneAndNoOther) {

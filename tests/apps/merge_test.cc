@@ -282,6 +282,11 @@ TEST_F(MergeTest, MapsOfAnotherCameraOrOtherPointsAndLocalizationsAreRefused) {
   SaveMap(*folder_ / "sift.hwmap", map.camera, map.map);
   ExpectRefused(In("merge run_monday sift.hwmap --out nothing"), 2,
                 {"sift.hwmap: is a map of points by sift, run_monday of points by orb"});
+  map.map.SetPointKind({.pyramid = {.levels = 4, .scale_factor = 1.5}});
+  SaveMap(*folder_ / "coarse.hwmap", map.camera, map.map);
+  ExpectRefused(In("merge run_monday coarse.hwmap --out nothing"), 2,
+                {"coarse.hwmap: is a map of points by orb in 4 levels of 1.5, run_monday of points "
+                 "by orb in 8 levels of 1.2"});
   map.camera.fx = 300.0;
   SaveMap(*folder_ / "other.hwmap", map.camera, map.map);
   ExpectRefused(In("merge run_monday other.hwmap --out nothing"), 2,

@@ -164,6 +164,23 @@ void ExpectGrid(const fs::path& run, const json& grid) {
       fs::file_size(run / "grid.pgm"));
 }
 
+// Multiples of what is known beforehand, of each kind, to a thousandth.
+void ExpectNoise(const json& noise) {
+  EXPECT_EQ(noise["point_px_by_level"].size(), 8U);
+  for (const char* bands : {"point_depth_by_depth", "edge_depth_by_depth", "line_px_by_length",
+                            "line_depth_by_depth"}) {
+    EXPECT_EQ(noise[bands].size(), 4U) << bands;
+  }
+  for (const auto& [kind, factors] : noise.items()) {
+    for (const double factor : factors) {
+      EXPECT_GT(factor, 0.1) << kind;
+      EXPECT_LT(factor, 3.0) << kind;
+    }
+  }
+  // Coarse corners are better than 1.2 times as noisy a level; nothing was learnt would be 1.003.
+  EXPECT_LT(noise["point_px_by_level"][7], 0.95);
+}
+
 TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   constexpr std::size_t kFrames = 40;
   WriteSequence(kFrames);
@@ -183,6 +200,7 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   const json report = json::parse(ReadText(run() / "run.json"));
   ExpectReport(report, kFrames);
   EXPECT_EQ(ReadTumTrajectory(run() / "keyframes.txt").size(), report["keyframes"]);
+  ExpectNoise(report["noise"]);
 
   const json& map = report["map"];
   EXPECT_EQ(ReadPly(run() / "cloud.ply").size(), map["cloud"]["points"]);
@@ -250,6 +268,9 @@ TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
   WriteText(map, bytes);
   ExpectRefused({"room.hwmap: is a map of points by orb, this run finds them by sift"},
                 "--point-detector sift --load-map " + map.string());
+  ExpectRefused({"room.hwmap: is a map of points by orb in 8 levels of 1.2, this run finds them by "
+                 "orb in 5 levels of 1.2: choose another frame.orb.pyramid"},
+                "--set frame.orb.pyramid.levels=5 --load-map " + map.string());
   WriteText(dataset() / "other.yaml",
             "camera: {width: 320, height: 240, fx: 300, fy: 300, cx: 160, cy: 120}\n"
             "depth_factor: 5000\n");

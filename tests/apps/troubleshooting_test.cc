@@ -356,6 +356,10 @@ void Troubleshooting::Runs() {
   sift.SetPointKind({.name = "sift"});
   SaveMap(folder_.path() / "sift.hwmap", PinholeCamera(), sift);
   Slam("plain", "--load-map sift.hwmap");
+  Map coarse;
+  coarse.SetPointKind({.pyramid = {.levels = 4}});
+  SaveMap(folder_.path() / "coarse.hwmap", PinholeCamera(), coarse);
+  Slam("plain", "--load-map coarse.hwmap");
   Highwall("slam --dataset plain --out notes.txt");
   Highwall("merge plain gap --out both");
   Highwall("merge plain plain --out both");

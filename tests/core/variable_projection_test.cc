@@ -100,6 +100,25 @@ SolveOptions Exact(LinearSolver solver) {
           .linear_solver = solver};
 }
 
+// Refuses landmarks of 2 and more, or throws.
+class OnlyBelowTwo final : public ceres::SizedCostFunction<1, 1, 7> {
+ public:
+  explicit OnlyBelowTwo(bool throws) : throws_(throws) {}
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    if (x[0][0] >= 2.0 && throws_) throw std::runtime_error("two and more");
+    if (x[0][0] >= 2.0) return false;
+    residuals[0] = x[0][0] - x[1][0];
+    if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][0] = 1.0;
+    for (int i = 0; jacobians != nullptr && jacobians[1] != nullptr && i < 7; ++i) {
+      jacobians[1][i] = i == 0 ? -1.0 : 0.0;
+    }
+    return true;
+  }
+
+ private:
+  bool throws_;
+};
+
 // H and g of the factors on landmarks with the landmarks minimized over, by dense algebra.
 struct Reduced {
   Eigen::MatrixXd H;
@@ -158,7 +177,11 @@ TEST(VariableProjection, HasTheCostTheGradientAndTheSchurComplementOfItsFactors)
       storage.emplace_back(residuals.size() * static_cast<std::size_t>(block.size));
     }
     for (auto& values : storage) jacobians.push_back(values.data());
+    // What another thread noted meanwhile stays.
+    const auto other = std::make_unique<OnlyBelowTwo>(false);
+    faults.last = other.get();
     ASSERT_TRUE(projection.Evaluate(blocks.data(), residuals.data(), jacobians.data()));
+    EXPECT_EQ(faults.last, other.get());
 
     const Eigen::Index n = projection.num_residuals() - 1;
     const Eigen::Map<const Eigen::VectorXd> r(residuals.data(), n + 1);
@@ -328,25 +351,6 @@ TEST(VariableProjection, StepsOfALandmarkThatLeadUpAreShortened) {
   EXPECT_LT(summary.final_cost, 1e-14);
   EXPECT_NEAR(bundle.graph.Value(far), bundle.graph.Value(bundle.poses[0]).p().x(), 1e-6);
 }
-
-// Refuses landmarks of 2 and more, or throws.
-class OnlyBelowTwo final : public ceres::SizedCostFunction<1, 1, 7> {
- public:
-  explicit OnlyBelowTwo(bool throws) : throws_(throws) {}
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    if (x[0][0] >= 2.0 && throws_) throw std::runtime_error("two and more");
-    if (x[0][0] >= 2.0) return false;
-    residuals[0] = x[0][0] - x[1][0];
-    if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][0] = 1.0;
-    for (int i = 0; jacobians != nullptr && jacobians[1] != nullptr && i < 7; ++i) {
-      jacobians[1][i] = i == 0 ? -1.0 : 0.0;
-    }
-    return true;
-  }
-
- private:
-  bool throws_;
-};
 
 TEST(VariableProjection, AFactorThatCannotBeEvaluatedIsNamedAndLeavesAllAsItWas) {
   for (const bool throws : {false, true}) {

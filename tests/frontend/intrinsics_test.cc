@@ -1,6 +1,7 @@
 #include <highwall/frontend/local/intrinsics.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -105,6 +106,43 @@ TEST(Intrinsics, WhatIsNotSeenIsSaid) {
   EXPECT_GT(found.sigma[2], 3.0 * turned.sigma[2]);
   EXPECT_GT(found.sigma[3], 3.0 * turned.sigma[3]);
   EXPECT_FALSE(found.advice.empty());
+}
+
+// Their distance is in no row: the normal equations would be singular.
+TEST(Intrinsics, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutParallax) {
+  Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 7);
+  // Two more keyframes of one place, whose last point is in no other.
+  const KeyFrame& model = *map.keyframe(map.keyframe_ids().front());
+  const std::vector<PointId> points = model.points;
+  const Pose T_WC = model.T_WC;
+  auto features = std::make_shared<FrameFeatures>(*model.frame.features);
+  const Eigen::Vector3d p_C(0.1, 0.2, 3.0);
+  features->points.push_back({.uv = TrueSensor().camera.Project(p_C)});
+  features->point_descriptors.push_back(cv::Mat::zeros(1, 32, CV_8U));
+  std::vector<KeyFrameId> added;
+  for (int i = 0; i < 2; ++i) {
+    added.push_back(map.AddKeyFrame({.features = features}, T_WC).id);
+    for (std::size_t f = 0; f < points.size(); ++f) {
+      if (points[f] != kNoId) map.ObservePoint(added.back(), static_cast<int>(f), points[f]);
+    }
+  }
+  const IntrinsicsCalibration without = CalibrateIntrinsics(map, kModel);
+  const PointId far = map.AddPoint(T_WC * p_C, 0).id;
+  for (const KeyFrameId id : added) map.ObservePoint(id, static_cast<int>(points.size()), far);
+  const IntrinsicsCalibration with = CalibrateIntrinsics(map, kModel);
+  EXPECT_EQ(with.points, without.points);
+  EXPECT_EQ(with.intrinsics, without.intrinsics);
+
+  // Others keep their distance by parallax: every second point loses its depth everywhere.
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    KeyFrame& keyframe = *map.keyframe(id);
+    auto half = std::make_shared<FrameFeatures>(*keyframe.frame.features);
+    for (std::size_t f = 0; f < half->points.size(); ++f) {
+      if (keyframe.points[f].value() % 2 == 0) half->points[f].depth = 0.0;
+    }
+    keyframe.frame.features = half;
+  }
+  EXPECT_GT(CalibrateIntrinsics(map, kModel).points, 0.9 * without.points);
 }
 
 TEST(Intrinsics, RefusesAMapThatTellsNothingAndBadOptions) {

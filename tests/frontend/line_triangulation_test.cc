@@ -131,6 +131,26 @@ TEST(TriangulateLine, HasTheRowsOfTheAdjustment) {
   }
 }
 
+TEST(TriangulateLine, WeighsAViewByItsOwnNoise) {
+  const Segment3 segment({0.3, -0.2, 3.0}, {0.1, 0.4, 2.5});
+  std::vector<LineView> views{View(segment, At(0.0)), View(segment, At(0.2)),
+                              View(segment, At(0.5))};
+  const auto one = TriangulateLine(kModel, views);
+  ASSERT_TRUE(one);
+  for (LineView& view : views) view.sigma *= 0.5;
+  const auto half = TriangulateLine(kModel, views);
+  ASSERT_TRUE(half);
+  // Of one optimum, but for the pixels' being floats.
+  EXPECT_TRUE(half->seen.covariance.isApprox(0.25 * one->seen.covariance, 1e-4));
+  // The one that is far off is the one that is noisy: the line stays with the others.
+  views.push_back(View(segment, At(0.7), {6.0, 6.0}));
+  views.back().sigma = 1e3;
+  const auto with_noisy = TriangulateLine(kModel, views);
+  ASSERT_TRUE(with_noisy);
+  EXPECT_LT((with_noisy->segment_W.p() - one->segment_W.p()).norm(), 1e-4);
+  EXPECT_LT((with_noisy->segment_W.q() - one->segment_W.q()).norm(), 1e-4);
+}
+
 // The planes through the cameras and what they see of the line are all but one: noise alone tells a
 // distance.
 TEST(TriangulateLine, TellsNoDistanceWhereTheCameraMovesInThePlaneOfTheLine) {
@@ -215,6 +235,26 @@ TEST_F(EpipolarLineMatcherTest, WhatNoDistanceExplainsOrIsNotWantedIsNoPair) {
   EXPECT_TRUE(Match(a, At(0.0), a, At(0.0)).empty()) << "no base, no distance";
 }
 
+// With hardly a base noise alone puts half of the segments beyond infinity: as far as it reaches.
+TEST_F(EpipolarLineMatcherTest, ASegmentMayMissTheLineByItsOwnNoise) {
+  constexpr double kBase = 0.002;
+  const auto look = [&](double x, unsigned seed, float noise) {
+    SyntheticView view = Look(scene, IdealSensor(), At(x), {.px = 1.0, .seed = seed});
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (LineFeature& line : features->lines) line.noise.px = noise;
+    view.features = features;
+    return view;
+  };
+  const auto count = [&](float noise_a, float noise_b) {
+    return Match(look(0.0, 1, noise_a), At(0.0), look(kBase, 2, noise_b), At(kBase)).size();
+  };
+  const std::size_t as_it_is = count(1.0F, 1.0F), of_none = count(0.05F, 0.05F);
+  EXPECT_GT(as_it_is, 30U);
+  EXPECT_LT(of_none, as_it_is / 2);
+  EXPECT_GT(count(1.0F, 0.05F), of_none);
+  EXPECT_GT(count(0.05F, 1.0F), of_none);
+}
+
 // Keyframes whose segments have no depth.
 class DepthlessLinesTest : public ::testing::Test {
  protected:
@@ -295,6 +335,17 @@ TEST_F(DepthlessLinesTest, AViewThatDeniesTheLineIsLeftOut) {
   for (const DepthlessLine& line : found) {
     for (const Observation& o : line.observations) EXPECT_NE(o.keyframe, ids[1]);
   }
+}
+
+TEST_F(DepthlessLinesTest, AreAsCertainAsTheNoiseOfTheirSegments) {
+  AddSideBySide(4);
+  const std::size_t before = Find({.max_depth_sigma = 0.02}).size();
+  for (const KeyFrameId id : ids) {
+    auto features = std::make_shared<FrameFeatures>(*map.keyframe(id)->frame.features);
+    for (LineFeature& line : features->lines) line.noise.px = 0.5F;
+    map.keyframe(id)->frame.features = features;
+  }
+  EXPECT_GT(Find({.max_depth_sigma = 0.02}).size(), before);
 }
 
 }  // namespace

@@ -209,16 +209,23 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
 }
 
 TEST(MergeMaps, RefusesMapsOfOtherPoints) {
-  const auto one_keyframe = [](const char* name) {
-    Map map;
-    map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
-    map.SetPointKind({.name = name});
-    return map;
+  const auto message_of = [](const std::vector<PointKind>& kinds) {
+    std::vector<Map> maps;
+    for (const PointKind& kind : kinds) {
+      maps.emplace_back();
+      maps.back().AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
+      maps.back().SetPointKind(kind);
+    }
+    return testing::MessageOf<InvalidArgument>([&] { MergeMaps({}, std::move(maps)); });
   };
-  std::vector<Map> maps;
-  for (const char* name : {"sift", "orb"}) maps.push_back(one_keyframe(name));
-  EXPECT_EQ(testing::MessageOf<InvalidArgument>([&] { MergeMaps({}, std::move(maps)); }),
+  EXPECT_EQ(message_of({{.name = "sift"}, {.name = "orb"}}),
             "MergeMaps: the points of one map are by sift, those of another by orb");
+  EXPECT_EQ(message_of({{.pyramid = {.levels = 4}}, {}}),
+            "MergeMaps: the points of one map are by orb in 4 levels of 1.2, those of another by "
+            "orb in 8 levels of 1.2");
+  EXPECT_EQ(message_of({{}, {.pyramid = {.scale_factor = 1.25}}}),
+            "MergeMaps: the points of one map are by orb in 8 levels of 1.2, those of another by "
+            "orb in 8 levels of 1.25");
 }
 
 }  // namespace

@@ -118,6 +118,67 @@ TEST_F(SlamOwnFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   EXPECT_LT(AbsolutePoseError(first, second).statistics.rmse, 0.005);
 }
 
+TEST_F(SlamOwnFeaturesTest, AMapIsGoneOnInWithThePyramidThatItWasMadeWith) {
+  const testing::TemporaryDirectory folder;
+  Map map;
+  map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
+  const auto refusal = [&](const Map& given, const FrameBuilderOptions& frame) {
+    return testing::MessageOf<InvalidArgument>(
+        [&] { SlamSystem(Sensor(), {.frame = frame}, std::nullopt, given.Clone()); });
+  };
+  FrameBuilderOptions coarse;
+  coarse.orb.pyramid = {.levels = 4, .scale_factor = 1.5};
+  map.SetPointKind({});
+  SaveMap(folder.path() / "map.hwmap", Sensor().camera, map);
+  EXPECT_EQ(refusal(LoadMap(folder.path() / "map.hwmap").map, coarse),
+            "SlamSystem: the points of the map are by orb in 8 levels of 1.2, those of its images "
+            "would be by orb in 4 levels of 1.5");
+}
+
+TEST_F(SlamOwnFeaturesTest, AMapThatDoesNotSayItsPyramidIsTaken) {
+  Map map;  // as from a file before version 4
+  map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
+  FrameBuilderOptions coarse;
+  coarse.orb.pyramid.levels = 4;
+  const SlamSystem slam(Sensor(), {.frame = coarse}, std::nullopt, std::move(map));
+  EXPECT_EQ(slam.map().point_kind().pyramid.levels, 4);
+}
+
+// An extractor that hands out the same memory each time.
+class Reusing final : public PointExtractor {
+ public:
+  const PointKind& kind() const override { return orb_.kind(); }
+  ExtractedPoints Extract(const cv::Mat& gray) override {
+    ExtractedPoints points = orb_.Extract(gray);
+    cv::Mat own = descriptors_.rowRange(0, points.descriptors.rows);
+    points.descriptors.copyTo(own);
+    points.descriptors = own;
+    return points;
+  }
+
+ private:
+  OrbExtractor orb_;
+  cv::Mat descriptors_ = cv::Mat(5000, 32, CV_8U);
+};
+
+TEST_F(SlamOwnFeaturesTest, AnExtractorMayUseTheMemoryOfItsDescriptorsAgain) {
+  constexpr std::size_t kFrames = 10;
+  SlamSystem built_in(Sensor(), Options(PointDetector::kOrb));
+  SlamSystem given(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
+                   std::make_shared<Reusing>());
+  EXPECT_EQ(Walk(built_in, 0, kFrames), 0);
+  EXPECT_EQ(Walk(given, 0, kFrames), 0);
+  const Map &a = built_in.map(), &b = given.map();
+  ASSERT_GE(a.num_keyframes(), 2U);
+  ASSERT_EQ(a.keyframe_ids(), b.keyframe_ids());
+  for (const KeyFrameId id : a.keyframe_ids()) {
+    const cv::Mat &x = a.keyframe(id)->frame.features->point_descriptors,
+                  &y = b.keyframe(id)->frame.features->point_descriptors;
+    ASSERT_EQ(x.rows, y.rows);
+    EXPECT_EQ(cv::countNonZero(x != y), 0);
+  }
+}
+
 TEST_F(SlamOwnFeaturesTest, OrbThatIsGivenGivesTheSameBitForBit) {
   constexpr std::size_t kFrames = 30;
   SlamSystem built_in(Sensor(), Options(PointDetector::kOrb));

@@ -252,6 +252,21 @@ TEST_F(SlamSystemTest, RefusesImagesOfAnotherSizeAndGoesOn) {
   EXPECT_EQ(system.Track(next).state, TrackingState::kTracking) << "its stamp was not used up";
 }
 
+TEST_F(SlamSystemTest, NoiseIsLearntOnFromAMapThatIsGiven) {
+  SlamSystem first(Sensor(), Deterministic({}));
+  for (const RgbdImage& image : Images()) first.Track(image);
+  first.Finish();
+  const SlamSystem blank(Sensor()), again(Sensor(), {}, std::nullopt, first.map().Clone());
+  const SlamOptions known{.tracker = {.learn_noise = false}};
+  const SlamSystem as_known(Sensor(), known, std::nullopt, first.map().Clone());
+  // By ten keyframes at once, where the first had seen them one by one: on the same side, and by
+  // half as much at least. Corners of the finest level are many, and better than is known.
+  const double beginning = blank.noise().point_px[0], learnt = first.noise().point_px[0];
+  EXPECT_LT(learnt, 0.95 * beginning);
+  EXPECT_LT(again.noise().point_px[0], 0.5 * (beginning + learnt));
+  EXPECT_EQ(as_known.noise().point_px[0], beginning);
+}
+
 TEST_F(SlamSystemTest, LocalizingNeedsAMapAndNoImu) {
   const SlamOptions options{.localize_only = true};
   EXPECT_THROW(SlamSystem(Sensor(), options), InvalidArgument);

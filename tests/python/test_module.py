@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import highwall as hw
+import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -47,10 +48,23 @@ def test_the_example_runs(tmp_path):
     assert (tmp_path / "cloud.ply").stat().st_size > 0 and (tmp_path / "map.bt").stat().st_size > 0
 
 
-def test_the_page_shows_a_factor_that_runs():
+def program_of_the_page(with_line):
     page = (ROOT / "docs/python.md").read_text()
-    program = page.split("```python\n")[1].split("```")[0]
+    (program,) = [part for part in page.split("```python\n")[1:] if with_line in part.split("```")[0]]
     scope = {}
-    exec(compile(program, "docs/python.md", "exec"), scope)
+    exec(compile(program.split("```")[0], "docs/python.md", "exec"), scope)
+    return scope
+
+
+def test_the_page_shows_an_extractor_that_runs():
+    scope = program_of_the_page("class Corners(hw.PointExtractor)")
+    grey = np.random.default_rng(2).integers(0, 256, (480, 640), dtype=np.uint8)
+    depth = np.full(grey.shape, 2.0, np.float32)
+    frame = scope["slam"].track(0, np.dstack([grey] * 3), depth)
+    assert frame.points == 500 and frame.state == hw.TrackingState.TRACKING
+
+
+def test_the_page_shows_a_factor_that_runs():
+    scope = program_of_the_page("class BeaconRange(hw.Factor)")
     found = scope["graph"].value(scope["pose"]).p
     assert abs(found[0] - 1.0) < 0.1 and abs(found[1]) < 0.2

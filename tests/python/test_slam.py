@@ -1,5 +1,7 @@
 """Images go in as arrays; poses, maps and errors come out."""
 
+import gc
+
 import highwall as hw
 import numpy as np
 import pytest
@@ -126,6 +128,98 @@ def test_what_a_factor_raises_is_told_and_slam_goes_on(sensor, monkeypatch):
         assert slam.track(*image).state == hw.TrackingState.TRACKING
     slam.finish()
     assert "no height" in told[0]
+
+
+class Corners(hw.PointExtractor):
+    """Where blocks meet, and what surrounds them: 64 pixels of every other row and column."""
+
+    def __init__(self, **kind):
+        super().__init__(**{"name": "corners", "columns": 64, "descriptor": hw.DescriptorType.FLOAT, "levels": 1,
+                            "scale_factor": 2.0, **kind})
+        self.images = 0
+
+    def extract(self, gray):
+        self.images += 1
+        image = gray.astype(np.float32)
+        strength = np.abs(image[:-1, :-1] - image[:-1, 1:] - image[1:, :-1] + image[1:, 1:])
+        strength[:8], strength[-8:], strength[:, :8], strength[:, -8:] = 0, 0, 0, 0
+        v, u = np.unravel_index(np.argsort(strength, axis=None)[-500:], strength.shape)
+        patches = [image[y - 7 : y + 9 : 2, x - 7 : x + 9 : 2].ravel() for x, y in zip(u, v)]
+        keypoints = np.column_stack([u + 0.5, v + 0.5, 0 * u, -1 + 0 * u, strength[v, u]])
+        return keypoints, np.array(patches)
+
+
+@pytest.mark.parametrize("deterministic", [True, False])
+def test_an_extractor_in_python_is_tracked(sensor, tmp_path, deterministic):
+    corners = Corners()
+    slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=deterministic, lines=False), points=corners)
+    for image in moving_wall(sensor.camera, 10):
+        frame = slam.track(*image)
+        assert frame.state == hw.TrackingState.TRACKING and frame.points == 500
+    slam.finish()
+    assert corners.images == 10 and corners.name == "corners"
+    poses = slam.trajectory().poses
+    # Corners lie where they are to the pixel's fraction.
+    np.testing.assert_allclose(poses[-1, :3] - poses[0, :3], [0, -9 * SHIFT * DEPTH / sensor.camera.fx, 0], atol=1e-3)
+    slam.save_map(tmp_path / "map.hwmap", sensor.camera)
+    assert b"corners" in (tmp_path / "map.hwmap").read_bytes()
+
+
+def test_an_extractor_lives_as_long_as_its_system(sensor):
+    slam = hw.SlamSystem(sensor, points=Corners())
+    gc.collect()
+    assert slam.track(*next(moving_wall(sensor.camera, 1))).points == 500
+
+
+def test_what_an_extractor_raises_or_gives_wrongly_comes_out_of_track(sensor):
+    image = next(moving_wall(sensor.camera, 1))
+
+    def track(extract):
+        kind = type("Wrong", (Corners,), {"extract": extract})
+        hw.SlamSystem(sensor, points=kind()).track(*image)
+
+    def raises(self, gray):
+        raise RuntimeError("no battery")
+
+    with pytest.raises(RuntimeError, match="no battery"):
+        track(raises)
+    descriptors = np.zeros((2, 64), np.float32)
+    for found, says in [
+        (np.zeros((2, 5)), r"returns \(keypoints, descriptors\)"),
+        ((np.zeros((2, 4)), descriptors), "N x 5"),
+        ((np.full((2, 5), np.nan), descriptors), "keypoint 0 has no octave"),
+        ((np.zeros((2, 5)), descriptors.astype(float)), "uint8 or float32"),
+        ((np.zeros((2, 5)), descriptors[:, :7]), "7 columns, not 64"),
+        ((np.zeros((2, 5)), descriptors[:1]), "2 keypoints have 1 rows"),
+        ((np.full((2, 5), 1000.0), descriptors), "keypoint 0 is at"),
+    ]:
+        with pytest.raises(hw.InvalidArgument, match="points by corners: .*" + says):
+            track(lambda self, gray: found)
+    with pytest.raises(hw.InvalidArgument, match="extract"):
+        hw.SlamSystem(sensor, points=hw.PointExtractor("none", 32)).track(*image)
+    with pytest.raises(hw.InvalidArgument, match="columns must be"):
+        Corners(columns=0)
+    with pytest.raises(hw.InvalidArgument, match="PointExtractor"):
+        hw.SlamSystem(sensor, points="corners")
+    blind = type("Blind", (Corners,), {"extract": lambda self, gray: ([], [])})
+    assert hw.SlamSystem(sensor, points=blind()).track(*image).points == 0
+
+
+def test_what_was_found_out_of_rows_and_noise_is_told(sensor):
+    assert hw.SlamSystem(sensor).noise().point_px.shape == (16,)
+    sensor.timing = hw.FrameTiming(colour_readout=0.02, depth_delay=-0.01)
+    slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
+    before = slam.noise()
+    for image in moving_wall(sensor.camera, 25):
+        slam.track(*image)
+    slam.finish()
+    timing = slam.timing()
+    # A wall that passes at one speed tells little of it: what was known stays, to what is not known.
+    assert abs(timing.value.colour_readout - 0.02) <= 3 * timing.sigma.colour_readout > 0
+    noise = slam.noise()
+    # Depth is without error here: better than was known, down to what views share (docs/noise.md).
+    assert noise.point_depth[2] < 0.9 * before.point_depth[2]
+    assert noise.point_depth.shape == noise.edge_depth.shape == noise.line_px.shape == noise.line_depth.shape == (4,)
 
 
 def test_images_of_another_shape_are_refused(sensor):

@@ -58,6 +58,25 @@ class Pilot {
 };
 // [/tutorial]
 
+// [tutorial]
+#include <filesystem>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/tum_dataset.h>
+
+// A recording: nothing is dropped, however long a frame takes.
+highwall::Trajectory Follow(const std::filesystem::path& folder,
+                            const highwall::RgbdSensor& sensor) {
+  const highwall::TumDataset recording(folder, {.depth_factor = sensor.depth_factor});
+  highwall::SlamSystem slam(sensor);
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    if (const auto image = recording.Load(i)) slam.Track(*image);
+  }
+  slam.Finish();
+  return slam.trajectory();
+}
+// [/tutorial]
+
 #include <algorithm>
 #include <chrono>
 #include <span>
@@ -67,7 +86,10 @@ class Pilot {
 #include <highwall/core/trajectory_error.h>
 #include <simulate/scenes/room.h>
 
+#include "simulate/output/tum_writer.h"
 #include "support/rendered_walk.h"
+#include "support/small_room.h"
+#include "support/temporary_directory.h"
 
 namespace highwall {
 namespace {
@@ -107,6 +129,15 @@ TEST(SlamTutorial, FollowsACameraThatDoesNotWait) {
   EXPECT_GE(pilot.places().size(), 1u);
   EXPECT_EQ(pilot.returns(), 0);
   EXPECT_LT(AbsolutePoseError(walk.truth, pilot.path()).statistics.rmse, 0.01);
+}
+
+TEST(SlamTutorial, FollowsARecording) {
+  const testing::TemporaryDirectory folder;
+  testing::WriteSmallRoom(folder.path(), 20);
+  const Trajectory path = Follow(folder.path(), {.camera = testing::SmallRoomOptions().camera});
+  EXPECT_EQ(path.size(), 20u);
+  const Trajectory truth = ReadTumTrajectory(folder.path() / "groundtruth.txt");
+  EXPECT_LT(AbsolutePoseError(truth, path).statistics.rmse, 0.01);
 }
 
 }  // namespace

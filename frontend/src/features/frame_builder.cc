@@ -10,12 +10,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/features/make_point_extractor.h>
 #include <highwall/internal/stopwatch.h>
 #include <highwall/internal/worker_team.h>
 
-#include "features/orb_extractor.h"
 #include "features/segment_depth.h"
-#include "features/sift_extractor.h"
 #include "features/sound_points.h"
 
 namespace highwall {
@@ -64,13 +63,6 @@ double Sharpness(const cv::Mat& gray) {
   return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.0;
 }
 
-std::shared_ptr<PointExtractor> MakeExtractor(const FrameBuilderOptions& options) {
-  if (options.point_detector == PointDetector::kSift) {
-    return std::make_shared<SiftExtractor>(options.sift);
-  }
-  return std::make_shared<OrbExtractor>(options.orb);
-}
-
 // The kind that an extractor of the user's says.
 const PointKind& Sound(const PointKind& kind) {
   kind.Validate();
@@ -83,7 +75,7 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
                            std::shared_ptr<PointExtractor> points)
     : sensor_(sensor),
       options_(options),
-      points_(points ? std::move(points) : MakeExtractor(options)),
+      points_(points ? std::move(points) : MakePointExtractor(options)),
       descriptor_bits_(Sound(point_kind()).descriptor, point_kind().columns),
       line_extractor_(options.lines),
       depth_grid_(sensor.camera) {

@@ -11,8 +11,9 @@
 namespace highwall {
 namespace {
 
-LineView ViewOf(const KeyFrame& keyframe, int index) {
-  return {keyframe.T_WC, keyframe.frame.features->lines[static_cast<std::size_t>(index)].segment};
+LineView ViewOf(const MeasurementModel& model, const KeyFrame& keyframe, int index) {
+  const LineFeature& line = keyframe.frame.features->lines[static_cast<std::size_t>(index)];
+  return {keyframe.T_WC, line.segment, model.LineSigma(line)};
 }
 
 // The segments that are no landmark and have no depth to become one.
@@ -45,7 +46,7 @@ std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, con
     for (const auto& [own, other] :
          MatchEpipolarLines(model, {*keyframe.frame.features, keyframe.T_WC, wanted},
                             {*neighbour.frame.features, neighbour.T_WC, free}, inliers.Of(1))) {
-      tracks[static_cast<std::size_t>(own)].Add(ViewOf(neighbour, other), {n, other});
+      tracks[static_cast<std::size_t>(own)].Add(ViewOf(model, neighbour, other), {n, other});
     }
   }
   const auto triangulate = [&](std::span<const LineView> views) {
@@ -62,7 +63,7 @@ std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, con
     Track<LineView>& track = tracks[i];
     if (track.views.empty()) continue;
     const int own = static_cast<int>(i);
-    track.AddFirst(ViewOf(keyframe, own), {id, own});
+    track.AddFirst(ViewOf(model, keyframe, own), {id, own});
     const auto line =
         EstimateAgreeing(track, std::max(options.min_views, kLeastViews), triangulate, misfits);
     if (!line || !IsSound(line->seen, options.max_depth_sigma)) continue;

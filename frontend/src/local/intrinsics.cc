@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 #include <ceres/loss_function.h>
 
@@ -16,6 +18,10 @@
 
 namespace highwall {
 namespace {
+
+// [rad] Between the first view of a point without depth and another: at a pixel's noise its
+// distance is then known to a tenth.
+constexpr double kLeastParallax = 0.02;
 
 // Keyframes and points of a map, and the intrinsics.
 class IntrinsicsGraph {
@@ -42,19 +48,17 @@ class IntrinsicsGraph {
     }
   }
 
-  // Those that two and more keyframes see.
+  // Those that two and more keyframes see, which tell how far they are.
   void AddPoints() {
     for (const PointId id : map_.point_ids()) {
       const MapPoint& point = *map_.point(id);
-      const auto seen =
-          std::count_if(point.observations.begin(), point.observations.end(),
-                        [&](const Observation& o) { return poses_.contains(o.keyframe); });
-      if (seen < 2) continue;
+      std::vector<Observation> seen;
+      std::copy_if(point.observations.begin(), point.observations.end(), std::back_inserter(seen),
+                   [&](const Observation& o) { return poses_.contains(o.keyframe); });
+      if (seen.size() < 2 || !TellDistance(point.p_W, seen)) continue;
       const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
       ++points_;
-      for (const Observation& o : point.observations) {
-        if (poses_.contains(o.keyframe)) Observe(o, variable);
-      }
+      for (const Observation& o : seen) Observe(o, variable);
     }
   }
 
@@ -80,9 +84,24 @@ class IntrinsicsGraph {
     return {camera.fx, camera.fy, camera.cx, camera.cy};
   }
 
+  const PointFeature& FeatureOf(const Observation& o) const {
+    return map_.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
+  }
+
+  // By depth, or by parallax: without either the normal equations are singular.
+  bool TellDistance(const Eigen::Vector3d& p_W, const std::vector<Observation>& seen) const {
+    const double most = std::cos(kLeastParallax);
+    std::vector<Eigen::Vector3d> rays;
+    for (const Observation& o : seen) {
+      if (FeatureOf(o).depth > 0.0) return true;
+      rays.push_back((p_W - map_.keyframe(o.keyframe)->T_WC.p()).normalized());
+      if (rays.front().dot(rays.back()) < most) return true;
+    }
+    return false;
+  }
+
   void Observe(const Observation& o, const Variable<Point>& point) {
-    const PointFeature& feature =
-        map_.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
+    const PointFeature& feature = FeatureOf(o);
     graph_.AddFactor(
         std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection()), loss_,
         poses_.at(o.keyframe), point, intrinsics_);

@@ -38,6 +38,7 @@ struct SeenFrom {
   Eigen::Matrix3d R_VC;
   Eigen::Vector3d p_VC;
   std::array<Eigen::Vector3d, 2> ends;  // rays
+  double weight;                        // [1/px]
 };
 
 // The functor of ceres::TinySolver: rows across the image of all views, in pixels over their noise,
@@ -50,14 +51,13 @@ class LineProblem {
 
   LineProblem(const MeasurementModel& model, std::span<const LineView> views)
       : first_(model.camera(), views.front().segment),
-        S_(std::pow(model.camera().fx, -2), std::pow(model.camera().fy, -2), 0.0),
-        weight_(1.0 / model.options().line_sigma) {
+        S_(std::pow(model.camera().fx, -2), std::pow(model.camera().fy, -2), 0.0) {
     for (const LineView& view : views) {
       const Pose T_VC = view.T_WC.Inverse() * views.front().T_WC;
-      views_.push_back(
-          {T_VC.R(),
-           T_VC.p(),
-           {Ray(model.camera(), view.segment.s), Ray(model.camera(), view.segment.e)}});
+      views_.push_back({T_VC.R(),
+                        T_VC.p(),
+                        {Ray(model.camera(), view.segment.s), Ray(model.camera(), view.segment.e)},
+                        1.0 / view.sigma});
     }
   }
 
@@ -80,10 +80,10 @@ class LineProblem {
       dn_dx << a.cross(q), p.cross(a), view.p_VC.cross(q), p.cross(view.p_VC);
       for (const Eigen::Vector3d& m : view.ends) {
         const double distance = n.dot(m) * inverse_h;  // docs/factors/line_reprojection.md, Eq. 10
-        r[row] = weight_ * distance;
+        r[row] = view.weight * distance;
         if (jacobian != nullptr) {
           const Eigen::Vector3d dr_dn = (m - (distance * inverse_h) * k) * inverse_h;  // Eq. 13
-          J.row(row) = weight_ * dr_dn.transpose() * dn_dx;
+          J.row(row) = view.weight * dr_dn.transpose() * dn_dx;
         }
         ++row;
       }
@@ -119,7 +119,6 @@ class LineProblem {
  private:
   const FirstView first_;
   const Eigen::Vector3d S_;  // diag(1/fx^2, 1/fy^2, 0)
-  const double weight_;      // [1/px]
   std::vector<SeenFrom> views_;
 };
 

@@ -17,6 +17,7 @@ namespace highwall {
 struct LineView {
   Pose T_WC;
   LineSegment segment;  // [px] at least 1 px long
+  double sigma = 1.0;   // [px] of its ends, across it
 };
 
 // A line as its first view has it: how far from the segment's ends s and e its image passes, along

@@ -6,6 +6,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/map/point_kind_clash.h>
 
 #include "local/bundle_adjustment.h"
 #include "loops/loop_closer.h"
@@ -27,9 +28,10 @@ void RequireOneKind(const std::vector<Map>& maps) {
   for (const Map& map : maps) {
     if (map.num_keyframes() == 0) continue;
     if (first == nullptr) first = &map;
-    HIGHWALL_REQUIRE(map.point_kind().name == first->point_kind().name,
-                     "MergeMaps: the points of one map are by " + first->point_kind().name +
-                         ", those of another by " + map.point_kind().name);
+    if (const auto clash = FindClash(*first, map)) {
+      throw InvalidArgument("MergeMaps: the points of one map are by " + clash->first +
+                            ", those of another by " + clash->second);
+    }
   }
 }
 

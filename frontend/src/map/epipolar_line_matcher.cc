@@ -18,13 +18,15 @@ constexpr double kMinOverlap = 0.5;   // of the shorter of the two pieces of a l
 
 // A segment of b: along, and across its line as a row on (u, v, 1) [px].
 struct ImageLine {
-  explicit ImageLine(const LineSegment& segment)
-      : s(segment.s.cast<double>()), length(static_cast<double>(segment.Length())) {
+  ImageLine(const LineSegment& segment, double sigma_px)
+      : s(segment.s.cast<double>()),
+        length(static_cast<double>(segment.Length())),
+        sigma(sigma_px) {
     along = (segment.e.cast<double>() - s) / length;
     across = {-along.y(), along.x(), along.y() * s.x() - along.x() * s.y()};
   }
   Eigen::Vector2d s;
-  double length;
+  double length, sigma;
   Eigen::Vector2d along;
   Eigen::Vector3d across;
 };
@@ -32,35 +34,35 @@ struct ImageLine {
 // Where b sees the ends of a's segments, from infinitely far to min_depth.
 class EndWays {
  public:
-  EndWays(const MeasurementModel& model, const Pose& T_BA, double bound)
-      : camera_(model.camera()), bound_(bound) {
+  EndWays(const MeasurementModel& model, const Pose& T_BA) : camera_(model.camera()) {
     K_ << camera_.fx, 0.0, camera_.cx, 0.0, camera_.fy, camera_.cy, 0.0, 0.0, 1.0;
     KR_ = K_ * T_BA.R();
     shift_ = K_ * T_BA.p() / model.projection().min_depth();
   }
 
-  // Where b's line crosses that way [px along it]; empty where it does not, or runs along it.
-  std::optional<double> Crossing(const Eigen::Vector2f& end, const ImageLine& line) const {
+  // Where b's line crosses that way [px along it]; empty where it does not come as near as bound
+  // [px], or runs along it.
+  std::optional<double> Crossing(const Eigen::Vector2f& end, const ImageLine& line,
+                                 double bound) const {
     const Eigen::Vector3d far = KR_ * camera_.Unproject(end.cast<double>(), 1.0);
     const double at_far = line.across.dot(far), change = line.across.dot(shift_);
-    if (std::abs(change) <= bound_) return std::nullopt;
+    if (std::abs(change) <= bound) return std::nullopt;
     const double share = std::clamp(-at_far / change, 0.0, 1.0);  // of the nearest inverse depth
     const Eigen::Vector3d seen = far + share * shift_;
     if (!(seen.z() > 0.0)) return std::nullopt;
-    if (std::abs(line.across.dot(seen)) > bound_ * seen.z()) return std::nullopt;
+    if (std::abs(line.across.dot(seen)) > bound * seen.z()) return std::nullopt;
     return line.along.dot(seen.head<2>() / seen.z() - line.s);
   }
 
  private:
   const PinholeCamera& camera_;
-  double bound_;  // [px]
   Eigen::Matrix3d K_, KR_;
   Eigen::Vector3d shift_;
 };
 
 // May the segment of a be a part of b's line?
-bool MayBeOne(const EndWays& ways, const LineSegment& a, const ImageLine& b) {
-  const auto s = ways.Crossing(a.s, b), e = ways.Crossing(a.e, b);
+bool MayBeOne(const EndWays& ways, const LineSegment& a, const ImageLine& b, double bound) {
+  const auto s = ways.Crossing(a.s, b, bound), e = ways.Crossing(a.e, b, bound);
   if (!s || !e || *e <= *s) return false;
   const double overlap = std::min(*e, b.length) - std::max(*s, 0.0);
   return overlap >= kMinOverlap * std::min(*e - *s, b.length);
@@ -77,21 +79,25 @@ std::vector<std::pair<int, int>> MatchEpipolarLines(const MeasurementModel& mode
                 &descriptors_b = b.features.line_descriptors;
   if (descriptors_a.empty() || descriptors_b.empty()) return {};
   const LineMatcherOptions& options = model.options().line_matches;
-  const EndWays ways(model, T_BA, std::sqrt(2.0 * chi2) * model.options().line_sigma);
+  const EndWays ways(model, T_BA);
   std::vector<std::pair<int, ImageLine>> candidates;
   for (std::size_t j = 0; j < b.wanted.size(); ++j) {
-    if (b.wanted[j]) candidates.emplace_back(static_cast<int>(j), b.features.lines[j].segment);
+    if (!b.wanted[j]) continue;
+    const LineFeature& line = b.features.lines[j];
+    candidates.emplace_back(static_cast<int>(j), ImageLine(line.segment, model.LineSigma(line)));
   }
   BestPairs pairs(b.wanted.size());
   for (std::size_t i = 0; i < a.wanted.size(); ++i) {
     if (!a.wanted[i]) continue;
+    const LineFeature& from = a.features.lines[i];
+    const double variance = std::pow(model.LineSigma(from), 2);
     const std::uint8_t* descriptor = descriptors_a.ptr(static_cast<int>(i));
     BestPartner best;
     for (const auto& [j, line] : candidates) {
       const int hamming = HammingDistance(descriptor, descriptors_b.ptr(j));
-      if (hamming < best.second() && MayBeOne(ways, a.features.lines[i].segment, line)) {
-        best.Offer(j, hamming);
-      }
+      if (hamming >= best.second()) continue;
+      const double bound = std::sqrt(chi2 * (variance + line.sigma * line.sigma));
+      if (MayBeOne(ways, from.segment, line, bound)) best.Offer(j, hamming);
     }
     if (best.IsClear(options.max_distance, options.ratio)) pairs.Take(static_cast<int>(i), best);
   }

@@ -120,6 +120,7 @@ Map Map::Clone() const {
   clone.removed_ = removed_;
   clone.submaps_ = submaps_;
   clone.point_kind_ = point_kind_;
+  clone.knows_point_kind_ = knows_point_kind_;
   clone.factors_ = factors_;
   return clone;
 }

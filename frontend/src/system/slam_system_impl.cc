@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/map/point_kind_clash.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "features/row_times.h"
@@ -60,9 +61,10 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
   factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
   const PointKind& kind = builder_.point_kind();
-  HIGHWALL_REQUIRE(ids.empty() || map_.point_kind().name == kind.name,
-                   "SlamSystem: the points of the map are by " + map_.point_kind().name +
-                       ", those of its images would be by " + kind.name);
+  if (const auto clash = FindClash(map_, kind); clash && !ids.empty()) {
+    throw InvalidArgument("SlamSystem: the points of the map are by " + clash->first +
+                          ", those of its images would be by " + clash->second);
+  }
   map_.SetPointKind(kind);
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");

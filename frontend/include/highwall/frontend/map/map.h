@@ -184,9 +184,14 @@ class Map {
   const std::optional<Eigen::Vector3d>& gravity_W(SubmapId submap = kFirstSubmap) const;
   void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = kFirstSubmap);
 
-  // What its points are: only those of one kind are alike. ORB unless told.
+  // What its points are: only those of one kind are alike. ORB as by default unless told.
   const PointKind& point_kind() const { return point_kind_; }
-  void SetPointKind(PointKind kind) { point_kind_ = std::move(kind); }
+  // Whether it was told: a map file before version 4 does not say, and may have another pyramid.
+  bool knows_point_kind() const { return knows_point_kind_; }
+  void SetPointKind(PointKind kind) {
+    point_kind_ = std::move(kind);
+    knows_point_kind_ = true;
+  }
 
   // Factors of the user's, which follow keyframes and worlds.
   const OwnFactors& factors() const { return factors_; }
@@ -230,6 +235,7 @@ class Map {
   std::unordered_map<KeyFrameId, Removed> removed_;
   std::vector<Submap> submaps_ = std::vector<Submap>(1);
   PointKind point_kind_;
+  bool knows_point_kind_ = false;
   OwnFactors factors_;
   std::unique_ptr<KeyFrameIndex> index_;
 };

@@ -153,7 +153,8 @@ class SlamSystem {
   // map: of the same camera, to go on in (LoadMap): lost until a frame is recognized. Throws
   // InvalidArgument also where localize_only comes with an IMU or without a map.
   // points: a PointExtractor of your own (docs/own_features.md), in the place of what
-  // FrameBuilderOptions::point_detector says; a map that is given is of the same PointKind::name.
+  // FrameBuilderOptions::point_detector says; a map that is given has points of the same
+  // PointKind::name, in the same pyramid.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
              const std::optional<ImuCalibration>& imu, Map map = {},
              std::shared_ptr<PointExtractor> points = nullptr);

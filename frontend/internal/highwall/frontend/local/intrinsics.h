@@ -35,9 +35,10 @@ struct IntrinsicsCalibration {
 };
 
 // Adjusts all keyframes and points of a submap, with all that is joined with it, together with the
-// intrinsics of the camera that it was made with; the map stays as it is. Pixels are undistorted
-// with the distortion that was known. Throws InvalidArgument, saying so, on bad options, where the
-// map has less than three keyframes or no point that two of them see, and where the solver fails.
+// intrinsics of the camera that it was made with; the map stays as it is. Points without depth that
+// were seen without parallax are left out. Pixels are undistorted with the distortion that was
+// known. Throws InvalidArgument, saying so, on bad options, where the map has less than three
+// keyframes or no such point that two of them see, and where the solver fails.
 //                                                                docs/calibration.md, Intrinsics
 IntrinsicsCalibration CalibrateIntrinsics(const Map& map, const MeasurementModel& model,
                                           SubmapId submap = kFirstSubmap,

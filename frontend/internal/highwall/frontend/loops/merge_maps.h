@@ -39,7 +39,7 @@ using MergeProgress = std::function<void(std::size_t done, std::size_t total)>;
 //
 // sensor: of all of them; only the camera and the noise of its depth count. Maps without keyframes
 // are passed over. Throws InvalidArgument on bad options, and where points of two maps differ in
-// kind (PointKind::name).
+// kind (FindClash).
 MergedMaps MergeMaps(const RgbdSensor& sensor, std::vector<Map> maps,
                      const MergeMapsOptions& options = {}, const MergeProgress& progress = {});
 

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <memory>
+
+#include <highwall/frontend/features/options.h>
+#include <highwall/frontend/features/point_extractor.h>
+
+namespace [[gnu::visibility("default")]] highwall {
+
+// What FrameBuilderOptions::point_detector says. Throws InvalidArgument naming a field of its
+// options.
+std::shared_ptr<PointExtractor> MakePointExtractor(const FrameBuilderOptions& options);
+
+}  // namespace highwall

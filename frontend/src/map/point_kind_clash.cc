@@ -1,0 +1,33 @@
+#include <highwall/frontend/map/point_kind_clash.h>
+
+#include <sstream>
+
+namespace highwall {
+namespace {
+
+std::string WithPyramid(const PointKind& kind) {
+  std::ostringstream words;
+  words << kind.name << " in " << kind.pyramid.levels << " levels of " << kind.pyramid.scale_factor;
+  return words.str();
+}
+
+std::optional<PointKindClash> FindClash(const PointKind& first, const PointKind& second,
+                                        bool with_pyramids) {
+  if (first.name != second.name) return PointKindClash{first.name, second.name};
+  const PyramidOptions &a = first.pyramid, &b = second.pyramid;
+  if (!with_pyramids || (a.levels == b.levels && a.scale_factor == b.scale_factor)) return {};
+  return PointKindClash{WithPyramid(first), WithPyramid(second)};
+}
+
+}  // namespace
+
+std::optional<PointKindClash> FindClash(const Map& first, const Map& second) {
+  return FindClash(first.point_kind(), second.point_kind(),
+                   first.knows_point_kind() && second.knows_point_kind());
+}
+
+std::optional<PointKindClash> FindClash(const Map& first, const PointKind& second) {
+  return FindClash(first.point_kind(), second, first.knows_point_kind());
+}
+
+}  // namespace highwall
