@@ -103,7 +103,7 @@ TEST(CornerPatch, IsNotSoughtFartherThanTwoPixelsNorBeyondTheImage) {
 struct Wall {
   static constexpr double kDepth = 2.0;
   PinholeCamera camera{
-      .fx = 260.0, .fy = 260.0, .cx = 159.5, .cy = 119.5, .width = 320, .height = 240};
+      .width = 320, .height = 240, .fx = 260.0, .fy = 260.0, .cx = 159.5, .cy = 119.5};
   cv::Mat first = Texture(7);
   Eigen::Vector3d shift{0.05, -0.03, 0.0};
   Eigen::Vector2d moved = -260.0 / kDepth * shift.head<2>();  // [px] what the image is
