@@ -50,6 +50,8 @@ double InertialOdometry::weight() const { return impl_->weight(); }
 
 const ImuCalibration& InertialOdometry::calibration() const { return impl_->calibration(); }
 
+const Pose& InertialOdometry::T_BC() const { return impl_->T_BC(); }
+
 std::optional<ImuPreintegration> InertialOdometry::Between(Stamp from, Stamp to) const {
   return impl_->Between(from, to);
 }

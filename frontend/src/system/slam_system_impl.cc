@@ -303,6 +303,10 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   // What has been found of a loop would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);
+  if (result.inertial->extrinsics) {
+    model_.SetExtrinsics(inertial_->T_BC());
+    pending_.SetExtrinsics(inertial_->T_BC().Inverse());
+  }
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {
     // What is being adjusted is a map that stood otherwise.
     mapper_.Cancel();
