@@ -26,9 +26,10 @@ const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.4, -0.3, 1.3});
 // Odometry that is driven through a scene, image by image, as SlamSystem does it.
 class Drive {
  public:
+  // off: by how much the calibration's T_BC is wrong.
   explicit Drive(const InertialSceneOptions& scene_options = {},
-                 const InertialOptions& options = {})
-      : scene(scene_options), odometry(scene.calibration(), options) {}
+                 const InertialOptions& options = {}, const Pose& off = Pose())
+      : scene(scene_options), odometry(Calibration(scene, off), options) {}
 
   // Until the stamp of an image is `end` [s]. sees: whether an image tells its pose, by its stamp.
   void Until(
@@ -86,6 +87,11 @@ class Drive {
   double largest_step_of_a_turn = 0.0;
 
  private:
+  static ImuCalibration Calibration(const InertialScene& scene, const Pose& off) {
+    ImuCalibration calibration = scene.calibration();
+    calibration.T_BC = calibration.T_BC * off;
+    return calibration;
+  }
   void Feed(ImuSample reading) {
     if (change(reading)) odometry.AddSample(reading);
   }
@@ -119,6 +125,49 @@ TEST(InertialOdometry, InitializesInMotionAndLevelsTheMap) {
   EXPECT_LT((estimate.state.v_WB - drive.T_map.q() * drive.scene.StateAt(drive.last).v_WB).norm(),
             0.02);
   EXPECT_EQ(drive.reports.back().innovation_dof, 6);
+}
+
+const Pose kOff(so3::Exp(kDegree* Eigen::Vector3d(1, 1, 1).normalized()),
+                0.01 * Eigen::Vector3d(1, -1, 1).normalized());
+
+TEST(InertialOdometry, FindsExtrinsicsThatAreACentimetreAndADegreeOff) {
+  Drive drive({.bias = kBias, .T_WN = kTilted}, {.estimate_extrinsics = true}, kOff);
+  drive.Until(20.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  ASSERT_TRUE(drive.reports.back().extrinsics);
+  const ExtrinsicsEstimate& found = *drive.reports.back().extrinsics;
+  const Pose error = InertialScene::T_BC().Inverse() * found.T_BC;
+  // Images a tenth of a second apart with a millimetre of noise each.
+  EXPECT_LT(error.p().norm(), 3e-3);
+  EXPECT_LT(error.Angle(), 0.1 * kDegree);
+  const Eigen::Vector3d p_B = InertialScene::T_BC().q() * error.p();
+  const Eigen::Vector3d theta = so3::Log(error.q());
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(p_B[i]), 4.0 * found.lever_arm_sigma[i]) << i;
+    EXPECT_LT(std::abs(theta[i]), 4.0 * found.rotation_sigma[i]) << i;
+    EXPECT_TRUE(found.lever_arm_seen[static_cast<std::size_t>(i)]) << i;
+    EXPECT_TRUE(found.rotation_seen[static_cast<std::size_t>(i)]) << i;
+  }
+  EXPECT_EQ(drive.odometry.T_BC().Matrix(), found.T_BC.Matrix());
+  EXPECT_LT(drive.PositionError(), 3e-3);
+}
+
+TEST(InertialOdometry, ExtrinsicsStandWhereTheyAreNotEstimated) {
+  Drive drive({.bias = kBias, .T_WN = kTilted}, {}, kOff);
+  drive.Until(5.0);
+  EXPECT_FALSE(drive.reports.back().extrinsics);
+  EXPECT_EQ(drive.odometry.T_BC().Matrix(), (InertialScene::T_BC() * kOff).Matrix());
+}
+
+TEST(InertialOdometry, AtRestExtrinsicsAreNotSeen) {
+  Drive drive({.motion = 0.0}, {.estimate_extrinsics = true});
+  drive.Until(6.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  const ExtrinsicsEstimate& found = *drive.reports.back().extrinsics;
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_FALSE(found.lever_arm_seen[i]) << i;
+    EXPECT_FALSE(found.rotation_seen[i]) << i;
+  }
 }
 
 // At rest a tilt and a bias are one and the same; the motion that follows tells them apart.

@@ -85,8 +85,8 @@ class Problem {
   void AddImage(std::size_t i, const VisualPose& visual, const Pose& T_BC,
                 const Eigen::Vector3d& omega_B, double t_d_state) {
     if (extrinsics_) {
-      graph_.AddFactor(std::make_unique<ExtrinsicCameraPose>(
-                           visual.T_WC, visual.sqrt_information, omega_B, t_d_state),
+      graph_.AddFactor(std::make_unique<ExtrinsicCameraPose>(visual.T_WC, visual.sqrt_information,
+                                                             omega_B, t_d_state),
                        poses_[i], velocities_[i], time_offset_, extrinsics_->T_BC,
                        extrinsics_->scale);
     } else {

@@ -131,8 +131,7 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   if (!window_) return std::nullopt;
   const auto imu = Between(window_->newest().stamp, ImuStamp(image));
   if (!imu) return std::nullopt;
-  const CameraPoseEstimate camera =
-      PredictCamera(window_->Prior(), T_BC_, *imu, weight_.weight());
+  const CameraPoseEstimate camera = PredictCamera(window_->Prior(), T_BC_, *imu, weight_.weight());
   Matrix6 J = Matrix6::Identity();  // in the tangent of a pose, rotations do not turn
   J.topLeftCorner<3, 3>() = T_WO_.R();
   Vector6 common;

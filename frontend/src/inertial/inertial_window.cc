@@ -185,14 +185,13 @@ InertialWindow::State InertialWindow::AddState(const InertialEstimate& estimate)
 void InertialWindow::AddVisual(const Step& step, const State& state) {
   const auto& [T_WC, sqrt_information] = *step.visual;
   if (extrinsics_) {
-    smoother_.AddFactor(std::make_unique<ExtrinsicCameraPose>(T_WC, sqrt_information, step.omega_B,
-                                                              time_offset()),
-                        state.pose, state.velocity, time_offset_, extrinsics_->T_BC,
-                        extrinsics_->scale);
+    smoother_.AddFactor(
+        std::make_unique<ExtrinsicCameraPose>(T_WC, sqrt_information, step.omega_B, time_offset()),
+        state.pose, state.velocity, time_offset_, extrinsics_->T_BC, extrinsics_->scale);
   } else {
-    smoother_.AddFactor(std::make_unique<CameraPose>(T_WC, sqrt_information, T_BC_, step.omega_B,
-                                                     time_offset()),
-                        state.pose, state.velocity, time_offset_);
+    smoother_.AddFactor(
+        std::make_unique<CameraPose>(T_WC, sqrt_information, T_BC_, step.omega_B, time_offset()),
+        state.pose, state.velocity, time_offset_);
   }
 }
 
