@@ -236,6 +236,8 @@ const Edge kEdges[] = {
     {"inertial.initializer.max_gravity_sigma", {0}},
     {"inertial.initializer.max_error", {0}},
     {"inertial.initializer.max_gravity_error", {0, 1}},
+    {"inertial.extrinsics_position_sigma", {0}},
+    {"inertial.extrinsics_rotation_sigma", {0}},
     {"inertial.max_attempts", {0}},
     {"inertial.buffer.max_step", {0}},
     {"inertial.buffer.horizon", {0.1}},
