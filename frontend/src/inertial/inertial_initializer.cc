@@ -289,8 +289,15 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   }
   report.gravity_sigma = report.estimate->gravity_sigma() * std::sqrt(std::max(1.0, report.error));
   if (report.error > options_.max_error) return report;
-  report.status = report.gravity_sigma > MaxGravitySigma() ? InitializationStatus::kUncertain
-                                                           : InitializationStatus::kReady;
+  // Images that are worse than they state, beyond chance, have to tell more.
+  constexpr double kChance = 2.0;
+  const double factor = report.error > kChance ? std::sqrt(report.error) : 1.0;
+  const double wanted =
+      std::min(factor * options_.min_duration, options_.max_duration - options_.interval);
+  constexpr double kSlack = 1e-3;  // [s] of stamps that are rounded
+  report.status = report.duration < wanted - kSlack || report.gravity_sigma > MaxGravitySigma()
+                      ? InitializationStatus::kUncertain
+                      : InitializationStatus::kReady;
   return report;
 }
 

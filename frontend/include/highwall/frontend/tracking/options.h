@@ -61,7 +61,7 @@ const char* ToString(FrameTimingMode mode);
 // How frames are followed.
 struct TrackerOptions {
   FrameTimingMode timing = FrameTimingMode::kEstimated;
-  // Off, beside an IMU or with Weighting::kPaper noise is as MeasurementOptions and DepthNoise say.
+  // Off: noise is as MeasurementOptions and DepthNoise say, and so it is with Weighting::kPaper.
   bool learn_noise = true;
   PoseSolverOptions pose{};
   RelocalizerOptions relocalizer{};
