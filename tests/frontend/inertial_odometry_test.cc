@@ -9,95 +9,20 @@
 
 #include <highwall/factors/adaptive_imu_weight.h>
 
-#include "inertial_scene.h"
+#include "inertial_drive.h"
 
 namespace highwall {
 namespace {
 
 using testing::AngleBetween;
+using testing::Drive;
 using testing::InertialScene;
 using testing::InertialSceneOptions;
-
-constexpr double kDegree = M_PI / 180.0;
-constexpr double kFirst = 0.2, kStep = 0.1;  // [s] stamp of the first image, and between
-const ImuBias kBias = (ImuBias() << 0.004, -0.005, 0.003, 0.03, -0.04, 0.02).finished();
-const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.4, -0.3, 1.3});
-
-// Odometry that is driven through a scene, image by image, as SlamSystem does it.
-class Drive {
- public:
-  // off: by how much the calibration's T_BC is wrong.
-  explicit Drive(const InertialSceneOptions& scene_options = {},
-                 const InertialOptions& options = {}, const Pose& off = Pose())
-      : scene(scene_options), odometry(Calibration(scene, off), options) {}
-
-  // Until the stamp of an image is `end` [s]. sees: whether an image tells its pose, by its stamp.
-  void Until(
-      double end, const std::function<bool(double)>& sees = [](double) { return true; }) {
-    for (; Stamp() <= end + 1e-9; ++image_) {
-      const double t = Stamp();
-      for (ImuSample reading : scene.Readings(read_, t + 0.1)) Feed(reading);
-      read_ = t + 0.1 + 1.0 / 200.0;
-      prediction = odometry.Predict(FromSeconds(t));
-      InertialOdometry::Observation observation;
-      observation.image = FromSeconds(t);
-      observation.sharpness = sharpness;
-      observation.tracked_share = tracked_share;
-      if (sees(t)) {
-        observation.visual = scene.See(t);
-        // The map was levelled and moved since: the images' poses with it.
-        observation.visual->T_WC = T_map * observation.visual->T_WC;
-      }
-      reports.push_back(odometry.Update(observation));
-      if (reports.back().T_level) {
-        T_map = *reports.back().T_level * T_map;
-        if (prediction) {
-          largest_step_of_a_turn = std::max(largest_step_of_a_turn,
-                                            (odometry.T_WC()->p() - prediction->T_WC.p()).norm());
-        }
-      }
-      last = t;
-    }
-  }
-  // How often the map was levelled.
-  int Levels() const {
-    return static_cast<int>(std::ranges::count_if(
-        reports, [](const InertialReport& r) { return r.T_level.has_value(); }));
-  }
-  double Stamp() const { return kFirst + kStep * image_; }
-  Pose Truth(double t) const { return T_map * scene.T_WC(t); }
-  double PositionError() const {
-    return odometry.T_WC() ? (odometry.T_WC()->p() - Truth(last).p()).norm() : HUGE_VAL;
-  }
-  double AngleError() const {
-    return odometry.T_WC() ? (odometry.T_WC()->Inverse() * Truth(last)).Angle() : HUGE_VAL;
-  }
-
-  InertialScene scene;
-  InertialOdometry odometry;
-  // Whether a reading is there, and what becomes of it.
-  std::function<bool(ImuSample&)> change = [](ImuSample&) { return true; };
-  double sharpness = 1.0, tracked_share = 1.0;  // of the images
-  Pose T_map;                                   // of the images' first frame in W
-  std::vector<InertialReport> reports;
-  std::optional<KnownPose> prediction;
-  double last = 0.0;
-  // [m] from where the camera was predicted in the map before it was levelled, to where it was
-  // after.
-  double largest_step_of_a_turn = 0.0;
-
- private:
-  static ImuCalibration Calibration(const InertialScene& scene, const Pose& off) {
-    ImuCalibration calibration = scene.calibration();
-    calibration.T_BC = calibration.T_BC * off;
-    return calibration;
-  }
-  void Feed(ImuSample reading) {
-    if (change(reading)) odometry.AddSample(reading);
-  }
-  int image_ = 0;
-  double read_ = 0.0;
-};
+using testing::kBias;
+using testing::kDegree;
+using testing::kFirst;
+using testing::kStep;
+using testing::kTilted;
 
 TEST(InertialOdometry, InitializesInMotionAndLevelsTheMap) {
   Drive drive({.bias = kBias, .T_WN = kTilted});
@@ -125,49 +50,6 @@ TEST(InertialOdometry, InitializesInMotionAndLevelsTheMap) {
   EXPECT_LT((estimate.state.v_WB - drive.T_map.q() * drive.scene.StateAt(drive.last).v_WB).norm(),
             0.02);
   EXPECT_EQ(drive.reports.back().innovation_dof, 6);
-}
-
-const Pose kOff(so3::Exp(kDegree* Eigen::Vector3d(1, 1, 1).normalized()),
-                0.01 * Eigen::Vector3d(1, -1, 1).normalized());
-
-TEST(InertialOdometry, FindsExtrinsicsThatAreACentimetreAndADegreeOff) {
-  Drive drive({.bias = kBias, .T_WN = kTilted}, {.estimate_extrinsics = true}, kOff);
-  drive.Until(20.0);
-  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
-  ASSERT_TRUE(drive.reports.back().extrinsics);
-  const ExtrinsicsEstimate& found = *drive.reports.back().extrinsics;
-  const Pose error = InertialScene::T_BC().Inverse() * found.T_BC;
-  // Images a tenth of a second apart with a millimetre of noise each.
-  EXPECT_LT(error.p().norm(), 3e-3);
-  EXPECT_LT(error.Angle(), 0.1 * kDegree);
-  const Eigen::Vector3d p_B = InertialScene::T_BC().q() * error.p();
-  const Eigen::Vector3d theta = so3::Log(error.q());
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_LT(std::abs(p_B[i]), 4.0 * found.lever_arm_sigma[i]) << i;
-    EXPECT_LT(std::abs(theta[i]), 4.0 * found.rotation_sigma[i]) << i;
-    EXPECT_TRUE(found.lever_arm_seen[static_cast<std::size_t>(i)]) << i;
-    EXPECT_TRUE(found.rotation_seen[static_cast<std::size_t>(i)]) << i;
-  }
-  EXPECT_EQ(drive.odometry.T_BC().Matrix(), found.T_BC.Matrix());
-  EXPECT_LT(drive.PositionError(), 3e-3);
-}
-
-TEST(InertialOdometry, ExtrinsicsStandWhereTheyAreNotEstimated) {
-  Drive drive({.bias = kBias, .T_WN = kTilted}, {}, kOff);
-  drive.Until(5.0);
-  EXPECT_FALSE(drive.reports.back().extrinsics);
-  EXPECT_EQ(drive.odometry.T_BC().Matrix(), (InertialScene::T_BC() * kOff).Matrix());
-}
-
-TEST(InertialOdometry, AtRestExtrinsicsAreNotSeen) {
-  Drive drive({.motion = 0.0}, {.estimate_extrinsics = true});
-  drive.Until(6.0);
-  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
-  const ExtrinsicsEstimate& found = *drive.reports.back().extrinsics;
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_FALSE(found.lever_arm_seen[i]) << i;
-    EXPECT_FALSE(found.rotation_seen[i]) << i;
-  }
 }
 
 // At rest a tilt and a bias are one and the same; the motion that follows tells them apart.
