@@ -1,4 +1,5 @@
 // highwall calibrate: where the camera sits on the IMU, from a recording.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -48,7 +49,28 @@ void Warn(const std::string& text) {
 struct TrackedImages {
   Trajectory trajectory;                            // all frames, adjusted together
   std::optional<IntrinsicsCalibration> intrinsics;  // where asked for
+  std::optional<FrameTimingEstimate> timing;        // where they were tracked
 };
+
+// A time of the rows, as it was stated and as the images have it.
+struct RowTime {
+  const char *key, *name;
+  double FrameTiming::*member;
+};
+constexpr RowTime kRowTimes[] = {{"colour_readout", "colour rows", &FrameTiming::colour_readout},
+                                 {"depth_readout", "depth rows", &FrameTiming::depth_readout},
+                                 {"depth_delay", "depth delay", &FrameTiming::depth_delay}};
+
+// [s] A fifth of what is taken for its deviation before anything is known.
+bool IsSeen(const RowTime& time, const FrameTimingEstimate& found) {
+  return found.sigma.*time.member < 0.003;
+}
+
+// What is stated stands until it is two standard deviations off, as in tracking.
+bool IsOff(const RowTime& time, const FrameTimingEstimate& found, const FrameTiming& stated) {
+  const double off = std::abs(found.value.*time.member - stated.*time.member);
+  return IsSeen(time, found) && off > 2.0 * (found.sigma.*time.member);
+}
 
 TrackedImages TrackImages(const Dataset& dataset, const RgbdSensor& sensor, bool intrinsics) {
   SlamRunOptions options;
@@ -61,7 +83,7 @@ TrackedImages TrackImages(const Dataset& dataset, const RgbdSensor& sensor, bool
                                           std::size_t total) { progress.Update(done, total); });
   RequireWhole(run);
   return {run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted,
-          run.intrinsics};
+          run.intrinsics, run.timing};
 }
 
 // Twice: what is tracked with a wrong camera is tracked worse. The sensor gets what is found and
@@ -151,6 +173,23 @@ void PrintText(const IntrinsicsCalibration& found) {
   for (const std::string& advice : found.advice) fmt::print("not seen     {}\n", advice);
 }
 
+void PrintText(const FrameTimingEstimate& found) {
+  for (const RowTime& time : kRowTimes) {
+    fmt::print("{:12} {:.1f} +- {:.1f} ms{}\n", time.name, 1e3 * (found.value.*time.member),
+               1e3 * (found.sigma.*time.member), IsSeen(time, found) ? "" : ": hardly seen");
+  }
+}
+
+nlohmann::ordered_json ToJson(const FrameTimingEstimate& found) {
+  nlohmann::ordered_json json;
+  for (const RowTime& time : kRowTimes) {
+    json[time.key] = {{"value_s", found.value.*time.member},
+                      {"sigma_s", found.sigma.*time.member},
+                      {"seen", IsSeen(time, found)}};
+  }
+  return json;
+}
+
 nlohmann::ordered_json ToJson(const IntrinsicsCalibration& found) {
   const auto list = [](const Eigen::Vector4d& v) {
     return std::vector<double>(v.data(), v.data() + v.size());
@@ -196,6 +235,22 @@ bool IsWrong(const CameraImuCalibration& found) {
   return off > 0.005 && off > 3.0 * found.depth_scale_sigma;
 }
 
+// The calibration's times become those that were found to be off; returns their deviations, 0 of
+// what stays as it was stated.
+FrameTiming TakeTiming(const std::optional<FrameTimingEstimate>& found, FrameTiming* stated) {
+  FrameTiming sigma;
+  if (!found) return sigma;
+  for (const RowTime& time : kRowTimes) {
+    if (!IsOff(time, *found, *stated)) continue;
+    stated->*time.member = found->value.*time.member;
+    sigma.*time.member = found->sigma.*time.member;
+  }
+  // A read-out below 0 is one of 0.
+  stated->colour_readout = std::max(stated->colour_readout, 0.0);
+  stated->depth_readout = std::max(stated->depth_readout, 0.0);
+  return sigma;
+}
+
 int RunCalibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty()) RequireFile(arguments.out);
   const Recording recording = Find(arguments);
@@ -233,10 +288,12 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   if (arguments.json) {
     nlohmann::ordered_json json = ToJson(found);
     if (images.intrinsics) json["intrinsics"] = ToJson(*images.intrinsics);
+    if (images.timing) json["row_times"] = ToJson(*images.timing);
     fmt::print("{}\n", json.dump());
   } else {
     PrintText(found, !arguments.keep_depth);
     if (images.intrinsics) PrintText(*images.intrinsics);
+    if (images.timing) PrintText(*images.timing);
   }
   if (arguments.out.empty()) return kExitOk;
   config.imu = guess;
@@ -244,7 +301,8 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   config.imu->time_offset = found.time_offset;
   config.imu->rate = RateOf(imu->samples);
   if (IsWrong(found)) config.sensor.depth_factor /= found.depth_scale;
-  WriteConfig(arguments.out, config);
+  const FrameTiming timing_sigma = TakeTiming(images.timing, &config.sensor.timing);
+  WriteConfig(arguments.out, config, timing_sigma);
   if (!arguments.json) {
     fmt::print("written      {}{}\n", arguments.out,
                IsWrong(found)

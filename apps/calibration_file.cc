@@ -1,11 +1,13 @@
 #include "calibration_file.h"
 
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <highwall/core/atomic_file.h>
@@ -60,9 +62,40 @@ void WriteImu(const ImuCalibration& imu, YAML::Emitter* out) {
   *out << YAML::EndMap;
 }
 
+// [s]
+struct RowTime {
+  const char* key;
+  double value, sigma;
+};
+
+void WriteRowTimes(const char* name, std::initializer_list<RowTime> times, YAML::Emitter* out) {
+  *out << YAML::Key << name << YAML::Value << YAML::BeginMap;
+  for (const RowTime& time : times) {
+    *out << YAML::Key << time.key << YAML::Value << time.value;
+    if (time.sigma > 0.0) *out << YAML::Comment(fmt::format("+- {:.2g}", time.sigma));
+  }
+  *out << YAML::EndMap;
+}
+
+// Where there is nothing to tell, the file is as it was before it could.
+void WriteTiming(const FrameTiming& timing, const FrameTiming& sigma, YAML::Emitter* out) {
+  bool told = false;
+  for (const FrameTiming& times : {timing, sigma}) {
+    told = told || times.colour_readout != 0.0 || times.depth_readout != 0.0 ||
+           times.depth_delay != 0.0;
+  }
+  if (!told) return;
+  WriteRowTimes("colour", {{"readout", timing.colour_readout, sigma.colour_readout}}, out);
+  WriteRowTimes("depth",
+                {{"delay", timing.depth_delay, sigma.depth_delay},
+                 {"readout", timing.depth_readout, sigma.depth_readout}},
+                out);
+}
+
 }  // namespace
 
-void WriteConfig(const std::filesystem::path& path, const RunConfig& config) {
+void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
+                 const FrameTiming& timing_sigma) {
   YAML::Emitter out;
   out.SetDoublePrecision(std::numeric_limits<double>::max_digits10);
   out << YAML::BeginMap;
@@ -75,6 +108,7 @@ void WriteConfig(const std::filesystem::path& path, const RunConfig& config) {
       "depth_noise",
       {{"offset", noise.offset}, {"quadratic", noise.quadratic}, {"reference", noise.reference}},
       &out);
+  WriteTiming(config.sensor.timing, timing_sigma, &out);
   if (config.imu) WriteImu(*config.imu, &out);
   out << YAML::EndMap;
   std::error_code ignored;  // the file says what is wrong

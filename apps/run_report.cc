@@ -93,6 +93,17 @@ nlohmann::json ToJson(const std::vector<ImuState>& states) {
   return json;
 }
 
+nlohmann::json ToJson(const ExtrinsicsEstimate& found) {
+  const auto triple = [](const Eigen::Vector3d& v) { return nlohmann::json{v(0), v(1), v(2)}; };
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = found.T_BC.Matrix();
+  return {{"T_BC", std::vector<double>(T_BC.data(), T_BC.data() + 16)},
+          {"lever_arm_m", triple(found.T_BC.p())},
+          {"lever_arm_sigma_m", triple(found.lever_arm_sigma)},
+          {"lever_arm_seen", found.lever_arm_seen},
+          {"rotation_sigma_rad", triple(found.rotation_sigma)},
+          {"rotation_seen", found.rotation_seen}};
+}
+
 nlohmann::json ToJson(const InertialSummary& inertial) {
   const InertialReport& last = inertial.last;
   nlohmann::json json = {
@@ -127,6 +138,7 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
                                 {"sigma", triple(sigma.tail<3>())}};
   json["time_offset"] = {{"value", last.time_offset}, {"sigma", last.time_offset_sigma}};
   json["gravity_sigma_rad"] = last.gravity_sigma;
+  if (last.extrinsics) json["extrinsics"] = ToJson(*last.extrinsics);
   return json;
 }
 

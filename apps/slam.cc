@@ -66,6 +66,12 @@ void PrintInertial(const InertialSummary& inertial) {
   fmt::print("imu         t_d {:.2f} +- {:.2f} ms, gravity +- {:.2f} deg, {} frames by it alone\n",
              last.time_offset * 1e3, last.time_offset_sigma * 1e3,
              last.gravity_sigma * 180.0 / M_PI, inertial.dead_reckoned);
+  if (const auto& mount = last.extrinsics) {
+    const Eigen::Vector3d p = 1e3 * mount->T_BC.p(), s = 1e3 * mount->lever_arm_sigma;
+    fmt::print(
+        "camera at   {:.1f} {:.1f} {:.1f} mm in the IMU's frame, +- {:.1f} {:.1f} {:.1f} mm\n",
+        p.x(), p.y(), p.z(), s.x(), s.y(), s.z());
+  }
   if (const auto& depth = inertial.depth_scale) {
     fmt::print("depth       scale {:.4f} +- {:.4f} (true depth = scale x measured)\n", depth->scale,
                depth->sigma);

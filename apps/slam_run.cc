@@ -218,16 +218,23 @@ bool MovesMap(const std::vector<LoopReport>& reports) {
   return std::ranges::any_of(reports, &LoopReport::accepted);
 }
 
-MeasurementModel ModelOf(const Map& map, const RgbdSensor& sensor, const SlamRunOptions& options) {
-  return MeasurementModel(sensor, options.slam.measurement,
-                          options.imu ? options.imu->calibration.T_BC : Pose(),
+// As the run has found it, where it was asked to.
+Pose ExtrinsicsOf(const SlamRunOptions& options, const SlamRun& run) {
+  if (!options.imu) return Pose();
+  if (!run.inertial || !run.inertial->last.extrinsics) return options.imu->calibration.T_BC;
+  return run.inertial->last.extrinsics->T_BC;
+}
+
+MeasurementModel ModelOf(const Map& map, const RgbdSensor& sensor, const SlamRunOptions& options,
+                         const SlamRun& run) {
+  return MeasurementModel(sensor, options.slam.measurement, ExtrinsicsOf(options, run),
                           map.point_kind().pyramid);
 }
 
 std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
-                                  const SlamRunOptions& options) {
+                                  const SlamRunOptions& options, const SlamRun& run) {
   if (!map.gravity_W()) return std::nullopt;
-  const MeasurementModel model = ModelOf(map, sensor, options);
+  const MeasurementModel model = ModelOf(map, sensor, options, run);
   const std::optional<DepthScale> scale =
       EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), model.T_BC());
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
@@ -420,7 +427,7 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   };
   if (run->inertial) {
     attempt("scale of the depth",
-            [&] { run->inertial->depth_scale = ScaleOf(slam.map(), sensor, options); });
+            [&] { run->inertial->depth_scale = ScaleOf(slam.map(), sensor, options, *run); });
   }
   if (options.adjust_all && slam.map().num_keyframes() > 1) {
     attempt("adjustment of everything", [&] {
@@ -434,7 +441,7 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   }
   if (options.intrinsics && run->largest.submap != kNoId) {
     attempt("intrinsics", [&] {
-      run->intrinsics = CalibrateIntrinsics(slam.map(), ModelOf(slam.map(), sensor, options),
+      run->intrinsics = CalibrateIntrinsics(slam.map(), ModelOf(slam.map(), sensor, options, *run),
                                             run->largest.submap);
     });
   }

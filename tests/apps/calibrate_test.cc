@@ -2,6 +2,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -34,7 +36,8 @@ Outcome Calibrate(const std::string& options) {
 
 // A room that is filmed by a camera on a body that turns about all of its axes, with a clock that
 // is 12 ms behind its IMU's.
-simulate::Simulation Recording() {
+simulate::Simulation Recording(const std::function<void(simulate::SimulationOptions&)>& change =
+                                   [](simulate::SimulationOptions&) {}) {
   const SinusoidalMotion motion(1.2);
   Trajectory poses;
   const std::vector<ImuSample> readings = motion.Samples(200.0, 7.5);
@@ -46,6 +49,7 @@ simulate::Simulation Recording() {
   options.fps = 15.0;
   options.imu.enabled = true;
   options.imu.time_offset = 0.012;
+  change(options);
   return simulate::SimulateRecordedRoom(simulate::FitRecordedMotion(poses, readings), options);
 }
 
@@ -149,6 +153,55 @@ TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
     EXPECT_NE(report["fx_fy_cx_cy"][i], before[i]) << "what was found is told all the same";
   }
   EXPECT_GE(unseen, 1) << report;
+}
+
+TEST(CalibrateCommand, FindsWhenTheRowsAreTakenAndWritesWhatItHasSeen) {
+  const testing::TemporaryDirectory folder;
+  const fs::path dataset = folder / "walk", written = folder / "found.yaml";
+  const simulate::Simulation recording = Recording([](simulate::SimulationOptions& options) {
+    options.readout = 0.03;
+    options.depth_readout = 0.03;
+    options.depth_delay = 0.02;
+  });
+  simulate::WriteTum(recording, dataset);
+  const Outcome outcome =
+      Calibrate(dataset.string() + " --json --keep-depth --out " + written.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json times = json::parse(outcome.out)["row_times"];
+  const FrameTiming found = apps::LoadConfig(written).sensor.timing;
+  const auto is_written = [&times](const char* key, double value) {
+    return times[key]["seen"].get<bool>() ? value == times[key]["value_s"] : value == 0.0;
+  };
+  EXPECT_TRUE(is_written("colour_readout", found.colour_readout)) << times;
+  EXPECT_TRUE(is_written("depth_readout", found.depth_readout)) << times;
+  EXPECT_TRUE(is_written("depth_delay", found.depth_delay)) << times;
+  // Ninety frames bring the filter a third of the way: nearer than what was stated, 0.
+  EXPECT_GT(found.colour_readout, 0.006);
+  EXPECT_LT(found.colour_readout, 0.035);
+  EXPECT_GT(found.depth_delay, 0.003);
+  EXPECT_LT(found.depth_delay, 0.022);
+  std::ifstream file(written);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(text.find("# +- 0.0"), std::string::npos) << text;
+}
+
+TEST(CalibrateCommand, KeepsRowTimesThatItHasNotTracked) {
+  const testing::TemporaryDirectory folder;
+  const fs::path dataset = folder / "walk", written = folder / "found.yaml";
+  const simulate::Simulation recording = Recording();
+  simulate::WriteTum(recording, dataset);
+  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  config.sensor.timing = {.colour_readout = 0.021, .depth_readout = 0.004, .depth_delay = -0.003};
+  apps::WriteConfig(dataset / "calibration.yaml", config);
+  const std::string poses = (dataset / "groundtruth.txt").string();
+  const Outcome outcome =
+      Calibrate(dataset.string() + " --json --trajectory " + poses + " --out " + written.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_FALSE(json::parse(outcome.out).contains("row_times"));
+  const FrameTiming kept = apps::LoadConfig(written).sensor.timing;
+  EXPECT_EQ(kept.colour_readout, 0.021);
+  EXPECT_EQ(kept.depth_readout, 0.004);
+  EXPECT_EQ(kept.depth_delay, -0.003);
 }
 
 TEST(CalibrateCommand, TakesARunByImagesAloneAndNoOther) {

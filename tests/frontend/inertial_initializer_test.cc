@@ -24,10 +24,11 @@ struct Trial {
 };
 
 // Images at 10 Hz over `duration` [s], from 0.5 s on. change: of a reading, before it is added.
+// overstated: by how much the images are said to be better than they are.
 Trial Initialize(
     const InertialSceneOptions& scene_options, double duration,
     const std::function<void(ImuSample&)>& change = [](ImuSample&) {},
-    const InertialInitializerOptions& options = {}) {
+    const InertialInitializerOptions& options = {}, double overstated = 1.0) {
   InertialScene scene(scene_options);
   ImuBuffer buffer;
   for (ImuSample reading : scene.Readings(0.0, 0.5 + duration)) {
@@ -42,7 +43,9 @@ Trial Initialize(
   InertialInitializer initializer(scene.calibration(), options, true);
   double t = 0.5;
   for (int k = 0; t <= 0.5 + duration + 1e-9; t = 0.5 + 0.1 * ++k) {
-    initializer.Add(FromSeconds(t), scene.See(t));
+    VisualPose visual = scene.See(t);
+    visual.sqrt_information *= overstated;
+    initializer.Add(FromSeconds(t), visual);
   }
   return {initializer.Solve(buffer), scene.StateAt(0.5 + duration + scene_options.time_offset),
           bias};
@@ -112,6 +115,20 @@ TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {
     sum += error.dot(estimate.covariance.bottomRightCorner<9, 9>().ldlt().solve(error));
   }
   EXPECT_NEAR(sum / kRuns, 9.0, 4.0 * std::sqrt(18.0 / kRuns));
+}
+
+TEST(InertialInitializer, ImagesThatAreWorseThanTheyStateHaveToTellForLonger) {
+  const InertialSceneOptions scene{.bias = kBias, .T_WN = kTilted};
+  const InertialInitializerOptions options{.max_gravity_sigma = 0.1};  // not what it waits for
+  constexpr double kOverstated = 4.0;
+  const auto none = [](ImuSample&) {};
+  const InitializationReport early = Initialize(scene, 1.5, none, options, kOverstated).report;
+  EXPECT_EQ(early.status, InitializationStatus::kUncertain);
+  EXPECT_GT(early.error, 4.0);
+  EXPECT_EQ(Initialize(scene, 1.5, none, options).report.status, InitializationStatus::kReady);
+  const InitializationReport late = Initialize(scene, 5.0, none, options, kOverstated).report;
+  EXPECT_EQ(late.status, InitializationStatus::kReady) << late.error;
+  EXPECT_GT(late.error, 4.0);
 }
 
 TEST(InertialInitializer, IsTooShortAtFirst) {

@@ -9,89 +9,20 @@
 
 #include <highwall/factors/adaptive_imu_weight.h>
 
-#include "inertial_scene.h"
+#include "inertial_drive.h"
 
 namespace highwall {
 namespace {
 
 using testing::AngleBetween;
+using testing::Drive;
 using testing::InertialScene;
 using testing::InertialSceneOptions;
-
-constexpr double kDegree = M_PI / 180.0;
-constexpr double kFirst = 0.2, kStep = 0.1;  // [s] stamp of the first image, and between
-const ImuBias kBias = (ImuBias() << 0.004, -0.005, 0.003, 0.03, -0.04, 0.02).finished();
-const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.4, -0.3, 1.3});
-
-// Odometry that is driven through a scene, image by image, as SlamSystem does it.
-class Drive {
- public:
-  explicit Drive(const InertialSceneOptions& scene_options = {},
-                 const InertialOptions& options = {})
-      : scene(scene_options), odometry(scene.calibration(), options) {}
-
-  // Until the stamp of an image is `end` [s]. sees: whether an image tells its pose, by its stamp.
-  void Until(
-      double end, const std::function<bool(double)>& sees = [](double) { return true; }) {
-    for (; Stamp() <= end + 1e-9; ++image_) {
-      const double t = Stamp();
-      for (ImuSample reading : scene.Readings(read_, t + 0.1)) Feed(reading);
-      read_ = t + 0.1 + 1.0 / 200.0;
-      prediction = odometry.Predict(FromSeconds(t));
-      InertialOdometry::Observation observation;
-      observation.image = FromSeconds(t);
-      observation.sharpness = sharpness;
-      observation.tracked_share = tracked_share;
-      if (sees(t)) {
-        observation.visual = scene.See(t);
-        // The map was levelled and moved since: the images' poses with it.
-        observation.visual->T_WC = T_map * observation.visual->T_WC;
-      }
-      reports.push_back(odometry.Update(observation));
-      if (reports.back().T_level) {
-        T_map = *reports.back().T_level * T_map;
-        if (prediction) {
-          largest_step_of_a_turn = std::max(largest_step_of_a_turn,
-                                            (odometry.T_WC()->p() - prediction->T_WC.p()).norm());
-        }
-      }
-      last = t;
-    }
-  }
-  // How often the map was levelled.
-  int Levels() const {
-    return static_cast<int>(std::ranges::count_if(
-        reports, [](const InertialReport& r) { return r.T_level.has_value(); }));
-  }
-  double Stamp() const { return kFirst + kStep * image_; }
-  Pose Truth(double t) const { return T_map * scene.T_WC(t); }
-  double PositionError() const {
-    return odometry.T_WC() ? (odometry.T_WC()->p() - Truth(last).p()).norm() : HUGE_VAL;
-  }
-  double AngleError() const {
-    return odometry.T_WC() ? (odometry.T_WC()->Inverse() * Truth(last)).Angle() : HUGE_VAL;
-  }
-
-  InertialScene scene;
-  InertialOdometry odometry;
-  // Whether a reading is there, and what becomes of it.
-  std::function<bool(ImuSample&)> change = [](ImuSample&) { return true; };
-  double sharpness = 1.0, tracked_share = 1.0;  // of the images
-  Pose T_map;                                   // of the images' first frame in W
-  std::vector<InertialReport> reports;
-  std::optional<KnownPose> prediction;
-  double last = 0.0;
-  // [m] from where the camera was predicted in the map before it was levelled, to where it was
-  // after.
-  double largest_step_of_a_turn = 0.0;
-
- private:
-  void Feed(ImuSample reading) {
-    if (change(reading)) odometry.AddSample(reading);
-  }
-  int image_ = 0;
-  double read_ = 0.0;
-};
+using testing::kBias;
+using testing::kDegree;
+using testing::kFirst;
+using testing::kStep;
+using testing::kTilted;
 
 TEST(InertialOdometry, InitializesInMotionAndLevelsTheMap) {
   Drive drive({.bias = kBias, .T_WN = kTilted});

@@ -131,6 +131,7 @@ constexpr double kImageStep = 0.1;
 // The start of a window at an image's stamp [s]; sigma [p theta v b_g b_a gravity t_d].
 struct StartSigma {
   double p = 1e-3, theta = 1e-3, v = 0.02, b_g = 1e-3, b_a = 0.02, gravity = 2e-3, t_d = 2e-3;
+  double T_BC = 0.0;  // [m, rad]; 0: it is known
 };
 
 // As far from the truth as its own covariance says.
@@ -154,6 +155,14 @@ InertialPrior Start(InertialScene& scene, double t, double t_d, const StartSigma
       Eigen::Vector3d(scene.gravity_W().normalized() + Eigen::Vector3d(tilt.x(), tilt.y(), 0.0)));
   const Eigen::Vector3d calibration(sigma.gravity, sigma.gravity, sigma.t_d);
   prior.calibration_covariance = calibration.cwiseProduct(calibration).asDiagonal();
+  if (sigma.T_BC == 0.0) return prior;
+  Eigen::Matrix<double, 6, 1> off;
+  off << scene.Noise(sigma.T_BC), scene.Noise(sigma.T_BC);
+  prior.T_BC = InertialScene::T_BC().Plus(off);
+  Eigen::Matrix<double, 9, 1> all;
+  all << calibration, Eigen::Matrix<double, 6, 1>::Constant(sigma.T_BC);
+  prior.calibration_covariance = all.cwiseProduct(all).asDiagonal();
+  prior.coupling = Eigen::Matrix<double, 15, 9>::Zero();
   return prior;
 }
 
@@ -239,6 +248,72 @@ TEST(InertialWindow, IsConsistentOverFiftySeeds) {
   EXPECT_NEAR(velocity / kRuns, 3.0, bound(3.0));
   EXPECT_NEAR(biases / kRuns, 6.0, bound(6.0));
   EXPECT_NEAR(offset / kRuns, 1.0, bound(1.0));
+}
+
+// By how much T_BC is off, in the tangent of its covariance.
+Eigen::Matrix<double, 6, 1> ExtrinsicsError(const Pose& T_BC) {
+  const Pose truth = InertialScene::T_BC();
+  Eigen::Matrix<double, 6, 1> error;
+  error << truth.p() - T_BC.p(), so3::Log(T_BC.q().conjugate() * truth.q());
+  return error;
+}
+
+TEST(InertialWindow, ExtrinsicsAreConsistentOverFiftySeeds) {
+  // Means over N runs of chi-squared, n +- sqrt(2 n / N): of all 21, of T_BC, of the camera.
+  constexpr int kRuns = 50;
+  double body = 0.0, extrinsics = 0.0, known = 0.0;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    const Driven driven = Drive({.seed = seed}, 30, {.T_BC = 0.01});
+    const InertialPrior prior = driven.window->Prior();
+    const Vector15 error = EstimateError(driven.truth, driven.bias, prior.estimate);
+    body += error.dot(prior.estimate.covariance.ldlt().solve(error));
+    const Eigen::Matrix<double, 6, 6> P = prior.calibration_covariance.bottomRightCorner<6, 6>();
+    const Eigen::Matrix<double, 6, 1> of_T_BC = ExtrinsicsError(*prior.T_BC);
+    extrinsics += of_T_BC.dot(P.ldlt().solve(of_T_BC));
+    known += P.diagonal().cwiseSqrt().maxCoeff() / kRuns;
+  }
+  const auto bound = [&](double n) { return 4.0 * std::sqrt(2.0 * n / kRuns); };
+  EXPECT_NEAR(body / kRuns, 15.0, bound(15.0));
+  EXPECT_NEAR(extrinsics / kRuns, 6.0, bound(6.0));
+  EXPECT_LT(known, 0.005) << "half of what was known beforehand";
+}
+
+TEST(PredictCamera, CountsWhatIsUnknownOfTheExtrinsicsOnce) {
+  std::mt19937 rng(4);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix<double, 24, 24> A;
+  for (int i = 0; i < 24 * 24; ++i) A.data()[i] = normal(rng);
+  InertialPrior from;
+  from.estimate = SomeEstimate();
+  from.gravity_W = UnitDirection(kGravity);
+  from.T_BC = InertialScene::T_BC();
+  from.SetJoint(A * A.transpose());
+  const ImuPreintegration imu(SinusoidalMotion(2.0).Samples(200.0, 0.3), from.estimate.bias,
+                              {.noise = {.gyroscope = 1e-12,
+                                         .accelerometer = 1e-12,
+                                         .gyroscope_walk = 1e-12,
+                                         .accelerometer_walk = 1e-12}});
+  const CameraPoseEstimate camera = PredictCamera(from, *from.T_BC, imu);
+  Eigen::Matrix<double, 6, 24> J = Eigen::Matrix<double, 6, 24>::Zero();
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 24; ++i) {
+    if (i >= 15 && i < 18) continue;  // gravity and t_d are taken for known
+    const auto at = [&](double step) {
+      InertialPrior moved = from;
+      if (i < 15) {
+        moved.estimate = Moved(from.estimate, step * Vector15::Unit(i));
+      } else {
+        moved.T_BC = from.T_BC->Plus(step * Eigen::Matrix<double, 6, 1>::Unit(i - 18));
+      }
+      const Pose T = PredictCamera(moved, *moved.T_BC, imu).T_WC;
+      Eigen::Matrix<double, 6, 1> d;
+      d << T.p(), so3::Log(camera.T_WC.q().conjugate() * T.q());
+      return d;
+    };
+    J.col(i) = (at(kStep) - at(-kStep)) / (2.0 * kStep);
+  }
+  // As the covariance of the body, of first order in the bias.
+  EXPECT_TRUE(camera.covariance.isApprox(J * from.Joint() * J.transpose(), 1e-6));
 }
 
 TEST(InertialWindow, WithoutImagesTheCovarianceGrows) {

@@ -37,6 +37,25 @@ TEST(MeasurementModel, DisparitySigmaIsThatOfDepthToFirstOrder) {
   EXPECT_NEAR(model.DisparitySigma(2.0, 0.006), 525.0 * 0.1 / 4.0 * 0.006, 1e-15);
 }
 
+TEST(MeasurementModel, FactorsAreOfTheExtrinsicsThatWereSetLast) {
+  const Pose T_BC = Pose::FromTangent({0.05, 0.1, -0.1}, {0.2, -0.1, 0.3});
+  const Pose T_WB = kPose * T_BC.Inverse();
+  const auto scene = MakeScene(5, 40, 0);
+  const SyntheticView view = Look(scene, IdealSensor(), kPose);
+  ASSERT_GT(view.features->points.size(), 0u);
+  MeasurementModel model(IdealSensor(), {});
+  model.SetExtrinsics(T_BC);
+  EXPECT_EQ(model.T_BC().Matrix(), T_BC.Matrix());
+  const Eigen::Vector3d p_W = kPose * Eigen::Vector3d(0.1, -0.2, 3.0);
+  for (const PointFeature& feature : view.features->points) {
+    Eigen::Vector3d r;
+    const double* blocks[] = {T_WB.data(), p_W.data()};
+    ASSERT_TRUE(model.MakeFactor(feature)->Evaluate(blocks, r.data(), nullptr));
+    const Eigen::Vector3d rows = Residual(model, feature, p_W);
+    EXPECT_LT((r - rows).norm(), 1e-9 * rows.norm());  // of hundreds of pixels, poses composed
+  }
+}
+
 TEST(MeasurementModel, CameraHasNoDistortion) {
   RgbdSensor sensor = IdealSensor();
   sensor.camera.k1 = 0.2;

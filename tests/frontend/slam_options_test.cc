@@ -227,6 +227,8 @@ const Edge kEdges[] = {
     {"mapper.triangulation.max_hamming", {-1, 257}},
     {"mapper.triangulation.ratio", {0, 1.1}},
     {"inertial.weighting.fixed_weight", {0}},
+    {"inertial.extrinsics_position_sigma", {0}},
+    {"inertial.extrinsics_rotation_sigma", {0}},
     {"inertial.initializer.interval", {0}},
     {"inertial.initializer.min_duration", {0}},
     {"inertial.initializer.max_duration", {1}},

@@ -166,6 +166,12 @@
     for (const [key, name, unit] of [["gyroscope_bias", "gyroscope bias", "rad/s"], ["accelerometer_bias", "accelerometer bias", "m/s²"]]) {
       if (imu[key]) rows.push([name, imu[key].value.map((v, i) => plusMinus(v, imu[key].sigma[i], 1, "")).join(",  ") + unit]);
     }
+    const mount = imu.extrinsics;
+    if (mount) {
+      const unseen = (seen) => (seen ? "" : " (hardly seen)");
+      rows.push(["camera in the IMU's frame, x, y, z", mount.lever_arm_m.map((v, i) => plusMinus(v, mount.lever_arm_sigma_m[i], 1e3, "mm") + unseen(mount.lever_arm_seen[i])).join(",  ")]);
+      rows.push(["its turn about its x, y, z known to", mount.rotation_sigma_rad.map((v, i) => number((v * 180) / Math.PI, 2) + "°" + unseen(mount.rotation_seen[i])).join(",  ")]);
+    }
     if (imu.gravity_sigma_rad) rows.push(["gravity known to", number((imu.gravity_sigma_rad * 180) / Math.PI, 2) + "°"]);
     return rows;
   }

@@ -1,7 +1,6 @@
 #include "inertial/inertial_initializer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -20,9 +19,12 @@
 namespace highwall {
 namespace {
 
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
 struct Guess {
   double time_offset = 0.0;
   ImuBias bias = ImuBias::Zero();
+  Pose T_BC;
 };
 
 // The images' poses as poses of the body, and the IMU between them, for one guess of t_d and bias.
@@ -71,11 +73,27 @@ class Problem {
     dof_ = 15 * static_cast<int>(n - 1) - (15 * static_cast<int>(n) + 2 + 1);
   }
 
+  // The camera sits on the body about there, rather than where the guess has it. Before AddImage().
+  void AddExtrinsics(const Pose& T_BC, const Eigen::Matrix<double, 6, 1>& sigma,
+                     const Pose& guess) {
+    extrinsics_ = {graph_.AddVariable(guess), graph_.AddVariable(1.0)};
+    graph_.Fix(extrinsics_->scale);
+    graph_.AddFactor(std::make_unique<PosePrior>(
+                         T_BC, Eigen::Matrix<double, 6, 6>(sigma.cwiseInverse().asDiagonal())),
+                     extrinsics_->T_BC);
+  }
   void AddImage(std::size_t i, const VisualPose& visual, const Pose& T_BC,
                 const Eigen::Vector3d& omega_B, double t_d_state) {
-    graph_.AddFactor(std::make_unique<CameraPose>(visual.T_WC, visual.sqrt_information, T_BC,
-                                                  omega_B, t_d_state),
-                     poses_[i], velocities_[i], time_offset_);
+    if (extrinsics_) {
+      graph_.AddFactor(std::make_unique<ExtrinsicCameraPose>(visual.T_WC, visual.sqrt_information,
+                                                             omega_B, t_d_state),
+                       poses_[i], velocities_[i], time_offset_, extrinsics_->T_BC,
+                       extrinsics_->scale);
+    } else {
+      graph_.AddFactor(std::make_unique<CameraPose>(visual.T_WC, visual.sqrt_information, T_BC,
+                                                    omega_B, t_d_state),
+                       poses_[i], velocities_[i], time_offset_);
+    }
     // A row of zeros tells nothing: that direction is open.
     dof_ += static_cast<int>((visual.sqrt_information.array() != 0.0).rowwise().any().count());
   }
@@ -100,12 +118,17 @@ class Problem {
 
   bool Solve() { return graph_.Solve({.max_iterations = 20}).IsUsable(); }
   double Error() const { return 2.0 * graph_.Cost() / std::max(dof_, 1); }
-  Guess Latest() const { return {graph_.Value(time_offset_), graph_.Value(biases_.back())}; }
+  // T_BC: where it is known.
+  Guess Latest(const Pose& T_BC) const {
+    return {graph_.Value(time_offset_), graph_.Value(biases_.back()),
+            extrinsics_ ? graph_.Value(extrinsics_->T_BC) : T_BC};
+  }
 
   // Empty where the images leave a direction open all the time.
   std::optional<InertialPrior> Result(Stamp stamp) const {
-    const std::array<VariableId, 5> ids = {poses_.back(), velocities_.back(), biases_.back(),
-                                           gravity_, time_offset_};
+    std::vector<VariableId> ids = {poses_.back(), velocities_.back(), biases_.back(), gravity_,
+                                   time_offset_};
+    if (extrinsics_) ids.push_back(extrinsics_->T_BC);
     Eigen::MatrixXd covariance;
     try {
       covariance = graph_.Covariance(ids);
@@ -118,6 +141,7 @@ class Problem {
     result.estimate.bias = graph_.Value(biases_.back());
     result.gravity_W = graph_.Value(gravity_);
     result.time_offset = graph_.Value(time_offset_);
+    if (extrinsics_) result.T_BC = graph_.Value(extrinsics_->T_BC);
     result.SetJoint(covariance);
     return result;
   }
@@ -126,6 +150,11 @@ class Problem {
   FactorGraph graph_;
   Variable<UnitDirection> gravity_;
   Variable<double> time_offset_;
+  struct Extrinsics {
+    Variable<Pose> T_BC;
+    Variable<double> scale;  // of the depth: as it is
+  };
+  std::optional<Extrinsics> extrinsics_;  // where they are unknowns
   std::vector<Variable<Pose>> poses_;
   std::vector<Variable<Eigen::Vector3d>> velocities_;
   std::vector<Variable<ImuBias>> biases_;
@@ -164,8 +193,12 @@ Eigen::Vector3d RateAt(const ImuBuffer& imu, Stamp stamp, const ImuBias& bias) {
 
 InertialInitializer::InertialInitializer(const ImuCalibration& calibration,
                                          const InertialInitializerOptions& options,
-                                         bool free_time_offset)
-    : calibration_(calibration), options_(options), free_time_offset_(free_time_offset) {
+                                         bool free_time_offset,
+                                         const std::optional<Vector6>& extrinsics_sigma)
+    : calibration_(calibration),
+      options_(options),
+      free_time_offset_(free_time_offset),
+      extrinsics_sigma_(extrinsics_sigma) {
   calibration_.Validate();
   options_.Validate();
 }
@@ -192,6 +225,11 @@ std::size_t InertialInitializer::FirstImage(const ImuBuffer& imu, double time_of
   return 0;
 }
 
+double InertialInitializer::MaxGravitySigma() const {
+  const double turn = extrinsics_sigma_ ? extrinsics_sigma_->tail<3>().maxCoeff() : 0.0;
+  return std::hypot(options_.max_gravity_sigma, turn);
+}
+
 InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   InitializationReport report;
   const auto is_short = [&](std::size_t first) {
@@ -201,8 +239,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   };
   if (is_short(0)) return report;
 
-  const Pose T_CB = calibration_.T_BC.Inverse();
-  Guess guess{calibration_.time_offset, ImuBias::Zero()};
+  Guess guess{calibration_.time_offset, ImuBias::Zero(), calibration_.T_BC};
   // The offset moves the instants at which the readings are cut, and the biases their sums.
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
@@ -211,6 +248,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
       report.status = InitializationStatus::kNoImu;
       return report;
     }
+    const Pose T_CB = guess.T_BC.Inverse();
     Motion motion;
     for (std::size_t i = first; i < images_.size(); ++i) {
       motion.stamps.push_back(images_[i].stamp + FromSeconds(guess.time_offset));
@@ -229,6 +267,9 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
       return report;
     }
     Problem problem(motion, guess, UnitDirection(gravity));
+    if (extrinsics_sigma_) {
+      problem.AddExtrinsics(calibration_.T_BC, *extrinsics_sigma_, guess.T_BC);
+    }
     for (std::size_t i = 0; i < motion.stamps.size(); ++i) {
       problem.AddImage(i, images_[first + i].visual, calibration_.T_BC,
                        RateAt(imu, motion.stamps[i], guess.bias), guess.time_offset);
@@ -236,7 +277,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     problem.AddPriors(options_, calibration_.time_offset, free_time_offset_);
     report.status = InitializationStatus::kInconsistent;
     if (!problem.Solve()) return report;
-    guess = problem.Latest();
+    guess = problem.Latest(guess.T_BC);
     if (round + 1 < kRounds) continue;
     report.error = problem.Error();
     report.estimate = problem.Result(motion.stamps.back());
@@ -248,7 +289,13 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   }
   report.gravity_sigma = report.estimate->gravity_sigma() * std::sqrt(std::max(1.0, report.error));
   if (report.error > options_.max_error) return report;
-  report.status = report.gravity_sigma > options_.max_gravity_sigma
+  // Images that are worse than they state, beyond chance, have to tell more.
+  constexpr double kChance = 2.0;
+  const double factor = report.error > kChance ? std::sqrt(report.error) : 1.0;
+  const double wanted =
+      std::min(factor * options_.min_duration, options_.max_duration - options_.interval);
+  constexpr double kSlack = 1e-3;  // [s] of stamps that are rounded
+  report.status = report.duration < wanted - kSlack || report.gravity_sigma > MaxGravitySigma()
                       ? InitializationStatus::kUncertain
                       : InitializationStatus::kReady;
   return report;

@@ -42,9 +42,12 @@ struct InitializationReport {
 // 2017, section IV, with the scale known and everything solved at once.
 class InertialInitializer {
  public:
-  // Throws InvalidArgument on bad options.
-  InertialInitializer(const ImuCalibration& calibration, const InertialInitializerOptions& options,
-                      bool free_time_offset);
+  // extrinsics_sigma: of the calibration's T_BC [m, rad], in the tangent of PoseManifold, where it
+  // is an unknown. Throws InvalidArgument on bad options.
+  InertialInitializer(
+      const ImuCalibration& calibration, const InertialInitializerOptions& options,
+      bool free_time_offset,
+      const std::optional<Eigen::Matrix<double, 6, 1>>& extrinsics_sigma = std::nullopt);
 
   // An image's pose; stamp [ns] of the camera's clock, ascending.
   void Add(Stamp stamp, const VisualPose& visual);
@@ -61,10 +64,14 @@ class InertialInitializer {
   };
   // The one from which on no readings are missing.
   std::size_t FirstImage(const ImuBuffer& imu, double time_offset) const;
+  // [rad] of gravity's direction, to start with. What is unknown of the camera's turn is a tilt of
+  // the map, until the body turns.
+  double MaxGravitySigma() const;
 
   ImuCalibration calibration_;
   InertialInitializerOptions options_;
   bool free_time_offset_;
+  std::optional<Eigen::Matrix<double, 6, 1>> extrinsics_sigma_;
   std::deque<Image> images_;
 };
 

@@ -28,27 +28,53 @@ InertialReport InertialOdometry::Update(const Observation& observation) {
   return impl_->Update(observation);
 }
 
-void InertialOdometry::MoveMap(const Pose& T_new_old) { impl_->MoveMap(T_new_old); }
+void InertialOdometry::MoveMap(const Pose& T_new_old) {
+  impl_->MoveMap(T_new_old);
+}
 
-void InertialOdometry::Restart() { impl_->Restart(); }
+void InertialOdometry::Restart() {
+  impl_->Restart();
+}
 
-std::optional<InertialEstimate> InertialOdometry::estimate() const { return impl_->estimate(); }
+std::optional<InertialEstimate> InertialOdometry::estimate() const {
+  return impl_->estimate();
+}
 
-std::optional<Pose> InertialOdometry::T_WC() const { return impl_->T_WC(); }
+std::optional<Pose> InertialOdometry::T_WC() const {
+  return impl_->T_WC();
+}
 
-std::optional<Eigen::Vector3d> InertialOdometry::gravity_W() const { return impl_->gravity_W(); }
+std::optional<Eigen::Vector3d> InertialOdometry::gravity_W() const {
+  return impl_->gravity_W();
+}
 
-double InertialOdometry::gravity_sigma() const { return impl_->gravity_sigma(); }
+double InertialOdometry::gravity_sigma() const {
+  return impl_->gravity_sigma();
+}
 
-double InertialOdometry::time_offset() const { return impl_->time_offset(); }
+double InertialOdometry::time_offset() const {
+  return impl_->time_offset();
+}
 
-double InertialOdometry::time_offset_sigma() const { return impl_->time_offset_sigma(); }
+double InertialOdometry::time_offset_sigma() const {
+  return impl_->time_offset_sigma();
+}
 
-InertialStatus InertialOdometry::status() const { return impl_->status(); }
+InertialStatus InertialOdometry::status() const {
+  return impl_->status();
+}
 
-double InertialOdometry::weight() const { return impl_->weight(); }
+double InertialOdometry::weight() const {
+  return impl_->weight();
+}
 
-const ImuCalibration& InertialOdometry::calibration() const { return impl_->calibration(); }
+const ImuCalibration& InertialOdometry::calibration() const {
+  return impl_->calibration();
+}
+
+const Pose& InertialOdometry::T_BC() const {
+  return impl_->T_BC();
+}
 
 std::optional<ImuPreintegration> InertialOdometry::Between(Stamp from, Stamp to) const {
   return impl_->Between(from, to);

@@ -77,6 +77,8 @@ class InertialOdometry {
   InertialStatus status() const;
   double weight() const;  // of the latest IMU factor
   const ImuCalibration& calibration() const;
+  // As it is known by now; the calibration's where it is not estimated.
+  const Pose& T_BC() const;
 
   // The readings between two instants of the IMU's clock, preintegrated with the present bias;
   // empty where some are missing.

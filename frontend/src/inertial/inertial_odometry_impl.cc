@@ -48,7 +48,7 @@ Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
 void AddDoubt(InertialPrior& prior) {
   constexpr double kGravity = 1e-3, kTimeOffset = 1e-4;  // [rad], [s]
   const Eigen::Vector3d least(kGravity, kGravity, kTimeOffset);
-  auto variances = prior.calibration_covariance.diagonal();
+  auto variances = prior.calibration_covariance.diagonal().head<3>();
   variances = variances.cwiseMax(least.cwiseAbs2()).eval();
 }
 
@@ -56,6 +56,14 @@ ImuCalibration WithFasterWalks(ImuCalibration calibration) {
   calibration.noise.gyroscope_walk *= kWalkInflation;
   calibration.noise.accelerometer_walk *= kWalkInflation;
   return calibration;
+}
+
+std::optional<Vector6> ExtrinsicsSigma(const InertialOptions& options) {
+  if (!options.estimate_extrinsics) return std::nullopt;
+  Vector6 sigma;
+  sigma << Eigen::Vector3d::Constant(options.extrinsics_position_sigma),
+      Eigen::Vector3d::Constant(options.extrinsics_rotation_sigma);
+  return sigma;
 }
 
 std::string Decimals(double value) {
@@ -90,9 +98,11 @@ InertialOdometry::Impl::Impl(const ImuCalibration& calibration, const InertialOp
     : calibration_(WithFasterWalks((calibration.Validate(), calibration))),
       options_((options.Validate(), options)),
       buffer_(options.buffer),
-      initializer_(calibration_, options.initializer, options.estimate_time_offset),
+      initializer_(calibration_, options.initializer, options.estimate_time_offset,
+                   ExtrinsicsSigma(options)),
       weight_(options.weighting),
-      time_offset_(calibration.time_offset) {}
+      time_offset_(calibration.time_offset),
+      T_BC_(calibration.T_BC) {}
 
 std::optional<Eigen::Vector3d> InertialOdometry::Impl::UpInCamera(Stamp image) const {
   constexpr Stamp kSecond = 1'000'000'000;
@@ -106,7 +116,7 @@ std::optional<Eigen::Vector3d> InertialOdometry::Impl::UpInCamera(Stamp image) c
   if (!(std::abs(mean.norm() / kStandardGravity - 1.0) < options_.initializer.max_gravity_error)) {
     return std::nullopt;
   }
-  return (calibration_.T_BC.q().conjugate() * mean).normalized();
+  return (T_BC_.q().conjugate() * mean).normalized();
 }
 
 std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Stamp to) const {
@@ -121,9 +131,7 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   if (!window_) return std::nullopt;
   const auto imu = Between(window_->newest().stamp, ImuStamp(image));
   if (!imu) return std::nullopt;
-  const Eigen::Vector3d gravity = kStandardGravity * window_->gravity_W().vector();
-  const CameraPoseEstimate camera =
-      CameraOf(Propagate(window_->newest(), *imu, gravity, weight_.weight()), calibration_.T_BC);
+  const CameraPoseEstimate camera = PredictCamera(window_->Prior(), T_BC_, *imu, weight_.weight());
   Matrix6 J = Matrix6::Identity();  // in the tangent of a pose, rotations do not turn
   J.topLeftCorner<3, 3>() = T_WO_.R();
   Vector6 common;
@@ -159,6 +167,7 @@ InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
   report.gravity_sigma = gravity_sigma();
   report.time_offset = time_offset();
   report.time_offset_sigma = time_offset_sigma();
+  report.extrinsics = extrinsics();
   return report;
 }
 
@@ -205,6 +214,7 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   T_WO_ = Pose();
   levelled_to_ = window_->Prior().gravity_sigma();
   time_offset_ = window_->time_offset();
+  T_BC_ = window_->T_BC();
   reason_.clear();
 }
 
@@ -249,8 +259,6 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
     Resume(observation, report);
     return;
   }
-  const Eigen::Vector3d gravity = kStandardGravity * window_->gravity_W().vector();
-  const InertialEstimate predicted = Propagate(window_->newest(), *imu, gravity);
   ImuWeightInput input;
   input.motion = MeasureMotion(imu->samples(), bias_);
   input.motion.sharpness = observation.sharpness;
@@ -262,7 +270,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
     visual = InO(*observation.visual);
     step.visual = &*visual;
     step.omega_B = RateAt(buffer_, imu->end(), bias_);
-    Innovate(predicted, *visual, report);
+    Innovate(PredictCamera(window_->Prior(), T_BC_, *imu), *visual, report);
     input.squared_innovation = report.squared_innovation;
     input.dof = report.innovation_dof;
   }
@@ -277,6 +285,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   }
   bias_ = window_->newest().bias;
   time_offset_ = window_->time_offset();
+  T_BC_ = window_->T_BC();
   if (!observation.keeps_level) report.T_level = Level();
   status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
   if (step.visual == nullptr && last_visual_ &&
@@ -324,9 +333,9 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   const double pause = ToSeconds(stamp - known_->estimate.stamp);
   InertialPrior prior = *known_;
   InertialEstimate& estimate = prior.estimate;
-  const Pose T_BC = calibration_.T_BC;
-  const Pose T_OB = InO(*observation.visual).T_WC * T_BC.Inverse();
-  const Pose T_OB_before = T_WO_.Inverse() * last_visual_->pose * T_BC.Inverse();
+  const Pose T_CB = T_BC_.Inverse();
+  const Pose T_OB = InO(*observation.visual).T_WC * T_CB;
+  const Pose T_OB_before = T_WO_.Inverse() * last_visual_->pose * T_CB;
   estimate.stamp = stamp;
   estimate.state.T_WB = T_OB;
   estimate.state.v_WB = (T_OB.p() - T_OB_before.p()) / step;
@@ -350,17 +359,16 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   report.restarted = true;
 }
 
-void InertialOdometry::Impl::Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
-                                      InertialReport& report) const {
+void InertialOdometry::Impl::Innovate(const CameraPoseEstimate& predicted,
+                                      const VisualPose& visual_O, InertialReport& report) const {
   const Matrix6 information = visual_O.sqrt_information.transpose() * visual_O.sqrt_information;
   const Eigen::LLT<Matrix6> llt(information);
   // With a direction open there is no innovation in it.
   if (llt.info() != Eigen::Success || llt.matrixLLT().diagonal().minCoeff() < 1.0) return;
-  const CameraPoseEstimate camera = CameraOf(predicted, calibration_.T_BC);
   Vector6 e;
-  e << visual_O.T_WC.p() - camera.T_WC.p(),
-      so3::Log(camera.T_WC.q().conjugate() * visual_O.T_WC.q());
-  const Matrix6 S = camera.covariance + Matrix6(llt.solve(Matrix6::Identity()));
+  e << visual_O.T_WC.p() - predicted.T_WC.p(),
+      so3::Log(predicted.T_WC.q().conjugate() * visual_O.T_WC.q());
+  const Matrix6 S = predicted.covariance + Matrix6(llt.solve(Matrix6::Identity()));
   report.squared_innovation = e.dot(S.ldlt().solve(e));
   report.innovation_dof = 6;
 }
@@ -408,9 +416,23 @@ std::optional<InertialEstimate> InertialOdometry::Impl::estimate() const {
   return in_W;
 }
 
+std::optional<ExtrinsicsEstimate> InertialOdometry::Impl::extrinsics() const {
+  constexpr double kSeen = 0.5;  // of the standard deviation beforehand
+  if (!options_.estimate_extrinsics || (!window_ && !known_)) return std::nullopt;
+  const InertialPrior prior = window_ ? window_->Prior() : *known_;
+  const Vector6 sigma = prior.calibration_covariance.diagonal().tail<6>().cwiseMax(0).cwiseSqrt();
+  ExtrinsicsEstimate estimate{T_BC_, sigma.head<3>(), sigma.tail<3>()};
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    estimate.lever_arm_seen[axis] = sigma[i] < kSeen * options_.extrinsics_position_sigma;
+    estimate.rotation_seen[axis] = sigma[3 + i] < kSeen * options_.extrinsics_rotation_sigma;
+  }
+  return estimate;
+}
+
 std::optional<Pose> InertialOdometry::Impl::T_WC() const {
   if (!window_) return std::nullopt;
-  return T_WO_ * window_->newest().state.T_WB * calibration_.T_BC;
+  return T_WO_ * window_->newest().state.T_WB * T_BC_;
 }
 
 std::optional<Eigen::Vector3d> InertialOdometry::Impl::gravity_W() const {

@@ -32,6 +32,7 @@ class InertialOdometry::Impl {
   InertialStatus status() const { return status_; }
   double weight() const { return weight_.weight(); }
   const ImuCalibration& calibration() const { return calibration_; }
+  const Pose& T_BC() const { return T_BC_; }
   std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
 
  private:
@@ -50,8 +51,9 @@ class InertialOdometry::Impl {
   // Starts a window anew with what was kept, once there are readings and poses again.
   void Resume(const Observation& observation, InertialReport& report);
   // The innovation of an image's pose, where all its directions are known.
-  void Innovate(const InertialEstimate& predicted, const VisualPose& visual_O,
+  void Innovate(const CameraPoseEstimate& predicted, const VisualPose& visual_O,
                 InertialReport& report) const;
+  std::optional<ExtrinsicsEstimate> extrinsics() const;
   bool Rests(const ImuPreintegration& imu) const;
   Stamp ImuStamp(Stamp image) const { return image + FromSeconds(time_offset()); }
   VisualPose InO(const VisualPose& visual_W) const;
@@ -71,6 +73,7 @@ class InertialOdometry::Impl {
   // Kept over a pause.
   ImuBias bias_ = ImuBias::Zero();
   double time_offset_;
+  Pose T_BC_;
   Pose T_WO_;
   double levelled_to_ = 0.0;  // [rad] gravity's standard deviation when it was asked last
 };

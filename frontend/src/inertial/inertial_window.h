@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
 #include <highwall/core/manifolds.h>
@@ -26,6 +28,10 @@ struct CameraPoseEstimate {
 };
 CameraPoseEstimate CameraOf(const InertialEstimate& body, const Pose& T_BC);
 
+// 15 x 15: how an error of the state at the beginning of an interval shows at its end.
+Eigen::Matrix<double, 15, 15> Transition(const InertialEstimate& from,
+                                         const ImuPreintegration& imu);
+
 // Where a window starts: the first state and the calibration, with their joint uncertainty. At rest
 // gravity's direction and the bias of the accelerometer are known together far better than either:
 // what couples them must not be lost.
@@ -33,14 +39,16 @@ struct InertialPrior {
   InertialEstimate estimate;
   UnitDirection gravity_W;
   double time_offset = 0.0;  // [s] t_d
-  // Of [n t_d], n in the tangent of UnitDirectionManifold at gravity_W [rad, s].
-  Eigen::Matrix3d calibration_covariance = 1e-4 * Eigen::Matrix3d::Identity();
-  // 15 x 3, of the state with these.
-  Eigen::Matrix<double, 15, 3> coupling = Eigen::Matrix<double, 15, 3>::Zero();
+  std::optional<Pose> T_BC;  // where it is an unknown
+  // 3 x 3 of [n t_d], n in the tangent of UnitDirectionManifold at gravity_W [rad, s]; 9 x 9 of
+  // [n t_d T_BC], the latter in that of PoseManifold, where it is an unknown.
+  Eigen::MatrixXd calibration_covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  // 15 x 3 or 15 x 9, of the state with these.
+  Eigen::Matrix<double, 15, Eigen::Dynamic> coupling = Eigen::Matrix<double, 15, 3>::Zero();
 
-  // 18 x 18, all of it.
-  Eigen::Matrix<double, 18, 18> Joint() const;
-  void SetJoint(const Eigen::Matrix<double, 18, 18>& covariance);
+  // 18 x 18 or 24 x 24, all of it.
+  Eigen::MatrixXd Joint() const;
+  void SetJoint(const Eigen::MatrixXd& covariance);
   // Standard deviations: of gravity's direction [rad] (the larger of two), of t_d [s].
   double gravity_sigma() const;
   double time_offset_sigma() const;
@@ -48,9 +56,15 @@ struct InertialPrior {
   InertialPrior Turned(const Eigen::Quaterniond& q) const;
 };
 
+// The camera after the motion that an IMU measured. What is unknown of T_BC is unknown of the body
+// as well, for the images have seen the camera: not counted twice.
+CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
+                                 const ImuPreintegration& imu, double weight = 1.0);
+
 // The last states of body, velocity and bias, one an image, tied by IMU factors and held by what
 // the images say about the camera's pose; older ones live on in a marginal prior
-// (SlidingWindowSmoother). Gravity's direction and the time offset are estimated along.
+// (SlidingWindowSmoother). Gravity's direction and the time offset are estimated along, and so is
+// T_BC where the prior has it.
 class InertialWindow {
  public:
   // free_time_offset: else it keeps the value of the prior.
@@ -71,6 +85,7 @@ class InertialWindow {
   const InertialEstimate& newest() const { return newest_; }
   UnitDirection gravity_W() const;
   double time_offset() const;
+  const Pose& T_BC() const { return T_BC_; }
   // Where a window that followed on this one would start.
   InertialPrior Prior() const;
 
@@ -80,19 +95,25 @@ class InertialWindow {
     Variable<Eigen::Vector3d> velocity;
     Variable<ImuBias> bias;
   };
+  struct Extrinsics {
+    Variable<Pose> T_BC;
+    Variable<double> scale;  // of the depth: as it is
+  };
   State AddState(const InertialEstimate& estimate);
   void AddPrior(const InertialPrior& prior);
+  void AddVisual(const Step& step, const State& state);
   void ReadNewest(Stamp stamp);
 
-  ImuCalibration calibration_;
   SlidingWindowSmoother smoother_;
   Variable<UnitDirection> gravity_;
   Variable<double> time_offset_;
+  std::optional<Extrinsics> extrinsics_;  // where they are unknowns
+  Pose T_BC_;
   State state_;
   InertialEstimate newest_;
   bool free_time_offset_;
-  Eigen::Matrix3d calibration_covariance_;  // as of InertialPrior
-  Eigen::Matrix<double, 15, 3> coupling_;
+  Eigen::MatrixXd calibration_covariance_;  // as of InertialPrior
+  Eigen::Matrix<double, 15, Eigen::Dynamic> coupling_;
 };
 
 }  // namespace highwall

@@ -326,7 +326,7 @@ class BundleAdjuster::Problem {
     }
   }
 
-  const MeasurementModel& model_;
+  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
   const BundleAdjustmentOptions options_;
   const Pose T_CB_;
   std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;

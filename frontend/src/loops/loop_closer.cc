@@ -107,7 +107,7 @@ class LoopCloser::Job {
   Map map_;
   const Loop loop_;
   const std::vector<LoopEdge> old_loops_;
-  const MeasurementModel& model_;
+  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
   const LoopCloserOptions options_;
   bool corrected_taken_ = false;
   mutable std::mutex mutex_;

@@ -36,6 +36,11 @@ MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOp
   pyramid_.Validate();
 }
 
+void MeasurementModel::SetExtrinsics(const Pose& T_BC) {
+  T_BC_ = T_BC;
+  body_projection_ = RgbdProjection(camera_, T_BC, right_);
+}
+
 double MeasurementModel::PointSigma(int octave) const {
   return options_.point_sigma * std::pow(pyramid_.scale_factor, octave);
 }

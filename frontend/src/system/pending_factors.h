@@ -26,6 +26,8 @@ class PendingFactors {
   // T_CB: of the body in the camera. max_gap [s]: OwnFactorOptions.
   PendingFactors(const Pose& T_CB, double max_gap) : T_CB_(T_CB), max_gap_(max_gap) {}
 
+  // Of poses from now on.
+  void SetExtrinsics(const Pose& T_CB) { T_CB_ = T_CB; }
   void Add(PoseFactor factor) { waiting_.push_back(std::move(factor)); }
   // Hands on to the map what no longer waits. frames: all so far, by stamp.
   void Attach(const std::vector<PosedFrame>& frames, Map* map);
@@ -41,7 +43,7 @@ class PendingFactors {
   std::optional<CarriedPose> PoseAt(Stamp stamp, const std::vector<PosedFrame>& frames,
                                     const Map& map) const;
 
-  const Pose T_CB_;
+  Pose T_CB_;
   const double max_gap_;
   std::vector<PoseFactor> waiting_;
   std::size_t attached_ = 0, refused_ = 0;

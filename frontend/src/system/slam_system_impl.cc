@@ -35,13 +35,6 @@ double DepthDelay(const RgbdImage& image) {
   return std::abs(delay) <= kLongest ? delay : 0.0;
 }
 
-// Beside an IMU noise is not learnt yet: its weights were found against what is known beforehand.
-TrackerOptions TrackerOptionsOf(const SlamOptions& options, bool has_imu) {
-  TrackerOptions tracker = options.tracker;
-  tracker.learn_noise = tracker.learn_noise && !has_imu;
-  return tracker;
-}
-
 }  // namespace
 
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
@@ -50,7 +43,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
     : options_((options.Validate(), options)),
       builder_(sensor, options.frame, std::move(points)),
       model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), builder_.point_kind().pyramid),
-      tracker_(model_, TrackerOptionsOf(options, imu.has_value()), sensor.timing),
+      tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
       mapper_(model_, options.mapper),
       loop_closer_(model_, options.loops),
@@ -303,6 +296,10 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   // What has been found of a loop would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);
+  if (result.inertial->extrinsics) {
+    model_.SetExtrinsics(inertial_->T_BC());
+    pending_.SetExtrinsics(inertial_->T_BC().Inverse());
+  }
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {
     // What is being adjusted is a map that stood otherwise.
     mapper_.Cancel();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -18,6 +19,15 @@ struct InertialEstimate {
   ImuBias bias = ImuBias::Zero();
   // 15 x 15 of [p theta | v | b_g b_a], p and theta in the tangent of PoseManifold.
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Identity();
+};
+
+// Where the camera sits on the body, as it is estimated along (InertialOptions).
+struct ExtrinsicsEstimate {
+  Pose T_BC;
+  Eigen::Vector3d lever_arm_sigma = Eigen::Vector3d::Zero();  // [m] of p_BC, along B's axes
+  Eigen::Vector3d rotation_sigma = Eigen::Vector3d::Zero();   // [rad] about C's axes
+  // Known twice as well as beforehand, by axis; else the motion has not told much of it.
+  std::array<bool, 3> lever_arm_seen{}, rotation_seen{};
 };
 
 // What the IMU does for a frame.
@@ -49,6 +59,7 @@ struct InertialReport {
   std::optional<InertialEstimate> estimate;
   double gravity_sigma = 0.0;                         // [rad]
   double time_offset = 0.0, time_offset_sigma = 0.0;  // [s] t_d
+  std::optional<ExtrinsicsEstimate> extrinsics;       // where they are estimated
 };
 
 }  // namespace highwall

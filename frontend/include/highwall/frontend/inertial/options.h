@@ -60,6 +60,11 @@ struct VisualNoise {
 struct InertialOptions {
   ImuWeightingOptions weighting{};
   bool estimate_time_offset = true;
+  // T_BC is an unknown, about that of the calibration; else that stands.
+  bool estimate_extrinsics = false;
+  // Standard deviations of the calibration's T_BC then: a ruler's and a mount's.
+  double extrinsics_position_sigma = 0.01;  // [m] > 0
+  double extrinsics_rotation_sigma = 0.01;  // [rad] > 0
   InertialInitializerOptions initializer{};
   int max_attempts = 20;  // >= 1; that end in a contradiction, then the IMU is given up
   ImuBufferOptions buffer{};

@@ -39,6 +39,10 @@ void ForEachOption(OptionsOf<VisualNoise> auto& options, const auto& visit) {
 void ForEachOption(OptionsOf<InertialOptions> auto& options, const auto& visit) {
   visit("weighting", options.weighting);
   visit("estimate_time_offset", options.estimate_time_offset);
+  visit("estimate_extrinsics", options.estimate_extrinsics);
+  visit("extrinsics_position_sigma", options.extrinsics_position_sigma, Finite(Positive()).In("m"));
+  visit("extrinsics_rotation_sigma", options.extrinsics_rotation_sigma,
+        Finite(Positive()).In("rad"));
   visit("initializer", options.initializer);
   visit("max_attempts", options.max_attempts, AtLeast(1));
   visit("buffer", options.buffer);

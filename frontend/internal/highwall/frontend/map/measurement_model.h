@@ -30,6 +30,8 @@ class MeasurementModel {
   const DepthNoise& depth_noise() const { return noise_; }
   const RgbdProjection& projection() const { return projection_; }
   const Pose& T_BC() const { return T_BC_; }
+  // Of factors that are made from now on.
+  void SetExtrinsics(const Pose& T_BC);
   const MeasurementOptions& options() const { return options_; }
   const PyramidOptions& pyramid() const { return pyramid_; }
 
