@@ -49,14 +49,23 @@ cv::Mat SeenBy(const cv::Mat& image, int seed) {
   return seen;
 }
 
+// The sharpest corner of the middle of the image.
+Eigen::Vector2d Corner(const cv::Mat& image) {
+  cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
+  mask(cv::Rect(100, 80, 120, 80)) = 255;
+  std::vector<cv::Point2f> corners;
+  cv::goodFeaturesToTrack(image, corners, 1, 0.01, 1.0, mask, 7);
+  return {corners.at(0).x, corners.at(0).y};
+}
+
 const Eigen::Matrix2d kTurnedAndNearer = 1.1 * Eigen::Rotation2Dd(0.2).toRotationMatrix();
 
 TEST(CornerPatch, IsFoundInATurnedAndDarkerImageToATenthOfAPixelOfItsLevel) {
-  const Eigen::Vector2d from(150.3, 120.6), to(161.7, 113.2);
   for (const int octave : {0, 2, 4}) {
     const double scale = std::pow(kPyramid.scale_factor, octave);
     for (int seed = 1; seed <= 10; ++seed) {
       const cv::Mat first = Texture(seed);
+      const Eigen::Vector2d from = Corner(first), to = from + Eigen::Vector2d(11.4, -7.4);
       const ImageLevels image(SeenBy(Warped(first, kTurnedAndNearer, from, to), seed + 100),
                               kPyramid);
       const auto patch = CutPatch(ImageLevels(first, kPyramid), octave, from, KeyFrameId(0));

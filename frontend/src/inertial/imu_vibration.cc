@@ -1,10 +1,42 @@
 #include "inertial/imu_vibration.h"
 
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include <highwall/core/stamp.h>
+#include <highwall/internal/median.h>
 
 namespace highwall {
+namespace {
+
+constexpr double kGap = 1.5;  // times the usual step: a longer one misses a reading
+
+struct MissingReadings {
+  std::size_t readings = 0;
+  // Of the sum of what stands for them, in units of the shaking's variance.
+  double squared_errors = 0.0;
+};
+
+MissingReadings FindMissing(std::span<const ImuSample> samples) {
+  std::vector<Stamp> steps;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    steps.push_back(samples[i].stamp - samples[i - 1].stamp);
+  }
+  // The ends may be cut between two readings: their steps are short.
+  const double usual = ToSeconds(UpperMedian(steps));
+  MissingReadings missing;
+  for (const Stamp step : steps) {
+    if (!(ToSeconds(step) > kGap * usual)) continue;
+    const double count = std::round(ToSeconds(step) / usual) - 1.0;
+    missing.readings += static_cast<std::size_t>(count);
+    // Each of them is off by itself, and all by what the two neighbours are, which stand for them.
+    missing.squared_errors += count + 0.5 * count * count;
+  }
+  return missing;
+}
+
+}  // namespace
 
 double AccelerometerShake(std::span<const ImuSample> samples) {
   if (samples.size() < 3) return 0.0;
@@ -20,8 +52,11 @@ double AccelerometerShake(std::span<const ImuSample> samples) {
 
 ImuNoise ShakenNoise(const ImuNoise& noise, std::span<const ImuSample> samples, double share) {
   const double duration = ToSeconds(samples.back().stamp - samples.front().stamp);
-  const double step = duration / static_cast<double>(samples.size() - 1);
-  const double velocity = share * AccelerometerShake(samples) * step;  // [m/s]
+  const MissingReadings missing = FindMissing(samples);
+  const double step = duration / static_cast<double>(samples.size() - 1 + missing.readings);
+  const double shake = AccelerometerShake(samples);
+  const double velocity = std::hypot(share * shake * step,
+                                     shake * step * std::sqrt(missing.squared_errors));  // [m/s]
   ImuNoise shaken = noise;
   shaken.accelerometer = std::hypot(noise.accelerometer, velocity / std::sqrt(duration));
   return shaken;

@@ -18,50 +18,59 @@ constexpr double kMinCorrelation = 0.9;
 
 using Window = Eigen::Matrix<double, kSide * kSide, 1>;
 
-// Bilinear, with its gradient.
-struct Grey {
-  double value, du, dv;
-};
-
-// (u, v): within [0, columns - 1) x [0, rows - 1).
-Grey Interpolate(const std::uint8_t* pixels, std::size_t step, double u, double v) {
+// (u, v): within [0, columns - 1) x [0, rows - 1); bilinear.
+double Interpolate(const std::uint8_t* pixels, std::size_t step, double u, double v) {
   const auto u0 = static_cast<std::size_t>(u), v0 = static_cast<std::size_t>(v);
   const double a = u - static_cast<double>(u0), b = v - static_cast<double>(v0);
   const std::uint8_t* p = pixels + v0 * step + u0;
   const double top = p[0] + a * (p[1] - p[0]);
   const double bottom = p[step] + a * (p[step + 1] - p[step]);
-  return {top + b * (bottom - top), (1.0 - b) * (p[1] - p[0]) + b * (p[step + 1] - p[step]),
-          bottom - top};
+  return top + b * (bottom - top);
 }
 
 bool Holds(int columns, int rows, double u, double v) {
   return u >= 0.0 && v >= 0.0 && u < columns - 1 && v < rows - 1;
 }
 
-// The patch as it is seen in the other image, less its mean.
-std::optional<Window> Template(const CornerPatch& patch, const Eigen::Matrix2d& A_level) {
-  Window window;
-  for (int v = -kRadius, i = 0; v <= kRadius; ++v) {
-    for (int u = -kRadius; u <= kRadius; ++u, ++i) {
+// The patch as it is seen in the other image, less its mean, and its gradient there.
+struct Template {
+  Window values, du, dv;
+};
+
+std::optional<Template> MakeTemplate(const CornerPatch& patch, const Eigen::Matrix2d& A_level) {
+  constexpr int kBorder = kRadius + 1;
+  Eigen::Matrix<double, kSide + 2, kSide + 2> grey;  // with a border for the gradient
+  for (int v = -kBorder; v <= kBorder; ++v) {
+    for (int u = -kBorder; u <= kBorder; ++u) {
       const Eigen::Vector2d place =
           (A_level * Eigen::Vector2d(u, v) + patch.offset).array() + CornerPatch::kRadius;
       if (!Holds(CornerPatch::kSide, CornerPatch::kSide, place.x(), place.y())) return std::nullopt;
-      window(i) = Interpolate(patch.pixels.data(), CornerPatch::kSide, place.x(), place.y()).value;
+      grey(v + kBorder, u + kBorder) =
+          Interpolate(patch.pixels.data(), CornerPatch::kSide, place.x(), place.y());
     }
   }
-  window.array() -= window.mean();
-  return window;
+  Template made;
+  for (int v = 1, i = 0; v <= kSide; ++v) {
+    for (int u = 1; u <= kSide; ++u, ++i) {
+      made.values(i) = grey(v, u);
+      made.du(i) = 0.5 * (grey(v, u + 1) - grey(v, u - 1));
+      made.dv(i) = 0.5 * (grey(v + 1, u) - grey(v - 1, u));
+    }
+  }
+  made.values.array() -= made.values.mean();
+  return made;
 }
 
 // The functor of ceres::TinySolver: image(start + d + x) - gain template(x) - mean as a function of
-// (d, gain, mean).
+// (d, gain, mean). The gradient is that of the template, not of the image: noise makes a derivative
+// of bilinear interpolation jump from pixel to pixel, and the solver stop short.
 class GreyLevels {
  public:
   using Scalar = double;
   enum { NUM_RESIDUALS = kSide * kSide, NUM_PARAMETERS = 4 };
 
-  GreyLevels(const cv::Mat& image, Eigen::Vector2d start, const Window& window)
-      : image_(image), start_(std::move(start)), window_(window) {}
+  GreyLevels(const cv::Mat& image, Eigen::Vector2d start, const Template& patch)
+      : image_(image), start_(std::move(start)), patch_(patch) {}
 
   bool Contains(const Eigen::Vector2d& middle) const {
     return Holds(image_.cols, image_.rows, middle.x() - kRadius, middle.y() - kRadius) &&
@@ -76,34 +85,28 @@ class GreyLevels {
       r.setConstant(std::numeric_limits<double>::infinity());
       return false;
     }
+    r = About(middle) - x[2] * patch_.values;
+    r.array() -= x[3];
+    if (jacobian == nullptr) return true;
     Eigen::Map<Eigen::Matrix<double, NUM_RESIDUALS, NUM_PARAMETERS>> J(jacobian);
-    for (int v = -kRadius, i = 0; v <= kRadius; ++v) {
-      for (int u = -kRadius; u <= kRadius; ++u, ++i) {
-        const Grey grey = Interpolate(image_.data, image_.step, middle.x() + u, middle.y() + v);
-        r(i) = grey.value - x[2] * window_(i) - x[3];
-        if (jacobian != nullptr) J.row(i) << grey.du, grey.dv, -window_(i), -1.0;
-      }
-    }
+    J << x[2] * patch_.du, x[2] * patch_.dv, -patch_.values, Window::Constant(-1.0);
     return true;
   }
 
-  // Of the image about `middle`, with that mean.
-  double Variation(const Eigen::Vector2d& middle, double mean) const {
-    double sum = 0.0;
-    for (int v = -kRadius; v <= kRadius; ++v) {
-      for (int u = -kRadius; u <= kRadius; ++u) {
-        const double value =
-            Interpolate(image_.data, image_.step, middle.x() + u, middle.y() + v).value - mean;
-        sum += value * value;
+  Window About(const Eigen::Vector2d& middle) const {
+    Window grey;
+    for (int v = -kRadius, i = 0; v <= kRadius; ++v) {
+      for (int u = -kRadius; u <= kRadius; ++u, ++i) {
+        grey(i) = Interpolate(image_.data, image_.step, middle.x() + u, middle.y() + v);
       }
     }
-    return sum;
+    return grey;
   }
 
  private:
   const cv::Mat& image_;
   const Eigen::Vector2d start_;
-  const Window& window_;
+  const Template& patch_;
 };
 
 }  // namespace
@@ -160,10 +163,10 @@ std::optional<Eigen::Vector2d> AlignPatch(const CornerPatch& patch, const Eigen:
   if (octave >= image.size()) return std::nullopt;
   const cv::Mat& level = image.level(octave);
   const double scale = static_cast<double>(image.level(0).cols) / level.cols;
-  const auto window = Template(patch, A * (scale / patch.scale));
-  if (!window) return std::nullopt;
+  const auto seen = MakeTemplate(patch, A * (scale / patch.scale));
+  if (!seen) return std::nullopt;
   const Eigen::Vector2d start = image.ToLevel(pixel, octave);
-  const GreyLevels problem(level, start, *window);
+  const GreyLevels problem(level, start, *seen);
   if (!problem.Contains(start)) return std::nullopt;
 
   ceres::TinySolver<GreyLevels> solver;
@@ -177,8 +180,9 @@ std::optional<Eigen::Vector2d> AlignPatch(const CornerPatch& patch, const Eigen:
     return std::nullopt;
   }
   // What a linear function of the patch leaves of the image's variation is 1 - correlation^2.
-  const double left = 2.0 * summary.final_cost / problem.Variation(found, x[3]);
-  if (!(left <= 1.0 - kMinCorrelation * kMinCorrelation)) return std::nullopt;
+  const double variation = (problem.About(found).array() - x[3]).square().sum();
+  constexpr double kMostLeft = 1.0 - kMinCorrelation * kMinCorrelation;
+  if (!(2.0 * summary.final_cost <= kMostLeft * variation)) return std::nullopt;
   return image.FromLevel(found, octave);
 }
 

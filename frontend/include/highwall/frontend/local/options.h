@@ -62,7 +62,8 @@ struct LocalMapperOptions {
   double motion_span = 20.0;      // [s] >= 0
   double max_depth_sigma = 0.03;  // > 0, of its depth: a corner known worse makes no landmark
   double min_line_length = 0.05;  // [m] > 0: shorter segments make no landmark
-  // A keyframe's corners of landmarks are moved to where these look as they did first.
+  // A keyframe's corners of landmarks are moved to where these look as they did first. Without an
+  // IMU.
   bool refine_corners = true;
   TriangulationOptions triangulation{};
   // The local adjustment runs on a thread of its own and is applied between frames. false: before
