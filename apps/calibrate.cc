@@ -74,6 +74,7 @@ bool IsOff(const RowTime& time, const FrameTimingEstimate& found, const FrameTim
 
 TrackedImages TrackImages(const Dataset& dataset, const RgbdSensor& sensor, bool intrinsics) {
   SlamRunOptions options;
+  options.slam = Deterministic(options.slam);  // one recording, one calibration
   options.dense = false;
   options.adjust_all = true;
   options.intrinsics = intrinsics;
@@ -86,9 +87,11 @@ TrackedImages TrackImages(const Dataset& dataset, const RgbdSensor& sensor, bool
           run.intrinsics, run.timing};
 }
 
-// Twice: what is tracked with a wrong camera is tracked worse. The sensor gets what is found and
-// was seen; the rest stays as it is known.
+// Twice: what is tracked with a wrong camera is tracked worse. The sensor gets what the last round
+// finds and sees; the rest stays as it was known before both.
 TrackedImages TrackWithIntrinsics(const Dataset& dataset, RgbdSensor* sensor) {
+  const PinholeCamera& stated = sensor->camera;
+  const std::array before{stated.fx, stated.fy, stated.cx, stated.cy};
   TrackedImages tracked;
   for (int round = 0; round < 2; ++round) {
     tracked = TrackImages(dataset, *sensor, true);
@@ -97,7 +100,7 @@ TrackedImages TrackWithIntrinsics(const Dataset& dataset, RgbdSensor* sensor) {
     PinholeCamera& camera = sensor->camera;
     const std::array known{&camera.fx, &camera.fy, &camera.cx, &camera.cy};
     for (std::size_t i = 0; i < known.size(); ++i) {
-      if (tracked.intrinsics->seen[i]) *known[i] = k[static_cast<Eigen::Index>(i)];
+      *known[i] = tracked.intrinsics->seen[i] ? k[static_cast<Eigen::Index>(i)] : before[i];
     }
   }
   return tracked;
