@@ -114,6 +114,7 @@ VariableProjection::VariableProjection(LandmarkProblem problem, FactorFaults* fa
   }
   for (Memory::State* state : {&memory_.accepted, &memory_.trial}) {
     state->valid = false;
+    state->cost = 0.0;
     state->x.resize(size);
     state->landmarks.resize(value);
     state->costs.resize(problem_.landmarks.size());

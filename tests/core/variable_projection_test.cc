@@ -315,6 +315,32 @@ TEST(VariableProjection, ALandmarkSeenFromFixedPosesAloneMovesWhereTheOthersStan
   EXPECT_NEAR(bundle.graph.Value(alone)[0], 0.25, 1e-6);
 }
 
+TEST(VariableProjection, WhatTheSolveBeforeHasCostIsForgotten) {
+  Bundle bundle(6);
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    bundle.graph.SetValue(bundle.poses[i], bundle.truth[i]);
+    if (i > 0) bundle.graph.Fix(bundle.poses[i]);
+  }
+  const auto fixed = bundle.graph.AddVariable(Pose());
+  bundle.graph.Fix(fixed);
+  const auto observe = [&](double z, const Variable<Point>& x) {
+    bundle.graph.AddFactor(std::make_unique<ceres::AutoDiffCostFunction<FirstCoordinate, 1, 7, 3>>(
+                               new FirstCoordinate{z}),
+                           fixed, x);
+  };
+  // Torn: costs 8e4 wherever it is, of which a thousandth is more than the other landmark is off.
+  const auto torn = bundle.graph.AddLandmark(Point(200.0, 0.0, 0.0));
+  observe(0.0, torn);
+  observe(400.0, torn);
+  ASSERT_TRUE(bundle.graph.Solve(Exact(LinearSolver::kVariableProjection)).IsUsable());
+  const auto alone = bundle.graph.AddLandmark(Point(1.0, 0.0, 0.0));
+  observe(0.25, alone);
+  // No step of the poses takes landmarks along.
+  const SolveOptions stay{.max_iterations = 0, .linear_solver = LinearSolver::kVariableProjection};
+  ASSERT_TRUE(bundle.graph.Solve(stay).IsUsable());
+  EXPECT_NEAR(bundle.graph.Value(alone)[0], 0.25, 1e-6);
+}
+
 TEST(VariableProjection, ALandmarkThatItsFactorsLeaveOpenStaysWhereTheyDo) {
   Bundle bundle(7);
   const auto open = bundle.graph.AddLandmark(Point(1, 2, 3));

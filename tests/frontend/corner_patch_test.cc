@@ -182,12 +182,14 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
 
   // With the keyframe that has the patches gone, another stands for its pose.
   const KeyFrame& other = map.AddKeyFrame(second.frame, T_WC);
-  map.RemoveKeyFrame(keyframe.id, other.id);
-  if (map.point(points[1]) != nullptr) {
-    const auto again =
-        refiner.Refine(second, ImageLevels(second.frame.features->gray, kPyramid), map);
-    EXPECT_EQ(again->points[1].uv, refined->points[1].uv);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    map.ObservePoint(other.id, static_cast<int>(i), points[i]);
   }
+  map.RemoveKeyFrame(keyframe.id, other.id);
+  ASSERT_NE(map.point(points[1]), nullptr);
+  const auto again =
+      refiner.Refine(second, ImageLevels(second.frame.features->gray, kPyramid), map);
+  EXPECT_EQ(again->points[1].uv, refined->points[1].uv);
 }
 
 }  // namespace

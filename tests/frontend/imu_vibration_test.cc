@@ -71,6 +71,32 @@ TEST(ShakenNoise, AddsTheSameVelocityWhateverTheLengthOfTheInterval) {
             ShakenNoise(noise, samples, 0.25).accelerometer);
 }
 
+TEST(ShakenNoise, ShortStepsAtTheEndsMakeNoReadingMissing) {
+  // Images at any rate and phase cut an interval anywhere between two readings.
+  constexpr double kRate = 200.0, kShare = 0.5;
+  for (const double duration : {0.008, 0.011, 0.0167, 0.0333, 0.1}) {
+    for (int phase = 1; phase < 20; ++phase) {
+      const double begin = 1.0 + phase / 20.0 / kRate, end = begin + duration;
+      std::vector<ImuSample> samples = Shaken(SinusoidalMotion(0.0).Samples(kRate, 1.5), 2.0);
+      const ImuSample still = samples.front();
+      std::erase_if(samples, [&](const ImuSample& sample) {
+        const double t = ToSeconds(sample.stamp);
+        return t <= begin || t >= end;
+      });
+      ImuSample first = still, last = still;
+      first.stamp = FromSeconds(begin);
+      last.stamp = FromSeconds(end);
+      samples.insert(samples.begin(), first);
+      samples.push_back(last);
+      const double step = duration / static_cast<double>(samples.size() - 1);
+      const double added = kShare * AccelerometerShake(samples) * step / std::sqrt(duration);
+      const ImuNoise shaken = ShakenNoise({}, samples, kShare);
+      EXPECT_NEAR(shaken.accelerometer, std::hypot(ImuNoise().accelerometer, added), 1e-12)
+          << duration << " from " << begin;
+    }
+  }
+}
+
 TEST(ShakenNoise, CoversTheVelocityErrorOfAVibrationThatIsCutOff) {
   // 70 Hz read at 200 Hz, cut at 100 phases: the velocity of what is integrated is off, the true
   // one does not change on average.

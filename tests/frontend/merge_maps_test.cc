@@ -11,6 +11,7 @@
 #include <highwall/frontend/loops/merge_maps.h>
 #include <highwall/frontend/map/keyframe_index.h>
 
+#include "local/corner_patch.h"
 #include "map/add_map.h"
 #include "support/id_literals.h"
 #include "support/loop_scene.h"
@@ -169,6 +170,7 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
                    nullptr});
   const std::size_t keyframes = map.num_keyframes(), points = map.num_points();
   const std::size_t lines = map.num_lines();
+  other.point(other.point_ids().front())->patch = std::make_shared<const CornerPatch>();
   const MapPoint last_point = *map.point(map.point_ids().back());
 
   const std::vector<KeyFrameId> added = AddMap(other, &map);
@@ -204,6 +206,7 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
     EXPECT_EQ(a.descriptor, b.descriptor);
     EXPECT_EQ(a.observations.size(), b.observations.size());
     EXPECT_EQ(b.id, same.points[f]);
+    EXPECT_EQ(b.patch, nullptr) << "tells of a keyframe that has another number here";
   }
   EXPECT_EQ(map.index().size(), map.num_keyframes());
 }
@@ -226,6 +229,12 @@ TEST(MergeMaps, RefusesMapsOfOtherPoints) {
   EXPECT_EQ(message_of({{}, {.pyramid = {.scale_factor = 1.25}}}),
             "MergeMaps: the points of one map are by orb in 8 levels of 1.2, those of another by "
             "orb in 8 levels of 1.25");
+  EXPECT_EQ(message_of({{.name = "net", .columns = 64}, {.name = "net"}}),
+            "MergeMaps: the points of one map are by net with descriptors of 64 bytes, those of "
+            "another by net with descriptors of 32 bytes");
+  EXPECT_EQ(message_of({{.name = "net", .descriptor = DescriptorType::kFloat}, {.name = "net"}}),
+            "MergeMaps: the points of one map are by net with descriptors of 32 numbers, those of "
+            "another by net with descriptors of 32 bytes");
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
 #include "inertial/imu_vibration.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <vector>
 
 #include <highwall/core/stamp.h>
-#include <highwall/internal/median.h>
 
 namespace highwall {
 namespace {
@@ -23,9 +24,13 @@ MissingReadings FindMissing(std::span<const ImuSample> samples) {
   for (std::size_t i = 1; i < samples.size(); ++i) {
     steps.push_back(samples[i].stamp - samples[i - 1].stamp);
   }
-  // The ends may be cut between two readings: their steps are short.
-  const double usual = ToSeconds(UpperMedian(steps));
   MissingReadings missing;
+  if (steps.size() < 4) return missing;  // nothing to compare with
+  // The ends may be cut between two readings: their steps are short.
+  std::vector<Stamp> inner(steps.begin() + 1, steps.end() - 1);
+  const auto middle = inner.begin() + (std::ssize(inner) - 1) / 2;
+  std::ranges::nth_element(inner, middle);
+  const double usual = ToSeconds(*middle);
   for (const Stamp step : steps) {
     if (!(ToSeconds(step) > kGap * usual)) continue;
     const double count = std::round(ToSeconds(step) / usual) - 1.0;

@@ -77,6 +77,7 @@ std::vector<KeyFrameId> AddMap(const Map& other, Map* map) {
     const MapPoint& old = *other.point(id);
     MapPoint& point = map->AddPoint(old.p_W, old.first_frame);
     Copy(old, point);
+    point.patch.reset();  // tells of a keyframe by its old number
     Observe(old.observations, keyframes, point.id, &Map::ObservePoint, map);
   }
   for (const LineId id : other.line_ids()) {

@@ -11,9 +11,19 @@ std::string WithPyramid(const PointKind& kind) {
   return words.str();
 }
 
+std::string WithDescriptor(const PointKind& kind) {
+  std::ostringstream words;
+  words << kind.name << " with descriptors of " << kind.columns
+        << (kind.descriptor == DescriptorType::kBinary ? " bytes" : " numbers");
+  return words.str();
+}
+
 std::optional<PointKindClash> FindClash(const PointKind& first, const PointKind& second,
                                         bool with_pyramids) {
   if (first.name != second.name) return PointKindClash{first.name, second.name};
+  if (first.descriptor != second.descriptor || first.columns != second.columns) {
+    return PointKindClash{WithDescriptor(first), WithDescriptor(second)};
+  }
   const PyramidOptions &a = first.pyramid, &b = second.pyramid;
   if (!with_pyramids || (a.levels == b.levels && a.scale_factor == b.scale_factor)) return {};
   return PointKindClash{WithPyramid(first), WithPyramid(second)};
