@@ -108,8 +108,9 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
   const InertialReport& last = inertial.last;
   nlohmann::json json = {
       {"status", ToString(last.status)},         {"dead_reckoned_frames", inertial.dead_reckoned},
-      {"restarts", inertial.restarts},           {"mean_weight", inertial.mean_weight},
-      {"reduced_share", inertial.reduced_share}, {"innovation_per_dof", inertial.mean_innovation}};
+      {"restarts", inertial.restarts},           {"contradicted_intervals", inertial.contradicted},
+      {"mean_weight", inertial.mean_weight},     {"reduced_share", inertial.reduced_share},
+      {"innovation_per_dof", inertial.mean_innovation}};
   nlohmann::json& intervals = json["intervals"];
   for (const char* key : {"stamp", "weight", "innovation_per_dof"}) {
     intervals[key] = nlohmann::json::array();

@@ -109,7 +109,11 @@ class InertialTally {
     if (report.estimate && !summary_.initialized) summary_.initialized = result.stamp;
     AddState(result.stamp, report);
     if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;
-    if (report.restarted) ++summary_.restarts;
+    if (report.contradicted) {
+      ++summary_.contradicted;
+    } else if (report.restarted) {
+      ++summary_.restarts;
+    }
     if (report.weight > 0.0) {
       const int dof = report.innovation_dof;
       WeighedInterval& interval =

@@ -131,6 +131,7 @@ void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
   const apps::InertialSummary& inertial = *run.inertial;
   s["dead_reckoned_frames"] = static_cast<double>(inertial.dead_reckoned);
   s["restarts"] = static_cast<double>(inertial.restarts);
+  s["contradicted_intervals"] = static_cast<double>(inertial.contradicted);
   s["mean_weight"] = inertial.mean_weight;
   s["reduced_share"] = inertial.reduced_share;
   s["innovation_chi2_per_dof"] = inertial.mean_innovation;

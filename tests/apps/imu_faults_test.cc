@@ -141,6 +141,25 @@ TEST(FaultyImu, LosesReadingsAndStampsThemLateOrEarlyButInOrder) {
   EXPECT_NEAR(sigma, 5e-4 * std::sqrt(0.923), 1e-5);
 }
 
+TEST(FaultyImu, TakesOneBlowInEachSpanOfTime) {
+  const FaultyImu imu({.blow_interval = 4.0}, CounterRandom(3), kRate);
+  const std::vector<ImuSample> readings = Readings(8000), delivered = imu.Delivered(readings);
+  int blows = 0, struck = 0;
+  double hardest = 0.0;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const double off = (delivered[i].accelerometer - readings[i].accelerometer).norm();
+    if (off > 0.0 && struck == 0) ++blows;
+    struck = off > 0.0 ? 12 : std::max(struck - 1, 0);  // 60 ms
+    hardest = std::max(hardest, off);
+    EXPECT_NEAR((delivered[i].gyroscope - readings[i].gyroscope).norm(), 3.0 / 40.0 * off, 1e-9);
+  }
+  EXPECT_GE(blows, 9) << "in 40 s; the last span's may come too late, two may touch";
+  EXPECT_LE(blows, 10);
+  // A reading lies within 2.5 ms of the middle of each.
+  EXPECT_LE(hardest, 40.0);
+  EXPECT_GT(hardest, 39.5);
+}
+
 TEST(ImuFaults, AreReadFromTheirNames) {
   EXPECT_EQ(ParseImuFaults("off").gyroscope_scale, 0.0);
   EXPECT_EQ(ParseImuFaults("hard").dropped, HardImuFaults().dropped);

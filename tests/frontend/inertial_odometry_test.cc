@@ -190,6 +190,57 @@ TEST(InertialOdometry, RestartsAfterAGapInTheReadings) {
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
+// A blow to the sensor that the camera does not feel, between two instants [s].
+std::function<bool(ImuSample&)> Blow(double from, double to) {
+  return [=](ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    if (t > from && t < to) {
+      reading.accelerometer += Eigen::Vector3d(20.0, -30.0, 10.0);
+      reading.gyroscope += Eigen::Vector3d(1.0, 2.0, -1.5);
+    }
+    return true;
+  };
+}
+
+TEST(InertialOdometry, DoesNotBelieveReadingsThatImagesContradict) {
+  // Within one interval of the images, and over the end of one: two are contradicted.
+  for (const double from : {4.22, 4.27}) {
+    Drive drive({.bias = kBias});
+    drive.change = Blow(from, from + 0.06);
+    drive.Until(4.21);
+    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+    const ImuBias before = drive.odometry.estimate()->bias;
+    drive.Until(4.31);
+    EXPECT_TRUE(drive.reports.back().contradicted) << from;
+    EXPECT_TRUE(drive.reports.back().restarted) << from;
+    EXPECT_GT(drive.reports.back().squared_innovation, 100.0);
+    EXPECT_EQ(drive.reports.back().weight, 0.0) << "no IMU factor";
+    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+    drive.Until(4.41);
+    EXPECT_EQ(drive.reports.back().contradicted, from > 4.25) << from;
+    EXPECT_LT(drive.PositionError(), 5e-3) << from;
+    EXPECT_FALSE(drive.odometry.Between(FromSeconds(4.1), FromSeconds(4.4)))
+        << "nor do these readings tie keyframes";
+    EXPECT_TRUE(drive.odometry.Between(FromSeconds(3.8), FromSeconds(4.15)));
+    EXPECT_LT((drive.odometry.estimate()->bias - before).norm(), 0.01);
+    drive.Until(5.5);
+    EXPECT_FALSE(drive.reports.back().contradicted);
+    EXPECT_LT(drive.PositionError(), 3e-3) << from;
+  }
+}
+
+TEST(InertialOdometry, AnImageThatLeapsContradictsNoReadings) {
+  Drive drive({.bias = kBias});
+  drive.Until(4.21);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  const Pose T_map = drive.T_map;
+  drive.T_map = drive.T_map * Pose(Eigen::Quaterniond::Identity(), {0.5, 0.0, 0.0});
+  drive.Until(4.31);
+  EXPECT_GT(drive.reports.back().squared_innovation, 100.0);
+  EXPECT_FALSE(drive.reports.back().contradicted);
+  drive.T_map = T_map;
+}
+
 TEST(InertialOdometry, RestartedItFindsGravityInAnotherWorld) {
   Drive drive({.bias = kBias, .T_WN = kTilted});
   drive.Until(5.0);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kMaxJitter = 0.2;  // of a period: stamps keep their order
-enum Purpose : std::uint64_t { kScales, kAxes, kGravity, kDrift, kJitter, kDropped };
+enum Purpose : std::uint64_t { kScales, kAxes, kGravity, kDrift, kJitter, kDropped, kBlows };
 
 struct Field {
   const char* name;
@@ -24,7 +24,7 @@ struct Field {
 };
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTiny = std::numeric_limits<double>::min();
-constexpr std::array<Field, 11> kFields{{
+constexpr std::array<Field, 12> kFields{{
     {"gyroscope_scale", &ImuFaults::gyroscope_scale, 0.0, 0.5},
     {"accelerometer_scale", &ImuFaults::accelerometer_scale, 0.0, 0.5},
     {"misalignment", &ImuFaults::misalignment, 0.0, 0.1},
@@ -36,6 +36,7 @@ constexpr std::array<Field, 11> kFields{{
     {"warm_up", &ImuFaults::warm_up, kTiny, 1e9},
     {"stamp_jitter", &ImuFaults::stamp_jitter, 0.0, 1.0},
     {"dropped", &ImuFaults::dropped, 0.0, 0.5},
+    {"blow_interval", &ImuFaults::blow_interval, 0.0, 1e9},
 }};
 
 // A 3 x 3 matrix of standard normal numbers.
@@ -97,7 +98,7 @@ ImuFaults ParseImuFaults(const std::string& text) {
                      "'" + part + "' is no fault of an IMU: off, hard, or name=value with one of " +
                          "gyroscope_scale, accelerometer_scale, misalignment, g_sensitivity, "
                          "gyroscope_range, accelerometer_range, gyroscope_drift, "
-                         "accelerometer_drift, warm_up, stamp_jitter, dropped");
+                         "accelerometer_drift, warm_up, stamp_jitter, dropped, blow_interval");
     std::istringstream number(part.substr(equals + 1));
     double value = 0.0;
     HIGHWALL_REQUIRE(number >> value && number.eof(),
@@ -129,6 +130,19 @@ ImuSample FaultyImu::Distorted(const ImuSample& ideal) const {
           accelerometer_ * ideal.accelerometer};
 }
 
+ImuBias FaultyImu::BlowAt(double t) const {
+  constexpr double kDuration = 0.06, kGyroscope = 3.0, kAccelerometer = 40.0;
+  if (faults_.blow_interval <= 0.0) return ImuBias::Zero();
+  const double span = std::floor(t / faults_.blow_interval);
+  const CounterRandom random = random_.Stream(kBlows).Stream(static_cast<std::uint64_t>(span));
+  const Eigen::Matrix3d axes = NormalMatrix(random, 0).colwise().normalized();
+  const double begin = (span + static_cast<double>(random.Uniform(9))) * faults_.blow_interval;
+  if (t < begin || t >= begin + kDuration) return ImuBias::Zero();
+  ImuBias blow;
+  blow << kGyroscope * axes.col(0), kAccelerometer * axes.col(1);
+  return std::sin(std::numbers::pi * (t - begin) / kDuration) * blow;
+}
+
 std::vector<ImuSample> FaultyImu::Delivered(std::vector<ImuSample> readings) const {
   const CounterRandom jitter = random_.Stream(kJitter), dropped = random_.Stream(kDropped);
   const double most = kMaxJitter / rate_;
@@ -137,6 +151,9 @@ std::vector<ImuSample> FaultyImu::Delivered(std::vector<ImuSample> readings) con
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (dropped.Uniform(i) < faults_.dropped) continue;
     ImuSample& reading = delivered.emplace_back(std::move(readings[i]));
+    const ImuBias blow = BlowAt(static_cast<double>(i) / rate_);
+    reading.gyroscope += blow.head<3>();
+    reading.accelerometer += blow.tail<3>();
     reading.gyroscope =
         reading.gyroscope.cwiseMax(-faults_.gyroscope_range).cwiseMin(faults_.gyroscope_range);
     reading.accelerometer = reading.accelerometer.cwiseMax(-faults_.accelerometer_range)

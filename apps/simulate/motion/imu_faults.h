@@ -28,6 +28,9 @@ struct ImuFaults {
   double warm_up = 60.0;             // [s] > 0
   double stamp_jitter = 0.0;         // [s] >= 0, sigma; cut off at a fifth of a period
   double dropped = 0.0;              // [0, 0.5], share of the readings that never arrive
+  // [s] >= 0, one in each such span of time: blows to the sensor that move no camera, half sines of
+  // 60 ms up to 40 m/s^2 and 3 rad/s along axes that are drawn; 0: none.
+  double blow_interval = 0.0;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -52,11 +55,14 @@ class FaultyImu {
   ImuBias DriftAt(double t) const;
   // What the sensor makes of a reading before its bias and noise: axes, scales, gravity.
   ImuSample Distorted(const ImuSample& ideal) const;
-  // What becomes of the readings with bias and noise, one each, in their order: range, stamps,
-  // those that arrive.
+  // What becomes of the readings with bias and noise, one each, in their order: blows, range,
+  // stamps, those that arrive.
   std::vector<ImuSample> Delivered(std::vector<ImuSample> readings) const;
 
  private:
+  // What a blow adds to the reading at t [s] since the first.
+  ImuBias BlowAt(double t) const;
+
   ImuFaults faults_;
   CounterRandom random_;
   double rate_;

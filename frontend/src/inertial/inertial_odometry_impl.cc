@@ -6,13 +6,13 @@
 #include <sstream>
 
 #include <highwall/core/error.h>
-#include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/zero_velocity.h>
 #include <highwall/frontend/input/imu_check.h>
 
 #include "inertial/imu_vibration.h"
+#include "inertial/innovation.h"
 #include "map/yaw_and_shift.h"
 
 namespace highwall {
@@ -36,6 +36,8 @@ constexpr double kSureTilt = 3.0;
 constexpr double kWorthwhileTilt = 2e-3;  // [rad] 2 mm a metre
 constexpr StationaryOptions kStationary;
 constexpr double kStationarySpeed = 0.03;  // [m/s]; at rest the estimate must be slower as well
+
+constexpr double kNeighbours = 0.2;  // [s] apart at most, two images that tell a velocity
 
 constexpr const char* kNoStart = "what is known of the motion does not make a start";
 
@@ -121,6 +123,10 @@ std::optional<Eigen::Vector3d> InertialOdometry::Impl::UpInCamera(Stamp image) c
 
 std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Stamp to) const {
   if (from >= to || buffer_.empty()) return std::nullopt;
+  const bool contradicted = std::ranges::any_of(contradicted_, [&](const auto& interval) {
+    return from < interval.second && interval.first < to;
+  });
+  if (contradicted) return std::nullopt;
   const auto interval = buffer_.Between(from, to);
   if (!interval || interval->HasGap()) return std::nullopt;
   return ImuPreintegration(interval->samples, bias_,
@@ -150,6 +156,7 @@ InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
     report.reason = reason_;
     return report;
   }
+  const std::optional<Twist> motion = MotionTo(observation);
   if (window_) {
     Advance(observation, report);
   } else if (known_) {
@@ -161,6 +168,7 @@ InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
     // In W as it is from now on.
     const Pose T_level = report.T_level.value_or(Pose());
     last_visual_ = {observation.image, T_level * observation.visual->T_WC};
+    visual_motion_ = motion;
   }
   report.status = status_;
   report.estimate = estimate();
@@ -270,7 +278,13 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
     visual = InO(*observation.visual);
     step.visual = &*visual;
     step.omega_B = RateAt(buffer_, imu->end(), bias_);
-    Innovate(PredictCamera(window_->Prior(), T_BC_, *imu), *visual, report);
+    if (Innovate(*imu, *visual, observation.image, report)) {
+      report.contradicted = true;
+      Disbelieve(*imu);
+      Suspend();
+      Resume(observation, report);
+      return;
+    }
     input.squared_innovation = report.squared_innovation;
     input.dof = report.innovation_dof;
   }
@@ -318,9 +332,10 @@ void InertialOdometry::Impl::Suspend() {
 }
 
 void InertialOdometry::Impl::Resume(const Observation& observation, InertialReport& report) {
-  constexpr double kNeighbours = 0.2;  // [s] apart at most, two images that tell a velocity
   const Stamp stamp = ImuStamp(observation.image);
-  if (!Between(stamp - FromSeconds(0.005), stamp)) {
+  const auto latest =
+      buffer_.empty() ? std::nullopt : buffer_.Between(stamp - FromSeconds(0.005), stamp);
+  if (!latest || latest->HasGap()) {
     report.reason = "no readings";
     return;
   }
@@ -359,18 +374,35 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   report.restarted = true;
 }
 
-void InertialOdometry::Impl::Innovate(const CameraPoseEstimate& predicted,
-                                      const VisualPose& visual_O, InertialReport& report) const {
-  const Matrix6 information = visual_O.sqrt_information.transpose() * visual_O.sqrt_information;
-  const Eigen::LLT<Matrix6> llt(information);
-  // With a direction open there is no innovation in it.
-  if (llt.info() != Eigen::Success || llt.matrixLLT().diagonal().minCoeff() < 1.0) return;
-  Vector6 e;
-  e << visual_O.T_WC.p() - predicted.T_WC.p(),
-      so3::Log(predicted.T_WC.q().conjugate() * visual_O.T_WC.q());
-  const Matrix6 S = predicted.covariance + Matrix6(llt.solve(Matrix6::Identity()));
-  report.squared_innovation = e.dot(S.ldlt().solve(e));
-  report.innovation_dof = 6;
+bool InertialOdometry::Impl::Innovate(const ImuPreintegration& imu, const VisualPose& visual_O,
+                                      Stamp image, InertialReport& report) const {
+  const CameraPoseEstimate predicted = PredictCamera(window_->Prior(), T_BC_, imu);
+  const std::optional<double> squared = SquaredInnovation(predicted, visual_O);
+  if (!squared) return false;
+  report.squared_innovation = *squared;
+  report.innovation_dof = kInnovationDof;
+  if (!visual_motion_ || !last_visual_) return false;
+  const double since = ToSeconds(image - last_visual_->stamp);
+  if (!(since > 0.0 && since <= kNeighbours)) return false;
+  const Pose steady = T_WO_.Inverse() * last_visual_->pose * visual_motion_->Over(since);
+  const bool known_bad = !contradicted_.empty() && contradicted_.back().second == imu.start();
+  return AreReadingsContradicted(*squared, predicted, visual_O.T_WC, steady, known_bad);
+}
+
+void InertialOdometry::Impl::Disbelieve(const ImuPreintegration& imu) {
+  std::erase_if(contradicted_,
+                [&](const auto& interval) { return interval.second < buffer_.oldest(); });
+  contradicted_.emplace_back(imu.start(), imu.end());
+}
+
+std::optional<Twist> InertialOdometry::Impl::MotionTo(const Observation& observation) const {
+  if (!observation.visual || !last_visual_) return std::nullopt;
+  const double since = ToSeconds(observation.image - last_visual_->stamp);
+  if (!(since > 0.0 && since <= kNeighbours)) return std::nullopt;
+  constexpr double kFast = 1e3;  // [m/s] no camera is; beyond all numbers there is no motion
+  const Pose &from = last_visual_->pose, &to = observation.visual->T_WC;
+  if (!((to.p() - from.p()).norm() < kFast * since)) return std::nullopt;
+  return Twist::Between(from.Inverse() * to, since);
 }
 
 bool InertialOdometry::Impl::Rests(const ImuPreintegration& imu) const {
@@ -394,6 +426,7 @@ void InertialOdometry::Impl::Restart() {
   window_.reset();
   known_.reset();
   last_visual_.reset();
+  visual_motion_.reset();
   initializer_.Clear();
   last_attempt_.reset();
   attempts_ = 0;

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <highwall/core/trajectory.h>
 
+#include "features/twist.h"
 #include "inertial/imu_weighting.h"
 #include "inertial/inertial_initializer.h"
 #include "inertial/inertial_odometry.h"
@@ -50,9 +53,14 @@ class InertialOdometry::Impl {
   void Suspend();
   // Starts a window anew with what was kept, once there are readings and poses again.
   void Resume(const Observation& observation, InertialReport& report);
-  // The innovation of an image's pose, where all its directions are known.
-  void Innovate(const CameraPoseEstimate& predicted, const VisualPose& visual_O,
+  // What the image says against what the readings since the newest state predict, in the report;
+  // whether it contradicts them.
+  bool Innovate(const ImuPreintegration& imu, const VisualPose& visual_O, Stamp image,
                 InertialReport& report) const;
+  // The readings of that interval are not used from now on.
+  void Disbelieve(const ImuPreintegration& imu);
+  // From the last image that told its pose to this one; none where that is long ago.
+  std::optional<Twist> MotionTo(const Observation& observation) const;
   std::optional<ExtrinsicsEstimate> extrinsics() const;
   bool Rests(const ImuPreintegration& imu) const;
   Stamp ImuStamp(Stamp image) const { return image + FromSeconds(time_offset()); }
@@ -69,7 +77,9 @@ class InertialOdometry::Impl {
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
   std::optional<StampedPose> last_visual_;  // T_WC of the last image that told it, image stamp
+  std::optional<Twist> visual_motion_;      // that led there from the image before
   std::optional<InertialPrior> known_;      // between Suspend() and Resume()
+  std::deque<std::pair<Stamp, Stamp>> contradicted_;  // intervals of readings, IMU stamps
   // Kept over a pause.
   ImuBias bias_ = ImuBias::Zero();
   double time_offset_;

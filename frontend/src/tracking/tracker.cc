@@ -117,8 +117,9 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   TrackedFrame& tracked = match->frame;
   if (was_tracking && !tracked.relocalized) {
     const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
-    goes_on_ = GoesOn(expected, tracked);
-    if (goes_on_ && match->Support() > 0) FollowMotion(map, known, &tracked);
+    const bool denied = match->prediction_denied;
+    goes_on_ = GoesOn(denied ? velocity_.twist() : expected, tracked);
+    if (goes_on_ && match->Support() > 0) FollowMotion(map, denied ? nullptr : known, &tracked);
     velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
     if (goes_on_ && anchored_) {
       keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
@@ -202,7 +203,7 @@ std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& 
                                                  const KnownPose* predicted,
                                                  LossClues* clues) const {
   std::optional<LocalMatch> match;
-  if (last_) match = FollowLast(frame, map, predicted, clues);
+  if (last_) match = Follow(frame, map, predicted, clues);
   if (!match) match = Recognize(Relocalize(frame, map), map, clues);
   if (match || !last_ || predicted != nullptr) return match;
   if (options_.surfaces.enabled) {
@@ -262,6 +263,20 @@ std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const KnownPose& known, c
         rough.lines);
   if (!Solve(rough, map, options_.min_predicted_support, &known, Aid::kNone)) return std::nullopt;
   return TrackLocalMap(std::move(rough), map, &known, Aid::kNone, clues);
+}
+
+std::optional<Tracker::LocalMatch> Tracker::Follow(const Frame& frame, const Map& map,
+                                                   const KnownPose* predicted,
+                                                   LossClues* clues) const {
+  auto match = FollowLast(frame, map, predicted, clues);
+  if (predicted == nullptr || !goes_on_ || SinceLast(frame) > ConstantVelocity::kLongestPrediction)
+    return match;
+  if (match && GoesOn(velocity_.twist(), match->frame)) return match;
+  LossClues without;
+  auto other = FollowLast(frame, map, nullptr, &without);
+  if (!other || (match && other->Support() <= match->Support())) return match;
+  other->prediction_denied = true;
+  return other;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::FollowLast(const Frame& frame, const Map& map,

@@ -97,6 +97,7 @@ class Tracker {
     TrackedFrame frame;
     std::vector<PointId> points_in_view;
     std::vector<LineId> lines_in_view;
+    bool prediction_denied = false;  // found where the prediction is not
 
     int Support() const;
     void CountObservations(Map& map) const;
@@ -105,6 +106,10 @@ class Tracker {
   // by all of the image. clues: of what failed.
   std::optional<LocalMatch> Find(const Frame& frame, const Map& map, const KnownPose* predicted,
                                  LossClues* clues) const;
+  // From the last frame, by the prediction; without it where that finds nothing, or where the
+  // camera would have come as no camera does: readings may be those of a blow to the sensor.
+  std::optional<LocalMatch> Follow(const Frame& frame, const Map& map, const KnownPose* predicted,
+                                   LossClues* clues) const;
   // From the last frame and, where that is in doubt, its reference keyframe.
   std::optional<LocalMatch> FollowLast(const Frame& frame, const Map& map,
                                        const KnownPose* predicted, LossClues* clues) const;

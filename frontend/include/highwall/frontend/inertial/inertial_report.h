@@ -50,7 +50,10 @@ struct InertialReport {
   double squared_innovation = 0.0;  // of the image's pose against the prediction
   int innovation_dof = 0;           // 0 where it was not formed
   bool stationary = false;
-  bool restarted = false;  // readings were missing before this image
+  bool restarted = false;  // readings were missing before this image, or were contradicted
+  // The image contradicts the readings since the one before beyond any noise, as after a blow to
+  // the sensor: they are not used, nor is what keyframes would be tied by over them.
+  bool contradicted = false;
   // The motion that makes z point up, to be applied to the whole map: a turn about the origin in
   // the report of the image that ends the initialization, and one about the camera later on, where
   // gravity has become known much better than it was then.
