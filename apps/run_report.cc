@@ -71,7 +71,10 @@ nlohmann::json ToJson(const NoiseEstimate& noise, int levels) {
     return json;
   };
   const std::span points(noise.point_px);
-  return {{"point_px_by_level", rounded(points.first(static_cast<std::size_t>(levels)))},
+  const std::span refined(noise.refined_px);
+  const auto used = static_cast<std::size_t>(levels);
+  return {{"point_px_by_level", rounded(points.first(used))},
+          {"refined_px_by_level", rounded(refined.first(used))},
           {"point_depth_by_depth", rounded(noise.point_depth)},
           {"edge_depth_by_depth", rounded(noise.edge_depth)},
           {"line_px_by_length", rounded(noise.line_px)},

@@ -225,6 +225,9 @@ void BindEstimates(py::module_& module) {
           "point_px", [](const NoiseEstimate& noise) { return ArrayOf(noise.point_px); },
           "Of points, across the image, by octave: 16, of which an extractor may have fewer.")
       .def_property_readonly(
+          "refined_px", [](const NoiseEstimate& noise) { return ArrayOf(noise.refined_px); },
+          "Of those that keyframes have refined, likewise.")
+      .def_property_readonly(
           "point_depth", [](const NoiseEstimate& noise) { return ArrayOf(noise.point_depth); },
           "Of their depth: to 1 m, 2 m, 4 m, beyond.")
       .def_property_readonly(

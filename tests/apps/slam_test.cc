@@ -167,6 +167,7 @@ void ExpectGrid(const fs::path& run, const json& grid) {
 // Multiples of what is known beforehand, of each kind, to a thousandth.
 void ExpectNoise(const json& noise) {
   EXPECT_EQ(noise["point_px_by_level"].size(), 8U);
+  EXPECT_EQ(noise["refined_px_by_level"].size(), 8U);
   for (const char* bands : {"point_depth_by_depth", "edge_depth_by_depth", "line_px_by_length",
                             "line_depth_by_depth"}) {
     EXPECT_EQ(noise[bands].size(), 4U) << bands;

@@ -1,6 +1,7 @@
 // Patches of landmarks laid over images that show them from elsewhere.
 #include "local/corner_patch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -137,6 +138,8 @@ struct Wall {
       PointFeature feature;
       feature.pixel = (corner + at + off).cast<float>();
       feature.uv = camera.UndistortPixel(feature.pixel.cast<double>());
+      feature.noise.px = 1.5F;
+      feature.refined_noise_px = 0.5F;
       features->points.push_back(feature);
     }
     features->point_descriptors = cv::Mat::zeros(static_cast<int>(corners.size()), 32, CV_8UC1);
@@ -175,6 +178,10 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double error = (refined->points[i].uv - wall.corners[i] - wall.moved).norm();
     EXPECT_TRUE(error < 0.1 || std::abs(error - off.norm()) < 1e-6) << error;
+    EXPECT_EQ(refined->points[i].refined, error < 0.1);
+    EXPECT_EQ(refined->points[i].noise.px, error < 0.1 ? 0.5F : 1.5F);
+    EXPECT_EQ(refined->point_grid.Query(refined->points[i].uv, 1e-3, 0, 0),
+              std::vector<int>{static_cast<int>(i)});
     if (error < 0.1) ++found;
   }
   EXPECT_GT(found, 0.9 * static_cast<double>(points.size()));
@@ -190,6 +197,53 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
   const auto again =
       refiner.Refine(second, ImageLevels(second.frame.features->gray, kPyramid), map);
   EXPECT_EQ(again->points[1].uv, refined->points[1].uv);
+}
+
+// Which of the wall's corners have a patch, with that depth about them.
+std::vector<bool> Remembered(const Wall& wall, const cv::Mat& depth, int octave = 0) {
+  const CornerRefiner refiner(wall.camera);
+  Map map;
+  TrackedFrame seen =
+      wall.See(wall.first, Pose(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero());
+  auto features = std::make_shared<FrameFeatures>(*seen.frame.features);
+  for (PointFeature& point : features->points) point.octave = octave;
+  features->depth_grid = DepthGrid(wall.camera).Sample(depth, 0.1, 10.0);
+  seen.frame.features = features;
+  const KeyFrame& keyframe = map.AddKeyFrame(seen.frame, seen.T_WC);
+  for (std::size_t i = 0; i < wall.corners.size(); ++i) {
+    const Eigen::Vector3d p_W = wall.camera.Unproject(wall.corners[i], Wall::kDepth);
+    map.ObservePoint(keyframe.id, static_cast<int>(i), map.AddPoint(p_W, 0).id);
+  }
+  refiner.Remember(keyframe, ImageLevels(wall.first, kPyramid), &map);
+  std::vector<bool> has;
+  for (const PointId id : map.point_ids()) has.push_back(map.point(id)->patch != nullptr);
+  return has;
+}
+
+TEST(CornerRefiner, TakesNoPatchAcrossAnEdgeOfDepth) {
+  const Wall wall;
+  cv::Mat depth(240, 320, CV_32FC1, cv::Scalar(Wall::kDepth));
+  depth(cv::Rect(160, 0, 160, 240)) = 3.0F;
+  depth(cv::Rect(0, 0, 320, 90)) = 0.0F;  // what was not measured contradicts nothing
+  const std::vector<bool> has = Remembered(wall, depth);
+  for (std::size_t i = 0; i < has.size(); ++i) {
+    // Half a patch and a cell of 4 px away from the edge it is seen, or not.
+    const double u = wall.corners[i].x(), v = wall.corners[i].y();
+    const bool apart = u < 160 - 9 || v < 90 - 9, beside = u > 160 - 4 && v > 90 + 9;
+    EXPECT_TRUE(has[i] || !apart) << u << ", " << v;
+    EXPECT_FALSE(has[i] && beside) << u << ", " << v;
+  }
+}
+
+TEST(CornerRefiner, TakesNoPatchThatSpansTooWideAnAngle) {
+  const Wall wall;  // 260 px of focal length: 4.5 px a level 0 are 1 degree
+  const cv::Mat depth(240, 320, CV_32FC1, cv::Scalar(Wall::kDepth));
+  const auto count = [&](int octave) {
+    return std::ranges::count(Remembered(wall, depth, octave), true);
+  };
+  EXPECT_EQ(count(0), std::ssize(wall.corners));
+  EXPECT_EQ(count(1), std::ssize(wall.corners)) << "4.5 * 1.2 < 0.0215 * 260";
+  EXPECT_EQ(count(2), 0);
 }
 
 }  // namespace

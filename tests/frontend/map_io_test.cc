@@ -176,7 +176,7 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   constexpr std::size_t kEvidence = 8 + 4, kLandmarks = 4 + 4;  // no depth grid, nothing seen
   constexpr std::size_t kFactors = 4 + 4;                       // nothing measured
   const FrameFeatures& features = *map().keyframe(0_kf)->frame.features;
-  const std::size_t noise = 8 * (features.points.size() + features.lines.size());
+  const std::size_t noise = 9 * features.points.size() + 8 * features.lines.size();
   bytes.erase(bytes.size() - kFactors, kFactors);
   bytes.erase(bytes.size() - kLandmarks - noise - kEvidence, kEvidence + noise);
   bytes.erase(kHeader + kCamera + kKind + kSubmaps + kCount, kSubmap);
@@ -195,15 +195,43 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
 TEST_F(MapIoTest, NoiseOfFeaturesIsKept) {
   SaveEdited([](FrameFeatures& features) {
     features.points[3].noise = {.px = 0.5F, .depth = 1.25F};
+    features.points[3].refined = true;
     features.lines[1].noise = {.px = 0.75F, .depth = 1.5F};
   });
   const Map loaded = LoadMap(path).map;
   const FrameFeatures& same = *loaded.keyframe(loaded.keyframe_ids().back())->frame.features;
   EXPECT_EQ(same.points[3].noise.px, 0.5F);
   EXPECT_EQ(same.points[3].noise.depth, 1.25F);
+  EXPECT_TRUE(same.points[3].refined);
   EXPECT_EQ(same.points[2].noise.px, 1.0F);
+  EXPECT_FALSE(same.points[2].refined);
   EXPECT_EQ(same.lines[1].noise.px, 0.75F);
   EXPECT_EQ(same.lines[1].noise.depth, 1.5F);
+}
+
+TEST_F(MapIoTest, ReadsAMapFromBeforeCornersWereToldThatAreRefined) {
+  Map one;
+  FrameFeatures features = *map().keyframe(0_kf)->frame.features;
+  for (PointFeature& point : features.points) point.noise = {.px = 0.5F, .depth = 1.25F};
+  one.AddKeyFrame({.features = std::make_shared<const FrameFeatures>(features)}, kPoses[2]);
+  SaveMap(path, IdealSensor().camera, one);
+  std::string bytes = Bytes();
+  // From the end: nothing measured, nothing seen, the noise of lines, that of points.
+  std::size_t end = bytes.size() - 16 - 8 * features.lines.size();
+  for (std::size_t i = 0; i < features.points.size(); ++i, end -= 9) bytes.erase(end - 1, 1);
+  const std::uint32_t version = 4;
+  const std::uint64_t size = bytes.size() - 24;
+  std::memcpy(bytes.data() + 8, &version, 4);
+  std::memcpy(bytes.data() + 16, &size, 8);
+  Write(WithChecksum(bytes));
+  const Map loaded = LoadMap(path).map;
+  const FrameFeatures& same = *loaded.keyframe(0_kf)->frame.features;
+  ASSERT_EQ(same.points.size(), features.points.size());
+  for (const PointFeature& point : same.points) {
+    EXPECT_FALSE(point.refined);
+    EXPECT_EQ(point.noise.px, 0.5F);
+    EXPECT_EQ(point.noise.depth, 1.25F);
+  }
 }
 
 // By which another map is held against it: docs/submaps.md.

@@ -30,8 +30,13 @@ constexpr double kTrue = 1.0;  // [px] of corners at level 0 and of segments
 class NoiseOfAMap {
  public:
   // depth: by which the noise of depth that is told is larger than the true one.
-  explicit NoiseOfAMap(const MeasurementOptions& options, double depth = 1.0, int lines = 80)
-      : scene_(MakeScene(4, 400, lines)), map_(scene_), model_(Sensor(depth), options) {
+  // refined: every other corner is.
+  explicit NoiseOfAMap(const MeasurementOptions& options, double depth = 1.0, int lines = 80,
+                       bool refined = false)
+      : scene_(MakeScene(4, 400, lines)),
+        map_(scene_),
+        model_(Sensor(depth), options),
+        refined_(refined) {
     for (unsigned i = 0; i < 8; ++i) {
       const double x = 0.1 * i - 0.4;
       const Pose T_WC = Pose::FromTangent({x, 0.4 * x * x, 0.2 * x}, {0.05 * x, -0.1 * x, 0.1 * x});
@@ -47,7 +52,11 @@ class NoiseOfAMap {
     for (int round = 0; round < 4; ++round) {
       for (const KeyFrameId id : keyframes_) {
         Frame& frame = map_.map.keyframe(id)->frame;
-        frame.features = estimator->Apply(*frame.features);
+        auto features = std::make_shared<FrameFeatures>(*estimator->Apply(*frame.features));
+        for (PointFeature& point : features->points) {
+          if (point.refined) point.noise.px = point.refined_noise_px;
+        }
+        frame.features = std::move(features);
       }
       AdjustBundle(map_.map, model_, keyframes_, {}, adjustment);
       estimator->Add(map_.map, keyframes_);
@@ -104,12 +113,21 @@ class NoiseOfAMap {
     sensor.depth_noise.quadratic *= depth;
     return sensor;
   }
-  // With the true noise, told as what is known beforehand.
+  // With the true noise, told as what is known beforehand. Every other corner is a refined one where
+  // they are, with half of it.
   SyntheticView See(const Pose& T_WC, unsigned seed) const {
-    SyntheticView view =
-        Look(scene_, IdealSensor(), T_WC, {.px = kTrue, .depth = true, .seed = seed});
+    const auto look = [&](double px) {
+      return Look(scene_, IdealSensor(), T_WC, {.px = px, .depth = true, .seed = seed});
+    };
+    SyntheticView view = look(kTrue);
+    const SyntheticView sharper = look(0.5 * kTrue);
     auto told = std::make_shared<FrameFeatures>(*view.features);
-    for (PointFeature& point : told->points) {
+    for (std::size_t i = 0; i < told->points.size(); ++i) {
+      PointFeature& point = told->points[i];
+      if (refined_ && i % 2 == 1) {
+        point = sharper.features->points[i];
+        point.refined = true;
+      }
       point.depth_sigma = model_.depth_noise().Sigma(point.depth);
     }
     view.features = told;
@@ -119,6 +137,7 @@ class NoiseOfAMap {
   const Scene scene_;
   SceneMap map_;
   const MeasurementModel model_;
+  const bool refined_;
   std::vector<KeyFrameId> keyframes_;
 };
 
@@ -140,11 +159,33 @@ TEST(NoiseEstimator, FindsTheNoiseOfEachKindOfRow) {
 }
 
 TEST(NoiseEstimator, KindsThatWereNotSeenFollowThoseThatWere) {
-  NoiseOfAMap map({.point_sigma = 0.5 * kTrue, .line_sigma = kTrue});
+  NoiseOfAMap map({.point_sigma = 0.5 * kTrue, .line_sigma = kTrue}, 2.0);
   NoiseEstimator estimator(map.model());
+  const NoiseEstimate before = estimator.estimate();
   map.Teach(&estimator);
   // No landmark is nearer than a metre: what those beyond it tell holds there.
+  EXPECT_LT(estimator.estimate().point_depth[2], 0.8 * before.point_depth[2]);
   EXPECT_NEAR(estimator.estimate().point_depth[0], estimator.estimate().point_depth[2], 0.05);
+}
+
+TEST(NoiseEstimator, TellsRefinedCornersFromThoseThatWereDetected) {
+  NoiseOfAMap map({.point_sigma = kTrue, .line_sigma = kTrue}, 1.0, 80, /*refined=*/true);
+  NoiseEstimator estimator(map.model());
+  map.Teach(&estimator);
+  const NoiseEstimate& found = estimator.estimate();
+  for (int level = 0; level < 8; ++level) {
+    const auto i = static_cast<std::size_t>(level);
+    const double shared = 0.4 / map.model().PointSigma(level);
+    // Half as many rows of each as in FindsTheNoiseOfEachKindOfRow. A landmark follows its better
+    // views more than the others, so that their residuals show less of their noise.
+    EXPECT_NEAR(found.point_px[i], std::hypot(1.0, shared), 0.15) << i;
+    EXPECT_NEAR(found.refined_px[i], std::hypot(0.5, shared), 0.1) << i;
+  }
+  FrameFeatures frame;
+  frame.points.push_back({.octave = 2});
+  const PointFeature told = estimator.Apply(frame)->points[0];
+  EXPECT_EQ(told.noise.px, static_cast<float>(found.point_px[2])) << "frames are as detected";
+  EXPECT_EQ(told.refined_noise_px, static_cast<float>(found.refined_px[2]));
 }
 
 TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfPointsAndLines) {

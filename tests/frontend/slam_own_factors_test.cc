@@ -51,8 +51,7 @@ class SlamOwnFactorsTest : public ::testing::Test {
     sensor.depth_noise = simulation_->options().sensor.Noise();
     sensor.max_depth = simulation_->options().sensor.max_depth;
     SlamOptions options;
-    options.frame.use_lines = false;        // for the time it takes
-    options.mapper.refine_corners = false;  // for the drift that is to be taken away
+    options.frame.use_lines = false;  // for the time it takes
     return SlamSystem(sensor, lockstep ? Deterministic(options) : options);
   }
 

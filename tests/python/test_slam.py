@@ -207,6 +207,7 @@ def test_what_an_extractor_raises_or_gives_wrongly_comes_out_of_track(sensor):
 
 def test_what_was_found_out_of_rows_and_noise_is_told(sensor):
     assert hw.SlamSystem(sensor).noise().point_px.shape == (16,)
+    assert hw.SlamSystem(sensor).noise().refined_px.shape == (16,)
     sensor.timing = hw.FrameTiming(colour_readout=0.02, depth_delay=-0.01)
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
     before = slam.noise()

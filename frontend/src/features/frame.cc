@@ -2,6 +2,16 @@
 
 namespace highwall {
 
+FeatureGrid GridOf(const std::vector<PointFeature>& points, const cv::Size& size) {
+  std::vector<cv::KeyPoint> places;
+  places.reserve(points.size());
+  for (const PointFeature& point : points) {
+    places.emplace_back(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F,
+                        point.angle, 0.0F, point.octave);
+  }
+  return {places, size};
+}
+
 std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
                                             const std::vector<bool>& points,
                                             const std::vector<bool>& lines, const cv::Size& size) {
@@ -11,16 +21,12 @@ std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
   selected->depth_grid = features.depth_grid;
   selected->gray_grid = features.gray_grid;
   selected->gray = features.gray;
-  std::vector<cv::KeyPoint> places;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i]) continue;
-    const PointFeature& point = features.points[i];
-    selected->points.push_back(point);
+    selected->points.push_back(features.points[i]);
     selected->point_descriptors.push_back(features.point_descriptors.row(static_cast<int>(i)));
-    places.emplace_back(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F,
-                        point.angle, 0.0F, point.octave);
   }
-  selected->point_grid = FeatureGrid(places, size);
+  selected->point_grid = GridOf(selected->points, size);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (!lines[i]) continue;
     selected->lines.push_back(features.lines[i]);

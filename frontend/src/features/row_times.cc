@@ -112,8 +112,6 @@ std::shared_ptr<const FrameFeatures> Moved(const FrameFeatures& features,
                                            const PinholeCamera& camera, const Move& move) {
   auto moved = std::make_shared<FrameFeatures>(features);
   const double mean = MeanDepth(features);
-  std::vector<cv::KeyPoint> keypoints;
-  keypoints.reserve(moved->points.size());
   for (PointFeature& point : moved->points) {
     const bool measured = point.depth > 0.0;
     const Eigen::Vector3d p_C =
@@ -122,10 +120,8 @@ std::shared_ptr<const FrameFeatures> Moved(const FrameFeatures& features,
       point.uv = camera.Project(p_C);
       if (measured) point.depth = p_C.z();
     }
-    keypoints.emplace_back(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F,
-                           point.angle, 0.0F, point.octave);
   }
-  moved->point_grid = FeatureGrid(keypoints, {camera.width, camera.height});
+  moved->point_grid = GridOf(moved->points, {camera.width, camera.height});
   for (LineFeature& line : moved->lines) {
     const auto move_end = [&](Eigen::Vector2f* end, Eigen::Vector3d* measured) {
       const Eigen::Vector2d uv = end->cast<double>();

@@ -148,7 +148,7 @@ std::optional<CornerPatch> CutPatch(const ImageLevels& image, int octave,
   if ((square & whole) != square) return std::nullopt;
   CornerPatch patch;
   patch.keyframe = keyframe;
-  patch.scale = static_cast<double>(image.level(0).cols) / level.cols;
+  patch.scale = image.Scale(octave);
   patch.offset = place - Eigen::Vector2d(middle.x, middle.y);
   for (int v = 0; v < CornerPatch::kSide; ++v) {
     std::copy_n(level.ptr<std::uint8_t>(square.y + v) + square.x, CornerPatch::kSide,
@@ -162,8 +162,7 @@ std::optional<Eigen::Vector2d> AlignPatch(const CornerPatch& patch, const Eigen:
                                           const Eigen::Vector2d& pixel) {
   if (octave >= image.size()) return std::nullopt;
   const cv::Mat& level = image.level(octave);
-  const double scale = static_cast<double>(image.level(0).cols) / level.cols;
-  const auto seen = MakeTemplate(patch, A * (scale / patch.scale));
+  const auto seen = MakeTemplate(patch, A * (image.Scale(octave) / patch.scale));
   if (!seen) return std::nullopt;
   const Eigen::Vector2d start = image.ToLevel(pixel, octave);
   const GreyLevels problem(level, start, *seen);

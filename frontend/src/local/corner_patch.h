@@ -21,6 +21,10 @@ class ImageLevels {
 
   const cv::Mat& level(int octave) const { return images_[static_cast<std::size_t>(octave)]; }
   int size() const { return static_cast<int>(images_.size()); }
+  // Size of a pixel of that level [px of the image].
+  double Scale(int octave) const {
+    return static_cast<double>(level(0).cols) / level(octave).cols;
+  }
   // Between pixels of the image and of that level, (0, 0) being the middle of the first.
   Eigen::Vector2d ToLevel(const Eigen::Vector2d& pixel, int octave) const;
   Eigen::Vector2d FromLevel(const Eigen::Vector2d& place, int octave) const;
@@ -34,6 +38,8 @@ class ImageLevels {
 struct CornerPatch {
   static constexpr int kRadius = 9;
   static constexpr int kSide = 2 * kRadius + 1;
+  // Of what is compared, half its side: 9 x 9 pixels as the other image sees them.
+  static constexpr double kCompared = 4.5;
 
   KeyFrameId keyframe = kNoId;
   double scale = 1.0;  // size of a pixel of that level [px of the image]

@@ -14,6 +14,9 @@ namespace {
 constexpr double kStep = 4.0;           // [px] of the differences that the warp is made of
 constexpr double kMinDepth = 0.05;      // [m] nearer nothing is projected
 constexpr double kMinDeterminant = .1;  // of the warp: seen smaller than that it shows no corner
+// Tangent of half the angle that a patch may span, the coarsest level but two of a usual camera:
+// over more a surface is not one that faces the keyframe, and seldom one at all.
+constexpr double kWidest = 0.0215;
 
 // From offsets [px] in the image of C to offsets in that of R, of a surface about p_R that faces R.
 std::optional<Eigen::Matrix2d> Warp(const PinholeCamera& camera, const Eigen::Vector3d& p_R,
@@ -58,15 +61,38 @@ std::shared_ptr<const FrameFeatures> CornerRefiner::Refine(const TrackedFrame& t
     if (!found) continue;
     feature.uv += camera_.UndistortPixel(*found) - camera_.UndistortPixel(pixel);
     feature.pixel = found->cast<float>();
+    feature.noise.px = feature.refined_noise_px;
+    feature.refined = true;
   }
+  refined->point_grid = GridOf(refined->points, {camera_.width, camera_.height});
   return refined;
 }
 
+bool CornerRefiner::LiesOnOneSurface(const cv::Mat& depth_grid, const Eigen::Vector2d& uv,
+                                     double radius, double z) const {
+  constexpr double kSmooth = 0.05;  // of the depth: a larger step is an edge
+  if (depth_grid.empty()) return true;
+  const cv::Point first = grid_.CellOf(uv.array() - radius), last = grid_.CellOf(uv.array() + radius);
+  for (int v = first.y; v <= last.y; ++v) {
+    for (int u = first.x; u <= last.x; ++u) {
+      const auto reading = static_cast<double>(depth_grid.at<float>(v, u));
+      if (reading > 0.0 && std::abs(reading - z) > kSmooth * z) return false;
+    }
+  }
+  return true;
+}
+
 void CornerRefiner::Remember(const KeyFrame& keyframe, const ImageLevels& image, Map* map) const {
+  const FrameFeatures& features = *keyframe.frame.features;
+  const Pose T_CW = keyframe.T_WC.Inverse();
   for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
     MapPoint* point = map->point(keyframe.points[i]);
     if (point == nullptr || point->patch != nullptr) continue;
-    const PointFeature& feature = keyframe.frame.features->points[i];
+    const PointFeature& feature = features.points[i];
+    const double radius = CornerPatch::kCompared * image.Scale(feature.octave);
+    if (radius > kWidest * camera_.fx) continue;
+    const double z = (T_CW * point->p_W).z();
+    if (!LiesOnOneSurface(features.depth_grid, feature.uv, radius, z)) continue;
     const auto patch = CutPatch(image, feature.octave, feature.pixel.cast<double>(), keyframe.id);
     if (patch) point->patch = std::make_shared<const CornerPatch>(*patch);
   }

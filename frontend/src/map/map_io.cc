@@ -32,11 +32,13 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "map files are little-endian");
 
 constexpr std::array<char, 8> kMagic = {'H', 'W', 'M', 'A', 'P', '\r', '\n', '\x1a'};
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 // Older ones are read as well: what they lack is not known, and their points are ORB's.
 constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3;
 // The kind of points, the noise of features, the factors of the user's.
 constexpr std::uint32_t kFirstWithKind = 4;
+// Which corners were refined.
+constexpr std::uint32_t kFirstWithRefined = 5;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
@@ -221,17 +223,13 @@ void WriteFeatures(MapWriter& writer, const FrameFeatures& features) {
 
 std::shared_ptr<FrameFeatures> ReadFeatures(MapReader& reader, const PinholeCamera& camera) {
   auto features = std::make_shared<FrameFeatures>();
-  std::vector<cv::KeyPoint> keypoints;
   for (std::uint32_t i = reader.Count(40); i > 0; --i) {
     PointFeature& point = features->points.emplace_back();
     Fields(reader, point);
     Check(reader, point);
-    cv::KeyPoint keypoint(static_cast<float>(point.uv.x()), static_cast<float>(point.uv.y()), 1.0F);
-    keypoint.octave = point.octave;
-    keypoints.push_back(keypoint);
   }
   features->point_descriptors = ReadDescriptors(reader);
-  features->point_grid = FeatureGrid(keypoints, {camera.width, camera.height});
+  features->point_grid = GridOf(features->points, {camera.width, camera.height});
   for (std::uint32_t i = reader.Count(17); i > 0; --i) {
     LineFeature& line = features->lines.emplace_back();
     Doubles(reader, line.segment.s);
@@ -285,11 +283,14 @@ void WriteNoise(MapWriter& writer, const FrameFeatures& features) {
     writer(feature.noise.px);
     writer(feature.noise.depth);
   };
-  for (const PointFeature& point : features.points) write(point);
+  for (const PointFeature& point : features.points) {
+    write(point);
+    writer(point.refined);
+  }
   for (const LineFeature& line : features.lines) write(line);
 }
 
-void ReadNoise(MapReader& reader, FrameFeatures& features) {
+void ReadNoise(MapReader& reader, bool tells_refined, FrameFeatures& features) {
   const auto read = [&](auto& feature) {
     reader(feature.noise.px);
     reader(feature.noise.depth);
@@ -299,7 +300,10 @@ void ReadNoise(MapReader& reader, FrameFeatures& features) {
     reader.Require(is_factor(feature.noise.px) && is_factor(feature.noise.depth),
                    "a feature's noise is none");
   };
-  for (PointFeature& point : features.points) read(point);
+  for (PointFeature& point : features.points) {
+    read(point);
+    if (tells_refined) reader(point.refined);
+  }
   for (LineFeature& line : features.lines) read(line);
 }
 
@@ -424,7 +428,7 @@ SavedMap Decode(MapReader& reader, std::uint32_t version) {
     const auto features = ReadFeatures(reader, saved.camera);
     const double found =
         version >= kFirstWithDepth ? ReadEvidence(reader, grid_size, *features) : 0.0;
-    if (version >= kFirstWithKind) ReadNoise(reader, *features);
+    if (version >= kFirstWithKind) ReadNoise(reader, version >= kFirstWithRefined, *features);
     frame.features = features;
     map.AddKeyFrame(frame, T_WC, submap).found = found;
   }

@@ -35,14 +35,6 @@ double DepthDelay(const RgbdImage& image) {
   return std::abs(delay) <= kLongest ? delay : 0.0;
 }
 
-// Noise is learnt from keyframes. Where their corners are refined it is less than that of the
-// frames in between, whose poses then count for more beside the readings than they are worth.
-LocalMapperOptions MapperOptionsOf(const SlamOptions& options, bool has_imu) {
-  LocalMapperOptions mapper = options.mapper;
-  mapper.refine_corners = mapper.refine_corners && !has_imu;
-  return mapper;
-}
-
 }  // namespace
 
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
@@ -53,7 +45,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), builder_.point_kind().pyramid),
       tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
-      mapper_(model_, MapperOptionsOf(options, imu.has_value())),
+      mapper_(model_, options.mapper),
       loop_closer_(model_, options.loops),
       factor_adjuster_(options.factors, options.loops.graph),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),

@@ -45,6 +45,7 @@ NoiseEstimator::NoiseEstimator(const MeasurementModel& model) : model_(model) {
   const auto of_line = [&](int) { return kSharedPixels / model.options().line_sigma; };
   const auto of_depth = [](int) { return kSharedDepth; };
   Follow(kPointPx, 2, &estimate_.point_px, of_point);
+  Follow(kRefinedPx, 2, &estimate_.refined_px, of_point);
   Follow(kPointDepth, 1, &estimate_.point_depth, of_depth);
   Follow(kEdgeDepth, 1, &estimate_.edge_depth, of_depth);
   Follow(kLinePx, 2, &estimate_.line_px, of_line);
@@ -89,7 +90,11 @@ NoiseFactors NoiseEstimator::FactorsOf(const LineFeature& feature) const {
 
 std::shared_ptr<const FrameFeatures> NoiseEstimator::Apply(const FrameFeatures& features) const {
   auto known = std::make_shared<FrameFeatures>(features);
-  for (PointFeature& point : known->points) point.noise = FactorsOf(point);
+  for (PointFeature& point : known->points) {
+    point.noise = FactorsOf(point);
+    point.refined_noise_px =
+        static_cast<float>(estimate_.refined_px[static_cast<std::size_t>(point.octave)]);
+  }
   for (LineFeature& line : known->lines) line.noise = FactorsOf(line);
   return known;
 }
@@ -103,7 +108,8 @@ void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point,
   }
   const double redundancy = Redundancy(point.observations.size());
   const auto square = [&](double factor) { return factor * factor / redundancy; };
-  groups_[kPointPx].kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(
+  Group& px = groups_[feature.refined ? kRefinedPx : kPointPx];
+  px.kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(
       square(feature.noise.px) * r.head<2>().squaredNorm());
   Group& depth = groups_[IsAtEdge(feature) ? kEdgeDepth : kPointDepth];
   depth.kinds[DepthBand(feature.depth)].squared.push_back(square(feature.noise.depth) * r.z() *

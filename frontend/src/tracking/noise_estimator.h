@@ -43,7 +43,7 @@ class NoiseEstimator {
     std::vector<Kind> kinds;
     int dof = 1;  // of each squared row
   };
-  enum GroupId { kPointPx, kPointDepth, kEdgeDepth, kLinePx, kLineDepth, kGroups };
+  enum GroupId { kPointPx, kRefinedPx, kPointDepth, kEdgeDepth, kLinePx, kLineDepth, kGroups };
 
   // shared: of a kind, by its index.
   template <std::size_t kSize, class Shared>

@@ -87,7 +87,9 @@ struct PointFeature {
   int octave = 0;                                   // pyramid level
   float angle = 0.0f;    // [deg] orientation, [0, 360]; negative: it has none
   bool faint = false;    // weaker than PointKind::faint_response: may be mere noise
+  bool refined = false;  // where its landmark looks as it did first, not where it was detected
   NoiseFactors noise{};  // as it was known when the image was tracked
+  float refined_noise_px = 1.0F;  // noise.px of one that is refined, as it was known then
 };
 
 // One line observation: an undistorted segment with its end points in C where depth allowed a fit.
@@ -110,6 +112,9 @@ struct FrameFeatures {
   cv::Mat gray_grid;  // DepthGrid::Average of the image; empty where the features were loaded
   cv::Mat gray;       // CV_8UC1, the image as it came; empty where they were, and of keyframes
 };
+
+// Where the points are, for FrameFeatures::point_grid. size: of the image.
+FeatureGrid GridOf(const std::vector<PointFeature>& points, const cv::Size& size);
 
 // The features that are to be kept, one flag each, in the same order. size: of the image.
 std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,

@@ -55,7 +55,10 @@ struct NoiseEstimate {
   static constexpr Bands Ones() { return {1.0, 1.0, 1.0, 1.0}; }
 
   // Corners, across the image: by pyramid level, of which there are 16 at most.
-  std::array<double, 16> point_px{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  using Levels = std::array<double, 16>;
+  Levels point_px{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  // Corners that keyframes have refined (LocalMapperOptions::refine_corners).
+  Levels refined_px{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   // Their depth, by depth: to 1 m, to 2 m, to 4 m, beyond.
   Bands point_depth = Ones();
   Bands edge_depth = Ones();  // the same where readings about the corner differ
