@@ -199,6 +199,10 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   EXPECT_LT(AbsolutePoseError(truth, trajectory).statistics.rmse, 0.02);
   const json report = json::parse(ReadText(run() / "run.json"));
   ExpectReport(report, kFrames);
+  const auto memory = std::lround(report["peak_memory_mib"].get<double>());
+  EXPECT_TRUE(Contains(outcome.out, "memory      " + std::to_string(memory) + " MiB at its peak"))
+      << memory << " in run.json, in the terminal:\n"
+      << outcome.out;
   EXPECT_EQ(ReadTumTrajectory(run() / "keyframes.txt").size(), report["keyframes"]);
   ExpectNoise(report["noise"]);
 
