@@ -190,15 +190,29 @@
     }
     look(from) {
       const centre = this.box.getCenter(new THREE.Vector3()), size = Math.max(this.box.getSize(new THREE.Vector3()).length(), 0.5);
-      const direction = { top: [0, -1e-3, 1], front: [0, -1, 0.02], side: [-1, 0, 0.02], oblique: [-0.75, -0.55, 0.62] }[from];
+      const towards = { top: [0, -1e-3, 1], front: [0, -1, 0.02], side: [-1, 0, 0.02], oblique: [-0.75, -0.55, 0.62] }[from];
+      const direction = new THREE.Vector3(...towards).normalize();
+      this.fit();
       this.controls.target.copy(centre);
-      this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...direction).normalize(), 0.95 * size);
+      this.camera.position.copy(centre).addScaledVector(direction, this.distanceOfAll(centre, direction));
       this.camera.near = 0.002 * size;
       this.camera.far = 20 * size;
       this.controls.maxDistance = 8 * size;
-      this.fit();
       this.controls.update();
       this.draw();
+    }
+    // From how far all corners of the box are seen by who looks at its centre against `direction`.
+    distanceOfAll(centre, direction) {
+      const right = new THREE.Vector3().crossVectors(this.camera.up, direction).normalize();
+      const up = new THREE.Vector3().crossVectors(direction, right);
+      const high = Math.tan((this.camera.fov * Math.PI) / 360), wide = high * this.camera.aspect;
+      let distance = 0.25;
+      for (let i = 0; i < 8; ++i) {
+        const corner = new THREE.Vector3(...["x", "y", "z"].map((axis, k) => this.box[(i >> k) & 1 ? "max" : "min"][axis])).sub(centre);
+        const beyond = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high);
+        distance = Math.max(distance, corner.dot(direction) + 1.04 * beyond);
+      }
+      return distance;
     }
     // Angles in radians; zoom: factor of the distance.
     turn(sideways, upwards, zoom) {
