@@ -225,6 +225,10 @@ TEST_F(ReportCommand, ABrowserDrawsTwoRunsSideBySide) {
   const Outcome browser = Browse("two.html");
   ExpectDrawn(browser);
   EXPECT_TRUE(Contains(browser.out, "option lines")) << "what they were told differs";
+  // Among the stages lines are there once: of the run that looked for them.
+  const std::string bars = "text-anchor=\"end\">lines</text>";
+  EXPECT_EQ(browser.out.find(bars), browser.out.rfind(bars));
+  EXPECT_TRUE(Contains(browser.out, bars));
   if (apps::HasView3d()) {
     EXPECT_GT(std::atoi(Attribute(browser.out, "data-view").c_str()), 100) << "paths, no cloud";
   }

@@ -79,7 +79,8 @@
     if (!known.length) return null;
     const xRange = timeRange(runs), yRange = sharedRange(known.flatMap((run) => [run.frames.points, run.frames.lines]));
     return perRun(runs, (run) => (run.frames ? chart({ title: "Features tracked", yLabel: "features", xRange, yRange, width: runs.length > 1 ? 560 : 1140, height: 250, ...bandsOf(run),
-      series: [{ name: "points", x: run.frames.t, y: run.frames.points, style: "s0" }, { name: "lines", x: run.frames.t, y: run.frames.lines, style: "s1 dash1" }] }) : null));
+      series: [["points", "s0"], ["lines", "s1 dash1"]].filter(([name]) => run.frames[name].some((n) => n > 0))
+        .map(([name, style]) => ({ name, x: run.frames.t, y: run.frames[name], style })) }) : null));
   });
 
   const reasonsOf = (run) => Object.entries(run.run.loss_reasons || {}).sort((a, b) => b[1] - a[1]);
@@ -108,7 +109,7 @@
 
   add("graph", "Keyframes and loops", "Keyframes with those that they share most landmarks with, and places that were recognized: closed, or refused after a check.", (runs) => perRun(runs, (run) => {
     if (!run.graph.keyframes) return null;
-    const extentOf = levelled(run, run.path.position), views = Highwall.viewsOf(extentOf);
+    const extentOf = runs.flatMap((one) => levelled(one, one.path.position)), views = Highwall.viewsOf(extentOf);
     const plan = (title, axes) => Highwall.graphPlan({ title, axes, extentOf, graph: run.graph, loops: run.loops, level: run.level.apply });
     const seconds = (t) => (t === null ? "–" : t.toFixed(1));
     const rows = run.loops.slice(0, 200).map((l, i) => [String(i + 1), l.result, seconds(l.t), seconds(l.t_match), l.because || ""]);
@@ -122,8 +123,9 @@
   add("times", "Times", "", (runs) => {
     const known = runs.filter((run) => run.run.milliseconds);
     if (!known.length) return null;
+    const kNoTime = 0.005;  // [ms] of a stage that was left out
     const kStages = [["points", "points"], ["lines", "lines"], ["features", "features, both"], ["pose", "matching and pose"], ["mapping", "mapping, a keyframe"], ["dense", "dense map, a keyframe"], ["frame", "whole frame"]];
-    const stages = (run) => kStages.filter(([key]) => get(run, `run/milliseconds/${key}/count`) > 0).map(([key, name]) => ({ name, ...run.run.milliseconds[key] }));
+    const stages = (run) => kStages.filter(([key]) => get(run, `run/milliseconds/${key}/p95`) > kNoTime).map(([key, name]) => ({ name, ...run.run.milliseconds[key] }));
     const most = 1.05 * Math.max(...known.flatMap((run) => stages(run).map((s) => s.p95)));
     const framed = known.filter((run) => run.frames);
     const yRange = framed.length ? sharedRange(framed.map((run) => run.frames.milliseconds), { logarithmic: true }) : null;
