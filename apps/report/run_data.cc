@@ -41,7 +41,7 @@ constexpr std::array kPictures = {
     Picture{"octree_top.png", "The octree from above, coloured by height: violet low, yellow high"},
     Picture{kSparseMapFile,
             "The sparse map from above: points black, lines green, keyframes blue, the way of the "
-            "camera red"}};
+            "camera orange"}};
 
 // A run's frames of the map at `place`, after the last adjustment of everything where there was
 // one; empty where the file is not there.

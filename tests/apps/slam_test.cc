@@ -211,6 +211,9 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   EXPECT_GT(map["cloud"]["points"], 1000);
   const cv::Mat sparse = cv::imread((run() / "sparse_map.png").string());
   EXPECT_EQ(std::max(sparse.cols, sparse.rows), 1200);
+  cv::Mat way;
+  cv::inRange(sparse, cv::Scalar(10, 80, 196), cv::Scalar(10, 80, 196), way);
+  EXPECT_GT(cv::countNonZero(way), 20) << "orange";
   const OctomapBuilder octree = OctomapBuilder::Read(run() / "map.bt");
   EXPECT_EQ(octree.options().resolution, 0.1);
   EXPECT_GT(octree.LeafCount().occupied, 100U);
