@@ -187,9 +187,8 @@ TEST_F(ReportCommand, KeysTurnTheViewAndReadTheCurves) {
     const turn = () => {
       const at = () => Highwall.shown.camera.position.toArray().map((v) => v.toFixed(6)).join(" ");
       const places = [at()];
-      const seen = new THREE.Vector3(), ends = [Highwall.shown.box.min, Highwall.shown.box.max];
-      const farthest = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
-        seen.set(ends[i & 1].x, ends[(i >> 1) & 1].y, ends[i >> 2].z).project(Highwall.shown.camera);
+      const farthest = Highwall.shown.extent.points.map((p) => {
+        const seen = new THREE.Vector3(...p).project(Highwall.shown.camera);
         return Math.max(Math.abs(seen.x), Math.abs(seen.y));
       });
       mark.farthest = Math.max(...farthest);
