@@ -199,6 +199,7 @@ nlohmann::ordered_json ToJson(const IntrinsicsCalibration& found) {
   };
   return {{"fx_fy_cx_cy", list(found.intrinsics)},
           {"sigma_px", list(found.sigma)},
+          {"seen", found.seen},
           {"error", found.error},
           {"keyframes", found.keyframes},
           {"points", found.points},

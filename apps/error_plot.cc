@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "colour_map.h"
 #include "plot_axes.h"
 #include "svg.h"
 #include "trajectory_drawing.h"
@@ -30,26 +31,9 @@ const SvgStroke kLeftStroke{.color = "#e08a1e", .width = 1.2};
 const SvgStroke kMeanStroke{.color = "#1b7f5c", .width = 1.6, .dashes = "7 4"};
 const SvgStroke kRmseStroke{.color = "#c8352b", .width = 1.6, .dashes = "2 3"};
 
-// Viridis (Smith and van der Walt, 2015): read alike with every kind of colour vision.
 std::string Color(double share) {
-  constexpr std::array<std::array<double, 3>, 10> kStops = {{{68.0, 1.0, 84.0},
-                                                             {72.0, 40.0, 120.0},
-                                                             {62.0, 74.0, 137.0},
-                                                             {49.0, 104.0, 142.0},
-                                                             {38.0, 130.0, 142.0},
-                                                             {31.0, 158.0, 137.0},
-                                                             {53.0, 183.0, 121.0},
-                                                             {110.0, 206.0, 88.0},
-                                                             {181.0, 222.0, 43.0},
-                                                             {253.0, 231.0, 37.0}}};
-  const double at = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
-  const std::size_t i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
-  std::array<int, 3> rgb;
-  for (std::size_t c = 0; c < 3; ++c) {
-    rgb[c] = static_cast<int>(
-        std::lround(std::lerp(kStops[i][c], kStops[i + 1][c], at - static_cast<double>(i))));
-  }
-  return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
+  const auto [r, g, b] = Viridis(share);
+  return fmt::format("#{:02x}{:02x}{:02x}", std::lround(r), std::lround(g), std::lround(b));
 }
 
 std::string ErrorLabel(const ErrorPlotText& text) {

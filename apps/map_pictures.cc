@@ -15,6 +15,8 @@
 #include <highwall/core/error.h>
 #include <highwall/mapping/map_comparison.h>
 
+#include "colour_map.h"
+
 namespace highwall::apps {
 namespace {
 
@@ -65,7 +67,10 @@ class Canvas {
       const Eigen::Vector2i uv = Project(pose.pose.p()).head<2>().array().round().cast<int>();
       path.emplace_back(uv.x(), uv.y());
     }
-    if (path.size() > 1) cv::polylines(image_, path, false, kPath, 2, cv::LINE_AA);
+    if (path.size() < 2) return;
+    // Seen on every ground, by its white edges.
+    cv::polylines(image_, path, false, kBackground, 5, cv::LINE_AA);
+    cv::polylines(image_, path, false, kPath, 2, cv::LINE_AA);
   }
   cv::Mat& image() { return image_; }
   double scale() const { return scale_; }  // [px/m]
@@ -82,14 +87,6 @@ std::vector<Eigen::Vector3f> WithPath(std::vector<Eigen::Vector3f> points,
                                       const Trajectory& trajectory) {
   for (const StampedPose& pose : trajectory) points.push_back(pose.pose.p().cast<float>());
   return points;
-}
-
-// Blue, cyan, green, yellow, red for 0 to 1.
-cv::Vec3d Rainbow(double value) {
-  const auto ramp = [&](double centre) {
-    return std::clamp(1.5 - std::abs(4.0 * value - centre), 0.0, 1.0);
-  };
-  return {255.0 * ramp(1.0), 255.0 * ramp(2.0), 255.0 * ramp(3.0)};
 }
 
 struct Face {
@@ -165,14 +162,14 @@ cv::Mat DrawOctree(const DenseMap& dense, const Trajectory& trajectory, MapView 
   std::ranges::sort(leaves, std::ranges::greater(), depth);
   for (const OctreeLeaf& leaf : leaves) {
     const double height = ((R_GW * leaf.center_W).z() - low) / std::max(high - low, 1e-6);
-    const cv::Vec3d colour = Rainbow(std::clamp(height, 0.0, 1.0));
+    const auto [r, g, b] = Viridis(height);
     for (const Face& face : VisibleFaces(leaf.center_W, leaf.size, R_VW.row(2))) {
       std::array<cv::Point, 4> corners;
       for (std::size_t i = 0; i < 4; ++i) {
         const Eigen::Vector3d p = canvas.Project(face.corners_W[i]);
         corners[i] = {static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y()))};
       }
-      cv::fillConvexPoly(canvas.image(), corners.data(), 4, cv::Scalar(face.shade * colour));
+      cv::fillConvexPoly(canvas.image(), corners.data(), 4, face.shade * cv::Scalar(b, g, r));
     }
   }
   canvas.DrawPath(trajectory);

@@ -18,7 +18,8 @@ enum class MapView { kTop, kOblique };
 // CV_8UC3, of at most `size` pixels along an edge; the path of the camera in red where there is
 // one. An empty map gives an empty image. size: [px] > 0.
 cv::Mat DrawCloud(const DenseMap& dense, const Trajectory& trajectory, MapView view, int size);
-// Occupied voxels as cubes, coloured by height: blue below, red above.
+// Occupied voxels as cubes, coloured by height: violet below, yellow above
+// (viridis).
 cv::Mat DrawOctree(const DenseMap& dense, const Trajectory& trajectory, MapView view, int size);
 // CV_16UC1, a pixel a cell, first row at the largest y: 1 + millimetres above the lowest cell,
 // 0 where unknown.

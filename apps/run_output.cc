@@ -249,6 +249,7 @@ nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& ru
   }
   json["complete"] = failures_.empty();
   if (!failures_.empty()) json["failures"] = failures_;
+  json["peak_memory_mib"] = PeakMemoryMib();  // with what the maps and pictures took
   Attempt([&] { WriteReport(directory_, json); });
   return json;
 }

@@ -109,11 +109,13 @@ nlohmann::json ToJson(const ExtrinsicsEstimate& found) {
 
 nlohmann::json ToJson(const InertialSummary& inertial) {
   const InertialReport& last = inertial.last;
-  nlohmann::json json = {
-      {"status", ToString(last.status)},         {"dead_reckoned_frames", inertial.dead_reckoned},
-      {"restarts", inertial.restarts},           {"contradicted_intervals", inertial.contradicted},
-      {"mean_weight", inertial.mean_weight},     {"reduced_share", inertial.reduced_share},
-      {"innovation_per_dof", inertial.mean_innovation}};
+  nlohmann::json json = {{"status", ToString(last.status)},
+                         {"dead_reckoned_frames", inertial.dead_reckoned},
+                         {"restarts", inertial.restarts},
+                         {"contradicted_intervals", inertial.contradicted},
+                         {"mean_weight", inertial.mean_weight},
+                         {"reduced_share", inertial.reduced_share},
+                         {"innovation_per_dof", inertial.mean_innovation}};
   nlohmann::json& intervals = json["intervals"];
   for (const char* key : {"stamp", "weight", "innovation_per_dof"}) {
     intervals[key] = nlohmann::json::array();
@@ -268,8 +270,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
        {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
       {"noise", ToJson(run.noise, run.levels)},
       {"milliseconds", ToJson(run.times)},
-      {"seconds", run.seconds},
-      {"peak_memory_mib", PeakMemoryMib()}};
+      {"seconds", run.seconds}};
   if (run.inertial) json["imu"] = ToJson(*run.inertial);
   if (run.gps) json["gps"] = ToJson(*run.gps);
   return json;

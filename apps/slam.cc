@@ -101,7 +101,8 @@ void PrintSubmaps(const SlamRun& run) {
   fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
 }
 
-void PrintSummary(const SlamRun& run, const SlamArguments& arguments) {
+// memory: as run.json has it [MiB].
+void PrintSummary(const SlamRun& run, const SlamArguments& arguments, double memory) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
@@ -126,7 +127,7 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments) {
     fmt::print("dense map   {} points, {} octree nodes at {} m\n", dense->cloud.size(),
                dense->octree.NodeCount(), dense->octree.options().resolution);
   }
-  fmt::print("memory      {:.0f} MiB at its peak\n", PeakMemoryMib());
+  fmt::print("memory      {:.0f} MiB at its peak\n", memory);
   const auto truth = std::filesystem::path(arguments.dataset) / "groundtruth.txt";
   if (std::filesystem::exists(truth)) {
     fmt::print("error       highwall eval ape {} {}\n", truth.string(),
@@ -231,7 +232,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.json) {
     fmt::print("{}\n", report.dump());
   } else {
-    PrintSummary(run, arguments);
+    PrintSummary(run, arguments, report["peak_memory_mib"]);
   }
   for (const std::string& failure : output.failures()) {
     fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));

@@ -11,9 +11,10 @@ namespace highwall::apps {
 namespace {
 
 constexpr double kMargin = 0.04;  // of the size
-// BGR
-const cv::Scalar kWhite(255, 255, 255), kInk(60, 60, 60), kPoint(40, 40, 40), kLine(60, 150, 30),
-    kPath(40, 40, 220), kKeyframe(200, 110, 40);
+// BGR: green, orange and blue as the report's page has them, told apart by every kind of colour
+// vision.
+const cv::Scalar kWhite(255, 255, 255), kInk(60, 60, 60), kPoint(40, 40, 40), kLine(94, 128, 0),
+    kPath(10, 80, 196), kKeyframe(178, 114, 0);
 constexpr int kFraction = 4;  // bits of a pixel that drawing takes
 
 // A picture of x to the right and y upwards.

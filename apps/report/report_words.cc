@@ -11,6 +11,8 @@
 namespace highwall::apps {
 namespace {
 
+constexpr double kSeenRowTime = 0.003;  // [s]: a deviation as of what `highwall calibrate` sees
+
 using Pointer = nlohmann::json::json_pointer;
 
 std::size_t Count(const nlohmann::json& json, const char* pointer) {
@@ -21,9 +23,16 @@ double Number(const nlohmann::json& json, const char* pointer) {
   return json.value(Pointer(pointer), 0.0);
 }
 
+// Digits in groups of three, with a narrow space between them, as the page has them.
+std::string Grouped(std::size_t count) {
+  std::string digits = std::to_string(count);
+  for (std::size_t at = digits.size(); at > 3;) digits.insert(at -= 3, "\u202f");
+  return digits;
+}
+
 // "1 loop", "2 loops".
 std::string Counted(std::size_t count, const std::string& one, const std::string& many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
+  return fmt::format("{} {}", Grouped(count), count == 1 ? one : many);
 }
 std::string Counted(std::size_t count, const std::string& noun) {
   return Counted(count, noun, noun + "s");
@@ -36,7 +45,8 @@ std::string Length(double metres) {
 
 std::string Tracking(const nlohmann::json& run) {
   const std::size_t frames = Count(run, "/frames"), lost = Count(run, "/lost_frames");
-  std::string text = fmt::format("{} of {} have a pose", frames - lost, Counted(frames, "frame"));
+  std::string text =
+      fmt::format("{} of {} have a pose", Grouped(frames - lost), Counted(frames, "frame"));
   text += fmt::format(", {:.1f} % of the recording.", 100.0 * Number(run, "/coverage"));
   const auto reasons = run.value("loss_reasons", std::map<std::string, std::size_t>());
   if (const std::string advice = LossAdvice(reasons, lost); !advice.empty()) {
@@ -64,7 +74,7 @@ std::string Error(const nlohmann::json& errors) {
   }
   return fmt::format(
       "Against the ground truth the absolute error is {} (RMSE, rigid alignment; the largest {}), "
-      "and {} over a second (RMSE of {}). Poses cover {:.1f} % of its time.",
+      "and {} over a second ({}; RMSE). Poses cover {:.1f} % of the time of the ground truth.",
       Length(Number(errors, "/ape/rmse")), Length(Number(errors, "/ape/max")),
       Length(Number(errors, "/rpe/rmse")), Counted(Count(errors, "/rpe/frames"), "frame"),
       100.0 * Number(errors, "/time_covered"));
@@ -111,6 +121,10 @@ std::string Inertial(const nlohmann::json& imu) {
     text +=
         fmt::format(" {} by it alone.", Counted(n, "frame has its pose", "frames have their pose"));
   }
+  if (const std::size_t n = Count(imu, "/contradicted_intervals"); n > 0) {
+    text += fmt::format(" The images contradicted its readings in {}: these were not used.",
+                        Counted(n, "interval"));
+  }
   if (imu.contains("depth_scale")) {
     text += fmt::format(" True depth is {:.4f} ± {:.4f} times what was measured.",
                         Number(imu, "/depth_scale/value"), Number(imu, "/depth_scale/sigma"));
@@ -122,8 +136,9 @@ std::string Timing(const nlohmann::json& run) {
   const auto value = [&](const char* key, double sign) {
     const std::string at = std::string("/frame_timing_s/value/") + key;
     const std::string sigma = std::string("/frame_timing_s/sigma/") + key;
-    return fmt::format("{:.1f} ± {:.1f} ms", sign * 1e3 * Number(run, at.c_str()),
-                       1e3 * Number(run, sigma.c_str()));
+    const double deviation = Number(run, sigma.c_str());
+    return fmt::format("{:.1f} ± {:.1f} ms{}", sign * 1e3 * Number(run, at.c_str()),
+                       1e3 * deviation, deviation < kSeenRowTime ? "" : " (hardly seen)");
   };
   const bool early = Number(run, "/frame_timing_s/value/depth_delay") < 0.0;
   return fmt::format(

@@ -37,11 +37,11 @@ struct Picture {
 constexpr std::array kPictures = {
     Picture{"cloud.png", "The cloud from the side, coloured as the camera saw it"},
     Picture{"cloud_top.png", "The cloud from above"},
-    Picture{"octree.png", "The octree from the side, coloured by height"},
-    Picture{"octree_top.png", "The octree from above"},
+    Picture{"octree.png", "The octree from the side, coloured by height: violet low, yellow high"},
+    Picture{"octree_top.png", "The octree from above, coloured by height: violet low, yellow high"},
     Picture{kSparseMapFile,
             "The sparse map from above: points black, lines green, keyframes blue, the way of the "
-            "camera red"}};
+            "camera orange"}};
 
 // A run's frames of the map at `place`, after the last adjustment of everything where there was
 // one; empty where the file is not there.

@@ -147,7 +147,9 @@ TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
   const double after[] = {kept.fx, kept.fy, kept.cx, kept.cy};
   int unseen = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    if (report["sigma_px"][i] <= IntrinsicsOptions().good_share * known.fx) continue;
+    EXPECT_EQ(report["seen"][i],
+              report["sigma_px"][i] <= IntrinsicsOptions().good_share * known.fx);
+    if (report["seen"][i]) continue;
     ++unseen;
     EXPECT_EQ(after[i], before[i]) << i;
     EXPECT_NE(report["fx_fy_cx_cy"][i], before[i]) << "what was found is told all the same";

@@ -70,6 +70,25 @@ TEST_F(MapCommand, WritesEveryFormAndItsReport) {
   }
 }
 
+// Read alike with every kind of colour vision: violet below, yellow above, nothing of red but the
+// way.
+TEST_F(MapCommand, TheOctreeIsDrawnInViridis) {
+  ASSERT_EQ(Build().exit_code, 0);
+  const cv::Mat picture = cv::imread(Out() + "/octree_top.png");
+  int lowest = 0, highest = 0, blue = 0;
+  for (int v = 0; v < picture.rows; ++v) {
+    for (int u = 0; u < picture.cols; ++u) {
+      const auto& bgr = picture.at<cv::Vec3b>(v, u);
+      lowest += bgr == cv::Vec3b(84, 1, 68) ? 1 : 0;
+      highest += bgr == cv::Vec3b(37, 231, 253) ? 1 : 0;
+      blue += bgr[0] > 150 && bgr[2] < 50 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(lowest, 100);
+  EXPECT_GT(highest, 100);
+  EXPECT_EQ(blue, 0) << "the rainbow has pure blue below";
+}
+
 TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
   ASSERT_EQ(Build().exit_code, 0);
   const Outcome outcome =

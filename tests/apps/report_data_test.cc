@@ -231,7 +231,7 @@ TEST(ReportWords, SayWhatWasTrackedAndMapped) {
   EXPECT_NE(text.find("200 of 200 frames have a pose, 100.0 % of the recording."),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("12 keyframes, 3000 points and 1 line."), std::string::npos) << text;
+  EXPECT_NE(text.find("12 keyframes, 3\u202f000 points and 1 line."), std::string::npos) << text;
   EXPECT_NE(text.find("1 loop was closed, 2 refused."), std::string::npos) << text;
   EXPECT_NE(text.find("no ground truth at hand"), std::string::npos) << text;
   EXPECT_EQ(text.find("IMU"), std::string::npos) << text;
@@ -245,6 +245,29 @@ TEST(ReportWords, SayWhyFramesWereLostAndWhatHelps) {
       << text;
 }
 
+TEST(ReportWords, SayWhereTheImagesContradictedTheImu) {
+  json run = RunOf(200, 0);
+  run["imu"] = {{"initialized", "1.0"}, {"contradicted_intervals", 3}};
+  const std::string text = Joined(SummaryInWords(run, nullptr));
+  EXPECT_NE(text.find("contradicted its readings in 3 intervals: these were not used."),
+            std::string::npos)
+      << text;
+  run["imu"]["contradicted_intervals"] = 0;
+  EXPECT_EQ(Joined(SummaryInWords(run, nullptr)).find("contradicted"), std::string::npos);
+}
+
+TEST(ReportWords, SayWhichRowTimesWereHardlySeen) {
+  json run = RunOf(200, 0);
+  run["frame_timing_s"] = {
+      {"value", {{"colour_readout", 0.02}, {"depth_readout", 0.001}, {"depth_delay", -0.01}}},
+      {"sigma", {{"colour_readout", 0.0004}, {"depth_readout", 0.009}, {"depth_delay", 0.001}}}};
+  const std::string text = Joined(SummaryInWords(run, nullptr));
+  EXPECT_NE(text.find("20.0 ± 0.4 ms in colour and 1.0 ± 9.0 ms (hardly seen) in depth; depth is "
+                      "10.0 ± 1.0 ms earlier"),
+            std::string::npos)
+      << text;
+}
+
 TEST(ReportWords, GiveTheErrorInReadableUnits) {
   const json errors = {{"ape", {{"rmse", 0.0096}, {"max", 0.25}}},
                        {"rpe", {{"rmse", 0.014}, {"frames", 30}}},
@@ -252,8 +275,8 @@ TEST(ReportWords, GiveTheErrorInReadableUnits) {
   const std::string text = Joined(SummaryInWords(RunOf(10, 0), errors));
   EXPECT_NE(text.find("9.6 mm (RMSE, rigid alignment; the largest 0.250 m)"), std::string::npos)
       << text;
-  EXPECT_NE(text.find("14.0 mm over a second (RMSE of 30 frames)"), std::string::npos) << text;
-  EXPECT_NE(text.find("50.0 % of its time"), std::string::npos) << text;
+  EXPECT_NE(text.find("14.0 mm over a second (30 frames; RMSE)"), std::string::npos) << text;
+  EXPECT_NE(text.find("50.0 % of the time of the ground truth"), std::string::npos) << text;
 }
 
 TEST(ReportPage, WhatIsInTheDataStaysData) {

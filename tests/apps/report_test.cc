@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -140,17 +141,40 @@ TEST_F(ReportCommand, ABrowserDrawsThePage) {
   if (!HasBrowser()) GTEST_SKIP() << "needs Debian's chromium";
   const Outcome browser = Browse("both/report.html");
   ExpectDrawn(browser);
-  for (const char* section : {"summary", "map3d", "trajectory", "errors", "features", "losses",
-                              "maps", "graph", "times", "sensors", "pictures", "options"}) {
+  for (const char* section : {"summary", "map3d", "trajectory", "errors", "features", "graph",
+                              "times", "sensors", "pictures", "options"}) {
     EXPECT_TRUE(Contains(browser.out, "<section id=\"" + std::string(section) + "\"")) << section;
   }
-  EXPECT_FALSE(Contains(browser.out, "<section id=\"imu\"")) << "there was none";
+  for (const char* section : {"imu", "losses", "maps"}) {
+    EXPECT_FALSE(Contains(browser.out, "<section id=\"" + std::string(section) + "\""))
+        << section << ": there was none, or nothing to tell";
+  }
   if (!apps::HasView3d()) {
     EXPECT_EQ(Attribute(browser.out, "data-view"), "absent");
     return;
   }
   // The map fills a part of a view of some 1150 x 590 pixels.
   EXPECT_GT(std::atoi(Attribute(browser.out, "data-view").c_str()), 20'000);
+}
+
+// The room has no IMU: what a run with one would say is written beside its result.
+TEST_F(ReportCommand, TheImuIsShownWithWhatTheImagesContradict) {
+  if (!HasBrowser()) GTEST_SKIP() << "needs Debian's chromium";
+  fs::copy(*folder_ / "points", *folder_ / "inertial");
+  json run = json::parse(ReadText(*folder_ / "inertial/run.json"));
+  const json stamps = run["per_frame"]["stamp"];
+  const std::vector<double> ones(stamps.size(), 1.0);
+  run["imu"] = {{"initialized", stamps[0]},
+                {"contradicted_intervals", 73},
+                {"intervals", {{"stamp", stamps}, {"weight", ones}, {"innovation_per_dof", ones}}}};
+  testing::WriteText(*folder_ / "inertial/run.json", run.dump());
+  ASSERT_EQ(Highwall("report inertial").exit_code, 0);
+  const Outcome browser = Browse("inertial/report.html");
+  ExpectDrawn(browser);
+  EXPECT_TRUE(Contains(browser.out, "<section id=\"imu\""));
+  EXPECT_TRUE(
+      Contains(browser.out, ">intervals whose readings the images contradict</th><td>73</td>"));
+  EXPECT_TRUE(Contains(browser.out, "contradicted its readings in 73 intervals"));
 }
 
 // A script at the end of the page does what a user does.
@@ -163,6 +187,11 @@ TEST_F(ReportCommand, KeysTurnTheViewAndReadTheCurves) {
     const turn = () => {
       const at = () => Highwall.shown.camera.position.toArray().map((v) => v.toFixed(6)).join(" ");
       const places = [at()];
+      const farthest = Highwall.shown.extent.points.map((p) => {
+        const seen = new THREE.Vector3(...p).project(Highwall.shown.camera);
+        return Math.max(Math.abs(seen.x), Math.abs(seen.y));
+      });
+      mark.farthest = Math.max(...farthest);
       for (const key of ["ArrowLeft", "ArrowUp", "+", "d"]) { press(canvas, key); places.push(at()); }
       press(canvas, "Home");
       mark.moves = new Set(places).size + (at() === places[0] ? " home" : "");
@@ -180,6 +209,9 @@ TEST_F(ReportCommand, KeysTurnTheViewAndReadTheCurves) {
   ExpectDrawn(browser);
   if (apps::HasView3d()) {
     EXPECT_EQ(Attribute(browser.out, "data-moves"), "5 home");
+    const double farthest = std::atof(Attribute(browser.out, "data-farthest").c_str());
+    EXPECT_LT(farthest, 1.0) << "all of the map is in the view";
+    EXPECT_GT(farthest, 0.9) << "and fills it";
     EXPECT_GT(std::atoi(Attribute(browser.out, "data-octree").c_str()), 20'000);
   }
   const std::string readout = Attribute(browser.out, "data-readout");
@@ -192,6 +224,10 @@ TEST_F(ReportCommand, ABrowserDrawsTwoRunsSideBySide) {
   const Outcome browser = Browse("two.html");
   ExpectDrawn(browser);
   EXPECT_TRUE(Contains(browser.out, "option lines")) << "what they were told differs";
+  // Among the stages lines are there once: of the run that looked for them.
+  const std::string bars = "text-anchor=\"end\">lines</text>";
+  EXPECT_EQ(browser.out.find(bars), browser.out.rfind(bars));
+  EXPECT_TRUE(Contains(browser.out, bars));
   if (apps::HasView3d()) {
     EXPECT_GT(std::atoi(Attribute(browser.out, "data-view").c_str()), 100) << "paths, no cloud";
   }

@@ -200,6 +200,10 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   EXPECT_LT(AbsolutePoseError(truth, trajectory).statistics.rmse, 0.02);
   const json report = json::parse(ReadText(run() / "run.json"));
   ExpectReport(report, kFrames);
+  const auto memory = std::lround(report["peak_memory_mib"].get<double>());
+  EXPECT_TRUE(Contains(outcome.out, "memory      " + std::to_string(memory) + " MiB at its peak"))
+      << memory << " in run.json, in the terminal:\n"
+      << outcome.out;
   EXPECT_EQ(ReadTumTrajectory(run() / "keyframes.txt").size(), report["keyframes"]);
   ExpectNoise(report["noise"]);
 
@@ -208,6 +212,9 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   EXPECT_GT(map["cloud"]["points"], 1000);
   const cv::Mat sparse = cv::imread((run() / "sparse_map.png").string());
   EXPECT_EQ(std::max(sparse.cols, sparse.rows), 1200);
+  cv::Mat way;
+  cv::inRange(sparse, cv::Scalar(10, 80, 196), cv::Scalar(10, 80, 196), way);
+  EXPECT_GT(cv::countNonZero(way), 20) << "orange";
   const OctomapBuilder octree = OctomapBuilder::Read(run() / "map.bt");
   EXPECT_EQ(octree.options().resolution, 0.1);
   EXPECT_GT(octree.LeafCount().occupied, 100U);

@@ -2,7 +2,7 @@
 // Curves over time, as SVG: with a cross hair that follows the mouse and the arrow keys.
 (function () {
   const { html, svg, number, ticks, tickLabel, extent } = Highwall;
-  const kLeft = 62, kRight = 14, kTop = 10, kBottom = 40;
+  const kLeft = 70, kRight = 14, kTop = 10, kBottom = 40;
 
   // Log scales draw powers of ten.
   function axis(range, low, high, logarithmic) {

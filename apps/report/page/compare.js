@@ -12,6 +12,7 @@
     ["lines matched a frame", "run/matched_per_frame/lines", 1, 0], ["keyframes", "run/keyframes", 1, 0],
     ["points of the map", "run/landmarks/points", 1, 0], ["lines of the map", "run/landmarks/lines", 1, 0],
     ["loops closed", "run/loops/closed", 1, 0], ["loops refused", "run/loops/refused", 1, 0],
+    ["intervals whose readings the images contradict", "run/imu/contradicted_intervals", 1, 0],
     ["a frame, median [ms]", "run/milliseconds/frame/median", 1, -1], ["a frame, 95 % within [ms]", "run/milliseconds/frame/p95", 1, -1],
     ["a keyframe's mapping, median [ms]", "run/milliseconds/mapping/median", 1, -1],
     ["memory [MiB]", "run/peak_memory_mib", 1, -1], ["points of the cloud", "run/map/cloud/points", 1, 0],
@@ -36,7 +37,7 @@
   }
 
   Highwall.comparison = function (runs) {
-    return html("div", { class: "card scroll", style: "max-height:none" }, html("table", {},
+    return html("div", { class: "card scroll" }, html("table", {},
       html("caption", {}, "A tick is at the better one. Options are told where they differ."),
       html("thead", {}, html("tr", {}, html("th", { scope: "col" }, ""), runs.map((run) => html("th", { scope: "col", class: "number" }, run.name)))),
       html("tbody", {}, kFigures.map((figure) => row(runs, figure)), optionRows(runs))));
@@ -50,7 +51,7 @@
     const tiles = [
       ["APE, RMSE", value("errors/ape/rmse", 1e3), "mm"], ["RPE over 1 s", value("errors/rpe/rmse", 1e3), "mm"],
       ["coverage", value("run/coverage", 100, 4), "%"], ["keyframes", value("run/keyframes"), ""],
-      ["points", value("run/landmarks/points"), ""], ["lines", value("run/landmarks/lines"), ""],
+      ["map points", value("run/landmarks/points"), ""], ["map lines", value("run/landmarks/lines"), ""],
       ["loops closed", value("run/loops/closed"), ""], ["frame time", value("run/milliseconds/frame/median"), "ms"],
       ["memory", value("run/peak_memory_mib"), "MiB"],
     ];

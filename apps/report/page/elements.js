@@ -29,6 +29,13 @@ const Highwall = {};
     return value.toFixed(Math.min(decimals, 6));
   };
 
+  // A value to the digits that its standard deviation leaves sense in.
+  Highwall.plusMinus = function (value, sigma) {
+    if (!(sigma > 0)) return Highwall.number(value);
+    const decimals = Math.min(Math.max(0, 1 - Math.floor(Math.log10(sigma))), 8);
+    return `${value.toFixed(decimals)} ± ${sigma.toFixed(decimals)}`;
+  };
+
   Highwall.get = function (object, path) {
     return path.split("/").reduce((at, key) => (at === undefined || at === null ? undefined : at[key]), object);
   };

@@ -124,7 +124,7 @@
 
   // Milliseconds of each stage as bars: median, up to the mean, up to 95 of 100.
   Highwall.stageBars = function (title, stages, most) {
-    const row = 30, left = 190, width = 560, right = 62, height = stages.length * row + 44;
+    const row = 30, left = 190, width = 560, right = 74, height = stages.length * row + 44;
     const plot = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": title + ": " +
       stages.map((s) => `${s.name} ${number(s.median, 3)} ms, 95 % within ${number(s.p95, 3)} ms`).join("; ") });
     const marks = ticks([0, most], 6);
@@ -141,7 +141,7 @@
         svg("rect", { class: "fill0", x: left, y: y + 3, width: Math.max(0, x(Math.min(stage.median, most)) - left), height: 16, rx: 2 }),
         svg("text", { x: x(Math.min(stage.p95, most)) + 6, y: y + 15 }, `${number(stage.median, 3)} / ${number(stage.p95, 3)}`));
     });
-    return html("figure", {}, html("figcaption", {}, title, html("small", {}, "  dark: median, light: 95 of 100")), plot);
+    return html("figure", {}, html("figcaption", {}, title, html("small", {}, "full: median, pale: 95 of 100")), plot);
   };
 
   // When each map was tracked, and when none was.

@@ -2,7 +2,7 @@
 // The sections of the page: each takes the runs and gives an element, or null where there is
 // nothing to show.
 (function () {
-  const { html, number, chart, sharedRange, get } = Highwall;
+  const { html, number, plusMinus, chart, sharedRange, get } = Highwall;
   const kSections = (Highwall.sections = []);
 
   // A section with a card for each run; `draw` gives null for a run without.
@@ -32,9 +32,11 @@
   }
   const bandsOf = (run) => ({ bands: lostBands(run), bandName: "no pose" });
 
+  const kLongTable = 30;  // rows; a longer one scrolls
   function table(caption, heads, rows) {
-    return html("div", { class: "scroll" }, html("table", {}, html("caption", {}, caption),
-      html("thead", {}, html("tr", {}, heads.map((h) => html("th", { scope: "col" }, h)))),
+    const headed = heads.some((h) => h !== "");
+    return html("div", { class: "scroll" + (rows.length > kLongTable ? " long" : "") }, html("table", {}, html("caption", {}, caption),
+      headed ? html("thead", {}, html("tr", {}, heads.map((h) => html("th", { scope: "col" }, h)))) : null,
       html("tbody", {}, rows.map((row) => html("tr", {}, row.map((cell, i) => html(i ? "td" : "th", i ? {} : { scope: "row" }, cell)))))));
   }
 
@@ -77,11 +79,13 @@
     if (!known.length) return null;
     const xRange = timeRange(runs), yRange = sharedRange(known.flatMap((run) => [run.frames.points, run.frames.lines]));
     return perRun(runs, (run) => (run.frames ? chart({ title: "Features tracked", yLabel: "features", xRange, yRange, width: runs.length > 1 ? 560 : 1140, height: 250, ...bandsOf(run),
-      series: [{ name: "points", x: run.frames.t, y: run.frames.points, style: "s0" }, { name: "lines", x: run.frames.t, y: run.frames.lines, style: "s1 dash1" }] }) : null));
+      series: [["points", "s0"], ["lines", "s1 dash1"]].filter(([name]) => run.frames[name].some((n) => n > 0))
+        .map(([name, style]) => ({ name, x: run.frames.t, y: run.frames[name], style })) }) : null));
   });
 
-  add("losses", "Reasons of loss", "", (runs) => perRun(runs, (run) => {
-    const reasons = Object.entries(run.run.loss_reasons || {}).sort((a, b) => b[1] - a[1]);
+  const reasonsOf = (run) => Object.entries(run.run.loss_reasons || {}).sort((a, b) => b[1] - a[1]);
+  add("losses", "Reasons of loss", "", (runs) => (runs.every((run) => !reasonsOf(run).length) ? null : perRun(runs, (run) => {
+    const reasons = reasonsOf(run);
     if (!run.run.frames) return null;
     if (!reasons.length) return html("p", {}, "Every frame has a pose.");
     return table("Frames without a pose, by what kept them from one", ["reason", "frames", "when [s]"], reasons.map(([reason, count]) => {
@@ -89,9 +93,11 @@
       const when = bands.slice(0, 12).map(([a, b]) => (b > a ? `${a.toFixed(1)}–${b.toFixed(1)}` : a.toFixed(1))).join(", ");
       return [reason, String(count), when + (bands.length > 12 ? " …" : "")];
     }));
-  }));
+  })));
 
   add("maps", "Maps and merges", "Where tracking is lost for good the map goes on in a new one; they become one when they meet.", (runs) => {
+    const told = (run) => run.maps.length > 1 || run.lost.length > 0 || get(run, "run/loops/merges") > 0 || get(run, "run/relocalizations") > 0;
+    if (!runs.some(told)) return null;
     const xRange = timeRange(runs);
     const results = (run) => [["loops that joined maps", get(run, "run/loops/merges")], ["relocalizations", get(run, "run/relocalizations")]].filter(([, v]) => v !== undefined);
     return html("div", {}, runs.map((run) => html("div", { class: "card" }, runs.length > 1 ? html("h3", {}, run.name) : null,
@@ -101,28 +107,42 @@
       html("p", { class: "note" }, results(run).map(([name, v]) => `${name}: ${v}`).join("; ")))));
   });
 
-  add("graph", "Keyframes and loops", "Keyframes from above, with those that they share most landmarks with, and places that were recognized: closed, or refused after a check.", (runs) => perRun(runs, (run) => {
+  add("graph", "Keyframes and loops", "Keyframes with those that they share most landmarks with, and places that were recognized: closed, or refused after a check.", (runs) => perRun(runs, (run) => {
     if (!run.graph.keyframes) return null;
-    const plan = Highwall.graphPlan({ title: "Keyframe graph", axes: [0, 1], extentOf: levelled(run, run.path.position), graph: run.graph, loops: run.loops, level: run.level.apply });
+    const extentOf = runs.flatMap((one) => levelled(one, one.path.position)), views = Highwall.viewsOf(extentOf);
+    const plan = (title, axes) => Highwall.graphPlan({ title, axes, extentOf, graph: run.graph, loops: run.loops, level: run.level.apply });
     const seconds = (t) => (t === null ? "–" : t.toFixed(1));
     const rows = run.loops.slice(0, 200).map((l, i) => [String(i + 1), l.result, seconds(l.t), seconds(l.t_match), l.because || ""]);
     const list = rows.length ? table(`Places that were recognized: ${run.loops.length}`, ["", "result", "seen at [s]", "known since [s]", "because"], rows)
       : html("p", {}, "No place was recognized that the map did not know to be near.");
-    return pair(runs, plan, html("div", {}, list));
+    const top = plan("Keyframes from above", views.top);
+    if (rows.length || runs.length > 1) return pair(runs, top, html("div", {}, list));
+    return html("div", {}, pair(runs, top, plan("Keyframes from the side", views.side)), list);
   }));
 
   add("times", "Times", "", (runs) => {
     const known = runs.filter((run) => run.run.milliseconds);
     if (!known.length) return null;
+    const kNoTime = 0.005;  // [ms] of a stage that was left out
     const kStages = [["points", "points"], ["lines", "lines"], ["features", "features, both"], ["pose", "matching and pose"], ["mapping", "mapping, a keyframe"], ["dense", "dense map, a keyframe"], ["frame", "whole frame"]];
-    const stages = (run) => kStages.filter(([key]) => get(run, `run/milliseconds/${key}/count`) > 0).map(([key, name]) => ({ name, ...run.run.milliseconds[key] }));
+    const stages = (run) => kStages.filter(([key]) => get(run, `run/milliseconds/${key}/p95`) > kNoTime).map(([key, name]) => ({ name, ...run.run.milliseconds[key] }));
     const most = 1.05 * Math.max(...known.flatMap((run) => stages(run).map((s) => s.p95)));
     const framed = known.filter((run) => run.frames);
     const yRange = framed.length ? sharedRange(framed.map((run) => run.frames.milliseconds), { logarithmic: true }) : null;
     return perRun(runs, (run) => (run.run.milliseconds ? pair(runs, Highwall.stageBars("Stages", stages(run), most),
-      run.frames ? chart({ title: "Each frame", note: "keyframes and loops included", yLabel: "ms", unit: "ms", logarithmic: true, xRange: timeRange(runs), yRange, height: 262,
+      run.frames ? chart({ title: "Each frame", note: "keyframes and loops included", yLabel: "time [ms]", unit: "ms", logarithmic: true, xRange: timeRange(runs), yRange, height: 262,
         series: [{ name: "", x: run.frames.t, y: run.frames.milliseconds, style: "s0" }] }) : null) : null));
   });
+
+  // What is counted of the IMU over the run.
+  function imuRows(imu) {
+    const share = imu.reduced_share === undefined ? undefined : 100 * imu.reduced_share;
+    return [["mean weight", imu.mean_weight], ["images whose weight is less than 1 [%]", share],
+      ["squared innovation a degree of freedom, mean", imu.innovation_per_dof],
+      ["frames with a pose by the IMU alone", imu.dead_reckoned_frames], ["restarts", imu.restarts],
+      ["intervals whose readings the images contradict", imu.contradicted_intervals],
+    ].filter(([, value]) => typeof value === "number").map(([name, value]) => [name, number(value, 3)]);
+  }
 
   add("imu", "IMU", "The weight w_IMU of the IMU's residuals, how its predictions fit, and what was found of it.", (runs) => {
     const known = runs.filter((run) => run.imu);
@@ -137,47 +157,71 @@
       const t = run.imu.t, states = run.imu.states;
       const figures = [
         chart({ title: "Weight w_IMU", yLabel: "weight", fromZero: true, xRange, yRange: weights, series: [{ name: "", x: t, y: run.imu.weight, style: "s0" }] }),
-        chart({ title: "Squared innovation a degree of freedom", note: "1 where the noise is what is said", yLabel: "χ² / dof", logarithmic: true, xRange, yRange: innovations, level: 1, series: [{ name: "", x: t, y: run.imu.innovation_per_dof, style: "s0" }] })];
+        chart({ title: "Squared innovation a degree of freedom", note: "1 where the noise is as stated", yLabel: "χ² / dof", logarithmic: true, xRange, yRange: innovations, level: 1, series: [{ name: "", x: t, y: run.imu.innovation_per_dof, style: "s0" }] })];
       if (states) {
         figures.push(
-          chart({ title: "Gyroscope bias", yLabel: "rad/s", xRange, series: axes(states, "gyroscope_bias") }),
-          chart({ title: "Accelerometer bias", yLabel: "m/s²", xRange, series: axes(states, "accelerometer_bias") }),
-          chart({ title: "Offset of the clocks t_d", yLabel: "ms", unit: "ms", xRange, series: [{ name: "", x: states.t, y: states.time_offset.map((v) => 1e3 * v), style: "s3" }] }));
+          chart({ title: "Gyroscope bias", yLabel: "bias [rad/s]", unit: "rad/s", xRange, series: axes(states, "gyroscope_bias") }),
+          chart({ title: "Accelerometer bias", yLabel: "bias [m/s²]", unit: "m/s²", xRange, series: axes(states, "accelerometer_bias") }),
+          chart({ title: "Offset of the clocks t_d", yLabel: "t_d [ms]", unit: "ms", xRange, series: [{ name: "", x: states.t, y: states.time_offset.map((v) => 1e3 * v), style: "s3" }] }));
       }
+      figures.push(html("div", {}, table("Over the run", ["", ""], imuRows(run.run.imu))));
       return pair(runs, figures);
     });
   });
 
-  function sensorRows(run) {
-    const rows = [], plusMinus = (value, sigma, factor, unit) => `${number(value * factor, 4)}${sigma > 0 ? " ± " + number(sigma * factor, 2) : ""} ${unit}`;
-    const timing = run.run.frame_timing_s;
-    if (timing) {
-      for (const [key, name] of [["colour_readout", "read-out of colour"], ["depth_readout", "read-out of depth"], ["depth_delay", "delay of depth"]]) {
-        rows.push([name, plusMinus(timing.value[key], timing.sigma[key], 1e3, "ms")]);
+  // What is known to less than a fifth of what is taken for it beforehand is seen.
+  const kSeenRowTime = 0.003;  // [s]
+  const kLearnt = {
+    point_px_by_level: "pixels of points, level by level of the pyramid",
+    point_depth_by_depth: "depth of points, to 1, 2, 4 m and beyond",
+    edge_depth_by_depth: "depth of points at edges, to 1, 2, 4 m and beyond",
+    line_px_by_length: "pixels of lines, to 1/16, 1/8, 1/4 of the image's width and beyond",
+    line_depth_by_depth: "depth of lines, to 1, 2, 4 m and beyond",
+  };
+  const hardly = (seen) => (seen ? "" : " (hardly seen)");
+  const listOf = (values, sigmas, factor) => values.map((v, i) => plusMinus(factor * v, factor * sigmas[i]));
+
+  function timingRows({ value, sigma }) {
+    return [["colour_readout", "read-out of colour"], ["depth_readout", "read-out of depth"], ["depth_delay", "delay of depth"]].map(([key, name]) =>
+      [name, plusMinus(1e3 * value[key], 1e3 * sigma[key]) + " ms" + hardly(sigma[key] < kSeenRowTime)]);
+  }
+
+  function noiseRows(run) {
+    const rows = [], noise = run.depth_noise, learnt = run.noise;
+    if (noise && noise.baseline === undefined) {
+      const z = noise.reference ? `(z − ${number(noise.reference, 2)})²` : "z²";
+      rows.push(["noise of depth at z [m], as stated", (noise.offset ? `${number(1e3 * noise.offset, 3)} + ` : "") + `${number(1e3 * noise.quadratic, 3)} ${z} mm`]);
+    }
+    if (learnt && typeof learnt === "object") {
+      for (const [key, name] of Object.entries(kLearnt)) {
+        if (Array.isArray(learnt[key])) rows.push([`noise found over noise stated: ${name}`, learnt[key].map((v) => v.toFixed(2)).join(",  ")]);
       }
     }
-    const noise = run.run.depth_noise;
-    if (noise && noise.baseline === undefined) rows.push(["depth noise at z [m]", `${number(1e3 * noise.offset, 3)} + ${number(1e3 * noise.quadratic, 3)} (z − ${number(noise.reference, 2)})² mm`]);
-    const learnt = run.run.noise;
-    if (learnt && typeof learnt === "object") for (const [key, value] of Object.entries(learnt)) rows.push(["noise: " + key.replace(/_/g, " "), typeof value === "object" ? JSON.stringify(value) : number(value)]);
-    const imu = run.run.imu || {};
-    if (imu.depth_scale) rows.push(["true depth over measured", plusMinus(imu.depth_scale.value, imu.depth_scale.sigma, 1, "")]);
-    if (imu.time_offset) rows.push(["offset of the clocks t_d", plusMinus(imu.time_offset.value, imu.time_offset.sigma, 1e3, "ms")]);
-    for (const [key, name, unit] of [["gyroscope_bias", "gyroscope bias", "rad/s"], ["accelerometer_bias", "accelerometer bias", "m/s²"]]) {
-      if (imu[key]) rows.push([name, imu[key].value.map((v, i) => plusMinus(v, imu[key].sigma[i], 1, "")).join(",  ") + unit]);
+    return rows;
+  }
+
+  function imuStateRows(imu) {
+    const rows = [];
+    if (imu.depth_scale) rows.push(["true depth over measured", plusMinus(imu.depth_scale.value, imu.depth_scale.sigma)]);
+    if (imu.time_offset) rows.push(["offset of the clocks t_d", plusMinus(1e3 * imu.time_offset.value, 1e3 * imu.time_offset.sigma) + " ms"]);
+    for (const [key, name, unit] of [["gyroscope_bias", "gyroscope bias x, y, z", "rad/s"], ["accelerometer_bias", "accelerometer bias x, y, z", "m/s²"]]) {
+      if (imu[key]) rows.push([name, listOf(imu[key].value, imu[key].sigma, 1).join(",  ") + " " + unit]);
     }
     const mount = imu.extrinsics;
     if (mount) {
-      const unseen = (seen) => (seen ? "" : " (hardly seen)");
-      rows.push(["camera in the IMU's frame, x, y, z", mount.lever_arm_m.map((v, i) => plusMinus(v, mount.lever_arm_sigma_m[i], 1e3, "mm") + unseen(mount.lever_arm_seen[i])).join(",  ")]);
-      rows.push(["its turn about its x, y, z known to", mount.rotation_sigma_rad.map((v, i) => number((v * 180) / Math.PI, 2) + "°" + unseen(mount.rotation_seen[i])).join(",  ")]);
+      rows.push(["camera in the IMU's frame x, y, z", listOf(mount.lever_arm_m, mount.lever_arm_sigma_m, 1e3).map((v, i) => v + " mm" + hardly(mount.lever_arm_seen[i])).join(",  ")]);
+      rows.push(["its turn about its x, y, z known to", mount.rotation_sigma_rad.map((v, i) => number((v * 180) / Math.PI, 2) + "°" + hardly(mount.rotation_seen[i])).join(",  ")]);
     }
     if (imu.gravity_sigma_rad) rows.push(["gravity known to", number((imu.gravity_sigma_rad * 180) / Math.PI, 2) + "°"]);
     return rows;
   }
+
+  function sensorRows({ run }) {
+    return [].concat(run.frame_timing_s ? timingRows(run.frame_timing_s) : [], noiseRows(run), imuStateRows(run.imu || {}));
+  }
   add("sensors", "What was found of the sensors", "", (runs) => perRun(runs, (run) => {
     const rows = sensorRows(run);
-    return rows.length ? table("With one standard deviation", ["", "in the end"], rows) : null;
+    return rows.length ? table("In the end, with one standard deviation", ["", ""], rows) : null;
   }));
 
   add("pictures", "Pictures", "", (runs) => perRun(runs, (run) => (run.pictures.length ? html("div", { class: "pair" }, run.pictures.map((p) =>

@@ -118,10 +118,10 @@
     return box;
   }
 
-  // All but the outermost points of the cloud, with the path.
+  // The path and some points of the cloud, all but the outermost, and the box about them.
   function extentOf(run, layers) {
-    const box = spread(run.path.position.map(run.level.apply));
-    if (!layers.cloud) return box;
+    const path = run.path.position.map(run.level.apply), box = spread(path);
+    if (!layers.cloud) return { box, points: path };
     const all = layers.cloud.object.userData.position, some = [];
     const stride = 3 * Math.max(1, Math.floor(all.length / 60000));
     for (let i = 0; i < all.length; i += stride) some.push(run.level.apply(all.subarray(i, i + 3)));
@@ -130,7 +130,7 @@
       box.min[axis] = Math.min(box.min[axis], values[Math.floor(0.02 * values.length)]);
       box.max[axis] = Math.max(box.max[axis], values[Math.floor(0.98 * (values.length - 1))]);
     }
-    return box;
+    return { box, points: path.concat(some.filter((p) => box.containsPoint(new THREE.Vector3(...p)))) };
   }
 
   // [m] Small enough to tell keyframes apart.
@@ -178,7 +178,7 @@
       this.scene.add(this.world);
       this.layers = layersOf(run);
       for (const name of Object.keys(this.layers)) if (this.layers[name].shown) this.toggle(name, true);
-      this.box = extentOf(run, this.layers);
+      this.extent = extentOf(run, this.layers);
       this.look("oblique");
     }
     toggle(name, shown) {
@@ -189,16 +189,32 @@
       this.draw();
     }
     look(from) {
-      const centre = this.box.getCenter(new THREE.Vector3()), size = Math.max(this.box.getSize(new THREE.Vector3()).length(), 0.5);
-      const direction = { top: [0, -1e-3, 1], front: [0, -1, 0.02], side: [-1, 0, 0.02], oblique: [-0.75, -0.55, 0.62] }[from];
+      const { box } = this.extent;
+      const centre = box.getCenter(new THREE.Vector3()), size = Math.max(box.getSize(new THREE.Vector3()).length(), 0.5);
+      const towards = { top: [0, -1e-3, 1], front: [0, -1, 0.02], side: [-1, 0, 0.02], oblique: [-0.75, -0.55, 0.62] }[from];
+      const direction = new THREE.Vector3(...towards).normalize();
+      this.fit();
       this.controls.target.copy(centre);
-      this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...direction).normalize(), 0.95 * size);
+      this.camera.position.copy(centre).addScaledVector(direction, this.distanceOfAll(centre, direction));
       this.camera.near = 0.002 * size;
       this.camera.far = 20 * size;
       this.controls.maxDistance = 8 * size;
-      this.fit();
       this.controls.update();
       this.draw();
+    }
+    // From how far all points are seen by who looks at `centre` against `direction`.
+    distanceOfAll(centre, direction) {
+      const right = new THREE.Vector3().crossVectors(this.camera.up, direction).normalize();
+      const up = new THREE.Vector3().crossVectors(direction, right);
+      const high = Math.tan((this.camera.fov * Math.PI) / 360), wide = high * this.camera.aspect;
+      const point = new THREE.Vector3();
+      let distance = 0.25;
+      for (const p of this.extent.points) {
+        point.set(...p).sub(centre);
+        const beyond = Math.max(Math.abs(point.dot(right)) / wide, Math.abs(point.dot(up)) / high);
+        distance = Math.max(distance, point.dot(direction) + 1.06 * beyond);
+      }
+      return distance;
     }
     // Angles in radians; zoom: factor of the distance.
     turn(sideways, upwards, zoom) {
