@@ -173,6 +173,7 @@
   const kSeenRowTime = 0.003;  // [s]
   const kLearnt = {
     point_px_by_level: "pixels of points, level by level of the pyramid",
+    refined_px_by_level: "pixels of points that keyframes refined, level by level",
     point_depth_by_depth: "depth of points, to 1, 2, 4 m and beyond",
     edge_depth_by_depth: "depth of points at edges, to 1, 2, 4 m and beyond",
     line_px_by_length: "pixels of lines, to 1/16, 1/8, 1/4 of the image's width and beyond",
