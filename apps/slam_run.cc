@@ -445,7 +445,7 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   }
   if (options.intrinsics && run->largest.submap != kNoId) {
     attempt("intrinsics", [&] {
-      run->intrinsics = CalibrateIntrinsics(slam.map(), ModelOf(slam.map(), sensor, options, *run),
+      run->intrinsics = CalibrateCamera(slam.map(), ModelOf(slam.map(), sensor, options, *run),
                                             run->largest.submap);
     });
   }

@@ -11,7 +11,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/local/depth_scale.h>
-#include <highwall/frontend/local/intrinsics.h>
+#include <highwall/frontend/local/camera_calibration.h>
 #include <highwall/frontend/system/slam_system.h>
 #include <highwall/mapping/dense_mapper.h>
 
@@ -142,7 +142,7 @@ struct SlamRun {
   int levels = 0;                           // of the pyramid of its points
   std::optional<InertialSummary> inertial;  // with an IMU
   std::optional<GpsSummary> gps;            // with a GPS
-  std::optional<IntrinsicsCalibration> intrinsics;  // of the largest world, where asked for
+  std::optional<CameraCalibration> intrinsics;  // of the largest world, where asked for
   std::size_t relocalizations = 0;
   std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open
   std::size_t points = 0, lines = 0;  // landmarks in the end

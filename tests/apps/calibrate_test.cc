@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/local/intrinsics.h>
+#include <highwall/frontend/local/camera_calibration.h>
 
 #include "calibration_file.h"
 #include "config.h"
@@ -148,7 +148,7 @@ TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
   int unseen = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(report["seen"][i],
-              report["sigma_px"][i] <= IntrinsicsOptions().good_share * known.fx);
+              report["sigma_px"][i] <= CameraCalibrationOptions().good_share * known.fx);
     if (report["seen"][i]) continue;
     ++unseen;
     EXPECT_EQ(after[i], before[i]) << i;

@@ -1,4 +1,4 @@
-#include <highwall/frontend/local/intrinsics.h>
+#include <highwall/frontend/local/camera_calibration.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,9 +24,10 @@ namespace {
 constexpr double kLeastParallax = 0.02;
 
 // Keyframes and points of a map, and the intrinsics.
-class IntrinsicsGraph {
+class CameraGraph {
  public:
-  IntrinsicsGraph(const Map& map, const MeasurementModel& model, const IntrinsicsOptions& options)
+  CameraGraph(const Map& map, const MeasurementModel& model,
+              const CameraCalibrationOptions& options)
       : map_(map),
         model_(model),
         loss_(std::make_shared<ceres::HuberLoss>(options.huber)),
@@ -62,12 +63,12 @@ class IntrinsicsGraph {
     }
   }
 
-  IntrinsicsCalibration Solve(const IntrinsicsOptions& options) {
+  CameraCalibration Solve(const CameraCalibrationOptions& options) {
     HIGHWALL_REQUIRE(poses_.size() >= 3, "less than three keyframes");
     HIGHWALL_REQUIRE(points_ > 0, "no point that two keyframes see");
     const SolveSummary summary = graph_.Solve({.max_iterations = options.max_iterations});
     HIGHWALL_REQUIRE(summary.IsUsable(), "calibration failed: " + summary.message);
-    IntrinsicsCalibration result;
+    CameraCalibration result;
     result.intrinsics = graph_.Value(intrinsics_);
     result.keyframes = static_cast<int>(poses_.size());
     result.points = points_;
@@ -118,7 +119,7 @@ class IntrinsicsGraph {
   int points_ = 0, observations_ = 0, rows_ = 0;
 };
 
-std::vector<std::string> Advice(const IntrinsicsCalibration& found) {
+std::vector<std::string> Advice(const CameraCalibration& found) {
   constexpr const char* kMotion[] = {
       "fx was hardly seen: turn the camera left and right, by half of what it sees and more",
       "fy was hardly seen: tilt the camera up and down, by half of what it sees and more",
@@ -133,21 +134,21 @@ std::vector<std::string> Advice(const IntrinsicsCalibration& found) {
 
 }  // namespace
 
-void IntrinsicsOptions::Validate() const {
-  RequirePositiveFinite(focal_share, "IntrinsicsOptions::focal_share");
-  RequirePositiveFinite(centre_share, "IntrinsicsOptions::centre_share");
-  RequirePositiveFinite(huber, "IntrinsicsOptions::huber");
-  RequirePositiveFinite(good_share, "IntrinsicsOptions::good_share");
-  RequireAtLeast(max_iterations, 1, "IntrinsicsOptions::max_iterations");
+void CameraCalibrationOptions::Validate() const {
+  RequirePositiveFinite(focal_share, "CameraCalibrationOptions::focal_share");
+  RequirePositiveFinite(centre_share, "CameraCalibrationOptions::centre_share");
+  RequirePositiveFinite(huber, "CameraCalibrationOptions::huber");
+  RequirePositiveFinite(good_share, "CameraCalibrationOptions::good_share");
+  RequireAtLeast(max_iterations, 1, "CameraCalibrationOptions::max_iterations");
 }
 
-IntrinsicsCalibration CalibrateIntrinsics(const Map& map, const MeasurementModel& model,
-                                          SubmapId submap, const IntrinsicsOptions& options) {
+CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model, SubmapId submap,
+                                  const CameraCalibrationOptions& options) {
   options.Validate();
-  IntrinsicsGraph graph(map, model, options);
+  CameraGraph graph(map, model, options);
   graph.AddKeyFrames(map.KeyFramesOf(submap));
   graph.AddPoints();
-  IntrinsicsCalibration found = graph.Solve(options);
+  CameraCalibration found = graph.Solve(options);
   for (int i = 0; i < 4; ++i) {
     found.seen[static_cast<std::size_t>(i)] =
         found.sigma[i] <= options.good_share * found.intrinsics[i % 2];

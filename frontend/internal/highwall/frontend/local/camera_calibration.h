@@ -12,7 +12,7 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-struct IntrinsicsOptions {
+struct CameraCalibrationOptions {
   double focal_share = 0.1;   // > 0: standard deviation before, of the focal lengths, and
   double centre_share = 0.1;  // > 0: of the principal point, of the image's width and height
   double huber = 2.5;         // > 0: of an observation's error
@@ -24,7 +24,7 @@ struct IntrinsicsOptions {
 };
 
 // A camera's focal lengths and principal point as a map tells them.
-struct IntrinsicsCalibration {
+struct CameraCalibration {
   Eigen::Vector4d intrinsics;  // fx fy cx cy [px]
   Eigen::Vector4d sigma;       // [px]
   double error = 0.0;          // chi-squared per degree of freedom; beyond 1 sigma grows with it
@@ -40,8 +40,8 @@ struct IntrinsicsCalibration {
 // known. Throws InvalidArgument, saying so, on bad options, where the map has less than three
 // keyframes or no such point that two of them see, and where the solver fails.
 //                                                                docs/calibration.md, Intrinsics
-IntrinsicsCalibration CalibrateIntrinsics(const Map& map, const MeasurementModel& model,
-                                          SubmapId submap = kFirstSubmap,
-                                          const IntrinsicsOptions& options = {});
+CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
+                                  SubmapId submap = kFirstSubmap,
+                                  const CameraCalibrationOptions& options = {});
 
 }  // namespace highwall

@@ -1,4 +1,4 @@
-#include <highwall/frontend/local/intrinsics.h>
+#include <highwall/frontend/local/camera_calibration.h>
 
 #include <cmath>
 #include <memory>
@@ -77,13 +77,13 @@ Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed) {
   return std::move(scene_map.map);
 }
 
-TEST(Intrinsics, OffByOnePercentAreFoundWithinTheirStandardDeviations) {
+TEST(CameraCalibration, OffByOnePercentAreFoundWithinTheirStandardDeviations) {
   const Scene scene = MakeSurroundings();
   double nees = 0.0;
   constexpr int kRuns = 5;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
-    const IntrinsicsCalibration found =
-        CalibrateIntrinsics(Walk(scene, {0.8, 0.8, 0.8}, 100 * seed), kModel);
+    const CameraCalibration found =
+        CalibrateCamera(Walk(scene, {0.8, 0.8, 0.8}, 100 * seed), kModel);
     const Eigen::Vector4d error = found.intrinsics - IntrinsicsOf(TrueSensor().camera);
     EXPECT_LT(error.cwiseAbs().maxCoeff(), 1.0) << error.transpose();  // it was off by 4 and 5
     EXPECT_TRUE((error.cwiseAbs().array() < 4.0 * found.sigma.array()).all()) << error.transpose();
@@ -97,19 +97,19 @@ TEST(Intrinsics, OffByOnePercentAreFoundWithinTheirStandardDeviations) {
   EXPECT_LT(nees, 1.0 + 4.0 * 0.32);
 }
 
-TEST(Intrinsics, WhatIsNotSeenIsSaid) {
+TEST(CameraCalibration, WhatIsNotSeenIsSaid) {
   const Scene scene = MakeSurroundings();
   // It looks ahead all the time: a principal point beside its place and a turn are alike.
   const Map map = Walk(scene, {0.0, 0.0, 0.0}, 7);
-  const IntrinsicsCalibration found = CalibrateIntrinsics(map, kModel);
-  const IntrinsicsCalibration turned = CalibrateIntrinsics(Walk(scene, {0.8, 0.8, 0.8}, 7), kModel);
+  const CameraCalibration found = CalibrateCamera(map, kModel);
+  const CameraCalibration turned = CalibrateCamera(Walk(scene, {0.8, 0.8, 0.8}, 7), kModel);
   EXPECT_GT(found.sigma[2], 3.0 * turned.sigma[2]);
   EXPECT_GT(found.sigma[3], 3.0 * turned.sigma[3]);
   EXPECT_FALSE(found.advice.empty());
 }
 
 // Their distance is in no row: the normal equations would be singular.
-TEST(Intrinsics, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutParallax) {
+TEST(CameraCalibration, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutParallax) {
   Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 7);
   // Two more keyframes of one place, whose last point is in no other.
   const KeyFrame& model = *map.keyframe(map.keyframe_ids().front());
@@ -126,10 +126,10 @@ TEST(Intrinsics, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutParallax) {
       if (points[f] != kNoId) map.ObservePoint(added.back(), static_cast<int>(f), points[f]);
     }
   }
-  const IntrinsicsCalibration without = CalibrateIntrinsics(map, kModel);
+  const CameraCalibration without = CalibrateCamera(map, kModel);
   const PointId far = map.AddPoint(T_WC * p_C, 0).id;
   for (const KeyFrameId id : added) map.ObservePoint(id, static_cast<int>(points.size()), far);
-  const IntrinsicsCalibration with = CalibrateIntrinsics(map, kModel);
+  const CameraCalibration with = CalibrateCamera(map, kModel);
   EXPECT_EQ(with.points, without.points);
   EXPECT_EQ(with.intrinsics, without.intrinsics);
 
@@ -142,13 +142,13 @@ TEST(Intrinsics, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutParallax) {
     }
     keyframe.frame.features = half;
   }
-  EXPECT_GT(CalibrateIntrinsics(map, kModel).points, 0.9 * without.points);
+  EXPECT_GT(CalibrateCamera(map, kModel).points, 0.9 * without.points);
 }
 
-TEST(Intrinsics, RefusesAMapThatTellsNothingAndBadOptions) {
-  EXPECT_THROW(CalibrateIntrinsics(Map(), kModel), InvalidArgument);
+TEST(CameraCalibration, RefusesAMapThatTellsNothingAndBadOptions) {
+  EXPECT_THROW(CalibrateCamera(Map(), kModel), InvalidArgument);
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 1);
-  EXPECT_THROW(CalibrateIntrinsics(map, kModel, kFirstSubmap, {.huber = 0.0}), InvalidArgument);
+  EXPECT_THROW(CalibrateCamera(map, kModel, kFirstSubmap, {.huber = 0.0}), InvalidArgument);
 }
 
 }  // namespace
