@@ -135,59 +135,85 @@ bool IsWrong(const CameraImuCalibration& found) {
   return off > 0.005 && off > 3.0 * found.depth_scale_sigma;
 }
 
-int RunCalibrate(const CalibrateArguments& arguments) {
-  if (!arguments.out.empty()) RequireFile(arguments.out);
-  const Recording recording = Find(arguments);
-  const OpenedDataset opened = OpenDataset(recording.config, recording.dataset);
-  const Dataset& dataset = *opened.images;
-  RunConfig config = opened.config;
-  const ImuCalibration guess = config.imu.value_or(ImuCalibration{});
-  const std::optional<ImuInput> imu = LoadImu(dataset, guess);
-  if (!imu) throw IoError(recording.dataset, "has no IMU (imu.csv)");
-  if (!config.imu) {
+// What there is to calibrate with beside the images; empty where there is no IMU. Says what is odd.
+std::optional<ImuInput> OpenImu(const Recording& recording, const OpenedDataset& opened) {
+  const std::optional<ImuInput> imu =
+      LoadImu(*opened.images, opened.config.imu.value_or(ImuCalibration{}));
+  if (!imu) {
+    if (!recording.trajectory.empty()) throw IoError(recording.dataset, "has no IMU (imu.csv)");
+    return imu;
+  }
+  if (!opened.config.imu) {
     Warn(recording.dataset.string() +
          ": no calibration names the noise of the IMU: that of EuRoC's is taken (find it with "
          "highwall imu-noise)");
   }
   for (const std::string& warning : imu->warnings) Warn(warning);
   if (!imu->IsUsable()) throw IoError(imu->file, "cannot be used");
-  CalibratedImages images;
-  if (arguments.intrinsics) {
-    images = CalibrateImagesAndIntrinsics(dataset, &config.sensor);
-  } else if (recording.trajectory.empty()) {
-    images = CalibrateImages(dataset, config.sensor);
-  } else {
-    images.trajectory = ReadTumTrajectory(recording.trajectory);
-  }
-  CameraImuCalibration found;
+  return imu;
+}
+
+CameraImuCalibration FitImu(const Recording& recording, const Trajectory& trajectory,
+                            const ImuInput& imu, const ImuNoise& noise, bool keep_depth) {
   try {
     const Progress progress("fitting");
-    found =
-        CalibrateCameraImu(images.trajectory, imu->samples,
-                           {.noise = guess.noise, .estimate_depth_scale = !arguments.keep_depth});
+    return CalibrateCameraImu(trajectory, imu.samples,
+                              {.noise = noise, .estimate_depth_scale = !keep_depth});
   } catch (const InvalidArgument& error) {
     throw IoError(recording.trajectory.empty() ? recording.dataset.string() : recording.trajectory,
                   error.what());
   }
+}
+
+// What was found of the IMU becomes the configuration's.
+void Take(const CameraImuCalibration& found, const ImuInput& imu, RunConfig* config) {
+  if (!config->imu) config->imu.emplace();
+  config->imu->T_BC = found.T_BC;
+  config->imu->time_offset = found.time_offset;
+  config->imu->rate = RateOf(imu.samples);
+  if (!IsWrong(found)) return;
+  config->sensor.depth_factor /= found.depth_scale;
+  config->sensor.inverse_depth_offset /= found.depth_scale;  // 1/m: metres are longer now
+}
+
+int RunCalibrate(const CalibrateArguments& arguments) {
+  if (!arguments.out.empty()) RequireFile(arguments.out);
+  const Recording recording = Find(arguments);
+  const OpenedDataset opened = OpenDataset(recording.config, recording.dataset);
+  const std::optional<ImuInput> imu = OpenImu(recording, opened);
+  RunConfig config = opened.config;
+  const ImageCalibrationOptions wanted{.intrinsics = arguments.intrinsics,
+                                       .keep_depth = arguments.keep_depth};
+  std::optional<CalibratedImages> images;
+  if (recording.trajectory.empty() || arguments.intrinsics) {
+    images = CalibrateImages(recording.dataset, wanted, &config.sensor);
+  }
+  std::optional<CameraImuCalibration> found;
+  if (imu) {
+    const Trajectory& poses = images ? images->trajectory : ReadTumTrajectory(recording.trajectory);
+    found = FitImu(recording, poses, *imu, config.imu.value_or(ImuCalibration{}).noise,
+                   arguments.keep_depth);
+  }
   if (arguments.json) {
-    nlohmann::ordered_json json = ToJson(found);
-    AddTo(&json, images);
+    nlohmann::ordered_json json = found ? ToJson(*found) : nlohmann::ordered_json::object();
+    if (images) AddTo(&json, *images, wanted);
     fmt::print("{}\n", json.dump());
   } else {
-    PrintText(found, !arguments.keep_depth);
-    Print(images);
+    if (found) {
+      PrintText(*found, !arguments.keep_depth);
+    } else {
+      fmt::print("imu          none (imu.csv): the camera is calibrated alone\n");
+    }
+    if (images) Print(*images, wanted);
   }
   if (arguments.out.empty()) return kExitOk;
-  config.imu = guess;
-  config.imu->T_BC = found.T_BC;
-  config.imu->time_offset = found.time_offset;
-  config.imu->rate = RateOf(imu->samples);
-  if (IsWrong(found)) config.sensor.depth_factor /= found.depth_scale;
-  const FrameTiming timing_sigma = TakeTiming(images.timing, &config.sensor.timing);
-  WriteConfig(arguments.out, config, timing_sigma);
+  CalibrationSigma sigma;
+  if (images) sigma = TakeTiming(*images, &config.sensor);
+  if (found) Take(*found, *imu, &config);
+  WriteConfig(arguments.out, config, sigma);
   if (!arguments.json) {
     fmt::print("written      {}{}\n", arguments.out,
-               IsWrong(found)
+               found && IsWrong(*found)
                    ? fmt::format(", with depth_factor {:.6g}", config.sensor.depth_factor)
                    : "");
   }
@@ -198,11 +224,12 @@ int RunCalibrate(const CalibrateArguments& arguments) {
 
 void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
   CLI::App* command = app.add_subcommand(
-      "calibrate", "Find where the camera sits on the IMU, and how their clocks and metres differ");
+      "calibrate",
+      "Find when a camera's rows are taken, how depth is off, and where it sits on its IMU");
   const auto arguments = std::make_shared<CalibrateArguments>();
   command
       ->add_option("input", arguments->input,
-                   "Dataset with an IMU, or the folder of a run of `highwall slam --imu off`")
+                   "Dataset, or the folder of a run of `highwall slam --imu off` with an IMU")
       ->required();
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file; of an IMU only its noise is taken from it "
@@ -214,7 +241,7 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
                  "Find the focal lengths and the principal point as well: tracks the images twice")
       ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
-  command->add_flag("--keep-depth", arguments->keep_depth, "The scale of the depth is right");
+  command->add_flag("--keep-depth", arguments->keep_depth, "Depth is right: no scale, no offset");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
   command->footer(
       "Example: move the camera for a minute through one place, turning it about all of its axes, "

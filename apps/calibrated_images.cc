@@ -4,13 +4,17 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <highwall/core/error.h>
+#include <highwall/frontend/input/euroc_dataset.h>
+
+#include "opened_dataset.h"
 #include "progress.h"
 #include "slam_run.h"
 
@@ -37,27 +41,53 @@ bool IsOff(const RowTime& time, const FrameTimingEstimate& found, const FrameTim
   return IsSeen(time, found) && off > 2.0 * (found.sigma.*time.member);
 }
 
-CalibratedImages Track(const Dataset& dataset, const RgbdSensor& sensor, bool intrinsics) {
+// What is stated stands until it is off beyond doubt. All that images show of the offset, they show
+// beside a scale that they do not.
+bool IsOff(const CameraCalibration& found, double stated) {
+  return found.inverse_depth_seen &&
+         std::abs(found.inverse_depth_offset - stated) > 3.0 * found.inverse_depth_sigma;
+}
+
+// inverse_depth_offset: of what is left.
+CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
+                       bool intrinsics) {
+  const std::unique_ptr<const Dataset> images = OpenImages(directory, sensor);
   SlamRunOptions options;
   options.slam = Deterministic(options.slam);  // one recording, one calibration
   options.dense = false;
   options.adjust_all = true;
-  options.intrinsics = intrinsics;
+  options.calibrate = CameraCalibrationOptions{.intrinsics = intrinsics};
   Progress progress("tracking");
-  const SlamRun run = RunSlam(dataset, sensor, options,
+  const SlamRun run = RunSlam(*images, sensor, options,
                               [&progress](const FrameResult&, const RgbdImage&, std::size_t done,
                                           std::size_t total) { progress.Update(done, total); });
-  RequireWhole(run);
-  return {run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted,
-          run.intrinsics, run.timing};
+  if (!run.failures.empty()) throw IoError(directory, run.failures.front() + ": record for longer");
+  if (!run.camera) throw IoError(directory, "no frame could be tracked");
+  return {run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted, *run.camera,
+          run.timing};
 }
 
-void PrintText(const CameraCalibration& found) {
+void TakeIntrinsics(const CameraCalibration& found, PinholeCamera* camera) {
+  const std::array known{&camera->fx, &camera->fy, &camera->cx, &camera->cy};
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (found.seen[i]) *known[i] = found.intrinsics[static_cast<Eigen::Index>(i)];
+  }
+}
+
+void PrintIntrinsics(const CameraCalibration& found) {
   const Eigen::Vector4d &k = found.intrinsics, &s = found.sigma;
   fmt::print("focal        {:.2f} {:.2f} +- {:.2f} {:.2f} px ({} points from {} keyframes)\n", k[0],
              k[1], s[0], s[1], found.points, found.keyframes);
   fmt::print("centre       {:.2f} {:.2f} +- {:.2f} {:.2f} px\n", k[2], k[3], s[2], s[3]);
-  for (const std::string& advice : found.advice) fmt::print("not seen     {}\n", advice);
+}
+
+void PrintOffset(const CameraCalibration& found) {
+  constexpr double kFar = 3.0;  // [m]
+  const double share = -kFar * found.inverse_depth_offset;
+  fmt::print("depth        reads {:.2f} +- {:.2f} % too {} at {:.0f} m ({:.4f} +- {:.4f} / m)\n",
+             100.0 * std::abs(share), 100.0 * kFar * found.inverse_depth_sigma,
+             share < 0.0 ? "short" : "long", kFar, found.inverse_depth_offset,
+             found.inverse_depth_sigma);
 }
 
 void PrintText(const FrameTimingEstimate& found) {
@@ -93,49 +123,56 @@ nlohmann::ordered_json ToJson(const CameraCalibration& found) {
 
 }  // namespace
 
-CalibratedImages CalibrateImages(const Dataset& dataset, const RgbdSensor& sensor) {
-  return Track(dataset, sensor, false);
-}
-
-CalibratedImages CalibrateImagesAndIntrinsics(const Dataset& dataset, RgbdSensor* sensor) {
-  const PinholeCamera& stated = sensor->camera;
-  const std::array before{stated.fx, stated.fy, stated.cx, stated.cy};
-  CalibratedImages tracked;
+CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
+                                 const ImageCalibrationOptions& options, RgbdSensor* sensor) {
+  const RgbdSensor stated = *sensor;
+  const bool keep_depth = options.keep_depth || EurocDataset::IsOne(dataset);  // no sensor's depth
+  CalibratedImages found;
   for (int round = 0; round < 2; ++round) {
-    tracked = Track(dataset, *sensor, true);
-    if (!tracked.intrinsics) throw std::runtime_error("no frame could be tracked");
-    const Eigen::Vector4d& k = tracked.intrinsics->intrinsics;
-    PinholeCamera& camera = sensor->camera;
-    const std::array known{&camera.fx, &camera.fy, &camera.cx, &camera.cy};
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      *known[i] = tracked.intrinsics->seen[i] ? k[static_cast<Eigen::Index>(i)] : before[i];
+    const double offset = sensor->inverse_depth_offset;
+    found = Track(dataset, *sensor, options.intrinsics);
+    found.camera.inverse_depth_offset += offset;
+    *sensor = stated;
+    TakeIntrinsics(found.camera, &sensor->camera);
+    if (!keep_depth && IsOff(found.camera, stated.inverse_depth_offset)) {
+      sensor->inverse_depth_offset = found.camera.inverse_depth_offset;
     }
+    if (!options.intrinsics && sensor->inverse_depth_offset == offset) break;
   }
-  return tracked;
+  return found;
 }
 
-FrameTiming TakeTiming(const std::optional<FrameTimingEstimate>& found, FrameTiming* stated) {
-  FrameTiming sigma;
-  if (!found) return sigma;
+CalibrationSigma TakeTiming(const CalibratedImages& found, RgbdSensor* sensor) {
+  CalibrationSigma sigma;
+  FrameTiming& stated = sensor->timing;
   for (const RowTime& time : kRowTimes) {
-    if (!IsOff(time, *found, *stated)) continue;
-    stated->*time.member = found->value.*time.member;
-    sigma.*time.member = found->sigma.*time.member;
+    if (!IsOff(time, found.timing, stated)) continue;
+    stated.*time.member = found.timing.value.*time.member;
+    sigma.timing.*time.member = found.timing.sigma.*time.member;
   }
   // A read-out below 0 is one of 0.
-  stated->colour_readout = std::max(stated->colour_readout, 0.0);
-  stated->depth_readout = std::max(stated->depth_readout, 0.0);
+  stated.colour_readout = std::max(stated.colour_readout, 0.0);
+  stated.depth_readout = std::max(stated.depth_readout, 0.0);
+  if (sensor->inverse_depth_offset == found.camera.inverse_depth_offset) {
+    sigma.inverse_depth_offset = found.camera.inverse_depth_sigma;
+  }
   return sigma;
 }
 
-void Print(const CalibratedImages& found) {
-  if (found.intrinsics) PrintText(*found.intrinsics);
-  if (found.timing) PrintText(*found.timing);
+void Print(const CalibratedImages& found, const ImageCalibrationOptions& options) {
+  if (options.intrinsics) PrintIntrinsics(found.camera);
+  PrintOffset(found.camera);
+  for (const std::string& advice : found.camera.advice) fmt::print("not seen     {}\n", advice);
+  PrintText(found.timing);
 }
 
-void AddTo(nlohmann::ordered_json* report, const CalibratedImages& found) {
-  if (found.intrinsics) (*report)["intrinsics"] = ToJson(*found.intrinsics);
-  if (found.timing) (*report)["row_times"] = ToJson(*found.timing);
+void AddTo(nlohmann::ordered_json* report, const CalibratedImages& found,
+           const ImageCalibrationOptions& options) {
+  if (options.intrinsics) (*report)["intrinsics"] = ToJson(found.camera);
+  (*report)["inverse_depth_offset"] = {{"value_per_m", found.camera.inverse_depth_offset},
+                                       {"sigma_per_m", found.camera.inverse_depth_sigma},
+                                       {"seen", found.camera.inverse_depth_seen}};
+  (*report)["row_times"] = ToJson(found.timing);
 }
 
 }  // namespace highwall::apps

@@ -1,35 +1,43 @@
 #pragma once
 
-#include <optional>
+#include <filesystem>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/local/camera_calibration.h>
 
-// What highwall calibrate finds out from images alone: intrinsics, and when rows are taken.
+#include "calibration_file.h"
+
+// What highwall calibrate finds out from images alone.
 namespace highwall::apps {
 
-struct CalibratedImages {
-  Trajectory trajectory;                        // all frames, adjusted together
-  std::optional<CameraCalibration> intrinsics;  // where asked for
-  std::optional<FrameTimingEstimate> timing;    // where images were tracked
+struct ImageCalibrationOptions {
+  bool intrinsics = false;  // to be found as well
+  bool keep_depth = false;  // depth is right as it is stated
 };
 
-// Throws what stops the tracking.
-CalibratedImages CalibrateImages(const Dataset& dataset, const RgbdSensor& sensor);
-// Finds the intrinsics as well. Twice: what is tracked with a wrong camera is tracked worse. The
-// sensor gets what the last round finds and sees; the rest stays as it was known before both.
-CalibratedImages CalibrateImagesAndIntrinsics(const Dataset& dataset, RgbdSensor* sensor);
+struct CalibratedImages {
+  Trajectory trajectory;       // all frames, adjusted together
+  CameraCalibration camera;    // inverse_depth_offset: in all, what was stated included
+  FrameTimingEstimate timing;  // of the rows
+};
 
-// The calibration's times become those that were found to be off; returns their deviations, 0 of
-// what stays as it was stated.
-FrameTiming TakeTiming(const std::optional<FrameTimingEstimate>& found, FrameTiming* stated);
+// Tracks a dataset with what is stated of its sensor, and once more where that was wrong: what is
+// tracked with a wrong camera is tracked worse. The sensor gets the intrinsics that the last round
+// finds and sees, and the offset of depth where it is seen and off beyond doubt; the rest stays as
+// it was stated. Throws IoError as the dataset, and where too little can be tracked.
+CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
+                                 const ImageCalibrationOptions& options, RgbdSensor* sensor);
+
+// The stated times of the rows become those that were found to be off. Returns the deviations of
+// what the sensor has from `found` now, 0 of what stays as it was stated.
+CalibrationSigma TakeTiming(const CalibratedImages& found, RgbdSensor* sensor);
 
 // What was found, a line each, and as members of a JSON object.
-void Print(const CalibratedImages& found);
-void AddTo(nlohmann::ordered_json* report, const CalibratedImages& found);
+void Print(const CalibratedImages& found, const ImageCalibrationOptions& options);
+void AddTo(nlohmann::ordered_json* report, const CalibratedImages& found,
+           const ImageCalibrationOptions& options);
 
 }  // namespace highwall::apps

@@ -1,5 +1,6 @@
 #include "calibration_file.h"
 
+#include <algorithm>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -62,40 +63,28 @@ void WriteImu(const ImuCalibration& imu, YAML::Emitter* out) {
   *out << YAML::EndMap;
 }
 
-// [s]
-struct RowTime {
+struct Measured {
   const char* key;
   double value, sigma;
 };
 
-void WriteRowTimes(const char* name, std::initializer_list<RowTime> times, YAML::Emitter* out) {
-  *out << YAML::Key << name << YAML::Value << YAML::BeginMap;
-  for (const RowTime& time : times) {
-    *out << YAML::Key << time.key << YAML::Value << time.value;
-    if (time.sigma > 0.0) *out << YAML::Comment(fmt::format("+- {:.2g}", time.sigma));
+// Where there is nothing to tell, the file is as it was before it could.
+void WriteMeasured(const char* section, std::initializer_list<Measured> entries,
+                   YAML::Emitter* out) {
+  const auto is_told = [](const Measured& m) { return m.value != 0.0 || m.sigma != 0.0; };
+  if (std::ranges::none_of(entries, is_told)) return;
+  *out << YAML::Key << section << YAML::Value << YAML::BeginMap;
+  for (const Measured& entry : entries) {
+    *out << YAML::Key << entry.key << YAML::Value << entry.value;
+    if (entry.sigma > 0.0) *out << YAML::Comment(fmt::format("+- {:.2g}", entry.sigma));
   }
   *out << YAML::EndMap;
-}
-
-// Where there is nothing to tell, the file is as it was before it could.
-void WriteTiming(const FrameTiming& timing, const FrameTiming& sigma, YAML::Emitter* out) {
-  bool told = false;
-  for (const FrameTiming& times : {timing, sigma}) {
-    told = told || times.colour_readout != 0.0 || times.depth_readout != 0.0 ||
-           times.depth_delay != 0.0;
-  }
-  if (!told) return;
-  WriteRowTimes("colour", {{"readout", timing.colour_readout, sigma.colour_readout}}, out);
-  WriteRowTimes("depth",
-                {{"delay", timing.depth_delay, sigma.depth_delay},
-                 {"readout", timing.depth_readout, sigma.depth_readout}},
-                out);
 }
 
 }  // namespace
 
 void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
-                 const FrameTiming& timing_sigma) {
+                 const CalibrationSigma& sigma) {
   YAML::Emitter out;
   out.SetDoublePrecision(std::numeric_limits<double>::max_digits10);
   out << YAML::BeginMap;
@@ -108,7 +97,14 @@ void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
       "depth_noise",
       {{"offset", noise.offset}, {"quadratic", noise.quadratic}, {"reference", noise.reference}},
       &out);
-  WriteTiming(config.sensor.timing, timing_sigma, &out);
+  const FrameTiming& timing = config.sensor.timing;
+  WriteMeasured("colour", {{"readout", timing.colour_readout, sigma.timing.colour_readout}}, &out);
+  WriteMeasured(
+      "depth",
+      {{"delay", timing.depth_delay, sigma.timing.depth_delay},
+       {"readout", timing.depth_readout, sigma.timing.depth_readout},
+       {"inverse_offset", config.sensor.inverse_depth_offset, sigma.inverse_depth_offset}},
+      &out);
   if (config.imu) WriteImu(*config.imu, &out);
   out << YAML::EndMap;
   std::error_code ignored;  // the file says what is wrong

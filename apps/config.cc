@@ -65,11 +65,13 @@ void ReadDepthRange(YamlReader& section, RgbdSensor* sensor) {
   section.Read("max", &sensor->max_depth);
 }
 
-void ReadTiming(YamlReader& file, FrameTiming* timing) {
-  file.Section("colour").Read("readout", &timing->colour_readout);
+// What a maker does not say of its camera.
+void ReadErrors(YamlReader& file, RgbdSensor* sensor) {
+  file.Section("colour").Read("readout", &sensor->timing.colour_readout);
   YamlReader& depth = file.Section("depth");
-  depth.Read("readout", &timing->depth_readout);
-  depth.Read("delay", &timing->depth_delay);
+  depth.Read("readout", &sensor->timing.depth_readout);
+  depth.Read("delay", &sensor->timing.depth_delay);
+  depth.Read("inverse_offset", &sensor->inverse_depth_offset);
 }
 
 void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibration* imu) {
@@ -146,7 +148,7 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
     }
     ReadDepthRange(file.Section("depth_range"), &config.sensor);
     ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
-    ReadTiming(file, &config.sensor.timing);
+    ReadErrors(file, &config.sensor);
     YamlReader& imu = file.Section("imu");
     if (file.Has("imu")) ReadImu(imu, path, &config.imu.emplace());
     ReadGpsSection(file.Section("gps"), path, &config.antenna_B);

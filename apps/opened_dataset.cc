@@ -23,12 +23,18 @@ OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path
     return {std::move(images), std::move(config), "sensor.yaml of the cameras"};
   }
   ResolvedConfig resolved = ResolveConfig(choice, directory);
-  const RgbdSensor& sensor = resolved.config.sensor;
-  auto images =
-      std::make_unique<TumDataset>(directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
-                                                                .width = sensor.camera.width,
-                                                                .height = sensor.camera.height});
+  std::unique_ptr<const Dataset> images = OpenImages(directory, resolved.config.sensor);
   return {std::move(images), std::move(resolved.config), std::move(resolved.origin)};
+}
+
+std::unique_ptr<const Dataset> OpenImages(const std::filesystem::path& directory,
+                                          const RgbdSensor& sensor) {
+  if (EurocDataset::IsOne(directory)) return std::make_unique<EurocDataset>(directory);
+  return std::make_unique<TumDataset>(
+      directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
+                                   .inverse_depth_offset = sensor.inverse_depth_offset,
+                                   .width = sensor.camera.width,
+                                   .height = sensor.camera.height});
 }
 
 }  // namespace highwall::apps

@@ -22,4 +22,8 @@ struct OpenedDataset {
 // too where choice is not empty.
 OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path& directory);
 
+// The same images with another depth factor, offset or size. Throws IoError as the dataset.
+std::unique_ptr<const Dataset> OpenImages(const std::filesystem::path& directory,
+                                          const RgbdSensor& sensor);
+
 }  // namespace highwall::apps

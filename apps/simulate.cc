@@ -52,7 +52,7 @@ struct SimulateArguments {
   double readout = 0.0, depth_readout = 0.0;  // [s]
   double depth_delay = 0.0;                   // [s]
   double depth_bias = 0.0;                    // at 3 m
-  bool write_timing = false;
+  bool write_errors = false;
   double time_offset = 0.0;  // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
   std::string imu = "on";  // off, on, or a file
@@ -203,7 +203,7 @@ Simulation Simulate(const SimulateArguments& arguments, const SimulationOptions&
 }
 
 simulate::TumOptions MakeTumOptions(const SimulateArguments& arguments) {
-  simulate::TumOptions options{.timing = arguments.write_timing};
+  simulate::TumOptions options{.errors = arguments.write_errors};
   if (arguments.gps_rate > 0.0) {
     options.gps = simulate::GpsOptions{.rate = arguments.gps_rate, .sigma = arguments.gps_noise};
   }
@@ -274,8 +274,8 @@ void AddDepthCameraOptions(CLI::App* command, SimulateArguments* arguments) {
       -0.2, 0.2);
   add("--depth-bias", &arguments->depth_bias,
       "Share by which depth reads too long at 3 m; it grows with depth", -0.1, 0.1);
-  command->add_flag("--write-timing", arguments->write_timing,
-                    "Tell read-outs and delay in calibration.yaml");
+  command->add_flag("--write-errors", arguments->write_errors,
+                    "Tell read-outs, delay and bias in calibration.yaml");
 }
 
 void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {

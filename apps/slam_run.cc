@@ -443,10 +443,10 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
       }
     });
   }
-  if (options.intrinsics && run->largest.submap != kNoId) {
-    attempt("intrinsics", [&] {
-      run->intrinsics = CalibrateCamera(slam.map(), ModelOf(slam.map(), sensor, options, *run),
-                                            run->largest.submap);
+  if (options.calibrate && run->largest.submap != kNoId) {
+    attempt("calibration of the camera", [&] {
+      run->camera = CalibrateCamera(slam.map(), ModelOf(slam.map(), sensor, options, *run),
+                                    run->largest.submap, *options.calibrate);
     });
   }
   for (const std::filesystem::path& path : {options.save_map, options.keep_map}) {

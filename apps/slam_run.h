@@ -10,8 +10,8 @@
 
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
-#include <highwall/frontend/local/depth_scale.h>
 #include <highwall/frontend/local/camera_calibration.h>
+#include <highwall/frontend/local/depth_scale.h>
 #include <highwall/frontend/system/slam_system.h>
 #include <highwall/mapping/dense_mapper.h>
 
@@ -39,7 +39,8 @@ struct SlamRunOptions {
   std::filesystem::path save_map;         // to write in the end; empty: none
   std::filesystem::path keep_map;         // likewise: the one in the folder of the run
   bool adjust_all = false;                // all keyframes and landmarks together, in the end
-  bool intrinsics = false;                // found from the map that results
+  // The camera is calibrated by the map that results, where given.
+  std::optional<CameraCalibrationOptions> calibrate;
 };
 
 // Mean, median, 95th and 99th percentile of samples [ms]; zeros for none.
@@ -142,7 +143,7 @@ struct SlamRun {
   int levels = 0;                           // of the pyramid of its points
   std::optional<InertialSummary> inertial;  // with an IMU
   std::optional<GpsSummary> gps;            // with a GPS
-  std::optional<CameraCalibration> intrinsics;  // of the largest world, where asked for
+  std::optional<CameraCalibration> camera;  // of the largest world, where asked for
   std::size_t relocalizations = 0;
   std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open
   std::size_t points = 0, lines = 0;  // landmarks in the end

@@ -104,6 +104,8 @@ void BindSensor(py::module_& module) {
   KeywordConstructor<RgbdSensor>(sensor);
   sensor.def_readwrite("camera", &RgbdSensor::camera)
       .def_readwrite("depth_factor", &RgbdSensor::depth_factor, "Stored value of one metre.")
+      .def_readwrite("inverse_depth_offset", &RgbdSensor::inverse_depth_offset,
+                     "[1/m] By how much the inverse of a reading is too large.")
       .def_readwrite("depth_noise", &RgbdSensor::depth_noise)
       .def_readwrite("min_depth", &RgbdSensor::min_depth, "[m]")
       .def_readwrite("max_depth", &RgbdSensor::max_depth, "[m]")
@@ -131,11 +133,14 @@ void BindDataset(py::module_& module) {
       .def_property_readonly(
           "depth", [](const RgbdImage& image) { return ImageArray(image.depth); }, "[m]");
   py::class_<TumDataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")
-      .def(py::init([](const py::object& directory, double depth_factor) {
-             return std::make_unique<TumDataset>(Path(directory),
-                                                 TumDatasetOptions{.depth_factor = depth_factor});
+      .def(py::init([](const py::object& directory, double depth_factor,
+                       double inverse_depth_offset) {
+             return std::make_unique<TumDataset>(
+                 Path(directory), TumDatasetOptions{.depth_factor = depth_factor,
+                                                    .inverse_depth_offset = inverse_depth_offset});
            }),
-           py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor)
+           py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor,
+           py::arg("inverse_depth_offset") = 0.0)
       .def("__len__", &TumDataset::size)
       .def("load", &TumDataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
            "The images of a frame; None where they cannot be used.")

@@ -46,9 +46,10 @@ struct Arguments {
 std::unique_ptr<TumDataset> Open(const std::filesystem::path& directory, const RgbdSensor& sensor,
                                  const PinholeCamera& size) {
   return std::make_unique<TumDataset>(
-      directory,
-      TumDatasetOptions{
-          .depth_factor = sensor.depth_factor, .width = size.width, .height = size.height});
+      directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
+                                   .inverse_depth_offset = sensor.inverse_depth_offset,
+                                   .width = size.width,
+                                   .height = size.height});
 }
 
 RgbdSensor SensorOf(const std::filesystem::path& directory) {

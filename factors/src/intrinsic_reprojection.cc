@@ -17,16 +17,19 @@ bool IntrinsicReprojection::Evaluate(double const* const* parameters, double* re
   const RgbdProjection::View view = RgbdProjection::At(parameters[kPose]);
   const Eigen::Map<const Eigen::Vector3d> p_W(parameters[kPoint]);
   const Eigen::Map<const Eigen::Vector4d> k(parameters[kIntrinsics]);
+  const double o = parameters[kInverseDepthOffset][0];
   const Eigen::Vector3d p_C = view.R_BW * (p_W - view.p_WB);
   Eigen::Map<Eigen::Vector3d> r(residuals);
   Eigen::Matrix<double, 3, 6> dr_dpose = Eigen::Matrix<double, 3, 6>::Zero();
   Eigen::Matrix<double, 3, 3> dr_dp_W = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 3, 4> dr_dk = Eigen::Matrix<double, 3, 4>::Zero();
+  Eigen::Vector3d dr_do = Eigen::Vector3d::Zero();
   r.setZero();
   if (p_C.z() >= min_depth_) {
     const double x = p_C.x() / p_C.z(), y = p_C.y() / p_C.z(), iz = 1.0 / p_C.z();
-    r = rows_.A * Eigen::Vector3d(k[0] * x + k[2], k[1] * y + k[3], c_ * iz) + rows_.b;  // Eq. 1
-    Eigen::Matrix3d dy_dp_C;                                                             // Eq. 2
+    const Eigen::Vector3d projected(k[0] * x + k[2], k[1] * y + k[3], c_ * (iz + o));
+    r = rows_.A * projected + rows_.b;  // Eq. 1
+    Eigen::Matrix3d dy_dp_C;            // Eq. 2
     dy_dp_C << k[0] * iz, 0.0, -k[0] * x * iz, 0.0, k[1] * iz, -k[1] * y * iz, 0.0, 0.0,
         -c_ * iz * iz;
     const Eigen::Matrix3d dr_dp_C = rows_.A * dy_dp_C;
@@ -36,6 +39,7 @@ bool IntrinsicReprojection::Evaluate(double const* const* parameters, double* re
       dr_dpose.block<1, 3>(i, 3) = dr_dp_C.row(i).cross(p_C.transpose());
     }
     dr_dk << x * rows_.A.col(0), y * rows_.A.col(1), rows_.A.col(0), rows_.A.col(1);  // Eq. 3
+    dr_do = c_ * rows_.A.col(2);                                                      // Eq. 4
   }
   if (jacobians == nullptr) return true;
   if (jacobians[kPose] != nullptr) {
@@ -48,6 +52,10 @@ bool IntrinsicReprojection::Evaluate(double const* const* parameters, double* re
   if (jacobians[kIntrinsics] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> out(jacobians[kIntrinsics]);
     out = dr_dk;
+  }
+  if (jacobians[kInverseDepthOffset] != nullptr) {
+    Eigen::Map<Eigen::Vector3d> out(jacobians[kInverseDepthOffset]);
+    out = dr_do;
   }
   return true;
 }

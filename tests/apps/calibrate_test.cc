@@ -221,18 +221,60 @@ TEST(CalibrateCommand, TakesARunByImagesAloneAndNoOther) {
   testing::ExpectRefused(Calibrate(run.string()), 2, {"run.json", "--imu off"});
   write("off", (folder / "gone").string());
   testing::ExpectRefused(Calibrate(run.string()), 2, {"run.json", "gone", "not there"});
+  // Its poses are of no use without an IMU.
   write("off", (folder / "room").string());
   testing::ExpectRefused(Calibrate(run.string()), 2, {(folder / "room").string(), "has no IMU"});
 }
 
-TEST(CalibrateCommand, RefusesADatasetWithoutAnImuAndARunThatIsNone) {
+// A camera without an IMU that comes near and goes away again, whose depth reads 2 % too long at 3
+// m.
+TEST(CalibrateCommand, FindsTheOffsetOfDepthWithoutAnImu) {
   const testing::TemporaryDirectory folder;
-  testing::WriteSmallRoom(folder / "room", 3);
-  testing::ExpectRefused(Calibrate((folder / "room").string()), 2, {"has no IMU"});
+  const fs::path dataset = folder / "walk", written = folder / "found.yaml";
+  const simulate::Simulation recording = Recording([](simulate::SimulationOptions& options) {
+    options.imu.enabled = false;
+    options.sensor.depth_bias = 0.02;
+  });
+  const double truth = recording.options().sensor.InverseDepthOffset();
+  simulate::WriteTum(recording, dataset);
+  const Outcome outcome = Calibrate(dataset.string() + " --json --out " + written.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_FALSE(report.contains("T_BC"));
+  EXPECT_TRUE(report.contains("row_times"));
+  const json found = report["inverse_depth_offset"];
+  const double value = found["value_per_m"], sigma = found["sigma_per_m"];
+  EXPECT_TRUE(found["seen"]);
+  EXPECT_LT(sigma, 0.4 * std::abs(truth));
+  EXPECT_LT(std::abs(value - truth), 3.0 * sigma) << value << " +- " << sigma << ", " << truth;
+  const apps::RunConfig config = apps::LoadConfig(written);
+  EXPECT_EQ(config.sensor.inverse_depth_offset, std::abs(value) > 3.0 * sigma ? value : 0.0);
+  EXPECT_FALSE(config.imu.has_value());
+
+  // What is stated is part of what is found, and stays where depth is said to be right.
+  apps::RunConfig stated = apps::LoadConfig(dataset / "calibration.yaml");
+  stated.sensor.inverse_depth_offset = truth;
+  apps::WriteConfig(dataset / "calibration.yaml", stated);
+  const std::string words = Calibrate(dataset.string()).out;
+  EXPECT_NE(words.find("imu          none (imu.csv)"), std::string::npos) << words;
+  EXPECT_NE(words.find("% too long at 3 m"), std::string::npos) << words;
+  const Outcome again =
+      Calibrate(dataset.string() + " --json --keep-depth --out " + written.string());
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const json same = json::parse(again.out)["inverse_depth_offset"];
+  EXPECT_LT(std::abs(same["value_per_m"].get<double>() - truth), 3.0 * sigma) << same;
+  EXPECT_EQ(apps::LoadConfig(written).sensor.inverse_depth_offset, truth);
+}
+
+TEST(CalibrateCommand, RefusesARecordingOfAMomentAndOneThatIsNone) {
+  const testing::TemporaryDirectory folder;
+  testing::WriteSmallRoom(folder / "room", 2);
+  testing::ExpectRefused(Calibrate((folder / "room").string()), 2,
+                         {(folder / "room").string(), "record for longer"});
   EXPECT_EQ(Calibrate((folder / "nowhere").string()).exit_code, 2);
   // A name without a folder: that of the present one.
   testing::ExpectRefused(Calibrate((folder / "room").string() + " --out found.yaml"), 2,
-                         {"has no IMU"});
+                         {"record for longer"});
   EXPECT_EQ(Calibrate("").exit_code, 1);
 }
 

@@ -55,11 +55,14 @@ TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
   const std::string start = std::string(kCamera) + "depth_factor: 1000\n";
   WriteText(path, start);
   EXPECT_EQ(LoadConfig(path).sensor.timing.colour_readout, 0.0);
-  WriteText(path, start + "colour: {readout: 0.026}\ndepth: {delay: -0.004, readout: 0.01}\n");
+  WriteText(path, start +
+                      "colour: {readout: 0.026}\ndepth: {delay: -0.004, readout: 0.01, "
+                      "inverse_offset: -0.0065}\n");
   const FrameTiming timing = LoadConfig(path).sensor.timing;
   EXPECT_EQ(timing.colour_readout, 0.026);
   EXPECT_EQ(timing.depth_readout, 0.01);
   EXPECT_EQ(timing.depth_delay, -0.004);
+  EXPECT_EQ(LoadConfig(path).sensor.inverse_depth_offset, -0.0065);
   WriteText(path, start + "colour: {readout: -0.01}\n");
   EXPECT_THROW(LoadConfig(path), IoError);
   WriteText(path, start + "colour: {read_out: 0.01}\n");
@@ -290,6 +293,7 @@ TEST(WriteConfig, IsReadBack) {
   config.sensor.depth_factor = 1000.0 / 0.97;
   config.sensor.min_depth = 0.1;
   config.sensor.depth_noise = DepthNoise::Stereo(0.1, 400.0, 0.055);
+  config.sensor.inverse_depth_offset = -0.02 / 3.06;
   config.imu.emplace();
   config.imu->T_BC = Pose::FromTangent({0.01, 1.0 / 3.0, -0.2}, {0.3, -1.1, 2.0});
   config.imu->noise.gyroscope_walk = 1.0 / 30'001.0;
@@ -301,6 +305,7 @@ TEST(WriteConfig, IsReadBack) {
   EXPECT_EQ(read.sensor.depth_factor, config.sensor.depth_factor);
   EXPECT_EQ(read.sensor.min_depth, config.sensor.min_depth);
   EXPECT_EQ(read.sensor.depth_noise.quadratic, config.sensor.depth_noise.quadratic);
+  EXPECT_EQ(read.sensor.inverse_depth_offset, config.sensor.inverse_depth_offset);
   // A matrix on the way between two quaternions.
   EXPECT_LT((read.imu->T_BC.Matrix() - config.imu->T_BC.Matrix()).norm(), 1e-15);
   EXPECT_EQ(read.imu->noise.gyroscope_walk, config.imu->noise.gyroscope_walk);

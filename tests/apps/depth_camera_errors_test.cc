@@ -198,7 +198,7 @@ TEST(DepthDelay, WhatMovesIsWhereItIsWhenTheMiddleRowOfDepthIsTaken) {
   EXPECT_NEAR(frame.depth.at<float>(kHeight / 2, kWidth / 2), 1.95, 1e-6);
 }
 
-TEST(DepthBias, GrowsWithTheSquareOfDepth) {
+TEST(DepthBias, IsAConstantOfInverseDepth) {
   const auto measure = [](double z, const SensorOptions& options) {
     const Rendering wall{cv::Mat(kHeight, kWidth, CV_32FC3, cv::Scalar::all(90)),
                          cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(z)),
@@ -207,8 +207,11 @@ TEST(DepthBias, GrowsWithTheSquareOfDepth) {
   };
   for (const double z : {1.0, 3.0, 6.0}) {
     const SensorOptions ideal{.noise = SensorNoise::kOff, .depth_bias = 0.02};
-    EXPECT_NEAR(cv::mean(measure(z, ideal).depth)[0], z * (1.0 + 0.02 * z / 3.0), 1e-6);
+    EXPECT_NEAR(cv::mean(measure(z, ideal).depth)[0], 1.0 / (1.0 / z + ideal.InverseDepthOffset()),
+                1e-6);
   }
+  const SensorOptions two_percent{.noise = SensorNoise::kOff, .depth_bias = 0.02};
+  EXPECT_NEAR(cv::mean(measure(3.0, two_percent).depth)[0], 3.06, 1e-6);
   // Noise comes on top: of 3.5 mm here, in hundreds of independent grains.
   const SensorOptions stereo{.noise = SensorNoise::kD435i, .noise_ratio = 0.1, .depth_bias = 0.02};
   const SensorImages images = measure(3.0, stereo);

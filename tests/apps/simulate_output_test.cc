@@ -367,7 +367,7 @@ TEST(SimulateCommand, BlackoutsAndShuttersOutOfRangeAreUsageErrors) {
   EXPECT_EQ(CountEntries(folder.path()), 0);
 }
 
-TEST(SimulateCommand, TellsTheTimingOfTheCameraWhereItIsToldTo) {
+TEST(SimulateCommand, TellsTheErrorsOfTheCameraWhereItIsToldTo) {
   const TemporaryDirectory folder;
   const std::string errors =
       "simulate room --duration 0.03 --scale 0.2 --readout 0.03 --depth-delay 0.02 "
@@ -379,8 +379,10 @@ TEST(SimulateCommand, TellsTheTimingOfTheCameraWhereItIsToldTo) {
   };
   const std::string silent = calibration("silent", "");
   EXPECT_EQ(silent.find("readout"), std::string::npos);
-  EXPECT_EQ(calibration("told", " --write-timing"),
-            silent + "colour:\n  readout: 0.03\ndepth:\n  delay: 0.02\n  readout: 0.025\n");
+  EXPECT_EQ(calibration("told", " --write-errors"),
+            silent +
+                "colour:\n  readout: 0.03\ndepth:\n  delay: 0.02\n  readout: 0.025\n"
+                "  inverse_offset: -0.0065359477124183\n");
   for (const char* list : {"rgb.txt", "groundtruth.txt", "imu.csv"}) {
     EXPECT_EQ(ReadText(folder.path() / "silent" / list), ReadText(folder.path() / "told" / list));
   }

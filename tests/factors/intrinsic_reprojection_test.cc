@@ -25,12 +25,17 @@ TEST(IntrinsicReprojection, MatchesHandComputedValues) {
       PointRows(Eigen::Vector3d(370.0, 160.0, 24.0), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
   const IntrinsicReprojection f(rows, SimpleProjection());
   const Block pose = ToBlock(Pose());
-  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}}) -
+  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}, {0.0}}) -
              Eigen::Vector3d(0.0, 0.0, 1.0))
                 .norm(),
             1e-12);
-  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {510.0, 420.0, 323.0, 244.0}}) -
+  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {510.0, 420.0, 323.0, 244.0}, {0.0}}) -
              Eigen::Vector3d(4.0, 0.0, 1.0))
+                .norm(),
+            1e-12);
+  // A disparity of 50 px m / 2 m, and of 50 px m * 0.02 / m more.
+  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}, {0.02}}) -
+             Eigen::Vector3d(0.0, 0.0, 2.0))
                 .norm(),
             1e-12);
 }
@@ -46,7 +51,9 @@ TEST(IntrinsicReprojection, IsPointReprojectionAtTheCalibratedIntrinsics) {
     const PointReprojectionRgbd g(z, TestWeight(), Projection(rig));
     const IntrinsicReprojection f(PointRows(z, TestWeight()), Projection(rig));
     EXPECT_LT(
-        (Residual(f, {ToBlock(T_WC), ToBlock(p_W), {camera.fx, camera.fy, camera.cx, camera.cy}}) -
+        (Residual(
+             f,
+             {ToBlock(T_WC), ToBlock(p_W), {camera.fx, camera.fy, camera.cx, camera.cy}, {0.0}}) -
          Residual(g, {ToBlock(T_WC), ToBlock(p_W)}))
             .norm(),
         1e-9);
@@ -66,8 +73,9 @@ TEST(IntrinsicReprojection, JacobiansMatchCentralDifferences) {
     const IntrinsicReprojection f(PointRows(z, TestWeight()), Projection(rig));
     const Block k = {Uniform(rng, 400, 600), Uniform(rng, 400, 600), Uniform(rng, 300, 340),
                      Uniform(rng, 220, 260)};
-    const auto check =
-        testing::CheckJacobians(f, {ToBlock(T_WC), ToBlock(p_W), k}, {&manifold, nullptr, nullptr});
+    const Block offset = {Uniform(rng, -0.02, 0.02)};
+    const auto check = testing::CheckJacobians(f, {ToBlock(T_WC), ToBlock(p_W), k, offset},
+                                               {&manifold, nullptr, nullptr, nullptr});
     EXPECT_TRUE(check) << check.message;
   }
 }
@@ -76,7 +84,7 @@ TEST(IntrinsicReprojection, IsInactiveNearerThanTheMinimalDepth) {
   const IntrinsicReprojection f(PointRows(Eigen::Vector3d(1, 2, 3), TestWeight()),
                                 SimpleProjection());
   const double near = 0.5 * RgbdProjection::kDefaultMinDepth;
-  EXPECT_EQ(Residual(f, {ToBlock(Pose()), {0.0, 0.0, near}, {500, 400, 320, 240}}),
+  EXPECT_EQ(Residual(f, {ToBlock(Pose()), {0.0, 0.0, near}, {500, 400, 320, 240}, {0.0}}),
             Eigen::Vector3d::Zero());
 }
 

@@ -169,12 +169,43 @@ TEST(TumDataset, WarnsOfAWrongDepthFactorAndNamesTheLikelyOne) {
   ExpectContains(dataset.warnings()[0], "the factor is likely 1000");
 }
 
+TEST(TumDataset, TakesTheOffsetOffTheInverseOfDepth) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path(), {.raw_depth = 10200});
+  const auto depth = [&](double offset) {
+    const TumDataset dataset(folder.path(), {.inverse_depth_offset = offset});
+    double most = 0.0;
+    cv::minMaxLoc(dataset.Load(0)->depth, nullptr, &most);
+    return most;
+  };
+  EXPECT_NEAR(depth(0.0), 2.04, 1e-6);
+  EXPECT_NEAR(depth(1.0 / 2.04 - 1.0 / 2.0), 2.0, 1e-6);  // it reads 2 % too long
+}
+
+TEST(MetricDepth, IsNoneWhereNothingWasReadOrWhatWasLiesBeyondInfinity) {
+  const cv::Mat stored = (cv::Mat_<std::uint16_t>(1, 4) << 0, 1000, 9990, 10010);
+  const cv::Mat depth = MetricDepth(stored, 1000.0, 0.1);
+  ASSERT_EQ(depth.type(), CV_32FC1);
+  EXPECT_EQ(depth.at<float>(0), 0.0F);
+  EXPECT_NEAR(depth.at<float>(1), 1.0 / 0.9, 1e-6);
+  EXPECT_NEAR(depth.at<float>(2), 9.99 / 0.001, 1.0);  // a float's eighth digit of 0.001
+  EXPECT_EQ(depth.at<float>(3), 0.0F);
+  // Metres already.
+  const cv::Mat metres = (cv::Mat_<float>(1, 2) << 2.0F, 0.0F);
+  EXPECT_NEAR(MetricDepth(metres, 1.0, -0.01).at<float>(0), 2.0 / 1.02, 1e-6);
+  EXPECT_EQ(MetricDepth(metres, 1.0, -0.01).at<float>(1), 0.0F);
+  EXPECT_THROW(MetricDepth(cv::Mat(2, 2, CV_8UC1), 1000.0), InvalidArgument);
+  EXPECT_THROW(MetricDepth(stored, 0.0), InvalidArgument);
+  EXPECT_THROW(MetricDepth(stored, 1000.0, std::nan("")), InvalidArgument);
+}
+
 TEST(TumDataset, NamesTheBadOption) {
   const TemporaryDirectory folder;
   WriteTum(folder.path());
   for (const TumDatasetOptions& options :
        {TumDatasetOptions{.depth_factor = 0.0}, TumDatasetOptions{.width = 640},
-        TumDatasetOptions{.max_stamp_difference = -1.0}}) {
+        TumDatasetOptions{.max_stamp_difference = -1.0},
+        TumDatasetOptions{.inverse_depth_offset = 1.0}}) {
     EXPECT_THROW(TumDataset(folder.path(), options), InvalidArgument);
   }
 }

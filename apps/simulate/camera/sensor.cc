@@ -70,6 +70,10 @@ DepthNoise SensorOptions::Noise() const {
   return noise == SensorNoise::kD435i ? stereo.Noise() : DepthNoise::Kinect();
 }
 
+double SensorOptions::InverseDepthOffset() const {
+  return -depth_bias / (kBiasReference * (1.0 + depth_bias));
+}
+
 Sensor::Sensor(const SensorOptions& options, const PinholeCamera& camera, std::uint64_t seed)
     : options_((options.Validate(), options)),
       disparity_scale_(camera.fx * kKinectBaseline),
@@ -77,11 +81,11 @@ Sensor::Sensor(const SensorOptions& options, const PinholeCamera& camera, std::u
       stereo_(options.stereo, options.noise_ratio, camera) {}
 
 cv::Mat Sensor::Biased(const cv::Mat& depth) const {
-  const double slope = options_.depth_bias / kBiasReference;
+  const double offset = options_.InverseDepthOffset();
   cv::Mat biased = depth.clone();
-  biased.forEach<float>([slope](float& z, const int*) {
-    const auto exact = static_cast<double>(z);
-    z = static_cast<float>(exact * (1.0 + slope * exact));
+  biased.forEach<float>([offset](float& z, const int*) {
+    const double rest = 1.0 + offset * static_cast<double>(z);
+    z = rest > 0.0 ? static_cast<float>(static_cast<double>(z) / rest) : 0.0F;
   });
   return biased;
 }

@@ -25,8 +25,9 @@ struct SensorOptions {
   double noise_ratio = kUsualNoiseRatio;  // > 0; the depth's true sigma over that of Noise()
   double min_depth = 0.4;                 // [m] > 0; nearer is not measured
   double max_depth = 8.0;                 // [m] > min_depth; nor farther
-  // In [-0.1, 0.1]: the share by which depth reads too long at 3 m; it grows with depth, so that z
-  // reads as z (1 + depth_bias z / 3 m), to which the noise belongs.
+  // In [-0.1, 0.1]: the share by which depth reads too long at 3 m; it grows with depth, for
+  // disparities are off by a constant: z reads as 1 / (1/z + InverseDepthOffset()), to which the
+  // noise belongs. What would be at infinity or beyond is not measured.
   double depth_bias = 0.0;
   double colour_sigma = 2.0;  // [grey levels] >= 0; of the Kinect
   StereoOptions stereo{};     // of the D435i
@@ -35,6 +36,7 @@ struct SensorOptions {
 
   // What an estimator is told of the depth's sigma: the data sheet's.
   DepthNoise Noise() const;
+  double InverseDepthOffset() const;  // [1/m]
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

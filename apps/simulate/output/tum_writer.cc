@@ -140,11 +140,12 @@ std::string Calibration(const SimulationOptions& options) {
   return out.str();
 }
 
-std::string TimingYaml(const SimulationOptions& options) {
+std::string ErrorsYaml(const SimulationOptions& options) {
   std::ostringstream out;
   out << std::setprecision(std::numeric_limits<double>::digits10)
       << "colour:\n  readout: " << options.readout << "\ndepth:\n  delay: " << options.depth_delay
-      << "\n  readout: " << options.depth_readout << "\n";
+      << "\n  readout: " << options.depth_readout
+      << "\n  inverse_offset: " << options.sensor.InverseDepthOffset() << "\n";
   return out.str();
 }
 
@@ -203,7 +204,7 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
     WriteBytes(root / "gps.csv", GpsCsv(simulation, *options.gps));
     WriteBytes(root / "groundtruth_gps.txt", GpsAlignmentText(simulation));
   }
-  if (options.timing) calibration += TimingYaml(simulation.options());
+  if (options.errors) calibration += ErrorsYaml(simulation.options());
   WriteBytes(root / "calibration.yaml", calibration);
   WriteBytes(root / "stretches.csv", StretchesCsv(simulation));
   WriteBytes(root / "surface.ply", SurfacePly(simulation.scene().mesh));

@@ -14,9 +14,9 @@ constexpr double kTumDepthFactor = 5000.0;
 constexpr double kD435iDepthFactor = 1000.0;
 
 struct TumOptions {
-  // calibration.yaml tells the read-outs and the delay of depth, which somebody who has but the
-  // data sheets does not know.
-  bool timing = false;
+  // calibration.yaml tells the read-outs, and the delay and the offset of depth, which somebody who
+  // has but the data sheets does not know.
+  bool errors = false;
   std::optional<GpsOptions> gps{};  // writes gps.csv and groundtruth_gps.txt
 };
 

@@ -61,6 +61,9 @@ void RgbdSensor::Validate() const {
   HIGHWALL_REQUIRE(
       std::isfinite(depth_factor) && depth_factor > 0.0,
       "RgbdSensor::depth_factor must be positive, got " + std::to_string(depth_factor));
+  HIGHWALL_REQUIRE(std::abs(inverse_depth_offset) < 1.0,
+                   "RgbdSensor::inverse_depth_offset must be within 1 / m, got " +
+                       std::to_string(inverse_depth_offset));
   RequirePositiveFinite(min_depth, "RgbdSensor::min_depth");
   HIGHWALL_REQUIRE(std::isfinite(max_depth) && max_depth > min_depth,
                    "RgbdSensor::max_depth must exceed min_depth, got " + std::to_string(max_depth));

@@ -134,6 +134,9 @@ void TumDatasetOptions::Validate() const {
   HIGHWALL_REQUIRE(
       std::isfinite(depth_factor) && depth_factor > 0.0,
       "TumDatasetOptions::depth_factor must be positive, got " + std::to_string(depth_factor));
+  HIGHWALL_REQUIRE(std::abs(inverse_depth_offset) < 1.0,
+                   "TumDatasetOptions::inverse_depth_offset must be within 1 / m, got " +
+                       std::to_string(inverse_depth_offset));
   HIGHWALL_REQUIRE(width >= 0 && height >= 0 && (width == 0) == (height == 0),
                    "TumDatasetOptions::width and height must both be positive or both 0, got " +
                        std::to_string(width) + " and " + std::to_string(height));
@@ -210,7 +213,7 @@ RgbdImage TumDataset::DoLoad(std::size_t index) const {
   if (!imu_file_ && cv::countNonZero(raw) == 0) {
     throw IoError(depth.path, "holds no depth: all zero");
   }
-  raw.convertTo(image.depth, CV_32F, 1.0 / options_.depth_factor);
+  image.depth = MetricDepth(raw, options_.depth_factor, options_.inverse_depth_offset);
   return image;
 }
 

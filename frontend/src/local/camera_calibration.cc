@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <unordered_map>
@@ -23,7 +25,7 @@ namespace {
 // distance is then known to a tenth.
 constexpr double kLeastParallax = 0.02;
 
-// Keyframes and points of a map, and the intrinsics.
+// Keyframes and points of a map, and the camera.
 class CameraGraph {
  public:
   CameraGraph(const Map& map, const MeasurementModel& model,
@@ -31,7 +33,16 @@ class CameraGraph {
       : map_(map),
         model_(model),
         loss_(std::make_shared<ceres::HuberLoss>(options.huber)),
-        intrinsics_(graph_.AddVariable(Known(model.camera()))) {
+        intrinsics_(graph_.AddVariable(Known(model.camera()))),
+        inverse_depth_(graph_.AddVariable(0.0)) {
+    graph_.AddFactor(std::make_unique<VectorPrior<1>>(
+                         VectorPrior<1>::Vector::Zero(),
+                         VectorPrior<1>::Matrix::Constant(1.0 / options.inverse_depth)),
+                     inverse_depth_);
+    if (!options.intrinsics) {
+      graph_.Fix(intrinsics_);
+      return;
+    }
     const PinholeCamera& camera = model.camera();
     const Eigen::Vector4d sigma(options.focal_share * camera.fx, options.focal_share * camera.fy,
                                 options.centre_share * camera.width,
@@ -69,14 +80,20 @@ class CameraGraph {
     const SolveSummary summary = graph_.Solve({.max_iterations = options.max_iterations});
     HIGHWALL_REQUIRE(summary.IsUsable(), "calibration failed: " + summary.message);
     CameraCalibration result;
-    result.intrinsics = graph_.Value(intrinsics_);
     result.keyframes = static_cast<int>(poses_.size());
     result.points = points_;
     result.observations = observations_;
-    const int unknowns = 6 * (result.keyframes - 1) + 3 * points_ + 4;
+    const int unknowns = 6 * (result.keyframes - 1) + 3 * points_ + (options.intrinsics ? 5 : 1);
     result.error = 2.0 * summary.final_cost / std::max(1, rows_ - unknowns);
-    result.sigma = std::sqrt(std::max(1.0, result.error)) *
-                   graph_.Covariance(intrinsics_).diagonal().cwiseSqrt();
+    const double growth = std::sqrt(std::max(1.0, result.error));
+    result.intrinsics = graph_.Value(intrinsics_);
+    result.sigma.setZero();
+    if (options.intrinsics) {
+      result.sigma = growth * graph_.Covariance(intrinsics_).diagonal().cwiseSqrt();
+    }
+    result.inverse_depth_offset = graph_.Value(inverse_depth_);
+    result.inverse_depth_sigma = growth * std::sqrt(graph_.Covariance(inverse_depth_).value());
+    result.inverse_depth_seen = result.inverse_depth_sigma * MedianDepth() <= options.good_depth;
     return result;
   }
 
@@ -105,9 +122,18 @@ class CameraGraph {
     const PointFeature& feature = FeatureOf(o);
     graph_.AddFactor(
         std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection()), loss_,
-        poses_.at(o.keyframe), point, intrinsics_);
+        poses_.at(o.keyframe), point, intrinsics_, inverse_depth_);
+    if (feature.depth > 0.0) depths_.push_back(feature.depth);
     rows_ += MeasurementModel::Dimension(feature);
     ++observations_;
+  }
+
+  // [m] Infinite where there is none: nothing is seen then.
+  double MedianDepth() {
+    if (depths_.empty()) return std::numeric_limits<double>::infinity();
+    const auto median = depths_.begin() + static_cast<std::ptrdiff_t>(depths_.size() / 2);
+    std::nth_element(depths_.begin(), median, depths_.end());
+    return *median;
   }
 
   const Map& map_;
@@ -115,19 +141,26 @@ class CameraGraph {
   const std::shared_ptr<ceres::LossFunction> loss_;
   FactorGraph graph_;
   const Variable<Eigen::Vector4d> intrinsics_;
+  const Variable<double> inverse_depth_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
+  std::vector<double> depths_;  // [m] that were read
   int points_ = 0, observations_ = 0, rows_ = 0;
 };
 
-std::vector<std::string> Advice(const CameraCalibration& found) {
+std::vector<std::string> Advice(const CameraCalibration& found, bool intrinsics) {
   constexpr const char* kMotion[] = {
       "fx was hardly seen: turn the camera left and right, by half of what it sees and more",
       "fy was hardly seen: tilt the camera up and down, by half of what it sees and more",
       "cx was hardly seen: roll the camera about its optical axis, to and fro by a quarter",
       "cy was hardly seen: roll the camera about its optical axis, to and fro by a quarter"};
   std::vector<std::string> advice;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; intrinsics && i < 4; ++i) {
     if (!found.seen[static_cast<std::size_t>(i)]) advice.emplace_back(kMotion[i]);
+  }
+  if (!found.inverse_depth_seen) {
+    advice.emplace_back(
+        "the offset of depth was hardly seen: look at the same things from near and from far, half "
+        "a metre to and fro and more");
   }
   return advice;
 }
@@ -137,6 +170,8 @@ std::vector<std::string> Advice(const CameraCalibration& found) {
 void CameraCalibrationOptions::Validate() const {
   RequirePositiveFinite(focal_share, "CameraCalibrationOptions::focal_share");
   RequirePositiveFinite(centre_share, "CameraCalibrationOptions::centre_share");
+  RequirePositiveFinite(inverse_depth, "CameraCalibrationOptions::inverse_depth");
+  RequirePositiveFinite(good_depth, "CameraCalibrationOptions::good_depth");
   RequirePositiveFinite(huber, "CameraCalibrationOptions::huber");
   RequirePositiveFinite(good_share, "CameraCalibrationOptions::good_share");
   RequireAtLeast(max_iterations, 1, "CameraCalibrationOptions::max_iterations");
@@ -151,9 +186,9 @@ CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
   CameraCalibration found = graph.Solve(options);
   for (int i = 0; i < 4; ++i) {
     found.seen[static_cast<std::size_t>(i)] =
-        found.sigma[i] <= options.good_share * found.intrinsics[i % 2];
+        options.intrinsics && found.sigma[i] <= options.good_share * found.intrinsics[i % 2];
   }
-  found.advice = Advice(found);
+  found.advice = Advice(found, options.intrinsics);
   return found;
 }
 

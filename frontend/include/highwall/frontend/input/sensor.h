@@ -31,11 +31,15 @@ struct FrameTimingEstimate {
 // default range is that of no sensor in particular: the noise decides what a reading is worth.
 struct RgbdSensor {
   PinholeCamera camera{};
-  double depth_factor = 5000.0;  // [1/m] > 0: the stored depth value that stands for one metre
-  DepthNoise depth_noise{};      // of the metric depth
-  double min_depth = 0.05;       // [m] > 0; a nearer reading is none
-  double max_depth = 20.0;       // [m] > min_depth; neither is a farther one
-  FrameTiming timing{};          // where it is known; SlamSystem finds out more
+  // How a stored value becomes metres, MetricDepth(): the value that stands for one metre, and by
+  // how much the inverse of what that makes is too large. SlamSystem is given metres, and uses
+  // neither.
+  double depth_factor = 5000.0;       // [1/m] > 0
+  double inverse_depth_offset = 0.0;  // [1/m] within 1: below 0 where depth reads too long
+  DepthNoise depth_noise{};           // of the metric depth
+  double min_depth = 0.05;            // [m] > 0; a nearer reading is none
+  double max_depth = 20.0;            // [m] > min_depth; neither is a farther one
+  FrameTiming timing{};               // where it is known; SlamSystem finds out more
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
