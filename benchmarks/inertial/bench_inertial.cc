@@ -15,6 +15,7 @@
 #include "bench_main.h"
 #include "cache_folder.h"
 #include "config.h"
+#include "consistency.h"
 #include "covered_lens.h"
 #include "generated_sequence.h"
 #include "imu_choice.h"
@@ -34,6 +35,7 @@ struct Arguments {
   int seeds = 5;
   std::optional<double> duration;  // [s]; as long as the scene is
   double fps = 30.0;               // [Hz]
+  double scale = 1.0;              // of the images, 1: 640 x 480
   double time_offset = 0.0;        // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
   bool hard = false;
@@ -124,12 +126,12 @@ void Run(const Arguments& arguments) {
     std::vector<std::vector<Scores>> runs(arguments.policies.size());
     for (int seed = 1; seed <= arguments.seeds; ++seed) {
       apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
-      Sequence sequence = MakeSequence({scene, static_cast<std::uint64_t>(seed), duration,
-                                        arguments.fps, 1.0, arguments.noise_ratio, arguments.hard},
-                                       cache.path(), [&progress](int done, int total) {
-                                         progress.Update(static_cast<std::size_t>(done),
-                                                         static_cast<std::size_t>(total));
-                                       });
+      Sequence sequence = MakeSequence(
+          {scene, static_cast<std::uint64_t>(seed), duration, arguments.fps, arguments.scale,
+           arguments.noise_ratio, arguments.hard},
+          cache.path(), [&progress](int done, int total) {
+            progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
+          });
       if (arguments.blackout >= 0.0) {
         sequence.spans.push_back({"blackout", arguments.blackout, arguments.blackout + kBlackout});
       }
@@ -144,7 +146,11 @@ void Run(const Arguments& arguments) {
     for (std::size_t i = 0; i < arguments.policies.size(); ++i) {
       const Scores medians = Medians(runs[i]);
       report["sequences"][scene][arguments.policies[i]]["median"] = medians;
-      if (!arguments.json) PrintRow(scene, arguments.policies[i], medians);
+      if (arguments.json) continue;
+      PrintRow(scene, arguments.policies[i], medians);
+      if (const std::string line = ConsistencyLine(runs[i]); !line.empty()) {
+        fmt::print("{:<21} squared errors at the end by their covariance: {}\n", "", line);
+      }
     }
   }
   if (arguments.json) fmt::print("{}\n", report.dump(2));
@@ -162,6 +168,9 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->check(apps::Between(1.0, 3600.0));
   app.add_option("--fps", arguments.fps, "Frames per second")
       ->check(apps::Between(1.0, 240.0))
+      ->capture_default_str();
+  app.add_option("--scale", arguments.scale, "Of the image, 1 = 640 x 480")
+      ->check(apps::Between(0.1, 2.0))
       ->capture_default_str();
   app.add_option("--time-offset", arguments.time_offset,
                  "How far the IMU's clock is ahead, unknown to the system [s]")

@@ -5,8 +5,6 @@
 #include <numbers>
 #include <set>
 
-#include <Eigen/Cholesky>
-
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 
@@ -68,10 +66,13 @@ void Judge::Watch(const FrameResult& result) {
   }
   if (!result.inertial || !result.inertial->estimate) return;
   const InertialEstimate& estimate = *result.inertial->estimate;
-  const ImuBias error = estimate.bias - sequence_.simulation->StateAt(result.stamp).bias;
-  const Eigen::Matrix<double, 6, 6> P = estimate.covariance.bottomRightCorner<6, 6>();
-  bias_chi2_.push_back(error.dot(P.llt().solve(error)));
-  bias_sigmas_ = error.cwiseQuotient(P.diagonal().cwiseSqrt());
+  const simulate::TrueState truth = sequence_.simulation->StateAt(result.stamp);
+  bias_sigmas_ = (estimate.bias - truth.bias)
+                     .cwiseQuotient(estimate.covariance.diagonal().tail<6>().cwiseSqrt());
+  if (levelled_.empty()) return;
+  const Pose T_WV =
+      UprightAlignment(levelled_.front().pose, sequence_.simulation->T_WC(levelled_.front().stamp));
+  normalized_.push_back(Normalize(estimate, truth.state, truth.bias, T_WV));
 }
 
 Scores Judge::Score(const apps::SlamRun& run) const {
@@ -85,7 +86,8 @@ Scores Judge::Score(const apps::SlamRun& run) const {
 void Judge::ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const {
   Scores& s = *scores;
   s["lost_frames"] = static_cast<double>(run.lost.size() + run.skipped);
-  s["coverage"] = static_cast<double>(run.largest.trajectory.size()) / static_cast<double>(truth_.size());
+  s["coverage"] =
+      static_cast<double>(run.largest.trajectory.size()) / static_cast<double>(truth_.size());
   s["tracking_ms"] = run.times.tracking.median;
   s["seconds"] = run.seconds;
   try {
@@ -93,7 +95,8 @@ void Judge::ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const {
     s["ape_percent"] = 100.0 * s["ape_rmse_m"] / PathLength(truth_);
   } catch (const InvalidArgument&) {  // too few poses
   }
-  const auto errors = SecondErrors(truth_, run.largest.trajectory, sequence_.simulation->options().fps);
+  const auto errors =
+      SecondErrors(truth_, run.largest.trajectory, sequence_.simulation->options().fps);
   if (!errors.empty()) s["rpe_1s_rmse_m"] = Rms(errors);
 }
 
@@ -102,8 +105,9 @@ void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
   for (const MarkedSpan& span : sequence_.spans) {
     const Stamp begin = truth_.front().stamp + FromSeconds(span.begin);
     const Stamp end = truth_.front().stamp + FromSeconds(span.end);
-    const auto part = SecondErrors(Between(truth_, begin, end), Between(run.largest.trajectory, begin, end),
-                                   sequence_.simulation->options().fps);
+    const auto part =
+        SecondErrors(Between(truth_, begin, end), Between(run.largest.trajectory, begin, end),
+                     sequence_.simulation->options().fps);
     errors[span.name].insert(errors[span.name].end(), part.begin(), part.end());
 
     // From its first frame to its last, as known at the time.
@@ -148,11 +152,14 @@ void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
     s["tilt_max_after_5s_deg"] = std::max(s["tilt_max_after_5s_deg"], tilt);
   }
   if (bias_sigmas_) s["bias_error_sigmas"] = bias_sigmas_->cwiseAbs().maxCoeff();
+  if (normalized_.empty()) return;
   double chi2 = 0.0;
-  for (const double value : bias_chi2_) chi2 += value / 6.0;
-  if (!bias_chi2_.empty()) {
-    s["bias_chi2_per_dof"] = chi2 / static_cast<double>(bias_chi2_.size());
-  }
+  for (const NormalizedErrors& errors : normalized_) chi2 += errors.bias;
+  s["bias_chi2_per_dof"] = chi2 / static_cast<double>(normalized_.size());
+  s["end_tilt_chi2_per_dof"] = normalized_.back().tilt;
+  s["end_velocity_chi2_per_dof"] = normalized_.back().velocity;
+  s["end_pose_chi2_per_dof"] = normalized_.back().pose;
+  s["end_bias_chi2_per_dof"] = normalized_.back().bias;
 }
 
 }  // namespace highwall::bench

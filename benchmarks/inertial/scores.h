@@ -7,6 +7,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/system/slam_system.h>
 
+#include "consistency.h"
 #include "generated_sequence.h"
 #include "medians.h"
 #include "slam_run.h"
@@ -30,11 +31,11 @@ class Judge {
 
   const Sequence& sequence_;
   double time_offset_;
-  Trajectory truth_;                    // of every frame
-  Trajectory causal_;                   // poses as they were known at the time
-  Trajectory levelled_;                 // the same in the world as it was levelled since
-  std::vector<double> bias_chi2_;       // of 6 degrees of freedom, a frame each
-  std::optional<ImuBias> bias_sigmas_;  // the last errors, in standard deviations
+  Trajectory truth_;                          // of every frame
+  Trajectory causal_;                         // poses as they were known at the time
+  Trajectory levelled_;                       // the same in the world as it was levelled since
+  std::vector<NormalizedErrors> normalized_;  // a frame each
+  std::optional<ImuBias> bias_sigmas_;        // the last errors, in standard deviations
 };
 
 }  // namespace highwall::bench
