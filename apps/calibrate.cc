@@ -68,8 +68,7 @@ Recording Find(const CalibrateArguments& arguments) {
     throw IoError(file, "names the dataset " + text("/dataset") + ", which is not there");
   }
   Recording recording{text("/dataset"), arguments.config, arguments.trajectory};
-  const std::string used = text("/calibration");
-  if (recording.config.empty() && std::filesystem::is_regular_file(used)) recording.config = used;
+  if (recording.config.empty()) recording.config = ConfigOfRun(text("/calibration"));
   if (recording.trajectory.empty()) {
     recording.trajectory = (arguments.input / "trajectory.txt").string();
   }

@@ -5,6 +5,7 @@
 #include <regex>
 #include <span>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -159,6 +160,16 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
     throw IoError(path, InWordsOfTheFile(error.what()));
   }
   return config;
+}
+
+std::string ConfigOfRun(const std::string& calibration) {
+  constexpr std::string_view kPreset = "preset ";
+  if (calibration.starts_with(kPreset)) {
+    const std::string name = calibration.substr(kPreset.size());
+    return SensorPreset(name) ? name : "";  // else by the dataset's name
+  }
+  std::error_code is_no_path;
+  return std::filesystem::is_regular_file(calibration, is_no_path) ? calibration : "";
 }
 
 std::filesystem::path CalibrationFile(const std::filesystem::path& dataset) {

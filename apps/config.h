@@ -25,6 +25,8 @@ struct RunConfig {
 //   depth_range: {min: 0.4, max: 10}   # [m] may be absent
 //   depth_noise: {offset: 0.0012, quadratic: 0.0019, reference: 0.4}   # may be absent: a Kinect's
 //   depth_noise: {baseline: 0.05, focal: 385, subpixel: 0.08}   # or that of DepthNoise::Stereo()
+//   colour: {readout: 0.025}           # [s] may be absent: FrameTiming
+//   depth: {delay: 0, readout: 0.025, inverse_offset: 0}   # [s, s, 1/m] may be absent: RgbdSensor
 //   imu: {T_BC: [16 numbers, row by row], gyroscope_noise, accelerometer_noise, gyroscope_walk,
 //         accelerometer_walk, rate, time_offset}        # and each of its keys: see ImuCalibration
 //   gps: {antenna: [x, y, z]}   # [m] may be absent: RunConfig::antenna_B
@@ -41,6 +43,10 @@ struct ResolvedConfig {
 // calibration.yaml from the dataset's folder, else the preset its name tells.
 // Throws IoError as LoadConfig, and where no configuration is found.
 ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset);
+
+// The choice that a run was made with (what --config says of it), from "calibration" in its
+// run.json; empty where its dataset says, and where the file is not there any more.
+std::string ConfigOfRun(const std::string& calibration);
 
 // "tum1" for a folder, or an original recording named in its rgb.txt, that is called freiburg1 (or
 // fr1_...), and so on; empty if neither is.

@@ -194,7 +194,8 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
 
 int RunMap(const MapArguments& arguments) {
   const MapSource source = ResolveSource(arguments.source, arguments.dataset, arguments.trajectory);
-  const OpenedDataset opened = OpenDataset(arguments.config, source.dataset);
+  const OpenedDataset opened =
+      OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {
@@ -252,7 +253,8 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--trajectory", arguments->trajectory,
                       "TUM file of camera poses [run: keyframes.txt, dataset: groundtruth.txt]");
   command->add_option("--dataset", arguments->dataset, "Where the dataset of a run lies now");
-  command->add_option("--config", arguments->config, "Calibration, as in highwall slam");
+  command->add_option("--config", arguments->config,
+                      "Calibration, as in highwall slam [default: that of the run]");
   command
       ->add_option("--every", arguments->every,
                    "Takes every n-th posed frame [keyframes: 1, else one in a third of a second]")

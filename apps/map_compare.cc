@@ -90,7 +90,8 @@ void Align(const std::vector<std::string>& trajectories, Points& points) {
 
 void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
   const MapSource source = ResolveSource(arguments.seen_by, "", arguments.trajectory);
-  const OpenedDataset opened = OpenDataset(arguments.config, source.dataset);
+  const OpenedDataset opened =
+      OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   std::vector<char> seen(reference.samples().size(), 0);
@@ -176,7 +177,9 @@ void AddMapCompareCommand(CLI::App& map, CommandAction& action) {
                           "Dataset or run: only what its depth images show has to be complete");
   command->add_option("--trajectory", arguments->trajectory, "Its poses, in the reference's frame")
       ->needs(seen_by);
-  command->add_option("--config", arguments->config, "Its calibration, as in highwall slam")
+  command
+      ->add_option("--config", arguments->config,
+                   "Its calibration, as in highwall slam [default: that of the run]")
       ->needs(seen_by);
   command->add_option("--every", arguments->every, "Takes every n-th of its frames")
       ->needs(seen_by)

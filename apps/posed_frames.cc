@@ -9,6 +9,8 @@
 
 #include <highwall/core/error.h>
 
+#include "config.h"
+
 namespace highwall::apps {
 namespace {
 
@@ -25,6 +27,12 @@ std::string DatasetOfRun(const std::filesystem::path& run, const nlohmann::json&
     throw IoError(run / "run.json", "does not name a dataset: give --dataset");
   }
   return report["dataset"];
+}
+
+std::string CalibrationOfRun(const nlohmann::json& report) {
+  const bool told =
+      report.is_object() && report.contains("calibration") && report["calibration"].is_string();
+  return told ? report["calibration"].get<std::string>() : "";
 }
 
 bool IsLocalization(const nlohmann::json& report) {
@@ -58,6 +66,7 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
                         (source / "trajectory.txt").string());
     }
     resolved.dataset = dataset.empty() ? DatasetOfRun(source, report) : dataset;
+    resolved.config = ConfigOfRun(CalibrationOfRun(report));
     resolved.trajectory = source / "keyframes.txt";
     resolved.keyframes = true;
     resolved.level = false;

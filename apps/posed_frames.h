@@ -16,6 +16,7 @@ namespace highwall::apps {
 struct MapSource {
   std::filesystem::path dataset;
   std::filesystem::path trajectory;  // TUM file of T_WC
+  std::string config;                // that the run was made with, as OpenDataset() takes it
   bool keyframes = false;            // the trajectory holds keyframes alone
   bool level = true;  // z of W points up; of a run it need not: W is its first camera
 };

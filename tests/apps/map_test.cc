@@ -155,6 +155,28 @@ TEST_F(MapCommand, MapsARunByItsKeyframes) {
 }
 
 // Its world stands as its first camera did, whichever of its files the poses are from.
+// A run that was told of depth that reads too long: its map is of depth as it was told.
+TEST_F(MapCommand, MapsARunWithTheCalibrationThatItWasMadeWith) {
+  const std::string told = Path("told.yaml"), run = Path("run");
+  std::ofstream(told) << testing::ReadText(Dataset() + "/calibration.yaml")
+                      << "depth: {inverse_offset: -0.1}\n";
+  ASSERT_EQ(
+      testing::RunProgram(HIGHWALL_BINARY, "slam --deterministic --no-map --dataset " + Dataset() +
+                                               " --config " + told + " --out " + run)
+          .exit_code,
+      0);
+  const auto leaves = [&](const std::string& options) {
+    const Outcome outcome = Map(run + " --resolution 0.05 --json --out " + Out() + options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out)["octree"]["occupied_leaves"].get<int>();
+  };
+  const int by_default = leaves("");
+  EXPECT_EQ(by_default, leaves(" --config " + told));
+  EXPECT_LT(by_default, 0.95 * leaves(" --config " + Dataset() + "/calibration.yaml"));
+  std::filesystem::remove(told);  // then the dataset's counts
+  EXPECT_GT(leaves(""), by_default);
+}
+
 TEST_F(MapCommand, UpIsFoundForATrajectoryOfARunAsForItsKeyframes) {
   const std::string run = Path("run");
   std::filesystem::create_directories(run);
