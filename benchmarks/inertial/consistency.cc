@@ -15,27 +15,16 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-double YawOf(const Eigen::Matrix3d& R) {
-  return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
-}
-
 }  // namespace
 
-NormalizedErrors Normalize(const InertialEstimate& estimate, const ImuState& truth,
-                           const ImuBias& true_bias, const Pose& T_WV) {
+NormalizedErrors Normalize(const InertialEstimate& estimate, double gravity_sigma,
+                           const ImuState& truth, const ImuBias& true_bias, const Pose& T_WV) {
   const Eigen::Matrix3d R = estimate.state.T_WB.R(), R_true = truth.T_WB.R();
-  const Matrix6 P_pose = estimate.covariance.topLeftCorner<6, 6>();
   NormalizedErrors errors;
 
-  // R Exp(theta): up in B turns by -theta x up, of which two components across it are seen.
-  const Eigen::Vector3d up = R.transpose().col(2);
-  Eigen::Matrix<double, 2, 3> across;
-  across.row(0) = up.unitOrthogonal().transpose();
-  across.row(1) = up.cross(across.row(0).transpose()).transpose();
-  const Eigen::Vector2d tilt = across * R_true.transpose().col(2);
-  const Eigen::Matrix<double, 2, 3> dtilt = across * so3::Hat(up);
-  const Eigen::Matrix2d P_tilt = dtilt * P_pose.bottomRightCorner<3, 3>() * dtilt.transpose();
-  errors.tilt = tilt.dot(P_tilt.llt().solve(tilt)) / 2.0;
+  const Eigen::Vector3d up = R.transpose().col(2), true_up = R_true.transpose().col(2);
+  const double tilt = std::atan2(up.cross(true_up).norm(), up.dot(true_up));
+  errors.tilt = tilt * tilt / (gravity_sigma * gravity_sigma) / 2.0;
 
   const Eigen::Vector3d v = R.transpose() * estimate.state.v_WB;
   const Eigen::Vector3d v_error = v - R_true.transpose() * truth.v_WB;
@@ -47,18 +36,13 @@ NormalizedErrors Normalize(const InertialEstimate& estimate, const ImuState& tru
   const Pose T_WB = T_WV * truth.T_WB;
   Vector6 d;
   d << estimate.state.T_WB.p() - T_WB.p(), so3::Log(T_WB.q().conjugate() * estimate.state.T_WB.q());
+  const Matrix6 P_pose = estimate.covariance.topLeftCorner<6, 6>();
   errors.pose = d.dot(P_pose.llt().solve(d)) / 6.0;
 
   const Vector6 b = estimate.bias - true_bias;
   const Matrix6 P_bias = estimate.covariance.bottomRightCorner<6, 6>();
   errors.bias = b.dot(P_bias.llt().solve(b)) / 6.0;
   return errors;
-}
-
-Pose UprightAlignment(const Pose& T_WC, const Pose& T_VC) {
-  const double yaw = YawOf(T_WC.R() * T_VC.R().transpose());
-  const Eigen::Quaterniond q(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
-  return Pose(q, T_WC.p() - q * T_VC.p());
 }
 
 std::string ConsistencyLine(const std::vector<Scores>& runs) {

@@ -70,9 +70,10 @@ void Judge::Watch(const FrameResult& result) {
   bias_sigmas_ = (estimate.bias - truth.bias)
                      .cwiseQuotient(estimate.covariance.diagonal().tail<6>().cwiseSqrt());
   if (levelled_.empty()) return;
-  const Pose T_WV =
-      UprightAlignment(levelled_.front().pose, sequence_.simulation->T_WC(levelled_.front().stamp));
-  normalized_.push_back(Normalize(estimate, truth.state, truth.bias, T_WV));
+  const StampedPose& first = levelled_.front();
+  const Pose T_WV = first.pose * sequence_.simulation->T_WC(first.stamp).Inverse();
+  normalized_.push_back(
+      Normalize(estimate, result.inertial->gravity_sigma, truth.state, truth.bias, T_WV));
 }
 
 Scores Judge::Score(const apps::SlamRun& run) const {
