@@ -1,4 +1,5 @@
-// highwall calibrate: where the camera sits on the IMU, from a recording.
+// highwall calibrate: what a recording tells of its sensors: of the camera, its depth and the times
+// of its rows, and of where the camera sits on an IMU.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -207,7 +208,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   }
   if (arguments.out.empty()) return kExitOk;
   CalibrationSigma sigma;
-  if (images) sigma = TakeTiming(*images, &config.sensor);
+  if (images) sigma = TakeFound(*images, &config.sensor);
   if (found) Take(*found, *imu, &config);
   WriteConfig(arguments.out, config, sigma);
   if (!arguments.json) {

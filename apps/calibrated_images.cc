@@ -142,7 +142,7 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
   return found;
 }
 
-CalibrationSigma TakeTiming(const CalibratedImages& found, RgbdSensor* sensor) {
+CalibrationSigma TakeFound(const CalibratedImages& found, RgbdSensor* sensor) {
   CalibrationSigma sigma;
   FrameTiming& stated = sensor->timing;
   for (const RowTime& time : kRowTimes) {

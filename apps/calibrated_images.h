@@ -33,7 +33,7 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
 
 // The stated times of the rows become those that were found to be off. Returns the deviations of
 // what the sensor has from `found` now, 0 of what stays as it was stated.
-CalibrationSigma TakeTiming(const CalibratedImages& found, RgbdSensor* sensor);
+CalibrationSigma TakeFound(const CalibratedImages& found, RgbdSensor* sensor);
 
 // What was found, a line each, and as members of a JSON object.
 void Print(const CalibratedImages& found, const ImageCalibrationOptions& options);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
-#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/mapping/dense_cloud.h>
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/keyframe_cloud.h>
@@ -20,6 +21,7 @@
 
 #include "bench_main.h"
 #include "config.h"
+#include "opened_dataset.h"
 #include "posed_frames.h"
 #include "same_leaves.h"
 #include "timing.h"
@@ -69,7 +71,8 @@ std::vector<double> AddKeyframes(const Arguments& arguments, std::vector<Keyfram
                                  Maps& maps) {
   const apps::ResolvedConfig config = apps::ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = config.config.sensor;
-  const TumDataset dataset(arguments.dataset, {.depth_factor = sensor.depth_factor});
+  const std::unique_ptr<const Dataset> opened = apps::OpenImages(arguments.dataset, sensor);
+  const Dataset& dataset = *opened;
   if (dataset.groundtruth() == nullptr) throw IoError(arguments.dataset, "has no ground truth");
   const std::size_t every = std::max<std::size_t>(1, dataset.size() / arguments.keyframes);
   const DepthUnprojector unprojector(sensor.camera);

@@ -22,6 +22,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/internal/median.h>
 #include <highwall/mapping/octomap_builder.h>
 
@@ -239,7 +240,8 @@ class Benchmark {
   int scans_ = 0;
 };
 
-std::vector<Scan> ReadScans(const std::filesystem::path& dataset, double depth_factor, int stride) {
+std::vector<Scan> ReadScans(const std::filesystem::path& dataset, const RgbdSensor& sensor,
+                            int stride) {
   const auto images = ReadList(dataset / "depth.txt");
   const auto poses = ReadList(dataset / "groundtruth.txt");
   std::vector<Scan> scans;
@@ -250,9 +252,7 @@ std::vector<Scan> ReadScans(const std::filesystem::path& dataset, double depth_f
     if (!T_WC) continue;
     const cv::Mat raw = cv::imread((dataset / name).string(), cv::IMREAD_UNCHANGED);
     if (raw.type() != CV_16UC1) throw IoError(dataset / name, "is not a 16-bit depth image");
-    cv::Mat depth;
-    raw.convertTo(depth, CV_32F, 1.0 / depth_factor);
-    scans.push_back({depth, *T_WC});
+    scans.push_back({MetricDepth(raw, sensor.depth_factor, sensor.inverse_depth_offset), *T_WC});
   }
   if (scans.empty()) throw IoError(dataset, "no depth image has a ground-truth pose");
   return scans;
@@ -284,8 +284,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
 nlohmann::json Run(const Arguments& arguments) {
   const apps::ResolvedConfig resolved = apps::ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = resolved.config.sensor;
-  const std::vector<Scan> scans =
-      ReadScans(arguments.dataset, sensor.depth_factor, arguments.stride);
+  const std::vector<Scan> scans = ReadScans(arguments.dataset, sensor, arguments.stride);
   Benchmark benchmark(sensor.camera, arguments.octree);
   benchmark.Insert(scans);
   nlohmann::json report = benchmark.Report();

@@ -2,6 +2,7 @@
 // RGB-D alone and with each way to weigh the IMU, once a seed; the table gives medians.
 #include <CLI/App.hpp>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/frontend/input/dataset.h>
 
 #include "bench_main.h"
 #include "cache_folder.h"
@@ -20,6 +21,7 @@
 #include "generated_sequence.h"
 #include "imu_choice.h"
 #include "imu_input.h"
+#include "opened_dataset.h"
 #include "option_checks.h"
 #include "progress.h"
 #include "run_report.h"
@@ -58,15 +60,13 @@ apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibratio
 Scores RunOnce(const Sequence& sequence, const std::string& policy, const Arguments& arguments,
                const std::string& label) {
   const apps::RunConfig config = apps::ResolveConfig("", sequence.folder).config;
-  const TumDataset recorded(sequence.folder, {.depth_factor = config.sensor.depth_factor,
-                                              .width = config.sensor.camera.width,
-                                              .height = config.sensor.camera.height});
+  const std::unique_ptr<const Dataset> recorded = apps::OpenImages(sequence.folder, config.sensor);
   std::optional<CoveredLens> covered;
   if (arguments.blackout >= 0.0) {
-    const Stamp begin = recorded.stamp(0) + FromSeconds(arguments.blackout);
-    covered.emplace(recorded, begin, begin + FromSeconds(kBlackout));
+    const Stamp begin = recorded->stamp(0) + FromSeconds(arguments.blackout);
+    covered.emplace(*recorded, begin, begin + FromSeconds(kBlackout));
   }
-  const Dataset& dataset = covered ? static_cast<const Dataset&>(*covered) : recorded;
+  const Dataset& dataset = covered ? static_cast<const Dataset&>(*covered) : *recorded;
 
   apps::SlamRunOptions options;
   options.dense = false;

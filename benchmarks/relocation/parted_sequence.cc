@@ -9,6 +9,7 @@
 
 #include <highwall/core/error.h>
 
+#include "opened_dataset.h"
 #include "scenes.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/random.h"
@@ -35,18 +36,13 @@ Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& 
 Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
                    const std::function<void(int, int)>& progress,
                    simulate::PartedSimulation simulation)
-    : parted_(std::move(simulation)) {
-  const std::filesystem::path folder =
-      cache / fmt::format("{}_seed{}_{}fps_scale{}", options.twins ? "twins" : "kidnap",
-                          options.seed, options.fps, options.scale);
-  if (!std::filesystem::exists(folder)) {  // it appears whole or not at all
-    simulate::WriteTum(parted_.simulation, folder, progress);
+    : parted_(std::move(simulation)),
+      folder_(cache / fmt::format("{}_seed{}_{}fps_scale{}", options.twins ? "twins" : "kidnap",
+                                  options.seed, options.fps, options.scale)) {
+  if (!std::filesystem::exists(folder_)) {  // it appears whole or not at all
+    simulate::WriteTum(parted_.simulation, folder_, progress);
   }
-  const PinholeCamera camera = sensor().camera;
-  images_ =
-      std::make_unique<TumDataset>(folder, TumDatasetOptions{.depth_factor = sensor().depth_factor,
-                                                             .width = camera.width,
-                                                             .height = camera.height});
+  images_ = apps::OpenImages(folder_, sensor());
 }
 
 RgbdSensor Sequence::sensor() const {
@@ -55,7 +51,7 @@ RgbdSensor Sequence::sensor() const {
 
 RgbdImage Sequence::Load(std::size_t frame) const {
   std::optional<RgbdImage> image = images_->Load(frame);
-  if (!image) throw IoError(images_->directory(), fmt::format("frame {} cannot be used", frame));
+  if (!image) throw IoError(folder_, fmt::format("frame {} cannot be used", frame));
   return *std::move(image);
 }
 

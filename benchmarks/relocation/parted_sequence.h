@@ -10,8 +10,8 @@
 #include <vector>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/input/tum_dataset.h>
 
 #include "simulate/scenes/kidnap.h"
 
@@ -51,7 +51,8 @@ class Sequence {
   const simulate::SimulationOptions& options() const { return parted_.simulation.options(); }
 
   simulate::PartedSimulation parted_;
-  std::unique_ptr<TumDataset> images_;
+  std::filesystem::path folder_;
+  std::unique_ptr<const Dataset> images_;
 };
 
 // What a parted sequence makes of the ways between the parts.

@@ -19,12 +19,13 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/frontend/input/dataset.h>
 
 #include "abuses.h"
 #include "bench_main.h"
 #include "config.h"
 #include "medians.h"
+#include "opened_dataset.h"
 #include "option_checks.h"
 #include "progress.h"
 #include "run_report.h"
@@ -41,16 +42,6 @@ struct Arguments {
   std::size_t max_frames = SIZE_MAX;
   bool parallel = false;
 };
-
-// size: that the images must have.
-std::unique_ptr<TumDataset> Open(const std::filesystem::path& directory, const RgbdSensor& sensor,
-                                 const PinholeCamera& size) {
-  return std::make_unique<TumDataset>(
-      directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
-                                   .inverse_depth_offset = sensor.inverse_depth_offset,
-                                   .width = size.width,
-                                   .height = size.height});
-}
 
 RgbdSensor SensorOf(const std::filesystem::path& directory) {
   return apps::ResolveConfig("", directory).config.sensor;
@@ -70,13 +61,13 @@ struct Row {
   std::string failure;
 };
 
-Row RunAll(const Abuse& abuse, const TumDataset& images, const RgbdSensor& sensor,
-           const Arguments& arguments) {
+Row RunAll(const Abuse& abuse, const std::string& label, const Dataset& images,
+           const RgbdSensor& sensor, const Arguments& arguments) {
   Row row{.name = abuse.name, .runs = {}, .median = {}, .ratio = {}, .failure = {}};
   std::vector<Scores> figures;
   try {
     for (int i = 0; i < arguments.runs; ++i) {
-      apps::Progress progress(fmt::format("{} {}", Label(images.directory()), abuse.name));
+      apps::Progress progress(fmt::format("{} {}", label, abuse.name));
       const AbusedSequence sequence(FramesOf(images, arguments.max_frames), abuse,
                                     arguments.seed + static_cast<std::uint64_t>(i));
       row.runs.push_back(
@@ -150,23 +141,26 @@ nlohmann::ordered_json ToJson(const Row& row) {
 nlohmann::ordered_json RunSequence(const std::filesystem::path& directory,
                                    const Arguments& arguments, int* failures) {
   const RgbdSensor sensor = SensorOf(directory);
-  const std::unique_ptr<TumDataset> images = Open(directory, sensor, sensor.camera);
+  const std::unique_ptr<const Dataset> images = apps::OpenImages(directory, sensor);
   if (images->groundtruth() == nullptr) {
     throw IoError(directory / "groundtruth.txt", "is missing or empty; errors need it");
   }
-  std::unique_ptr<TumDataset> second;
+  std::unique_ptr<const Dataset> second;
   if (!arguments.second.empty()) {
-    second = Open(arguments.second, SensorOf(arguments.second), sensor.camera);
+    RgbdSensor other = SensorOf(arguments.second);
+    other.camera = sensor.camera;
+    second = apps::OpenImages(arguments.second, other);
     if (second->size() < 2) throw IoError(arguments.second, "must have two frames or more");
   }
   const std::regex wanted(arguments.only);
-  PrintHeader(Label(directory));
+  const std::string label = Label(directory);
+  PrintHeader(label);
   nlohmann::ordered_json json;
   std::optional<double> untouched;
   for (const Abuse& abuse : AllAbuses(second.get())) {
     const bool first = json.empty();
     if (!first && !std::regex_search(abuse.name, wanted)) continue;
-    Row row = RunAll(abuse, *images, sensor, arguments);
+    Row row = RunAll(abuse, label, *images, sensor, arguments);
     const std::optional<double> ape = Find(row.median, "ape_rmse_m");
     if (first) untouched = ape;
     if (ape && untouched) row.ratio = *ape / *untouched;

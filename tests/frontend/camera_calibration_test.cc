@@ -129,7 +129,7 @@ TEST(CameraCalibration, OffsetsOfDepthAreFoundWithinTheirStandardDeviations) {
       nees += normalized * normalized / (2.0 * kRuns);
     }
   }
-  // Chi-squared of 20: 1 +- 0.32. Huber's loss, of which the stated deviation knows, widens it.
+  // Chi-squared of 20: 1 +- 0.32.
   EXPECT_LT(nees, 1.0 + 4.0 * 0.32);
   EXPECT_GT(nees, 0.2);
 }

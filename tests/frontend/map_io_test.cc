@@ -1,107 +1,32 @@
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <iterator>
-#include <limits>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include <ceres/loss_function.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/relative_pose.h>
-#include <highwall/factors/position.h>
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map.h>
 
 #include "features/depth_grid.h"
-#include "support/crc32.h"
-#include "support/id_literals.h"
-#include "support/position_in_frame.h"
-#include "support/synthetic_scene.h"
+#include "support/saved_map.h"
 #include "tracking/relocalizer.h"
 
 namespace highwall {
 namespace {
 
+using testing::AddFactors;
 using testing::IdealSensor;
+using testing::kKind;
+using testing::kPoses;
 using testing::Look;
-using testing::MakeScene;
 using testing::PositionError;
-using testing::Scene;
-using testing::SceneMap;
 using testing::operator""_kf;
 
-const Pose kPoses[] = {
-    Pose::FromTangent({0, 0, 0}, {0, -0.3, 0}), Pose::FromTangent({0.2, 0, 0}, {0, -0.1, 0}),
-    Pose::FromTangent({0.3, 0.1, 0}, {0, 0.1, 0}), Pose::FromTangent({0.3, 0.1, 0}, {0, 0.3, 0})};
-
-// Where the list of submaps begins in a file: behind header, camera and the kind of points, ORB.
-constexpr std::size_t kKind = 4 + 3 + 1 + 4 + 4 + 8 + 4, kSubmapsAt = 24 + 40 + kKind;
-
-class MapIoTest : public ::testing::Test {
- protected:
-  MapIoTest() {
-    for (const Pose& T_WC : kPoses) {
-      scene_map.Add(Look(scene, IdealSensor(), T_WC, {.px = 0.5, .depth = true}), T_WC);
-    }
-    // Gaps in the ids.
-    map().RemoveKeyFrame(1_kf, 0_kf);
-    map().RemovePoint(map().point_ids()[3]);
-    map().RemoveLine(map().line_ids()[2]);
-    std::filesystem::remove(path);
-  }
-  ~MapIoTest() override { std::filesystem::remove(path); }
-
-  Map& map() { return scene_map.map; }
-  void Save() const { SaveMap(path, IdealSensor().camera, scene_map.map); }
-  std::string Bytes() const {
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  }
-  void Write(const std::string& bytes) const { std::ofstream(path, std::ios::binary) << bytes; }
-  // The bytes with the checksum of their content.
-  static std::string WithChecksum(std::string bytes) {
-    const std::uint32_t crc = testing::Crc32(std::string_view(bytes).substr(24));
-    std::memcpy(bytes.data() + 12, &crc, 4);
-    return bytes;
-  }
-  // The map with one more keyframe, whose features were edited.
-  void SaveEdited(const std::function<void(FrameFeatures&)>& edit, double found = 0.0) const {
-    Frame frame = scene_map.map.keyframe(0_kf)->frame;
-    FrameFeatures features = *frame.features;
-    edit(features);
-    frame.features = std::make_shared<const FrameFeatures>(std::move(features));
-    Map edited = scene_map.map.Clone();
-    edited.AddKeyFrame(frame, Pose()).found = found;
-    SaveMap(path, IdealSensor().camera, edited);
-  }
-  // One line that begins with the path and says `what`.
-  void ExpectError(const std::string& what) const {
-    try {
-      LoadMap(path);
-      FAIL() << what;
-    } catch (const IoError& e) {
-      const std::string message = e.what();
-      EXPECT_EQ(message.find(path.string()), 0u) << message;
-      EXPECT_NE(message.find(what), std::string::npos) << message;
-      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    }
-  }
-
-  const Scene scene = MakeScene(5, 300, 40);
-  SceneMap scene_map{scene};
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() /
-      (std::string("highwall_map_io_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name());
-};
+using MapIoTest = testing::SavedMapTest;
 
 TEST_F(MapIoTest, WhatWasSavedIsLoaded) {
   Save();
@@ -235,6 +160,7 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeCornersWereToldThatAreRefined) {
 }
 
 // By which another map is held against it: docs/submaps.md.
+
 TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
   const DepthGrid grid(IdealSensor().camera);
   cv::Mat depth(grid.camera().height, grid.camera().width, CV_32FC1);
@@ -294,58 +220,6 @@ TEST_F(MapIoTest, LandmarksThatNoKeyFrameKnowsTheDepthOfAreKept) {
   }
 }
 
-TEST_F(MapIoTest, RefusesDepthThatNoImageHas) {
-  const cv::Mat depth(60, 80, CV_32FC1, cv::Scalar(1.0));
-  ASSERT_EQ(DepthGrid(IdealSensor().camera).camera().height, depth.rows);
-  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.t(); });
-  EXPECT_NO_THROW(LoadMap(path)) << "as many cells";
-  SaveEdited([&](FrameFeatures& features) { features.depth_grid = depth.rowRange(0, 59); });
-  ExpectError("its depth is not that of its camera");
-  for (const float none : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
-    cv::Mat wrong = depth.clone();
-    wrong.at<float>(5, 5) = none;
-    SaveEdited([&](FrameFeatures& features) { features.depth_grid = wrong; });
-    ExpectError("a depth is none");
-  }
-  SaveEdited([](FrameFeatures&) {}, -0.5);
-  ExpectError("found less than nothing");
-}
-
-// Of more submaps than the list has.
-TEST_F(MapIoTest, RefusesAKeyFrameOfNoSubmap) {
-  Save();
-  const std::string bytes = Bytes();
-  for (const std::int32_t submap : {1, -1, std::numeric_limits<std::int32_t>::max()}) {
-    std::string damaged = bytes;
-    std::memcpy(damaged.data() + kSubmapsAt + (4 + 5) + 4, &submap, 4);  // of the first
-    Write(WithChecksum(damaged));
-    ExpectError("a keyframe is of no submap");
-  }
-}
-
-TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithNone) {
-  map().AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[1], map().AddSubmap());
-  Save();
-  std::string bytes = Bytes();
-  const std::int32_t root = 2;
-  std::memcpy(bytes.data() + kSubmapsAt + 4 + 5, &root, 4);  // of the second
-  Write(WithChecksum(bytes));
-  ExpectError("a submap is joined with none");
-}
-
-TEST_F(MapIoTest, RefusesASubmapThatIsJoinedWithOneWithoutKeyFrames) {
-  Map two;
-  two.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[0]);
-  two.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[1], two.AddSubmap());
-  SaveMap(path, IdealSensor().camera, two);
-  std::string bytes = Bytes();
-  const std::int32_t root = 0, submap = 1;
-  std::memcpy(bytes.data() + kSubmapsAt + 4 + 5, &root, 4);              // of the second submap
-  std::memcpy(bytes.data() + kSubmapsAt + (4 + 2 * 5) + 4, &submap, 4);  // of the first keyframe
-  Write(WithChecksum(bytes));
-  ExpectError("a submap is joined with one that has no keyframe");
-}
-
 TEST_F(MapIoTest, ACameraFindsItselfInALoadedMap) {
   Save();
   const SavedMap saved = LoadMap(path);
@@ -369,123 +243,6 @@ TEST_F(MapIoTest, AnEmptyMapIsAMap) {
   EXPECT_EQ(LoadMap(path).map.num_keyframes(), 0u);
 }
 
-TEST_F(MapIoTest, RefusesWhatIsMissingForeignOrCutShort) {
-  ExpectError("cannot be read");
-  Write("ply\nformat ascii 1.0\n");
-  ExpectError("no map");
-  Write("");
-  ExpectError("no map");
-  Save();
-  const std::string bytes = Bytes();
-  for (const std::size_t size :
-       {std::size_t{8}, std::size_t{23}, std::size_t{24}, bytes.size() / 2, bytes.size() - 1}) {
-    Write(bytes.substr(0, size));
-    ExpectError("cut short");
-  }
-}
-
-TEST_F(MapIoTest, RefusesAnyChangedByte) {
-  Save();
-  const std::string bytes = Bytes();
-  for (std::size_t i = 24; i < bytes.size(); i += bytes.size() / 50) {
-    std::string damaged = bytes;
-    damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
-    Write(damaged);
-    ExpectError("checksum");
-  }
-  Write(bytes + "more");
-  ExpectError("checksum");
-}
-
-TEST_F(MapIoTest, RefusesAYesOrNoThatIsNeither) {
-  Save();
-  const std::string bytes = Bytes();
-  // The first line of the first keyframe: docs/map_file.md.
-  const std::size_t points = map().keyframe(0_kf)->frame.features->points.size();
-  const std::size_t line =
-      kSubmapsAt + (4 + 5) + 4 + (4 + 72) + (4 + 40 * points) + (4 + 32 * points) + 4;
-  for (const std::size_t place : {line + 16, line + 16 + 1 + 6 * 8 + 4 * 8}) {
-    ASSERT_LE(bytes[place], 1);
-    std::string damaged = bytes;
-    damaged[place] = 2;
-    Write(WithChecksum(damaged));
-    ExpectError("neither");
-  }
-}
-
-TEST_F(MapIoTest, RefusesFeaturesThatNoImageHas) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  ASSERT_TRUE(map().keyframe(0_kf)->frame.features->lines[0].segment_C);
-  using Edit = std::function<void(FrameFeatures&)>;
-  const std::vector<std::pair<const char*, Edit>> cases = {
-      {"nowhere in its image", [](FrameFeatures& f) { f.points[0].uv.x() = kNan; }},
-      {"nowhere in its image", [](FrameFeatures& f) { f.points[0].uv.y() = 1e200; }},
-      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth = -1.0; }},
-      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth = kInf; }},
-      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth_sigma = kInf; }},
-      {"depth or its sigma", [](FrameFeatures& f) { f.points[0].depth_sigma = 0.0; }},
-      {"pyramid level", [](FrameFeatures& f) { f.points[0].octave = -1; }},
-      {"pyramid level", [](FrameFeatures& f) { f.points[0].octave = 100000; }},
-      {"no angle", [](FrameFeatures& f) { f.points[0].angle = -1.0F / 0.0F; }},
-      {"ends in its image", [](FrameFeatures& f) { f.lines[0].segment.s = f.lines[0].segment.e; }},
-      {"ends in its image", [](FrameFeatures& f) { f.lines[0].segment.s.x() = 1e30F; }},
-      {"in front of its camera", [](FrameFeatures& f) { f.lines[0].segment_C->p_C.z() = 0.0; }},
-      {"in front of its camera", [](FrameFeatures& f) { f.lines[0].segment_C->q_C.x() = kNan; }},
-      {"as good as any", [](FrameFeatures& f) { f.lines[0].segment_C->sigma_q = kInf; }},
-      {"as good as any", [](FrameFeatures& f) { f.lines[0].segment_C->inlier_share = 1.5; }},
-      {"one descriptor", [](FrameFeatures& f) { f.line_descriptors.pop_back(); }},
-      {"noise is none", [](FrameFeatures& f) { f.points[0].noise.px = 0.0F; }},
-      {"noise is none", [](FrameFeatures& f) { f.lines[0].noise.depth = -1.0F / 0.0F; }},
-  };
-  SaveEdited([](FrameFeatures&) {});
-  EXPECT_NO_THROW(LoadMap(path));
-  for (const auto& [what, edit] : cases) {
-    SaveEdited(edit);
-    ExpectError(what);
-  }
-}
-
-TEST_F(MapIoTest, RefusesLandmarksThatNoMapHas) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  const PointId point = map().point_ids()[0];
-  const LineId line = map().line_ids()[0];
-  using Edit = std::function<void(Map&)>;
-  const std::vector<std::pair<const char*, Edit>> cases = {
-      {"is nowhere", [&](Map& m) { m.point(point)->p_W.x() = kInf; }},
-      {"from nowhere", [&](Map& m) { m.point(point)->normal_W.z() = 7.0; }},
-      {"no distance", [&](Map& m) { m.point(point)->max_distance = kInf; }},
-      {"no distance", [&](Map& m) { m.point(point)->min_distance = -1.0; }},
-      {"not counted", [&](Map& m) { m.point(point)->visible = 0; }},
-      {"not counted", [&](Map& m) { m.line(line)->found = std::numeric_limits<int>::max(); }},
-      {"beyond all",
-       [&](Map& m) { m.line(line)->first_frame = std::numeric_limits<std::int64_t>::min(); }},
-      {"ends are one", [&](Map& m) { m.line(line)->segment_W = Segment3(); }},
-      {"a keyframe's pose", [&](Map& m) { m.keyframe(0_kf)->T_WC.data()[1] = kInf; }},
-      {"a keyframe's pose", [&](Map& m) { m.keyframe(0_kf)->T_WC.data()[6] = 1e300; }},
-      {"time is beyond all",
-       [&](Map& m) { m.keyframe(0_kf)->frame.stamp = std::numeric_limits<Stamp>::max(); }},
-  };
-  for (const auto& [what, edit] : cases) {
-    Map edited = map().Clone();
-    edit(edited);
-    SaveMap(path, IdealSensor().camera, edited);
-    ExpectError(what);
-  }
-}
-
-TEST_F(MapIoTest, RefusesACameraThatNoneIs) {
-  for (const auto& edit : std::vector<std::function<void(PinholeCamera&)>>{
-           [](PinholeCamera& c) { c.width = 0; }, [](PinholeCamera& c) { c.height = 2000000000; },
-           [](PinholeCamera& c) { c.fx = -1.0; }, [](PinholeCamera& c) { c.fy = 1e300; },
-           [](PinholeCamera& c) { c.cx = std::numeric_limits<double>::quiet_NaN(); }}) {
-    PinholeCamera camera = IdealSensor().camera;
-    edit(camera);
-    SaveMap(path, camera, map());
-    ExpectError("is damaged");
-  }
-}
-
 TEST_F(MapIoTest, WhatThePointsAreIsKept) {
   const PointKind kind{.name = "mine",
                        .descriptor = DescriptorType::kFloat,
@@ -506,27 +263,6 @@ TEST_F(MapIoTest, WhatThePointsAreIsKept) {
   mine.SetPointKind({.name = "mine", .columns = 0});
   SaveMap(path, IdealSensor().camera, mine);
   ExpectError("is damaged: points by mine: PointKind::columns must be 1 to 4096, is 0");
-}
-
-// A GPS and a marker, of which only the first is known to lie somewhere, and what can be kept and
-// what not: of the latter three.
-void AddFactors(Map& map) {
-  const ReferenceFrameId gps = map.factors().AddFrame({}),
-                         marker = map.factors().AddFrame({.upright = false});
-  map.factors().Place(gps, kFirstSubmap, Pose::FromTangent({4e5, 5e6, 300}, {0.01, 0, 2}));
-  const Pose T_KB = Pose::FromTangent({0.1, 0, 0.2}, {0, 0.3, 0});
-  Eigen::Matrix3d W;
-  W << 2, 0.1, 0, 0, 2, 0, 0, 0, 1;
-  const auto position = std::make_shared<PositionFactor>(Eigen::Vector3d(4e5, 5e6, 301),
-                                                         Eigen::Vector3d(0.1, -0.5, 0.2), W);
-  map.AddFactor({{{2_kf, T_KB}}, gps, position, std::make_shared<ceres::HuberLoss>(2.7)});
-  map.AddFactor({{{0_kf, T_KB}}, marker, position, nullptr});
-  map.AddFactor({{{2_kf, T_KB}}, gps, position, std::make_shared<ceres::CauchyLoss>(2.7)});
-  map.AddFactor({{{2_kf, T_KB}}, gps, testing::PositionInFrame({1, 2, 3}, 0.1), nullptr});
-  map.AddFactor({{{0_kf, T_KB}, {2_kf, T_KB}},
-                 kNoId,
-                 std::make_shared<RelativePose>(Pose(), Eigen::Matrix<double, 6, 6>::Identity()),
-                 nullptr});
 }
 
 TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
@@ -568,42 +304,6 @@ TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
   const std::string bytes = Bytes();
   EXPECT_EQ(SaveMap(path, IdealSensor().camera, loaded), 0u);
   EXPECT_EQ(Bytes(), bytes);
-}
-
-TEST_F(MapIoTest, RefusesFactorsThatNoMapHas) {
-  AddFactors(map());
-  Save();
-  const std::string bytes = Bytes();
-  constexpr std::size_t kFactor = 4 + 56 + 4 + 15 * 8 + 8;  // keyframe, pose, frame, cost, loss
-  const std::size_t second = bytes.size() - kFactor, first = second - kFactor;
-  const auto with = [&](std::size_t at, auto value) {
-    std::string edited = bytes;
-    std::memcpy(edited.data() + at, &value, sizeof(value));
-    Write(WithChecksum(edited));
-  };
-  with(first, std::int32_t{7});
-  ExpectError("a factor hangs on no keyframe");
-  with(first + 4, 1e300);
-  ExpectError("a factor's pose is none");
-  with(second + 60, std::int32_t{2});
-  ExpectError("a factor is measured in no frame");
-  with(second + 64, std::numeric_limits<double>::quiet_NaN());
-  ExpectError("a factor's numbers are beyond all");
-  with(second + kFactor - 8, -1.0);
-  ExpectError("a factor's numbers are beyond all");
-  const std::size_t frames = first - 4 - (1 + 4) - (1 + 4 + 4 + 56);  // behind their count
-  with(frames + 5, std::int32_t{1});
-  ExpectError("a frame lies in no world of it");
-  with(frames + 9, std::numeric_limits<double>::infinity());
-  ExpectError("a frame lies nowhere");
-}
-
-TEST_F(MapIoTest, RefusesAnotherVersion) {
-  Save();
-  std::string bytes = Bytes();
-  bytes[8] = 9;
-  Write(bytes);
-  ExpectError("version 9");
 }
 
 TEST_F(MapIoTest, AFailedSaveLeavesTheOldFile) {
