@@ -1,6 +1,7 @@
 #include "calibration_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -59,6 +60,10 @@ void WriteImu(const ImuCalibration& imu, YAML::Emitter* out) {
                                           {"rate", imu.rate},
                                           {"time_offset", imu.time_offset}}) {
     *out << YAML::Key << key << YAML::Value << value;
+  }
+  for (const auto& [key, range] : Entries{{"gyroscope_range", imu.gyroscope_range},
+                                          {"accelerometer_range", imu.accelerometer_range}}) {
+    if (std::isfinite(range)) *out << YAML::Key << key << YAML::Value << range;
   }
   *out << YAML::EndMap;
 }

@@ -84,6 +84,8 @@ void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibrat
   section.Read("accelerometer_walk", &imu->noise.accelerometer_walk);
   section.Read("rate", &imu->rate);
   section.Read("time_offset", &imu->time_offset);
+  section.Read("gyroscope_range", &imu->gyroscope_range);
+  section.Read("accelerometer_range", &imu->accelerometer_range);
   if (T_BC.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
     throw IoError(path, "'T_BC' of section 'imu' must end with 0, 0, 0, 1: write it row by row");
   }

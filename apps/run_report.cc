@@ -113,6 +113,7 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
                          {"dead_reckoned_frames", inertial.dead_reckoned},
                          {"restarts", inertial.restarts},
                          {"contradicted_intervals", inertial.contradicted},
+                         {"saturated_intervals", inertial.saturated},
                          {"mean_weight", inertial.mean_weight},
                          {"reduced_share", inertial.reduced_share},
                          {"innovation_per_dof", inertial.mean_innovation}};

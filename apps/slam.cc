@@ -66,6 +66,10 @@ void PrintInertial(const InertialSummary& inertial) {
   fmt::print("imu         t_d {:.2f} +- {:.2f} ms, gravity +- {:.2f} deg, {} frames by it alone\n",
              last.time_offset * 1e3, last.time_offset_sigma * 1e3,
              last.gravity_sigma * 180.0 / M_PI, inertial.dead_reckoned);
+  if (inertial.contradicted > 0 || inertial.saturated > 0) {
+    fmt::print("            {} intervals contradicted by images, {} at the end of its range\n",
+               inertial.contradicted, inertial.saturated);
+  }
   if (const auto& mount = last.extrinsics) {
     const Eigen::Vector3d p = 1e3 * mount->T_BC.p(), s = 1e3 * mount->lever_arm_sigma;
     fmt::print(

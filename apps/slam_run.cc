@@ -109,6 +109,7 @@ class InertialTally {
     if (report.estimate && !summary_.initialized) summary_.initialized = result.stamp;
     AddState(result.stamp, report);
     if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;
+    if (report.saturated) ++summary_.saturated;
     if (report.contradicted) {
       ++summary_.contradicted;
     } else if (report.restarted) {

@@ -81,6 +81,7 @@ struct InertialSummary {
   std::size_t dead_reckoned = 0;           // frames whose pose is that of the IMU alone
   std::size_t restarts = 0;                // for want of readings
   std::size_t contradicted = 0;            // intervals whose readings the images contradict
+  std::size_t saturated = 0;               // intervals with readings at the end of a sensor's range
   double mean_weight = 0.0;                // of the IMU factors
   double reduced_share = 0.0;              // of them, with a weight below 1
   double mean_innovation = 0.0;            // squared, per degree of freedom: 1 where consistent

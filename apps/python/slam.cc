@@ -123,7 +123,11 @@ void BindSensor(py::module_& module) {
   imu.def_readwrite("T_BC", &ImuCalibration::T_BC, "The camera in the frame of the IMU.")
       .def_readwrite("noise", &ImuCalibration::noise)
       .def_readwrite("rate", &ImuCalibration::rate, "[Hz]")
-      .def_readwrite("time_offset", &ImuCalibration::time_offset, "[s] t_imu - t_cam, a guess.");
+      .def_readwrite("time_offset", &ImuCalibration::time_offset, "[s] t_imu - t_cam, a guess.")
+      .def_readwrite("gyroscope_range", &ImuCalibration::gyroscope_range,
+                     "[rad/s] where readings of an axis end.")
+      .def_readwrite("accelerometer_range", &ImuCalibration::accelerometer_range,
+                     "[m/s^2] where readings of an axis end.");
 }
 
 void BindDataset(py::module_& module) {

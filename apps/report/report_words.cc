@@ -125,6 +125,10 @@ std::string Inertial(const nlohmann::json& imu) {
     text += fmt::format(" The images contradicted its readings in {}: these were not used.",
                         Counted(n, "interval"));
   }
+  if (const std::size_t n = Count(imu, "/saturated_intervals"); n > 0) {
+    text += fmt::format(" In {} some of its readings end where the sensor does.",
+                        Counted(n, "interval"));
+  }
   if (imu.contains("depth_scale")) {
     text += fmt::format(" True depth is {:.4f} ± {:.4f} times what was measured.",
                         Number(imu, "/depth_scale/value"), Number(imu, "/depth_scale/sigma"));

@@ -137,6 +137,7 @@ void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
   s["dead_reckoned_frames"] = static_cast<double>(inertial.dead_reckoned);
   s["restarts"] = static_cast<double>(inertial.restarts);
   s["contradicted_intervals"] = static_cast<double>(inertial.contradicted);
+  s["saturated_intervals"] = static_cast<double>(inertial.saturated);
   s["mean_weight"] = inertial.mean_weight;
   s["reduced_share"] = inertial.reduced_share;
   s["innovation_chi2_per_dof"] = inertial.mean_innovation;

@@ -1,5 +1,6 @@
 #include "config.h"
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -161,7 +162,8 @@ TEST(Config, ReadsAnImu) {
                       "imu:\n  T_BC: [0, -1, 0, 0.1, 1, 0, 0, 0.2, 0, 0, 1, 0.3, 0, 0, 0, 1]\n"
                       "  gyroscope_noise: 1e-3\n  accelerometer_noise: 2e-3\n"
                       "  gyroscope_walk: 3e-5\n  accelerometer_walk: 4e-4\n"
-                      "  rate: 250\n  time_offset: -0.01\n");
+                      "  rate: 250\n  time_offset: -0.01\n"
+                      "  gyroscope_range: 8.7\n  accelerometer_range: 39.2\n");
   const ImuCalibration imu = LoadConfig(path).imu.value();
   EXPECT_EQ(imu.T_BC.p(), Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_LT((imu.T_BC * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.1, 1.2, 0.3)).norm(), 1e-15);
@@ -171,6 +173,8 @@ TEST(Config, ReadsAnImu) {
   EXPECT_EQ(imu.noise.accelerometer_walk, 4e-4);
   EXPECT_EQ(imu.rate, 250.0);
   EXPECT_EQ(imu.time_offset, -0.01);
+  EXPECT_EQ(imu.gyroscope_range, 8.7);
+  EXPECT_EQ(imu.accelerometer_range, 39.2);
 }
 
 TEST(Config, NamesWhatIsWrongWithAnImu) {
@@ -192,6 +196,10 @@ TEST(Config, NamesWhatIsWrongWithAnImu) {
             std::string::npos);
   EXPECT_NE(LoadMessage(head + "imu: {gyroscope_walk: -1}\n").find("gyroscope_walk"),
             std::string::npos);
+  for (const std::string key : {"gyroscope_range", "accelerometer_range"}) {
+    EXPECT_NE(LoadMessage(head + "imu: {" + key + ": 0}\n").find(": imu: " + key + " must"),
+              std::string::npos);
+  }
 }
 
 TEST(Config, NamesAnUnknownKeyItsLineAndTheNearestKnownOne) {
@@ -298,6 +306,7 @@ TEST(WriteConfig, IsReadBack) {
   config.imu->T_BC = Pose::FromTangent({0.01, 1.0 / 3.0, -0.2}, {0.3, -1.1, 2.0});
   config.imu->noise.gyroscope_walk = 1.0 / 30'001.0;
   config.imu->time_offset = -0.0123456789;
+  config.imu->accelerometer_range = 4.0 * 9.80665;
   WriteConfig(path, config);
   const RunConfig read = LoadConfig(path);
   EXPECT_EQ(read.sensor.camera.fx, config.sensor.camera.fx);
@@ -310,6 +319,8 @@ TEST(WriteConfig, IsReadBack) {
   EXPECT_LT((read.imu->T_BC.Matrix() - config.imu->T_BC.Matrix()).norm(), 1e-15);
   EXPECT_EQ(read.imu->noise.gyroscope_walk, config.imu->noise.gyroscope_walk);
   EXPECT_EQ(read.imu->time_offset, config.imu->time_offset);
+  EXPECT_EQ(read.imu->accelerometer_range, config.imu->accelerometer_range);
+  EXPECT_TRUE(std::isinf(read.imu->gyroscope_range)) << "nobody said";
   config.imu.reset();
   WriteConfig(path, config);
   EXPECT_FALSE(LoadConfig(path).imu.has_value());

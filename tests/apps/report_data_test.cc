@@ -252,6 +252,10 @@ TEST(ReportWords, SayWhereTheImagesContradictedTheImu) {
   EXPECT_NE(text.find("contradicted its readings in 3 intervals: these were not used."),
             std::string::npos)
       << text;
+  run["imu"]["saturated_intervals"] = 1;
+  EXPECT_NE(Joined(SummaryInWords(run, nullptr))
+                .find("In 1 interval some of its readings end where the sensor does."),
+            std::string::npos);
   run["imu"]["contradicted_intervals"] = 0;
   EXPECT_EQ(Joined(SummaryInWords(run, nullptr)).find("contradicted"), std::string::npos);
 }

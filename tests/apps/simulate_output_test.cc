@@ -187,6 +187,13 @@ TEST(WriteTum, ImuCalibrationReadsBackExactly) {
   EXPECT_EQ(imu->noise.accelerometer_walk, options.imu.noise.accelerometer_walk);
   EXPECT_EQ(imu->rate, 200.0);
   EXPECT_EQ(imu->time_offset, 0.0);  // it is for the estimator to find
+  EXPECT_TRUE(std::isinf(imu->accelerometer_range));
+  // Of the faults the data sheet tells the ranges.
+  options.imu.faults = HardImuFaults();
+  WriteTum(SimulateRoom(options), folder.path() / "hard");
+  const auto hard = apps::LoadConfig(apps::CalibrationFile(folder.path() / "hard")).imu;
+  EXPECT_EQ(hard->accelerometer_range, options.imu.faults.accelerometer_range);
+  EXPECT_EQ(hard->gyroscope_range, options.imu.faults.gyroscope_range);
 }
 
 TEST(WriteTum, CalibrationIsThatOfTheDataSheetsWhateverTheTruth) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -19,10 +20,11 @@ inline const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.4, -0.3, 1.3});
 // Odometry that is driven through a scene, image by image, as SlamSystem does it.
 class Drive {
  public:
-  // off: by how much the calibration's T_BC is wrong.
+  // off: by how much the calibration's T_BC is wrong. accelerometer_range: that it tells.
   explicit Drive(const InertialSceneOptions& scene_options = {},
-                 const InertialOptions& options = {}, const Pose& off = Pose())
-      : scene(scene_options), odometry(Calibration(scene, off), options) {}
+                 const InertialOptions& options = {}, const Pose& off = Pose(),
+                 double accelerometer_range = std::numeric_limits<double>::infinity())
+      : scene(scene_options), odometry(Calibration(scene, off, accelerometer_range), options) {}
 
   // Until the stamp of an image is `end` [s]. sees: whether an image tells its pose, by its stamp.
   void Until(
@@ -80,9 +82,11 @@ class Drive {
   double largest_step_of_a_turn = 0.0;
 
  private:
-  static ImuCalibration Calibration(const InertialScene& scene, const Pose& off) {
+  static ImuCalibration Calibration(const InertialScene& scene, const Pose& off,
+                                    double accelerometer_range) {
     ImuCalibration calibration = scene.calibration();
     calibration.T_BC = calibration.T_BC * off;
+    calibration.accelerometer_range = accelerometer_range;
     return calibration;
   }
   void Feed(ImuSample reading) {

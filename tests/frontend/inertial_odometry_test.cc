@@ -229,6 +229,44 @@ TEST(InertialOdometry, DoesNotBelieveReadingsThatImagesContradict) {
   }
 }
 
+TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTold) {
+  constexpr double kRange = 9.0, kFrom = 4.0, kTo = 5.5;  // [m/s^2] less than gravity; [s]
+  const auto ends = [=](ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    if (t > kFrom && t < kTo) {
+      reading.accelerometer = reading.accelerometer.cwiseMax(-kRange).cwiseMin(kRange);
+    }
+    return true;
+  };
+  // What is not told of its range is believed, or denied as a whole.
+  Drive told({.bias = kBias}, {}, Pose(), kRange), untold({.bias = kBias});
+  told.change = untold.change = ends;
+  told.Until(3.9);
+  ASSERT_EQ(told.odometry.status(), InertialStatus::kRunning);
+  double told_error = 0.0, untold_error = 0.0;
+  for (double t = 4.0; t < kTo; t += kStep) {
+    told.Until(t);
+    untold.Until(t);
+    told_error = std::max(told_error, told.PositionError());
+    untold_error = std::max(untold_error, untold.PositionError());
+    EXPECT_FALSE(told.reports.back().contradicted) << t;
+  }
+  EXPECT_TRUE(told.reports.back().saturated);
+  EXPECT_FALSE(untold.reports.back().saturated);
+  // An image is good for 2 mm an axis.
+  EXPECT_LT(told_error, 6e-3);
+  EXPECT_GT(untold_error, 1.5 * told_error);
+  told.Until(7.0);
+  EXPECT_FALSE(told.reports.back().saturated);
+  EXPECT_LT(told.PositionError(), 3e-3);
+  const InertialEstimate estimate = *told.odometry.estimate();
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_LT(std::abs(estimate.bias(i) - told.scene.bias()(i)),
+              3.5 * std::sqrt(estimate.covariance(9 + i, 9 + i)))
+        << i;
+  }
+}
+
 TEST(InertialOdometry, AnImageThatLeapsContradictsNoReadings) {
   Drive drive({.bias = kBias});
   drive.Until(4.21);

@@ -13,6 +13,7 @@
     ["points of the map", "run/landmarks/points", 1, 0], ["lines of the map", "run/landmarks/lines", 1, 0],
     ["loops closed", "run/loops/closed", 1, 0], ["loops refused", "run/loops/refused", 1, 0],
     ["intervals whose readings the images contradict", "run/imu/contradicted_intervals", 1, 0],
+    ["intervals with readings at the end of the range", "run/imu/saturated_intervals", 1, 0],
     ["a frame, median [ms]", "run/milliseconds/frame/median", 1, -1], ["a frame, 95 % within [ms]", "run/milliseconds/frame/p95", 1, -1],
     ["a keyframe's mapping, median [ms]", "run/milliseconds/mapping/median", 1, -1],
     ["memory [MiB]", "run/peak_memory_mib", 1, -1], ["points of the cloud", "run/map/cloud/points", 1, 0],

@@ -141,6 +141,7 @@
       ["squared innovation a degree of freedom, mean", imu.innovation_per_dof],
       ["frames with a pose by the IMU alone", imu.dead_reckoned_frames], ["restarts", imu.restarts],
       ["intervals whose readings the images contradict", imu.contradicted_intervals],
+      ["intervals with readings at the end of the range", imu.saturated_intervals],
     ].filter(([, value]) => typeof value === "number").map(([name, value]) => [name, number(value, 3)]);
   }
 

@@ -13,8 +13,9 @@
 
 namespace highwall::simulate {
 
-// What real IMUs do beside noise and a bias that walks, and what no calibration file tells. Values
-// with a sigma are drawn once, for each axis by itself. All zero: a sensor without faults.
+// What real IMUs do beside noise and a bias that walks, and what no calibration file tells, but for
+// the ranges, which data sheets do. Values with a sigma are drawn once, for each axis by itself.
+// All zero: a sensor without faults.
 struct ImuFaults {
   double gyroscope_scale = 0.0;      // [1] >= 0, sigma of an axis's scale about 1
   double accelerometer_scale = 0.0;  // [1] >= 0, likewise

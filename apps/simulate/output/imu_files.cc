@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <iomanip>
 #include <sstream>
 #include <utility>
@@ -79,6 +80,11 @@ std::string ImuCalibrationYaml(const ImuSimulationOptions& options) {
                                    {"rate", options.rate},
                                    {"time_offset", 0.0}}) {
     yaml += std::string("  ") + key + ": " + Shortest(value) + "\n";
+  }
+  const ImuFaults& faults = options.faults;
+  for (const auto& [key, range] : {std::pair("gyroscope_range", faults.gyroscope_range),
+                                   {"accelerometer_range", faults.accelerometer_range}}) {
+    if (std::isfinite(range)) yaml += std::string("  ") + key + ": " + Shortest(range) + "\n";
   }
   return yaml;
 }

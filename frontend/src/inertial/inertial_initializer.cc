@@ -14,6 +14,7 @@
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/imu_factor.h>
 
+#include "inertial/imu_saturation.h"
 #include "inertial/imu_vibration.h"
 
 namespace highwall {
@@ -256,9 +257,11 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     }
     for (std::size_t i = 0; i + 1 < motion.stamps.size(); ++i) {
       const auto interval = imu.Between(motion.stamps[i], motion.stamps[i + 1]);
+      const ImuNoise shaken = ShakenNoise(calibration_.noise, interval->samples);
       motion.imu.emplace_back(
           interval->samples, guess.bias,
-          ImuPreintegrationOptions{.noise = ShakenNoise(calibration_.noise, interval->samples)});
+          ImuPreintegrationOptions{.noise =
+                                       SaturatedNoise(shaken, interval->samples, calibration_)});
     }
     const Eigen::Vector3d gravity = MeanGravity(motion);
     report.gravity_norm = gravity.norm();

@@ -11,6 +11,7 @@
 #include <highwall/factors/zero_velocity.h>
 #include <highwall/frontend/input/imu_check.h>
 
+#include "inertial/imu_saturation.h"
 #include "inertial/imu_vibration.h"
 #include "inertial/innovation.h"
 #include "map/yaw_and_shift.h"
@@ -129,8 +130,9 @@ std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Sta
   if (contradicted) return std::nullopt;
   const auto interval = buffer_.Between(from, to);
   if (!interval || interval->HasGap()) return std::nullopt;
+  const ImuNoise shaken = ShakenNoise(calibration_.noise, interval->samples);
   return ImuPreintegration(interval->samples, bias_,
-                           {.noise = ShakenNoise(calibration_.noise, interval->samples)});
+                           {.noise = SaturatedNoise(shaken, interval->samples, calibration_)});
 }
 
 std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
@@ -271,6 +273,8 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   input.motion = MeasureMotion(imu->samples(), bias_);
   input.motion.sharpness = observation.sharpness;
   input.motion.tracked_share = observation.tracked_share;
+  report.saturated = std::ranges::any_of(
+      imu->samples(), [&](const ImuSample& sample) { return IsSaturated(sample, calibration_); });
 
   InertialWindow::Step step;
   std::optional<VisualPose> visual;

@@ -15,6 +15,12 @@ void ImuCalibration::Validate() const {
   HIGHWALL_REQUIRE(
       std::abs(time_offset) <= 1.0,
       "ImuCalibration::time_offset must be in [-1, 1] s, got " + std::to_string(time_offset));
+  // Infinity passes, a number that is none does not.
+  HIGHWALL_REQUIRE(gyroscope_range > 0.0, "ImuCalibration::gyroscope_range must be positive, got " +
+                                              std::to_string(gyroscope_range));
+  HIGHWALL_REQUIRE(accelerometer_range > 0.0,
+                   "ImuCalibration::accelerometer_range must be positive, got " +
+                       std::to_string(accelerometer_range));
 }
 
 }  // namespace highwall

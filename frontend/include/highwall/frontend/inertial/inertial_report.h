@@ -54,6 +54,9 @@ struct InertialReport {
   // The image contradicts the readings since the one before beyond any noise, as after a blow to
   // the sensor: they are not used, nor is what keyframes would be tied by over them.
   bool contradicted = false;
+  // Some of the readings since the image before end where the sensor does
+  // (ImuCalibration::accelerometer_range): they count for as little as is known of the truth.
+  bool saturated = false;
   // The motion that makes z point up, to be applied to the whole map: a turn about the origin in
   // the report of the image that ends the initialization, and one about the camera later on, where
   // gravity has become known much better than it was then.
