@@ -21,6 +21,9 @@
 namespace highwall::apps {
 namespace {
 
+// Each round leaves about two thirds of what the times of the rows were off by.
+constexpr int kRounds = 6;
+
 // A time of the rows, as it was stated and as the images have it.
 struct RowTime {
   const char *key, *name;
@@ -72,6 +75,28 @@ void TakeIntrinsics(const CameraCalibration& found, PinholeCamera* camera) {
   for (std::size_t i = 0; i < known.size(); ++i) {
     if (found.seen[i]) *known[i] = found.intrinsics[static_cast<Eigen::Index>(i)];
   }
+}
+
+// The times that are off become what was found; returns their deviations, 0 of what stays.
+FrameTiming TakeTiming(const FrameTimingEstimate& found, FrameTiming* timing) {
+  FrameTiming sigma;
+  for (const RowTime& time : kRowTimes) {
+    if (!IsOff(time, found, *timing)) continue;
+    timing->*time.member = found.value.*time.member;
+    sigma.*time.member = found.sigma.*time.member;
+  }
+  // A read-out below 0 is one of 0.
+  timing->colour_readout = std::max(timing->colour_readout, 0.0);
+  timing->depth_readout = std::max(timing->depth_readout, 0.0);
+  return sigma;
+}
+
+// Whether the times that were gone by and those to go by now differ by no more than is known.
+bool IsSettled(const FrameTimingEstimate& found, const FrameTiming& before,
+               const FrameTiming& after) {
+  return std::ranges::all_of(kRowTimes, [&](const RowTime& time) {
+    return std::abs(after.*time.member - before.*time.member) <= found.sigma.*time.member;
+  });
 }
 
 void PrintIntrinsics(const CameraCalibration& found) {
@@ -128,31 +153,27 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
   const RgbdSensor stated = *sensor;
   const bool keep_depth = options.keep_depth || EurocDataset::IsOne(dataset);  // no sensor's depth
   CalibratedImages found;
-  for (int round = 0; round < 2; ++round) {
-    const double offset = sensor->inverse_depth_offset;
-    found = Track(dataset, *sensor, options.intrinsics);
-    found.camera.inverse_depth_offset += offset;
+  for (int round = 0; round < kRounds; ++round) {
+    const RgbdSensor tracked = *sensor;
+    found = Track(dataset, tracked, options.intrinsics);
+    found.camera.inverse_depth_offset += tracked.inverse_depth_offset;
     *sensor = stated;
     TakeIntrinsics(found.camera, &sensor->camera);
     if (!keep_depth && IsOff(found.camera, stated.inverse_depth_offset)) {
       sensor->inverse_depth_offset = found.camera.inverse_depth_offset;
     }
-    if (!options.intrinsics && sensor->inverse_depth_offset == offset) break;
+    TakeTiming(found.timing, &sensor->timing);
+    const bool once_more = round == 0 && (options.intrinsics || sensor->inverse_depth_offset !=
+                                                                    tracked.inverse_depth_offset);
+    if (!once_more && IsSettled(found.timing, tracked.timing, sensor->timing)) break;
   }
+  sensor->timing = stated.timing;
   return found;
 }
 
 CalibrationSigma TakeFound(const CalibratedImages& found, RgbdSensor* sensor) {
   CalibrationSigma sigma;
-  FrameTiming& stated = sensor->timing;
-  for (const RowTime& time : kRowTimes) {
-    if (!IsOff(time, found.timing, stated)) continue;
-    stated.*time.member = found.timing.value.*time.member;
-    sigma.timing.*time.member = found.timing.sigma.*time.member;
-  }
-  // A read-out below 0 is one of 0.
-  stated.colour_readout = std::max(stated.colour_readout, 0.0);
-  stated.depth_readout = std::max(stated.depth_readout, 0.0);
+  sigma.timing = TakeTiming(found.timing, &sensor->timing);
   if (sensor->inverse_depth_offset == found.camera.inverse_depth_offset) {
     sigma.inverse_depth_offset = found.camera.inverse_depth_sigma;
   }

@@ -25,9 +25,11 @@ struct CalibratedImages {
 };
 
 // Tracks a dataset with what is stated of its sensor, and once more where that was wrong: what is
-// tracked with a wrong camera is tracked worse. The sensor gets the intrinsics that the last round
-// finds and sees, and the offset of depth where it is seen and off beyond doubt; the rest stays as
-// it was stated. Throws IoError as the dataset, and where too little can be tracked.
+// tracked with a wrong camera is tracked worse. A map that was made with wrong times of its rows
+// holds on to them: it is made anew, six times at most, until they settle. The sensor gets the
+// intrinsics that the last round finds and sees, and the offset of depth where it is seen and off
+// beyond doubt; the rest stays as it was stated. Throws IoError as the dataset, and where too
+// little can be tracked.
 CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
                                  const ImageCalibrationOptions& options, RgbdSensor* sensor);
 

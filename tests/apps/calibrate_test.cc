@@ -180,11 +180,10 @@ TEST(CalibrateCommand, FindsWhenTheRowsAreTakenAndWritesWhatItHasSeen) {
   EXPECT_TRUE(is_written("colour_readout", found.colour_readout)) << times;
   EXPECT_TRUE(is_written("depth_readout", found.depth_readout)) << times;
   EXPECT_TRUE(is_written("depth_delay", found.depth_delay)) << times;
-  // Ninety frames bring the filter a third of the way: nearer than what was stated, 0.
-  EXPECT_GT(found.colour_readout, 0.006);
-  EXPECT_LT(found.colour_readout, 0.035);
-  EXPECT_GT(found.depth_delay, 0.003);
-  EXPECT_LT(found.depth_delay, 0.022);
+  // Ninety frames bring the filter a third of the way, and the map holds on to the rest: only from
+  // round to round they come near. What is left is less than the last step.
+  EXPECT_NEAR(found.colour_readout, 0.03, 0.002);
+  EXPECT_NEAR(found.depth_delay, 0.02, 0.003);
   std::ifstream file(written);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   EXPECT_NE(text.find("# +- 0.0"), std::string::npos) << text;
