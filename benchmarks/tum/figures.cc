@@ -60,6 +60,14 @@ nlohmann::json Read(const std::filesystem::path& file) {
   }
 }
 
+// A setting of a sequence may have tolerances of its own.
+double ToleranceOf(const nlohmann::json& tolerances, const nlohmann::json::json_pointer& figure) {
+  const std::string name = figure.back();
+  const auto own = tolerances.find(figure.parent_pointer().to_string().substr(1));
+  const bool has_own = own != tolerances.end() && own->contains(name);
+  return (has_own ? *own : tolerances).at(name).get<double>();
+}
+
 void Print(const std::vector<MovedFigure>& moved) {
   for (const MovedFigure& figure : moved) {
     fmt::print("{}: was {:.6g} (+- {:.2g}), is {:.6g}\n", figure.name, figure.expected,
@@ -87,7 +95,7 @@ std::vector<MovedFigure> FindMoved(const nlohmann::json& expected, const nlohman
     const nlohmann::json::json_pointer pointer(place);
     if (!tolerances.contains(pointer.back())) continue;
     MovedFigure figure{place.substr(1), value_of(expected, pointer), value_of(measured, pointer)};
-    figure.tolerance = tolerances.at(pointer.back()).get<double>() * std::abs(figure.expected);
+    figure.tolerance = ToleranceOf(tolerances, pointer) * std::abs(figure.expected);
     const bool same = std::abs(figure.measured - figure.expected) <= figure.tolerance;
     if (!same) moved.push_back(figure);  // what is not a number is not the same
   }

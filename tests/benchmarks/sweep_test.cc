@@ -215,5 +215,18 @@ TEST(Figures, WhatMovedByMoreThanItsShareIsNamedWithBothValues) {
   EXPECT_TRUE(std::isnan(moved[2].expected));
 }
 
+TEST(Figures, ASettingOfASequenceMayHaveTolerancesOfItsOwn) {
+  const nlohmann::json expected = {
+      {"room", {{"both", {{"ape_rmse_m", 0.010}}}, {"paper", {{"ape_rmse_m", 0.010}}}}}};
+  nlohmann::json measured = expected;
+  for (const char* setting : {"both", "paper"}) measured["room"][setting]["ape_rmse_m"] = 0.0115;
+  const nlohmann::json tolerances = {{"ape_rmse_m", 0.05}, {"room/paper", {{"ape_rmse_m", 0.25}}}};
+  const std::vector<MovedFigure> moved = FindMoved(expected, measured, tolerances);
+  ASSERT_EQ(moved.size(), 1U);
+  EXPECT_EQ(moved[0].name, "room/both/ape_rmse_m");
+  measured["room"]["paper"]["ape_rmse_m"] = 0.0126;
+  EXPECT_EQ(FindMoved(expected, measured, tolerances).size(), 2U);
+}
+
 }  // namespace
 }  // namespace highwall::bench

@@ -41,9 +41,12 @@ class ImuCalibration:
     noise: ImuNoise
     rate: float
     time_offset: float
+    gyroscope_range: float
+    accelerometer_range: float
     def __init__(
         self, *, T_BC: Pose = ..., noise: ImuNoise = ..., rate: float = ...,
-        time_offset: float = ...
+        time_offset: float = ...,
+        gyroscope_range: float = ..., accelerometer_range: float = ...
     ) -> None: ...
 
 class ImuFactor(CostFunction):
