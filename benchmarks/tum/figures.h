@@ -18,7 +18,7 @@ struct MovedFigure {
 
 // expected and measured: {SEQUENCE: {SETTING: {FIGURE: value}}}. tolerances: {FIGURE: share of the
 // expected value}; a figure without one is not compared. Beside them {"SEQUENCE/SETTING": {FIGURE:
-// share}}, for one where the last bits decide, and with them the processor. What one of expected
+// share}}, for one that the same code measures otherwise on another machine. What one of expected
 // and measured lacks is NaN there, and has moved.
 std::vector<MovedFigure> FindMoved(const nlohmann::json& expected, const nlohmann::json& measured,
                                    const nlohmann::json& tolerances);
