@@ -132,24 +132,6 @@ TEST(InertialOdometry, BridgesTwoSecondsWithoutImages) {
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
-TEST(InertialOdometry, PredictsWithinItsOwnCovariance) {
-  Drive drive({.bias = kBias, .T_WN = kTilted});
-  drive.Until(4.0);
-  double sum = 0.0;
-  constexpr int kImages = 20;
-  for (int i = 0; i < kImages; ++i) {
-    drive.Until(drive.Stamp());
-    ASSERT_TRUE(drive.prediction);
-    Eigen::Matrix<double, 6, 1> e;
-    const Pose truth = drive.Truth(drive.last), T = drive.prediction->T_WC;
-    e << truth.p() - T.p(), so3::Log(T.q().conjugate() * truth.q());
-    sum += (drive.prediction->sqrt_information * e).squaredNorm();
-  }
-  // Its covariance is inflated four times, which makes 6 / 4 of 6; neighbours are correlated.
-  EXPECT_LT(sum / kImages, 6.0);
-  EXPECT_GT(sum / kImages, 0.1);
-}
-
 TEST(InertialOdometry, StopsAfterTooLongWithoutImages) {
   Drive drive({}, {.max_dead_reckoning = 1.0});
   drive.Until(3.0);

@@ -316,6 +316,21 @@ TEST(PredictCamera, CountsWhatIsUnknownOfTheExtrinsicsOnce) {
   EXPECT_TRUE(camera.covariance.isApprox(J * from.Joint() * J.transpose(), 1e-6));
 }
 
+TEST(CameraMotion, IsTheDerivativeOfItsPose) {
+  const SinusoidalMotion motion;
+  const Pose T_BC = InertialScene::T_BC();
+  constexpr double kTime = 0.7, h = 1e-4;  // [s]
+  const auto T_WC = [&](double t) { return motion.StateAt(t).T_WB * T_BC; };
+  const Twist truth = Twist::Between(T_WC(kTime - h).Inverse() * T_WC(kTime + h), 2.0 * h);
+  const Twist found =
+      CameraMotion(motion.StateAt(kTime), motion.SampleAt(FromSeconds(kTime)).gyroscope, T_BC);
+  // The difference is off by the third derivative times h^2 / 6.
+  EXPECT_LT((found.v - truth.v).norm(), 1e-6);
+  EXPECT_LT((found.omega - truth.omega).norm(), 1e-6);
+  EXPECT_GT(truth.v.norm(), 0.1);
+  EXPECT_GT(truth.omega.norm(), 0.1);
+}
+
 TEST(InertialWindow, WithoutImagesTheCovarianceGrows) {
   InertialScene scene;
   const auto readings = scene.Readings(0.0, 1.0);

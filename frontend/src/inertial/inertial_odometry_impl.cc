@@ -139,7 +139,12 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   if (!window_) return std::nullopt;
   const auto imu = Between(window_->newest().stamp, ImuStamp(image));
   if (!imu) return std::nullopt;
-  const CameraPoseEstimate camera = PredictCamera(window_->Prior(), T_BC_, *imu, weight_.weight());
+  const InertialPrior newest = window_->Prior();
+  const CameraPoseEstimate camera = PredictCamera(newest, T_BC_, *imu, weight_.weight());
+  const InertialEstimate& from = newest.estimate;
+  const Eigen::Vector3d gravity = kStandardGravity * newest.gravity_W.vector();
+  const ImuState body = imu->Predict(from.state, from.bias, gravity);
+  const Eigen::Vector3d omega_B = imu->samples().back().gyroscope - from.bias.head<3>();
   Matrix6 J = Matrix6::Identity();  // in the tangent of a pose, rotations do not turn
   J.topLeftCorner<3, 3>() = T_WO_.R();
   Vector6 common;
@@ -148,7 +153,8 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   const Matrix6 covariance =
       kPredictionInflation *
       (J * camera.covariance * J.transpose() + Matrix6(common.cwiseProduct(common).asDiagonal()));
-  return KnownPose{T_WO_ * camera.T_WC, SqrtInformation(covariance)};
+  return KnownPose{T_WO_ * camera.T_WC, SqrtInformation(covariance),
+                   CameraMotion(body, omega_B, T_BC_)};
 }
 
 InertialReport InertialOdometry::Impl::Update(const Observation& observation) {

@@ -74,6 +74,12 @@ CameraPoseEstimate CameraOf(const InertialEstimate& body, const Pose& T_BC) {
   return {body.state.T_WB * T_BC, J * body.covariance.topLeftCorner<6, 6>() * J.transpose()};
 }
 
+Twist CameraMotion(const ImuState& body, const Eigen::Vector3d& omega_B, const Pose& T_BC) {
+  const Eigen::Quaterniond q_CB = T_BC.q().conjugate();
+  const Eigen::Vector3d v_B = body.T_WB.q().conjugate() * body.v_WB + omega_B.cross(T_BC.p());
+  return {q_CB * v_B, q_CB * omega_B};
+}
+
 CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
                                  const ImuPreintegration& imu, double weight) {
   const Eigen::Vector3d gravity = kStandardGravity * from.gravity_W.vector();

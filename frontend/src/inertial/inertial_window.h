@@ -12,6 +12,7 @@
 #include <highwall/frontend/inertial/inertial_report.h>
 #include <highwall/frontend/input/sensor.h>
 
+#include "features/twist.h"
 #include "inertial/visual_pose.h"
 
 namespace highwall {
@@ -60,6 +61,9 @@ struct InertialPrior {
 // as well, for the images have seen the camera: not counted twice.
 CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
                                  const ImuPreintegration& imu, double weight = 1.0);
+
+// The camera's motion while its body has that state and turns at omega_B [rad/s].
+Twist CameraMotion(const ImuState& body, const Eigen::Vector3d& omega_B, const Pose& T_BC);
 
 // The last states of body, velocity and bias, one an image, tied by IMU factors and held by what
 // the images say about the camera's pose; older ones live on in a marginal prior

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
+
+#include "features/twist.h"
 
 namespace highwall {
 
@@ -11,6 +15,7 @@ struct KnownPose {
   Pose T_WC;                                      // expected
   Eigen::Matrix<double, 6, 6> sqrt_information =  // W, in the tangent at T_WC [1/m, 1/rad]
       Eigen::Matrix<double, 6, 6>::Zero();
+  std::optional<Twist> motion = std::nullopt;  // of the camera at that very time
 };
 
 }  // namespace highwall

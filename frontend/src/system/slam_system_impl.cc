@@ -121,7 +121,7 @@ RgbdImage SlamSystem::Impl::AtOneTime(const RgbdImage& image, bool repeated) con
   if (repeated || options_.tracker.timing == FrameTimingMode::kIgnored) return image;
   std::optional<KnownPose> predicted;
   if (inertial_) predicted = inertial_->Predict(image.stamp);
-  const Twist motion = tracker_.Motion(image.stamp, predicted ? &*predicted : nullptr);
+  const Twist motion = tracker_.Motion(predicted ? &*predicted : nullptr);
   const FrameTiming& timing = tracker_.timing();
   const double delay = timing.depth_delay + DepthDelay(image);
   const double readout = timing.depth_readout - timing.colour_readout;

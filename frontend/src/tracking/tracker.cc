@@ -87,6 +87,7 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
 TrackedFrame Tracker::Track(const Frame& seen, Map& map,
                             const std::optional<KnownPose>& predicted) {
   moved_by_ = {};
+  told_.reset();
   if (map.num_keyframes() == 0) {
     TrackedFrame none = Unmatched(seen, Pose());
     none.state = TrackingState::kInitializing;
@@ -96,7 +97,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   const KnownPose* known = predicted ? &*predicted : nullptr;
   Frame frame = seen;
   if (LearnsNoise()) frame.features = noise_.Apply(*seen.features);
-  const Twist expected = Motion(seen.stamp, known);
+  const Twist expected = Motion(known);
   if (const auto times = TimingOf(seen); was_tracking && times) {
     moved_by_ = {*times, expected};
     if (times->colour_readout > 0.0) {
@@ -119,13 +120,16 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
     const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
     const bool denied = match->prediction_denied;
     goes_on_ = GoesOn(denied ? velocity_.twist() : expected, tracked);
-    if (goes_on_ && match->Support() > 0) FollowMotion(map, denied ? nullptr : known, &tracked);
+    if (goes_on_ && !denied && known != nullptr) told_ = known->motion;
+    if (goes_on_ && !told_ && match->Support() > 0) {
+      FollowMotion(map, denied ? nullptr : known, &tracked);
+    }
     velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
     if (goes_on_ && anchored_) {
       keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
     }
     if (goes_on_ && options_.timing == FrameTimingMode::kEstimated) {
-      timing_.Add(tracked, map, velocity_.twist());
+      timing_.Add(tracked, map, told_.value_or(velocity_.twist()));
     }
   } else {
     velocity_.Reset();
@@ -144,11 +148,10 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   return tracked;
 }
 
-Twist Tracker::Motion(Stamp stamp, const KnownPose* predicted) const {
+Twist Tracker::Motion(const KnownPose* predicted) const {
   if (!last_) return {};
-  const double dt = ToSeconds(stamp - last_->frame.stamp);
-  if (predicted == nullptr || dt <= 0.0) return goes_on_ ? velocity_.twist() : Twist();
-  return Twist::Between(last_->T_WC.Inverse() * predicted->T_WC, dt);
+  if (predicted != nullptr && predicted->motion) return *predicted->motion;
+  return goes_on_ ? velocity_.twist() : Twist();
 }
 
 std::optional<FrameTiming> Tracker::TimingOf(const Frame& frame) const {
@@ -319,8 +322,13 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->points = keyframe.points;
   last_->lines = keyframe.lines;
   last_->reference = keyframe.id;
-  if (options_.timing != FrameTimingMode::kIgnored) keyframe_times_.Remember(keyframe, moved_by_);
-  anchored_ = keyframe.id;
+  if (options_.timing == FrameTimingMode::kIgnored) return;
+  keyframe_times_.Remember(keyframe, moved_by_);
+  if (told_) {
+    keyframe_times_.Correct(keyframe.id, *told_);
+  } else {
+    anchored_ = keyframe.id;
+  }
 }
 
 void Tracker::Correct(const Pose& T_WC) {

@@ -56,9 +56,9 @@ class Tracker {
   std::optional<KeyFrameId> reference() const;
   // The cells of a keyframe that move, as the depth of the seconds before and since tells.
   cv::Mat MovingIn(const KeyFrame& keyframe, const Map& map) const;
-  // The motion expected at `stamp`, from the last frame to `predicted` where there is one; none
-  // where the camera was lost.
-  Twist Motion(Stamp stamp, const KnownPose* predicted) const;
+  // The motion expected at the next frame: that of `predicted`, or the last; none where the camera
+  // was lost.
+  Twist Motion(const KnownPose* predicted) const;
   // When the rows of images are taken, as far as that is known by now.
   const FrameTiming& timing() const { return timing_.timing(); }
   FrameTimingEstimate timing_estimate() const { return timing_.estimate(); }
@@ -172,8 +172,9 @@ class Tracker {
   double usual_found_ = 0.0;            // TrackedFrame::found of late; 0: not known
   ConstantVelocity velocity_;           // at it
   bool goes_on_ = false;                // whether it came there by moving on
+  std::optional<Twist> told_;           // its motion there, where an IMU told it
   RowMotion moved_by_;                  // what the features of the frame seen last were moved by
-  std::optional<KeyFrameId> anchored_;  // the keyframe that it became
+  std::optional<KeyFrameId> anchored_;  // the keyframe that it became, where images alone tell it
 };
 
 }  // namespace highwall
