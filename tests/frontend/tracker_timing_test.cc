@@ -150,6 +150,27 @@ TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
   EXPECT_GT(follow(false, kReadout), 3.0 * told);
 }
 
+TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatAnImuTold) {
+  const RgbdSensor sensor = IdealSensor();
+  for (const bool told : {false, true}) {
+    Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+    Start(tracker, PoseOfFrame(0));
+    for (int i = 1; i < 5; ++i) Track(tracker, SeenByRows(i), i);
+    KnownPose known{PoseOfFrame(5)};
+    if (told) known.motion = Twist{{0.1, 0.0, 0.0}, {0.0, 0.0, 1.0}};
+    const SyntheticView view = Look(scene, sensor, PoseOfFrame(5), {.depth = true});
+    const TrackedFrame tracked = tracker.Track(MakeFrame(view, 5), scene_map.map, known);
+    KeyFrame& keyframe = *scene_map.map.keyframe(scene_map.Add(view, tracked.T_WC));
+    keyframe.frame = tracked.frame;
+    tracker.Anchor(tracked, keyframe);
+    Track(tracker, SeenByRows(6), 6);
+    const auto before = keyframe.frame.features;
+    tracker.Retime(&scene_map.map);
+    // Without it the step after the keyframe tells its motion better.
+    EXPECT_EQ(keyframe.frame.features == before, told);
+  }
+}
+
 TEST_F(TrackerTiming, ACutInARecordingIsNoMotion) {
   Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
   Start(tracker, PoseOfFrame(0));
