@@ -238,7 +238,7 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
       "--trajectory", arguments->trajectory, "T_WC by the images alone, instead of tracking them");
   command
       ->add_flag("--intrinsics", arguments->intrinsics,
-                 "Find the focal lengths and the principal point as well: tracks the images twice")
+                 "Find the focal lengths and the principal point as well: tracks once more")
       ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
   command->add_flag("--keep-depth", arguments->keep_depth, "Depth is right: no scale, no offset");
