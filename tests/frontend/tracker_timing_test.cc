@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -36,6 +37,38 @@ class TrackerTiming : public TrackerTest {
     // Backwards in time: what is seen is the moment moved to the rows, to a tenth of a pixel.
     view.features = AtMiddleRow(*view.features, sensor.camera, -kReadout, motion);
     return view;
+  }
+
+  // The motion at frame i of a camera that shakes: no step between images tells it.
+  static Twist Shaken(int i) {
+    Twist motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), 1.0 / 30.0);
+    motion.omega.z() += i % 2 == 0 ? 1.0 : -1.0;
+    return motion;
+  }
+
+  // Frame i, of which an IMU tells that.
+  TrackedFrame Told(Tracker& tracker, int i) {
+    KnownPose known{PoseOfFrame(i)};
+    known.motion = Shaken(i);
+    return tracker.Track(MakeFrame(SeenByRows(i), i), scene_map.map, known);
+  }
+
+  // Whether a keyframe made of what `track` returns, some frame after the fourth, is left alone
+  // after the next frame.
+  bool StaysAsItWas(const std::function<TrackedFrame(Tracker&)>& track) {
+    Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+    Start(tracker, PoseOfFrame(0));
+    for (int i = 1; i < 5; ++i) Track(tracker, SeenByRows(i), i);
+    const TrackedFrame tracked = track(tracker);
+    EXPECT_EQ(tracked.state, TrackingState::kTracking);
+    const int i = static_cast<int>(tracked.frame.index);
+    KeyFrame& keyframe = *scene_map.map.keyframe(scene_map.Add(SeenByRows(i), tracked.T_WC));
+    keyframe.frame = tracked.frame;
+    tracker.Anchor(tracked, keyframe);
+    Track(tracker, SeenByRows(i + 1), i + 1);
+    const auto before = keyframe.frame.features;
+    tracker.Retime(&scene_map.map);
+    return keyframe.frame.features == before;
   }
 
   // Follows 240 frames and returns the root mean square of the errors of position [m] of the last
@@ -131,8 +164,7 @@ TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
     double sum = 0.0;
     for (int i = 1; i < 40; ++i) {
       KnownPose known{PoseOfFrame(i)};
-      known.motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), 1.0 / 30.0);
-      known.motion->omega.z() += i % 2 == 0 ? 1.0 : -1.0;
+      known.motion = Shaken(i);
       SyntheticView view = Look(scene, sensor, PoseOfFrame(i), {.px = 0.5, .depth = true});
       view.features = AtMiddleRow(*view.features, sensor.camera, -readout, *known.motion);
       const Twist expected = *known.motion;
@@ -150,25 +182,44 @@ TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
   EXPECT_GT(follow(false, kReadout), 3.0 * told);
 }
 
-TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatAnImuTold) {
-  const RgbdSensor sensor = IdealSensor();
-  for (const bool told : {false, true}) {
-    Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
-    Start(tracker, PoseOfFrame(0));
-    for (int i = 1; i < 5; ++i) Track(tracker, SeenByRows(i), i);
-    KnownPose known{PoseOfFrame(5)};
-    if (told) known.motion = Twist{{0.1, 0.0, 0.0}, {0.0, 0.0, 1.0}};
-    const SyntheticView view = Look(scene, sensor, PoseOfFrame(5), {.depth = true});
-    const TrackedFrame tracked = tracker.Track(MakeFrame(view, 5), scene_map.map, known);
-    KeyFrame& keyframe = *scene_map.map.keyframe(scene_map.Add(view, tracked.T_WC));
-    keyframe.frame = tracked.frame;
-    tracker.Anchor(tracked, keyframe);
-    Track(tracker, SeenByRows(6), 6);
-    const auto before = keyframe.frame.features;
-    tracker.Retime(&scene_map.map);
-    // Without it the step after the keyframe tells its motion better.
-    EXPECT_EQ(keyframe.frame.features == before, told);
+TEST_F(TrackerTiming, TheReadoutIsFoundByTheMotionThatAnImuTells) {
+  Tracker tracker(model, {});
+  Start(tracker, PoseOfFrame(0));
+  for (int i = 1; i < 120; ++i) {
+    KnownPose known{PoseOfFrame(i)};
+    known.motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), 1.0 / 30.0);
+    known.motion->v *= 1.5;  // of the step it would be a read-out of 1.5 times the true one
+    known.motion->omega *= 1.5;
+    SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i),
+                              {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
+    view.features = AtMiddleRow(*view.features, IdealSensor().camera, -kReadout, *known.motion);
+    tracker.Track(MakeFrame(view, i), scene_map.map, known);
   }
+  const FrameTimingEstimate estimate = tracker.timing_estimate();
+  EXPECT_NEAR(estimate.value.colour_readout, kReadout, 0.1 * kReadout);
+}
+
+// The step after a keyframe tells its motion better than the one before, and not than an IMU.
+TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatAnImuTold) {
+  EXPECT_TRUE(StaysAsItWas([&](Tracker& tracker) { return Told(tracker, 5); }));
+  EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) { return Track(tracker, SeenByRows(5), 5); }));
+}
+
+TEST_F(TrackerTiming, AMotionThatImagesContradictIsNotKept) {
+  EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
+    KnownPose known{PoseOfFrame(5)};
+    known.motion = Shaken(5);
+    known.motion->v.z() += 30.0;  // readings of a blow to the sensor
+    return tracker.Track(MakeFrame(SeenByRows(5), 5), scene_map.map, known);
+  }));
+}
+
+TEST_F(TrackerTiming, AMotionThatAnImuToldIsThatOfItsFrameAlone) {
+  EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
+    Told(tracker, 5);
+    tracker.Forget();
+    return Track(tracker, SeenByRows(6), 6);
+  }));
 }
 
 TEST_F(TrackerTiming, ACutInARecordingIsNoMotion) {

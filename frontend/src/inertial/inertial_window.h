@@ -62,7 +62,8 @@ struct InertialPrior {
 CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
                                  const ImuPreintegration& imu, double weight = 1.0);
 
-// The camera's motion while its body has that state and turns at omega_B [rad/s].
+// The camera's motion, in its own frame, while its body has that state and turns at omega_B
+// [rad/s], free of bias.
 Twist CameraMotion(const ImuState& body, const Eigen::Vector3d& omega_B, const Pose& T_BC);
 
 // The last states of body, velocity and bias, one an image, tied by IMU factors and held by what

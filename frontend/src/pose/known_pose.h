@@ -15,7 +15,7 @@ struct KnownPose {
   Pose T_WC;                                      // expected
   Eigen::Matrix<double, 6, 6> sqrt_information =  // W, in the tangent at T_WC [1/m, 1/rad]
       Eigen::Matrix<double, 6, 6>::Zero();
-  std::optional<Twist> motion = std::nullopt;  // of the camera at that very time
+  std::optional<Twist> motion = std::nullopt;  // of the camera, in C, at that very time
 };
 
 }  // namespace highwall

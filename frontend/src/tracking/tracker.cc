@@ -87,7 +87,7 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
 TrackedFrame Tracker::Track(const Frame& seen, Map& map,
                             const std::optional<KnownPose>& predicted) {
   moved_by_ = {};
-  told_.reset();
+  told_ = false;
   if (map.num_keyframes() == 0) {
     TrackedFrame none = Unmatched(seen, Pose());
     none.state = TrackingState::kInitializing;
@@ -119,8 +119,9 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   if (was_tracking && !tracked.relocalized) {
     const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
     const bool denied = match->prediction_denied;
-    goes_on_ = GoesOn(denied ? velocity_.twist() : expected, tracked);
-    if (goes_on_ && !denied && known != nullptr) told_ = known->motion;
+    told_ = !denied && known != nullptr && known->motion && GoesOn(*known->motion, tracked);
+    goes_on_ = told_ || GoesOn(Motion(nullptr), tracked);
+    if (told_) moved_by_.motion = *known->motion;
     if (goes_on_ && !told_ && match->Support() > 0) {
       FollowMotion(map, denied ? nullptr : known, &tracked);
     }
@@ -129,7 +130,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
       keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
     }
     if (goes_on_ && options_.timing == FrameTimingMode::kEstimated) {
-      timing_.Add(tracked, map, told_.value_or(velocity_.twist()));
+      timing_.Add(tracked, map, told_ ? moved_by_.motion : velocity_.twist());
     }
   } else {
     velocity_.Reset();
@@ -324,11 +325,7 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->reference = keyframe.id;
   if (options_.timing == FrameTimingMode::kIgnored) return;
   keyframe_times_.Remember(keyframe, moved_by_);
-  if (told_) {
-    keyframe_times_.Correct(keyframe.id, *told_);
-  } else {
-    anchored_ = keyframe.id;
-  }
+  if (!told_) anchored_ = keyframe.id;
 }
 
 void Tracker::Correct(const Pose& T_WC) {

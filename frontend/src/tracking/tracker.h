@@ -172,7 +172,7 @@ class Tracker {
   double usual_found_ = 0.0;            // TrackedFrame::found of late; 0: not known
   ConstantVelocity velocity_;           // at it
   bool goes_on_ = false;                // whether it came there by moving on
-  std::optional<Twist> told_;           // its motion there, where an IMU told it
+  bool told_ = false;                   // whether an IMU told its motion there
   RowMotion moved_by_;                  // what the features of the frame seen last were moved by
   std::optional<KeyFrameId> anchored_;  // the keyframe that it became, where images alone tell it
 };
