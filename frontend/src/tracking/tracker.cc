@@ -117,21 +117,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
   if (was_tracking && !tracked.relocalized) {
-    const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
-    const bool denied = match->prediction_denied;
-    told_ = !denied && known != nullptr && known->motion && GoesOn(*known->motion, tracked);
-    goes_on_ = told_ || GoesOn(Motion(nullptr), tracked);
-    if (told_) moved_by_.motion = *known->motion;
-    if (goes_on_ && !told_ && match->Support() > 0) {
-      FollowMotion(map, denied ? nullptr : known, &tracked);
-    }
-    velocity_.Measure(last_->T_WC.Inverse() * tracked.T_WC, SinceLast(frame));
-    if (goes_on_ && anchored_) {
-      keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
-    }
-    if (goes_on_ && options_.timing == FrameTimingMode::kEstimated) {
-      timing_.Add(tracked, map, told_ ? moved_by_.motion : velocity_.twist());
-    }
+    GoOn(match->prediction_denied ? nullptr : known, match->Support() > 0, map, &tracked);
   } else {
     velocity_.Reset();
     goes_on_ = false;
@@ -173,6 +159,22 @@ bool Tracker::GoesOn(const Twist& expected, const TrackedFrame& tracked) const {
   const Twist found = Twist::Between(last_->T_WC.Inverse() * tracked.T_WC, dt);
   return (found.v - expected.v).norm() <= kMaxAcceleration * dt &&
          (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
+}
+
+void Tracker::GoOn(const KnownPose* predicted, bool has_landmarks, Map& map,
+                   TrackedFrame* tracked) {
+  const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
+  told_ = predicted != nullptr && predicted->motion && GoesOn(*predicted->motion, *tracked);
+  // Where nothing is known of the rows yet as well: keyframes remember it until something is.
+  if (told_) moved_by_.motion = *predicted->motion;
+  goes_on_ = told_ || GoesOn(Motion(nullptr), *tracked);
+  if (goes_on_ && !told_ && has_landmarks) FollowMotion(map, predicted, tracked);
+  velocity_.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
+  if (!goes_on_) return;
+  if (anchored_) keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
+  if (options_.timing == FrameTimingMode::kEstimated) {
+    timing_.Add(*tracked, map, told_ ? moved_by_.motion : velocity_.twist());
+  }
 }
 
 void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked) {

@@ -80,6 +80,8 @@ class Tracker {
   std::optional<FrameTiming> TimingOf(const Frame& frame) const;
   // Whether the camera may have come here by moving on; else twists tell nothing.
   bool GoesOn(const Twist& expected, const TrackedFrame& tracked) const;
+  // A frame that was found from the last one. predicted: unless images denied it.
+  void GoOn(const KnownPose* predicted, bool has_landmarks, Map& map, TrackedFrame* tracked);
   // Features that were moved by an expected motion, moved by the one that was found, and the pose
   // from them.
   void FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked);
