@@ -154,11 +154,14 @@ std::optional<ImuInput> OpenImu(const Recording& recording, const OpenedDataset&
 }
 
 CameraImuCalibration FitImu(const Recording& recording, const Trajectory& trajectory,
-                            const ImuInput& imu, const ImuNoise& noise, bool keep_depth) {
+                            const ImuInput& imu, bool keep_depth) {
   try {
     const Progress progress("fitting");
     return CalibrateCameraImu(trajectory, imu.samples,
-                              {.noise = noise, .estimate_depth_scale = !keep_depth});
+                              {.noise = imu.calibration.noise,
+                               .gyroscope_range = imu.calibration.gyroscope_range,
+                               .accelerometer_range = imu.calibration.accelerometer_range,
+                               .estimate_depth_scale = !keep_depth});
   } catch (const InvalidArgument& error) {
     throw IoError(recording.trajectory.empty() ? recording.dataset.string() : recording.trajectory,
                   error.what());
@@ -167,7 +170,7 @@ CameraImuCalibration FitImu(const Recording& recording, const Trajectory& trajec
 
 // What was found of the IMU becomes the configuration's.
 void Take(const CameraImuCalibration& found, const ImuInput& imu, RunConfig* config) {
-  if (!config->imu) config->imu.emplace();
+  config->imu = imu.calibration;  // without a range that the readings leave
   config->imu->T_BC = found.T_BC;
   config->imu->time_offset = found.time_offset;
   config->imu->rate = RateOf(imu.samples);
@@ -191,8 +194,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   std::optional<CameraImuCalibration> found;
   if (imu) {
     const Trajectory& poses = images ? images->trajectory : ReadTumTrajectory(recording.trajectory);
-    found = FitImu(recording, poses, *imu, config.imu.value_or(ImuCalibration{}).noise,
-                   arguments.keep_depth);
+    found = FitImu(recording, poses, *imu, arguments.keep_depth);
   }
   if (arguments.json) {
     nlohmann::ordered_json json = found ? ToJson(*found) : nlohmann::ordered_json::object();

@@ -53,21 +53,25 @@ bool IsOff(const CameraCalibration& found, double stated) {
 
 // inverse_depth_offset: of what is left.
 CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
-                       bool intrinsics) {
+                       bool intrinsics, int round) {
   const std::unique_ptr<const Dataset> images = OpenImages(directory, sensor);
   SlamRunOptions options;
   options.slam = Deterministic(options.slam);  // one recording, one calibration
   options.dense = false;
   options.adjust_all = true;
   options.calibrate = CameraCalibrationOptions{.intrinsics = intrinsics};
-  Progress progress("tracking");
+  Progress progress(round == 1 ? "tracking"
+                               : fmt::format("tracking with what was found, round {}", round));
   const SlamRun run = RunSlam(*images, sensor, options,
                               [&progress](const FrameResult&, const RgbdImage&, std::size_t done,
                                           std::size_t total) { progress.Update(done, total); });
   if (!run.failures.empty()) throw IoError(directory, run.failures.front() + ": record for longer");
   if (!run.camera) throw IoError(directory, "no frame could be tracked");
-  return {run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted, *run.camera,
-          run.timing};
+  CalibratedImages found;
+  found.trajectory = run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted;
+  found.camera = *run.camera;
+  found.timing = run.timing;
+  return found;
 }
 
 void TakeIntrinsics(const CameraCalibration& found, PinholeCamera* camera) {
@@ -153,9 +157,10 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
   const RgbdSensor stated = *sensor;
   const bool keep_depth = options.keep_depth || EurocDataset::IsOne(dataset);  // no sensor's depth
   CalibratedImages found;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 1; round <= kRounds; ++round) {
     const RgbdSensor tracked = *sensor;
-    found = Track(dataset, tracked, options.intrinsics);
+    found = Track(dataset, tracked, options.intrinsics, round);
+    found.rounds = round;
     found.camera.inverse_depth_offset += tracked.inverse_depth_offset;
     *sensor = stated;
     TakeIntrinsics(found.camera, &sensor->camera);
@@ -163,7 +168,7 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
       sensor->inverse_depth_offset = found.camera.inverse_depth_offset;
     }
     TakeTiming(found.timing, &sensor->timing);
-    const bool once_more = round == 0 && (options.intrinsics || sensor->inverse_depth_offset !=
+    const bool once_more = round == 1 && (options.intrinsics || sensor->inverse_depth_offset !=
                                                                     tracked.inverse_depth_offset);
     if (!once_more && IsSettled(found.timing, tracked.timing, sensor->timing)) break;
   }
@@ -194,6 +199,7 @@ void AddTo(nlohmann::ordered_json* report, const CalibratedImages& found,
                                        {"sigma_per_m", found.camera.inverse_depth_sigma},
                                        {"seen", found.camera.inverse_depth_seen}};
   (*report)["row_times"] = ToJson(found.timing);
+  (*report)["rounds"] = found.rounds;
 }
 
 }  // namespace highwall::apps

@@ -22,6 +22,7 @@ struct CalibratedImages {
   Trajectory trajectory;       // all frames, adjusted together
   CameraCalibration camera;    // inverse_depth_offset: in all, what was stated included
   FrameTimingEstimate timing;  // of the rows
+  int rounds = 0;              // that tracked them
 };
 
 // Tracks a dataset with what is stated of its sensor, and once more where that was wrong: what is

@@ -100,17 +100,21 @@ void ReadGpsSection(YamlReader& section, const std::filesystem::path& path,
   }
 }
 
-// What a struct says of its field, said of the key of its section.
-std::string InWordsOfTheFile(std::string message) {
+// What a struct says of its field, said of the key of its section, with its line.
+IoError InWordsOfTheFile(const std::filesystem::path& path, const YamlReader& file,
+                         std::string message) {
   constexpr std::pair<std::string_view, std::string_view> kSections[] = {
       {"PinholeCamera", "camera"},   {"ImuCalibration", "imu"}, {"ImuNoise", "imu"},
       {"DepthNoise", "depth_noise"}, {"RgbdSensor", ""},        {"FrameTiming", ""}};
   for (const auto& [name, section] : kSections) {
     const std::string prefix = std::string(name) + "::";
     if (!message.starts_with(prefix)) continue;
-    message.replace(0, prefix.size(), section.empty() ? "" : std::string(section) + ": ");
+    message.erase(0, prefix.size());
+    const auto line = file.LineOf(std::string(section), message.substr(0, message.find(' ')));
+    if (!section.empty()) message.insert(0, std::string(section) + ": ");
+    return line ? IoError(path, *line, message) : IoError(path, message);
   }
-  return message;
+  return {path, message};
 }
 
 std::string PresetList() {
@@ -159,7 +163,7 @@ RunConfig LoadConfig(const std::filesystem::path& path) {
     config.sensor.Validate();
     if (config.imu) config.imu->Validate();
   } catch (const InvalidArgument& error) {
-    throw IoError(path, InWordsOfTheFile(error.what()));
+    throw InWordsOfTheFile(path, file, error.what());
   }
   return config;
 }

@@ -1,5 +1,8 @@
 #include "imu_input.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include <highwall/frontend/input/dataset.h>
 
 namespace highwall::apps {
@@ -16,6 +19,8 @@ std::optional<ImuInput> LoadImu(const Dataset& dataset,
   const ImuRecording recording = ReadImu(*file, video);
   input.findings = CheckImu(recording.samples, video);
   input.samples = RepairImu(recording.samples, input.findings);
+  std::ranges::copy(DropDeniedRanges(input.samples, &input.calibration),
+                    std::back_inserter(input.findings));
 
   if (!recording.warning.empty()) input.warnings.push_back(recording.warning);
   for (const ImuFinding& finding : input.findings) {

@@ -15,7 +15,7 @@ namespace highwall::apps {
 // The IMU of a dataset, as far as it can be used.
 struct ImuInput {
   std::filesystem::path file;
-  ImuCalibration calibration;
+  ImuCalibration calibration;      // without a range that the readings leave
   std::vector<ImuSample> samples;  // RepairImu(): in order, each stamp once, finite
   std::vector<ImuFinding> findings;
   std::vector<std::string> warnings;  // for people, a line each, naming the file

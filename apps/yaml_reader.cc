@@ -15,7 +15,7 @@
 namespace highwall::apps {
 namespace {
 
-std::int64_t LineOf(const YAML::Node& node) {
+std::int64_t LineOfNode(const YAML::Node& node) {
   return std::max(node.Mark().line, 0) + 1;
 }
 
@@ -49,7 +49,7 @@ YamlReader YamlReader::Load(const std::filesystem::path& path) {
 std::optional<YamlReader::Entry> YamlReader::Find(const std::string& key) const {
   for (const auto& entry : node_) {
     if (entry.first.IsScalar() && entry.first.Scalar() == key) {
-      return Entry{LineOf(entry.first), entry.second};
+      return Entry{LineOfNode(entry.first), entry.second};
     }
   }
   return std::nullopt;
@@ -108,6 +108,15 @@ void YamlReader::Read(const std::string& key, std::span<double> values) {
   std::copy(numbers.begin(), numbers.end(), values.begin());
 }
 
+std::optional<std::int64_t> YamlReader::LineOf(const std::string& section,
+                                               const std::string& key) const {
+  const auto named = std::ranges::find(sections_, section, &YamlReader::name_);
+  const YamlReader* const reader =
+      section.empty() ? this : named == sections_.end() ? nullptr : &*named;
+  const std::optional<Entry> entry = reader == nullptr ? std::nullopt : reader->Find(key);
+  return entry ? std::optional(entry->line) : std::nullopt;
+}
+
 YamlReader& YamlReader::Section(const std::string& key) {
   known_.push_back(key);
   const std::optional<Entry> entry = Find(key);
@@ -122,7 +131,7 @@ void YamlReader::CheckKeys() const {
   std::set<std::string> seen;
   for (const auto& entry : node_) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
-    const std::int64_t line = LineOf(entry.first);
+    const std::int64_t line = LineOfNode(entry.first);
     if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
       throw IoError(path_, line, "unknown key '" + key + "'" + DidYouMean(key, known_));
     }

@@ -45,6 +45,8 @@ class YamlReader {
     required_.push_back(key);
   }
   bool Has(const std::string& key) const { return Find(key).has_value(); }
+  // Of a key of a section, itself if `section` is empty; counted from 1, empty where it is absent.
+  std::optional<std::int64_t> LineOf(const std::string& section, const std::string& key) const;
   // The map under `key`, an empty one where absent; valid as long as this reader. Throws if it is
   // no map.
   YamlReader& Section(const std::string& key);

@@ -169,7 +169,9 @@ TEST(CalibrateCommand, FindsWhenTheRowsAreTakenAndWritesWhatItHasSeen) {
   const Outcome outcome =
       Calibrate(dataset.string() + " --json --keep-depth --out " + written.string());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const json times = json::parse(outcome.out)["row_times"];
+  const json report = json::parse(outcome.out), &times = report["row_times"];
+  EXPECT_GT(report["rounds"], 2) << "what was found changes the map";
+  EXPECT_LT(report["rounds"], 6) << "and settles";
   const FrameTiming found = apps::LoadConfig(written).sensor.timing;
   // What is stated, 0, stands until it is two standard deviations off.
   const auto is_written = [&times](const char* key, double value) {

@@ -190,15 +190,35 @@ TEST(Config, NamesWhatIsWrongWithAnImu) {
   EXPECT_NE(
       LoadMessage(head + "imu: {T_BC: [2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}\n").find("rotation"),
       std::string::npos);
-  EXPECT_NE(LoadMessage(head + "imu: {rate: 0}\n").find(": imu: rate must be positive"),
+  EXPECT_NE(LoadMessage(head + "imu: {rate: 0}\n").find(":3: imu: rate must be positive"),
+            std::string::npos)
+      << LoadMessage(head + "imu: {rate: 0}\n");
+  EXPECT_NE(LoadMessage(head + "imu: {time_offset: 30}\n").find(":3: imu: time_offset must"),
             std::string::npos);
-  EXPECT_NE(LoadMessage(head + "imu: {time_offset: 30}\n").find(": imu: time_offset must"),
+  EXPECT_NE(LoadMessage(head + "imu: {gyroscope_walk: -1}\n").find(":3: imu: gyroscope_walk"),
             std::string::npos);
-  EXPECT_NE(LoadMessage(head + "imu: {gyroscope_walk: -1}\n").find("gyroscope_walk"),
+  EXPECT_NE(LoadMessage(std::string(kCamera) + "\ndepth_factor: 0\n").find(":3: depth_factor"),
             std::string::npos);
-  for (const std::string key : {"gyroscope_range", "accelerometer_range"}) {
-    EXPECT_NE(LoadMessage(head + "imu: {" + key + ": 0}\n").find(": imu: " + key + " must"),
-              std::string::npos);
+}
+
+TEST(Config, RefusesRangesOfAnImuThatAreNoneInItsUnits) {
+  const std::string head = std::string(kCamera) + "\ndepth_factor: 5000\n";
+  const auto message = [&head](const std::string& line) {
+    return LoadMessage(head + "imu:\n  rate: 200\n  " + line + "\n");
+  };
+  for (const char* line : {"accelerometer_range: 0", "accelerometer_range: 4"}) {
+    const std::string text = message(line);
+    EXPECT_NE(text.find(":6: imu: accelerometer_range must be at least 9.80665 m/s^2"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find("is it in g? multiply by 9.80665"), std::string::npos) << text;
+  }
+  for (const char* line : {"gyroscope_range: 0", "gyroscope_range: 250"}) {
+    const std::string text = message(line);
+    EXPECT_NE(text.find(":6: imu: gyroscope_range must be positive and at most 70 rad/s"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find("is it in deg/s? multiply by 0.0174533"), std::string::npos) << text;
   }
 }
 

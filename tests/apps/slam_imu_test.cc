@@ -8,6 +8,7 @@
 #include <numeric>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -197,6 +198,41 @@ TEST_F(SlamWithImu, ConvertsReadingsInGWithAWarning) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(Contains(outcome.err, " g")) << outcome.err;
   EXPECT_TRUE(json::parse(outcome.out)["imu"].contains("initialized")) << outcome.err;
+}
+
+TEST_F(SlamWithImu, IgnoresARangeThatTheReadingsLeaveAndSaysSo) {
+  const fs::path calibration = dataset() / "calibration.yaml";
+  WriteText(calibration, ReadText(calibration) + "  accelerometer_range: 9.9\n");
+  bool first = true;
+  Spoil([&](std::vector<double>& reading) {
+    if (std::exchange(first, false)) reading[6] = 12.0;
+    return true;
+  });
+  const Outcome outcome = SlamOnDataset("--no-map --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "accelerometer are beyond its range of 9.9 m/s^2"))
+      << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_TRUE(report["imu"].contains("initialized")) << outcome.err;
+  EXPECT_EQ(report["imu"]["saturated_intervals"], 0);
+}
+
+TEST_F(SlamWithImu, CountsIntervalsAtTheEndOfTheRange) {
+  const fs::path calibration = dataset() / "calibration.yaml";
+  WriteText(calibration, ReadText(calibration) + "  gyroscope_range: 20\n");
+  int line = 0;
+  Spoil([&](std::vector<double>& reading) {
+    // Once in the last third, after the initialization.
+    if (++line == 440) reading[1] = 20.0;
+    return true;
+  });
+  const Outcome outcome = SlamOnDataset("--no-map --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["imu"]["saturated_intervals"], 1) << outcome.out;
+  fs::remove_all(run());
+  const Outcome text = SlamOnDataset("--no-map");
+  EXPECT_TRUE(Contains(text.out, "0 intervals contradicted by images, 1 at the end of its range"))
+      << text.out;
 }
 
 TEST_F(SlamWithImu, GoesOnWithoutAGyroscopeInDegrees) {

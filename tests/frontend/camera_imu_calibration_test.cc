@@ -242,6 +242,37 @@ TEST(CameraImuCalibration, RefusesAnAccelerometerAndACameraThatContradictEachOth
   EXPECT_THROW(Calibrate(other), InvalidArgument) << "the motion backwards";
 }
 
+TEST(CameraImuCalibration, ReadingsAtTheEndOfARangeThatIsToldCountForLittle) {
+  const Truth truth;
+  Recording recording = Record(truth, 25);
+  constexpr double kGyroscope = 2.0, kAccelerometer = 11.0;  // [rad/s], [m/s^2]
+  int ended = 0;
+  for (ImuSample& sample : recording.readings) {
+    ended += sample.gyroscope.cwiseAbs().maxCoeff() > kGyroscope ||
+             sample.accelerometer.cwiseAbs().maxCoeff() > kAccelerometer;
+    sample.gyroscope = sample.gyroscope.cwiseMax(-kGyroscope).cwiseMin(kGyroscope);
+    sample.accelerometer =
+        sample.accelerometer.cwiseMax(-kAccelerometer).cwiseMin(kAccelerometer);
+  }
+  EXPECT_GT(ended, 300) << "of 6000";
+  const CameraImuCalibration told =
+      CalibrateCameraImu(recording.camera, recording.readings,
+                         {.noise = kNoise,
+                          .gyroscope_range = kGyroscope,
+                          .accelerometer_range = kAccelerometer});
+  // As FindsTheCameraOnTheBodyTheClocksAndTheMetre, of fewer readings: the fastest are missing.
+  EXPECT_LT((told.T_BC.p() - truth.T_BC.p()).norm(), 5e-3);
+  EXPECT_LT((truth.T_BC.Inverse() * told.T_BC).Angle(), 0.1 * M_PI / 180.0);
+  EXPECT_NEAR(told.time_offset, truth.time_offset, 3e-4);
+  EXPECT_NEAR(told.depth_scale, truth.depth_scale, 5e-3);
+  try {
+    const CameraImuCalibration untold = Calibrate(recording);
+    EXPECT_GT((untold.T_BC.p() - truth.T_BC.p()).norm(), 1e-2);
+  } catch (const InvalidArgument& error) {
+    EXPECT_NE(std::string(error.what()).find("range"), std::string::npos) << error.what();
+  }
+}
+
 TEST(CameraImuCalibration, PosesWithoutReadingsTakeNoPart) {
   const Truth truth;
   Recording recording = Record(truth, 24);

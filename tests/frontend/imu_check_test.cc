@@ -290,6 +290,41 @@ TEST(CheckImu, FindsNothingInARealRecording) {
   EXPECT_EQ(CheckImu(in_degrees, kV101).at(0).kind, Kind::kGyroscopeInDegrees);
 }
 
+TEST(DropDeniedRanges, ARangeThatReadingsLeaveIsDroppedAndSaid) {
+  const std::vector<ImuSample> samples = HandHeld(4.0);
+  ImuCalibration calibration;
+  calibration.accelerometer_range = 4.0;  // of 4 g
+  calibration.gyroscope_range = 2.0;      // of 2 rad/s
+  const auto findings = DropDeniedRanges(samples, &calibration);
+  ASSERT_EQ(findings.size(), 2U);
+  for (const ImuFinding& finding : findings) {
+    EXPECT_EQ(finding.kind, Kind::kRangeDenied);
+    EXPECT_EQ(finding.severity, ImuSeverity::kWarning);
+    EXPECT_NE(finding.text.find(" of 1801 readings of the "), std::string::npos) << finding.text;
+  }
+  EXPECT_NE(findings[0].text.find("gyroscope are beyond its range of 2 rad/s, the first at "),
+            std::string::npos)
+      << findings[0].text;
+  EXPECT_NE(findings[1].text.find("imu: accelerometer_range of the calibration is ignored; is it "
+                                  "in m/s^2?"),
+            std::string::npos)
+      << findings[1].text;
+  EXPECT_TRUE(std::isinf(calibration.accelerometer_range));
+  EXPECT_TRUE(std::isinf(calibration.gyroscope_range));
+}
+
+TEST(DropDeniedRanges, AReadingJustBeyondTheRangeIsOneAtItsEnd) {
+  std::vector<ImuSample> samples = HandHeld();
+  ImuCalibration calibration;
+  calibration.accelerometer_range = 39.2;
+  calibration.gyroscope_range = 17.4;
+  samples[100].accelerometer.z() = -40.5;  // a scale that is 3 % off
+  samples[200].gyroscope.y() = 17.9;
+  EXPECT_TRUE(DropDeniedRanges(samples, &calibration).empty());
+  EXPECT_EQ(calibration.accelerometer_range, 39.2);
+  EXPECT_EQ(calibration.gyroscope_range, 17.4);
+}
+
 TEST(CheckImu, RefusesBadOptions) {
   const auto samples = HandHeld();
   EXPECT_THROW(CheckImu(samples, kVideo, {.max_step = 0.0}), InvalidArgument);

@@ -1,4 +1,5 @@
 #include <functional>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -24,11 +25,13 @@ struct Trial {
 };
 
 // Images at 10 Hz over `duration` [s], from 0.5 s on. change: of a reading, before it is added.
-// overstated: by how much the images are said to be better than they are.
+// overstated: by how much the images are said to be better than they are. accelerometer_range: that
+// it is told.
 Trial Initialize(
     const InertialSceneOptions& scene_options, double duration,
     const std::function<void(ImuSample&)>& change = [](ImuSample&) {},
-    const InertialInitializerOptions& options = {}, double overstated = 1.0) {
+    const InertialInitializerOptions& options = {}, double overstated = 1.0,
+    double accelerometer_range = std::numeric_limits<double>::infinity()) {
   InertialScene scene(scene_options);
   ImuBuffer buffer;
   for (ImuSample reading : scene.Readings(0.0, 0.5 + duration)) {
@@ -40,7 +43,9 @@ Trial Initialize(
     change(reading);
     buffer.Add(reading);
   }
-  InertialInitializer initializer(scene.calibration(), options, true);
+  ImuCalibration calibration = scene.calibration();
+  calibration.accelerometer_range = accelerometer_range;
+  InertialInitializer initializer(calibration, options, true);
   double t = 0.5;
   for (int k = 0; t <= 0.5 + duration + 1e-9; t = 0.5 + 0.1 * ++k) {
     VisualPose visual = scene.See(t);
@@ -195,6 +200,23 @@ TEST(InertialInitializer, DegreesASecondContradictTheImages) {
   EXPECT_TRUE(run.report.status == InitializationStatus::kInconsistent ||
               run.report.status == InitializationStatus::kWrongGravity)
       << ToString(run.report.status);
+}
+
+TEST(InertialInitializer, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTold) {
+  constexpr double kRange = 9.81;  // [m/s^2] gravity alone: a motion has more at times
+  const auto ends = [=](ImuSample& reading) {
+    reading.accelerometer = reading.accelerometer.cwiseMax(-kRange).cwiseMin(kRange);
+  };
+  const InertialSceneOptions scene{.bias = kBias, .T_WN = kTilted};
+  const Trial untold = Initialize(scene, 4.0, ends);
+  EXPECT_EQ(untold.report.status, InitializationStatus::kInconsistent);
+  const Trial told = Initialize(scene, 4.0, ends, {}, 1.0, kRange);
+  ASSERT_EQ(told.report.status, InitializationStatus::kReady) << told.report.error;
+  const InertialPrior& prior = *told.report.estimate;
+  EXPECT_LT(AngleBetween(prior.gravity_W.vector(), kTilted.q() * kGravity), 0.5 * kDegree);
+  const auto error = testing::EstimateError(told.truth, told.bias, prior.estimate);
+  const auto sigma = prior.estimate.covariance.diagonal().cwiseSqrt();
+  for (int i = 3; i < 15; ++i) EXPECT_LT(std::abs(error(i)), 3.5 * sigma(i)) << i;
 }
 
 TEST(InertialInitializer, ImagesThatLeaveADirectionOpenAreNoFailure) {

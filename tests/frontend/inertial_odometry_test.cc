@@ -217,7 +217,7 @@ TEST(InertialOdometry, DoesNotBelieveReadingsThatImagesContradict) {
 }
 
 TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTold) {
-  constexpr double kRange = 9.0, kFrom = 4.0, kTo = 5.5;  // [m/s^2] less than gravity; [s]
+  constexpr double kRange = 9.81, kFrom = 4.0, kTo = 5.5;  // [m/s^2] gravity alone; [s]
   const auto ends = [=](ImuSample& reading) {
     if (const double t = ToSeconds(reading.stamp); t > kFrom && t < kTo) {
       reading.accelerometer = reading.accelerometer.cwiseMax(-kRange).cwiseMin(kRange);

@@ -12,6 +12,8 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 
+#include "inertial/imu_saturation.h"
+
 namespace highwall {
 namespace {
 
@@ -24,10 +26,13 @@ struct Turn {
 };
 
 // Rotation vector of the integrated gyroscope, without bias: over a tenth of a second a trapezium
-// errs by less than a pose does.
-std::optional<Eigen::Vector3d> GyroscopeTurn(const ImuBuffer& readings, Stamp begin, Stamp end) {
+// errs by less than a pose does. Empty where readings are missing or end at `range`.
+std::optional<Eigen::Vector3d> GyroscopeTurn(const ImuBuffer& readings, Stamp begin, Stamp end,
+                                             double range) {
   const auto interval = readings.Between(begin, end);
   if (!interval || interval->HasGap()) return std::nullopt;
+  const auto is_saturated = [range](const ImuSample& s) { return EndsAt(s.gyroscope, range); };
+  if (std::ranges::any_of(interval->samples, is_saturated)) return std::nullopt;
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
   for (std::size_t i = 1; i < interval->samples.size(); ++i) {
     const ImuSample &a = interval->samples[i - 1], &b = interval->samples[i];
@@ -37,13 +42,14 @@ std::optional<Eigen::Vector3d> GyroscopeTurn(const ImuBuffer& readings, Stamp be
 }
 
 std::vector<Turn> TurnsAt(const Trajectory& poses, const ImuBuffer& readings, double time_offset,
-                          double max_interval) {
+                          double max_interval, double gyroscope_range) {
   std::vector<Turn> turns;
   const Stamp shift = FromSeconds(time_offset);
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const double duration = ToSeconds(poses[i].stamp - poses[i - 1].stamp);
     if (duration <= 0.0 || duration > max_interval) continue;
-    const auto body = GyroscopeTurn(readings, poses[i - 1].stamp + shift, poses[i].stamp + shift);
+    const auto body = GyroscopeTurn(readings, poses[i - 1].stamp + shift, poses[i].stamp + shift,
+                                    gyroscope_range);
     if (!body) continue;
     turns.push_back(
         {*body, so3::Log(poses[i - 1].pose.q().conjugate() * poses[i].pose.q()), duration});
@@ -89,11 +95,11 @@ AxesAlignment Align(const std::vector<Turn>& turns) {
 }  // namespace
 
 AxesAlignment AlignAxes(const Trajectory& poses, const ImuBuffer& readings, double max_time_offset,
-                        double max_interval) {
+                        double max_interval, double gyroscope_range) {
   AxesAlignment best;
   best.error = std::numeric_limits<double>::infinity();
   const auto attempt = [&](double time_offset) {
-    const std::vector<Turn> turns = TurnsAt(poses, readings, time_offset, max_interval);
+    const std::vector<Turn> turns = TurnsAt(poses, readings, time_offset, max_interval, gyroscope_range);
     if (turns.size() < kFewest) return;
     AxesAlignment alignment = Align(turns);
     alignment.time_offset = time_offset;

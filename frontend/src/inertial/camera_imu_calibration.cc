@@ -16,9 +16,11 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/frontend/input/sensor.h>
 #include <highwall/internal/require.h>
 
 #include "inertial/axes_alignment.h"
+#include "inertial/imu_saturation.h"
 
 namespace highwall {
 namespace {
@@ -69,6 +71,15 @@ Trajectory Tied(const Trajectory& poses, const ImuBuffer& readings, double time_
     if (tied[i]) some.push_back(poses[i]);
   }
   return some;
+}
+
+// The IMU without its place.
+ImuCalibration Sensor(const CameraImuCalibrationOptions& options) {
+  ImuCalibration sensor;
+  sensor.noise = options.noise;
+  sensor.gyroscope_range = options.gyroscope_range;
+  sensor.accelerometer_range = options.accelerometer_range;
+  return sensor;
 }
 
 // What is known so far.
@@ -237,8 +248,9 @@ class CalibrationGraph {
     const auto interval = readings_.Between(ImuStamp(i - 1), ImuStamp(i));
     if (!interval || interval->HasGap()) return false;
     const State &a = states_[i - 1], &b = states_[i];
+    const ImuNoise noise = SaturatedNoise(options_.noise, interval->samples, Sensor(options_));
     graph_.AddFactor(std::make_unique<ImuGravityFactor>(ImuPreintegration(
-                         interval->samples, from_.biases[i - 1], {.noise = options_.noise})),
+                         interval->samples, from_.biases[i - 1], {.noise = noise})),
                      a.pose, a.velocity, a.bias, b.pose, b.velocity, b.bias, gravity_);
     return true;
   }
@@ -326,7 +338,7 @@ std::vector<std::string> Advice(const CameraImuCalibration& result, const Matrix
 }  // namespace
 
 void CameraImuCalibrationOptions::Validate() const {
-  noise.Validate();
+  Sensor(*this).Validate();
   RequirePositiveFinite(interval, "CameraImuCalibrationOptions::interval");
   HIGHWALL_REQUIRE(max_interval > interval,
                    "CameraImuCalibrationOptions::max_interval must be above interval");
@@ -345,8 +357,8 @@ CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
   const Trajectory thinned = Thinned(camera, options.interval);
   ImuBuffer buffer({.max_step = 0.1, .horizon = 1e9});
   for (const ImuSample& sample : readings) buffer.Add(sample);
-  const AxesAlignment axes =
-      AlignAxes(thinned, buffer, options.max_time_offset, options.max_interval);
+  const AxesAlignment axes = AlignAxes(thinned, buffer, options.max_time_offset,
+                                       options.max_interval, options.gyroscope_range);
   const Trajectory poses = Tied(thinned, buffer, axes.time_offset, options.max_interval);
   HIGHWALL_REQUIRE(static_cast<double>(poses.size()) * options.interval >= kShortest,
                    "camera and readings share less than two seconds");
@@ -386,7 +398,8 @@ CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
   HIGHWALL_REQUIRE(
       result.position_error <= kWorstPosition && result.rotation_error <= kWorstRotation &&
           estimate.depth_scale <= kWorstScale && estimate.depth_scale >= 1.0 / kWorstScale,
-      "the motion of the camera is not that of the accelerometer: its sign? m/s^2? depth_factor?");
+      "the motion of the camera is not that of the accelerometer: its sign? m/s^2? depth_factor? "
+      "readings that end where it does (imu: accelerometer_range)?");
   result.T_BC = estimate.T_BC;
   result.time_offset = estimate.time_offset;
   result.depth_scale = estimate.depth_scale;

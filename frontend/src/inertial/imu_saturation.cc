@@ -11,10 +11,6 @@ namespace {
 constexpr double kAtTheEnd = 0.999;  // of the range: readings are rounded
 constexpr double kBeyond = 0.5;      // of the range, sigma
 
-bool EndsAt(const Eigen::Vector3d& reading, double range) {
-  return reading.cwiseAbs().maxCoeff() >= kAtTheEnd * range;
-}
-
 // [s] that the saturated readings of one sensor stand for: half of the steps beside them.
 double SaturatedTime(std::span<const ImuSample> samples, Eigen::Vector3d ImuSample::*reading,
                      double range) {
@@ -27,6 +23,10 @@ double SaturatedTime(std::span<const ImuSample> samples, Eigen::Vector3d ImuSamp
 }
 
 }  // namespace
+
+bool EndsAt(const Eigen::Vector3d& reading, double range) {
+  return reading.cwiseAbs().maxCoeff() >= kAtTheEnd * range;
+}
 
 bool IsSaturated(const ImuSample& sample, const ImuCalibration& calibration) {
   return EndsAt(sample.gyroscope, calibration.gyroscope_range) ||

@@ -7,8 +7,12 @@
 
 namespace highwall {
 
-// Whether a reading ends where the sensor does (ImuCalibration::gyroscope_range,
-// accelerometer_range), within a thousandth of that: it was as much or more.
+// Whether a reading of three axes ends at `range`, within a thousandth of that: it was as much or
+// more.
+bool EndsAt(const Eigen::Vector3d& reading, double range);
+
+// Whether a reading ends where its sensor does (ImuCalibration::gyroscope_range,
+// accelerometer_range).
 bool IsSaturated(const ImuSample& sample, const ImuCalibration& calibration);
 
 // The noise of an IMU of which some readings are saturated. How far the truth was beyond the range

@@ -33,6 +33,20 @@ struct Motion {
   std::vector<Stamp> stamps;  // of the IMU's clock
   std::vector<Pose> T_WB;
   std::vector<ImuPreintegration> imu;  // one less
+
+  // T_WC, an image's.
+  void Add(Stamp image, const Pose& T_WC, const Guess& guess) {
+    stamps.push_back(image + FromSeconds(guess.time_offset));
+    T_WB.push_back(T_WC * guess.T_BC.Inverse());
+  }
+  void Integrate(const ImuBuffer& readings, const Guess& guess, const ImuCalibration& calibration) {
+    for (std::size_t i = 0; i + 1 < stamps.size(); ++i) {
+      const auto interval = readings.Between(stamps[i], stamps[i + 1]);
+      const ImuNoise shaken = ShakenNoise(calibration.noise, interval->samples);
+      const ImuNoise noise = SaturatedNoise(shaken, interval->samples, calibration);
+      imu.emplace_back(interval->samples, guess.bias, ImuPreintegrationOptions{.noise = noise});
+    }
+  }
 };
 
 // Mean over the whole motion: what gravity must be for the bodies' displacements to come about.
@@ -249,20 +263,11 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
       report.status = InitializationStatus::kNoImu;
       return report;
     }
-    const Pose T_CB = guess.T_BC.Inverse();
     Motion motion;
     for (std::size_t i = first; i < images_.size(); ++i) {
-      motion.stamps.push_back(images_[i].stamp + FromSeconds(guess.time_offset));
-      motion.T_WB.push_back(images_[i].visual.T_WC * T_CB);
+      motion.Add(images_[i].stamp, images_[i].visual.T_WC, guess);
     }
-    for (std::size_t i = 0; i + 1 < motion.stamps.size(); ++i) {
-      const auto interval = imu.Between(motion.stamps[i], motion.stamps[i + 1]);
-      const ImuNoise shaken = ShakenNoise(calibration_.noise, interval->samples);
-      motion.imu.emplace_back(
-          interval->samples, guess.bias,
-          ImuPreintegrationOptions{.noise =
-                                       SaturatedNoise(shaken, interval->samples, calibration_)});
-    }
+    motion.Integrate(imu, guess, calibration_);
     const Eigen::Vector3d gravity = MeanGravity(motion);
     report.gravity_norm = gravity.norm();
     if (std::abs(report.gravity_norm / kStandardGravity - 1.0) > options_.max_gravity_error) {

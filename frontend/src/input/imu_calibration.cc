@@ -4,8 +4,14 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/factors/imu_buffer.h>
 
 namespace highwall {
+namespace {
+
+constexpr double kMetresPerG = 9.80665;  // [m/s^2]
+
+}  // namespace
 
 void ImuCalibration::Validate() const {
   HIGHWALL_REQUIRE(T_BC.IsFinite(), "ImuCalibration::T_BC must be finite");
@@ -16,11 +22,13 @@ void ImuCalibration::Validate() const {
       std::abs(time_offset) <= 1.0,
       "ImuCalibration::time_offset must be in [-1, 1] s, got " + std::to_string(time_offset));
   // Infinity passes, a number that is none does not.
-  HIGHWALL_REQUIRE(gyroscope_range > 0.0, "ImuCalibration::gyroscope_range must be positive, got " +
-                                              std::to_string(gyroscope_range));
-  HIGHWALL_REQUIRE(accelerometer_range > 0.0,
-                   "ImuCalibration::accelerometer_range must be positive, got " +
-                       std::to_string(accelerometer_range));
+  HIGHWALL_REQUIRE(
+      gyroscope_range > 0.0 && (std::isinf(gyroscope_range) || gyroscope_range <= kMaxAngularRate),
+      "ImuCalibration::gyroscope_range must be positive and at most 70 rad/s, got " +
+          std::to_string(gyroscope_range) + ": is it in deg/s? multiply by 0.0174533");
+  HIGHWALL_REQUIRE(accelerometer_range >= kMetresPerG,
+                   "ImuCalibration::accelerometer_range must be at least 9.80665 m/s^2, got " +
+                       std::to_string(accelerometer_range) + ": is it in g? multiply by 9.80665");
 }
 
 }  // namespace highwall

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -25,7 +26,7 @@ constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 using Kind = ImuFindingKind;
 using Sensor = Eigen::Vector3d ImuSample::*;
 
-std::string Number(double value) {
+std::string Rounded(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3g", value);
   return text.data();
@@ -160,11 +161,11 @@ class Checker {
     }
     if (const double late = ToSeconds(first - video_.begin); late > options_.max_step) {
       Add(Kind::kStartsLate, ImuSeverity::kWarning,
-          "begins " + Number(late) + " s after the video; RGB-D alone until then");
+          "begins " + Rounded(late) + " s after the video; RGB-D alone until then");
     }
     if (const double early = ToSeconds(video_.end - last); early > options_.max_step) {
       Add(Kind::kEndsEarly, ImuSeverity::kWarning,
-          "ends " + Number(early) + " s before the video; RGB-D alone from there");
+          "ends " + Rounded(early) + " s before the video; RGB-D alone from there");
     }
   }
 
@@ -178,7 +179,7 @@ class Checker {
     if (gaps == 0) return;
     Add(Kind::kGaps, ImuSeverity::kWarning,
         std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") + " above " +
-            Number(options_.max_step) + " s, the longest of " + Number(ToSeconds(step(longest))) +
+            Rounded(options_.max_step) + " s, the longest of " + Rounded(ToSeconds(step(longest))) +
             " s at " + FormatStamp(usable_[longest - 1].stamp) + "; RGB-D alone across them");
   }
 
@@ -206,7 +207,7 @@ class Checker {
     const double norm = UpperMedian(std::move(norms));
     constexpr double kLowest = 5.0, kHighest = 20.0;  // [m/s^2] of a camera that is carried
     if (norm >= kLowest && norm <= kHighest) return;
-    const std::string median = "accelerometer: the median norm is " + Number(norm);
+    const std::string median = "accelerometer: the median norm is " + Rounded(norm);
     if (std::abs(norm - 1.0) < 0.05) {
       Add(Kind::kAccelerometerInG, ImuSeverity::kWarning,
           median + ": it is in g, not in m/s^2; converted");
@@ -231,7 +232,7 @@ class Checker {
                                  static_cast<double>(end - squares.begin()));
     if (rms <= options_.max_angular_rate) return;
     Add(Kind::kGyroscopeInDegrees, ImuSeverity::kFatal,
-        "gyroscope: the RMS rate is " + Number(rms) +
+        "gyroscope: the RMS rate is " + Rounded(rms) +
             ": it is likely in deg/s, not in rad/s; multiply by 0.0174533");
   }
 
@@ -322,6 +323,8 @@ const char* ToString(ImuFindingKind kind) {
       return "accelerometer_implausible";
     case Kind::kAccelerometerReversed:
       return "accelerometer_reversed";
+    case Kind::kRangeDenied:
+      return "range_denied";
   }
   return "unknown";
 }
@@ -356,6 +359,32 @@ std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
   }
   std::erase_if(repaired, [](const ImuSample& sample) { return !IsPossible(sample); });
   return repaired;
+}
+
+std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
+                                         ImuCalibration* calibration) {
+  constexpr double kTolerance = 1.1;  // of the range: by so much two sensors of one type may differ
+  std::vector<ImuFinding> findings;
+  const auto check = [&](Sensor sensor, double ImuCalibration::*range, const std::string& name,
+                         const std::string& unit) {
+    const double limit = kTolerance * (calibration->*range);
+    const auto is_beyond = [&](const ImuSample& sample) {
+      return (sample.*sensor).cwiseAbs().maxCoeff() > limit;
+    };
+    const auto first = std::find_if(repaired.begin(), repaired.end(), is_beyond);
+    if (first == repaired.end()) return;
+    findings.push_back(
+        {Kind::kRangeDenied, ImuSeverity::kWarning,
+         std::to_string(std::count_if(first, repaired.end(), is_beyond)) + " of " +
+             std::to_string(repaired.size()) + " readings of the " + name +
+             " are beyond its range of " + Rounded(calibration->*range) + " " + unit +
+             ", the first at " + FormatStamp(first->stamp) + ": imu: " + name +
+             "_range of the calibration is ignored; is it in " + unit + "?"});
+    calibration->*range = std::numeric_limits<double>::infinity();
+  };
+  check(&ImuSample::gyroscope, &ImuCalibration::gyroscope_range, "gyroscope", "rad/s");
+  check(&ImuSample::accelerometer, &ImuCalibration::accelerometer_range, "accelerometer", "m/s^2");
+  return findings;
 }
 
 ImuFinding AccelerometerReversed() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,9 @@ namespace [[gnu::visibility("default")]] highwall {
 
 struct CameraImuCalibrationOptions {
   ImuNoise noise = {};
+  // Where readings of an axis end, as ImuCalibration has it.
+  double gyroscope_range = std::numeric_limits<double>::infinity();      // [rad/s]
+  double accelerometer_range = std::numeric_limits<double>::infinity();  // [m/s^2]
   double interval = 0.1;         // [s] > 0; poses of the camera are used so far apart, at least
   double max_interval = 0.5;     // [s] > interval; farther apart, nothing ties them
   double max_time_offset = 0.2;  // [s] > 0; as far as it is looked for

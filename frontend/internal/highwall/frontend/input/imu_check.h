@@ -10,6 +10,7 @@
 
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/sensor.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -29,6 +30,7 @@ enum class ImuFindingKind {
   kAccelerometerInG,          // g instead of m/s^2
   kAccelerometerImplausible,  // in no unit that is known
   kAccelerometerReversed,     // reads gravity instead of the specific force
+  kRangeDenied,               // readings beyond where a sensor is said to end
 };
 const char* ToString(ImuFindingKind kind);
 
@@ -71,6 +73,11 @@ bool HasFatal(std::span<const ImuFinding> findings);
 // where `findings` has a warning that they are in g.
 std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
                                  std::span<const ImuFinding> findings);
+
+// What RepairImu() returned against the ranges that a calibration tells, such as one in another unit:
+// a range that readings leave becomes infinite, which a warning says.
+std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
+                                         ImuCalibration* calibration);
 
 // For estimators, which find it out when only the negated accelerometer agrees with the video.
 ImuFinding AccelerometerReversed();
