@@ -177,6 +177,7 @@ void Take(const CameraImuCalibration& found, const ImuInput& imu, RunConfig* con
   if (!IsWrong(found)) return;
   config->sensor.depth_factor /= found.depth_scale;
   config->sensor.inverse_depth_offset /= found.depth_scale;  // 1/m: metres are longer now
+  config->sensor.depth_pattern.nodes /= found.depth_scale;
 }
 
 int RunCalibrate(const CalibrateArguments& arguments) {

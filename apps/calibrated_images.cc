@@ -51,7 +51,13 @@ bool IsOff(const CameraCalibration& found, double stated) {
          std::abs(found.inverse_depth_offset - stated) > 3.0 * found.inverse_depth_sigma;
 }
 
-// inverse_depth_offset: of what is left.
+// The same of what is left of its pattern.
+bool IsPatternOff(const CameraCalibration& found, const DepthPattern& stated) {
+  const DepthPattern off{found.depth_pattern.nodes - stated.nodes};
+  return found.depth_pattern_seen && off.Rms() > 3.0 * found.depth_pattern_sigma.Rms();
+}
+
+// inverse_depth_offset, depth_pattern: of what is left.
 CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
                        bool intrinsics, int round) {
   const std::unique_ptr<const Dataset> images = OpenImages(directory, sensor);
@@ -59,7 +65,8 @@ CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor&
   options.slam = Deterministic(options.slam);  // one recording, one calibration
   options.dense = false;
   options.adjust_all = true;
-  options.calibrate = CameraCalibrationOptions{.intrinsics = intrinsics};
+  options.calibrate =
+      CameraCalibrationOptions{.intrinsics = intrinsics, .pattern_of = sensor.camera};
   Progress progress(round == 1 ? "tracking"
                                : fmt::format("tracking with what was found, round {}", round));
   const SlamRun run = RunSlam(*images, sensor, options,
@@ -117,6 +124,9 @@ void PrintOffset(const CameraCalibration& found) {
              100.0 * std::abs(share), 100.0 * kFar * found.inverse_depth_sigma,
              share < 0.0 ? "short" : "long", kFar, found.inverse_depth_offset,
              found.inverse_depth_sigma);
+  fmt::print("pattern      {:.2f} +- {:.2f} % of it over the image at {:.0f} m (RMS)\n",
+             100.0 * kFar * found.depth_pattern.Rms(), 100.0 * kFar * found.depth_pattern_sigma.Rms(),
+             kFar);
 }
 
 void PrintText(const FrameTimingEstimate& found) {
@@ -162,14 +172,20 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
     found = Track(dataset, tracked, options.intrinsics, round);
     found.rounds = round;
     found.camera.inverse_depth_offset += tracked.inverse_depth_offset;
+    found.camera.depth_pattern.nodes += tracked.depth_pattern.nodes;
     *sensor = stated;
     TakeIntrinsics(found.camera, &sensor->camera);
     if (!keep_depth && IsOff(found.camera, stated.inverse_depth_offset)) {
       sensor->inverse_depth_offset = found.camera.inverse_depth_offset;
     }
+    if (!keep_depth && IsPatternOff(found.camera, stated.depth_pattern)) {
+      sensor->depth_pattern = found.camera.depth_pattern;
+    }
     TakeTiming(found.timing, &sensor->timing);
-    const bool once_more = round == 1 && (options.intrinsics || sensor->inverse_depth_offset !=
-                                                                    tracked.inverse_depth_offset);
+    const bool once_more =
+        round == 1 && (options.intrinsics ||
+                       sensor->inverse_depth_offset != tracked.inverse_depth_offset ||
+                       sensor->depth_pattern.nodes != tracked.depth_pattern.nodes);
     if (!once_more && IsSettled(found.timing, tracked.timing, sensor->timing)) break;
   }
   sensor->timing = stated.timing;
@@ -181,6 +197,9 @@ CalibrationSigma TakeFound(const CalibratedImages& found, RgbdSensor* sensor) {
   sigma.timing = TakeTiming(found.timing, &sensor->timing);
   if (sensor->inverse_depth_offset == found.camera.inverse_depth_offset) {
     sigma.inverse_depth_offset = found.camera.inverse_depth_sigma;
+  }
+  if (sensor->depth_pattern.nodes == found.camera.depth_pattern.nodes) {
+    sigma.depth_pattern = found.camera.depth_pattern_sigma.Rms();
   }
   return sigma;
 }
@@ -198,6 +217,14 @@ void AddTo(nlohmann::ordered_json* report, const CalibratedImages& found,
   (*report)["inverse_depth_offset"] = {{"value_per_m", found.camera.inverse_depth_offset},
                                        {"sigma_per_m", found.camera.inverse_depth_sigma},
                                        {"seen", found.camera.inverse_depth_seen}};
+  const auto list = [](const DepthPattern& pattern) {
+    return std::vector<double>(pattern.nodes.data(), pattern.nodes.data() + pattern.nodes.size());
+  };
+  (*report)["depth_pattern"] = {{"columns", DepthPattern::kColumns},
+                                {"rows", DepthPattern::kRows},
+                                {"values_per_m", list(found.camera.depth_pattern)},
+                                {"sigma_per_m", list(found.camera.depth_pattern_sigma)},
+                                {"seen", found.camera.depth_pattern_seen}};
   (*report)["row_times"] = ToJson(found.timing);
   (*report)["rounds"] = found.rounds;
 }

@@ -20,7 +20,7 @@ struct ImageCalibrationOptions {
 
 struct CalibratedImages {
   Trajectory trajectory;       // all frames, adjusted together
-  CameraCalibration camera;    // inverse_depth_offset: in all, what was stated included
+  CameraCalibration camera;    // offset and pattern of depth in all, what was stated included
   FrameTimingEstimate timing;  // of the rows
   int rounds = 0;              // that tracked them
 };
@@ -28,8 +28,8 @@ struct CalibratedImages {
 // Tracks a dataset with what is stated of its sensor, and once more where that was wrong: what is
 // tracked with a wrong camera is tracked worse. A map that was made with wrong times of its rows
 // holds on to them: it is made anew, six times at most, until they settle. The sensor gets the
-// intrinsics that the last round finds and sees, and the offset of depth where it is seen and off
-// beyond doubt; the rest stays as it was stated. Throws IoError as the dataset, and where too
+// intrinsics that the last round finds and sees, the offset of depth and its pattern where they are
+// seen and off beyond doubt; the rest stays as it was stated. Throws IoError as the dataset, and where too
 // little can be tracked.
 CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
                                  const ImageCalibrationOptions& options, RgbdSensor* sensor);

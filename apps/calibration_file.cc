@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <string>
 #include <system_error>
@@ -73,15 +72,39 @@ struct Measured {
   double value, sigma;
 };
 
+void Write(const Measured& entry, YAML::Emitter* out) {
+  *out << YAML::Key << entry.key << YAML::Value << entry.value;
+  if (entry.sigma > 0.0) *out << YAML::Comment(fmt::format("+- {:.2g}", entry.sigma));
+}
+
+bool IsTold(const Measured& entry) {
+  return entry.value != 0.0 || entry.sigma != 0.0;
+}
+
 // Where there is nothing to tell, the file is as it was before it could.
-void WriteMeasured(const char* section, std::initializer_list<Measured> entries,
-                   YAML::Emitter* out) {
-  const auto is_told = [](const Measured& m) { return m.value != 0.0 || m.sigma != 0.0; };
-  if (std::ranges::none_of(entries, is_told)) return;
-  *out << YAML::Key << section << YAML::Value << YAML::BeginMap;
-  for (const Measured& entry : entries) {
-    *out << YAML::Key << entry.key << YAML::Value << entry.value;
-    if (entry.sigma > 0.0) *out << YAML::Comment(fmt::format("+- {:.2g}", entry.sigma));
+void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::Emitter* out) {
+  const FrameTiming& timing = sensor.timing;
+  const Measured readout{"readout", timing.colour_readout, sigma.timing.colour_readout};
+  if (IsTold(readout)) {
+    *out << YAML::Key << "colour" << YAML::Value << YAML::BeginMap;
+    Write(readout, out);
+    *out << YAML::EndMap;
+  }
+  const Measured depth[] = {
+      {"delay", timing.depth_delay, sigma.timing.depth_delay},
+      {"readout", timing.depth_readout, sigma.timing.depth_readout},
+      {"inverse_offset", sensor.inverse_depth_offset, sigma.inverse_depth_offset}};
+  const DepthPattern& pattern = sensor.depth_pattern;
+  if (pattern.IsZero() && std::ranges::none_of(depth, IsTold)) return;
+  *out << YAML::Key << "depth" << YAML::Value << YAML::BeginMap;
+  for (const Measured& entry : depth) Write(entry, out);
+  if (!pattern.IsZero()) {
+    *out << YAML::Key << "pattern";
+    if (sigma.depth_pattern > 0.0) {
+      *out << YAML::Comment(fmt::format("+- {:.2g}", sigma.depth_pattern));
+    }
+    *out << YAML::Value << YAML::Flow
+         << std::vector<double>(pattern.nodes.data(), pattern.nodes.data() + pattern.nodes.size());
   }
   *out << YAML::EndMap;
 }
@@ -102,14 +125,7 @@ void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
       "depth_noise",
       {{"offset", noise.offset}, {"quadratic", noise.quadratic}, {"reference", noise.reference}},
       &out);
-  const FrameTiming& timing = config.sensor.timing;
-  WriteMeasured("colour", {{"readout", timing.colour_readout, sigma.timing.colour_readout}}, &out);
-  WriteMeasured(
-      "depth",
-      {{"delay", timing.depth_delay, sigma.timing.depth_delay},
-       {"readout", timing.depth_readout, sigma.timing.depth_readout},
-       {"inverse_offset", config.sensor.inverse_depth_offset, sigma.inverse_depth_offset}},
-      &out);
+  WriteErrors(config.sensor, sigma, &out);
   if (config.imu) WriteImu(*config.imu, &out);
   out << YAML::EndMap;
   std::error_code ignored;  // the file says what is wrong

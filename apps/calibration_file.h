@@ -10,6 +10,7 @@ namespace highwall::apps {
 struct CalibrationSigma {
   FrameTiming timing;                 // [s]
   double inverse_depth_offset = 0.0;  // [1/m]
+  double depth_pattern = 0.0;         // [1/m] root mean square over its nodes
 };
 
 // A configuration that LoadConfig() reads back, exactly but for the rotation of T_BC (to 1e-15).

@@ -73,6 +73,8 @@ void ReadErrors(YamlReader& file, RgbdSensor* sensor) {
   depth.Read("readout", &sensor->timing.depth_readout);
   depth.Read("delay", &sensor->timing.depth_delay);
   depth.Read("inverse_offset", &sensor->inverse_depth_offset);
+  DepthPattern::Vector& nodes = sensor->depth_pattern.nodes;
+  depth.Read("pattern", std::span<double>(nodes.data(), static_cast<std::size_t>(nodes.size())));
 }
 
 void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibration* imu) {

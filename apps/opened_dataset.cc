@@ -33,6 +33,7 @@ std::unique_ptr<const Dataset> OpenImages(const std::filesystem::path& directory
   return std::make_unique<TumDataset>(
       directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
                                    .inverse_depth_offset = sensor.inverse_depth_offset,
+                                   .depth_pattern = sensor.depth_pattern,
                                    .width = sensor.camera.width,
                                    .height = sensor.camera.height});
 }

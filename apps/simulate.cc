@@ -52,6 +52,7 @@ struct SimulateArguments {
   double readout = 0.0, depth_readout = 0.0;  // [s]
   double depth_delay = 0.0;                   // [s]
   double depth_bias = 0.0;                    // at 3 m
+  double depth_pattern = 0.0;                 // likewise
   bool write_errors = false;
   double time_offset = 0.0;  // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
@@ -127,6 +128,7 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   }
   options.depth_delay = arguments.depth_delay;
   options.sensor.depth_bias = arguments.depth_bias;
+  options.sensor.depth_pattern = arguments.depth_pattern;
   if (arguments.noise) {
     options.sensor.noise = *arguments.noise == "off"      ? SensorNoise::kOff
                            : *arguments.noise == "kinect" ? SensorNoise::kKinect
@@ -274,8 +276,12 @@ void AddDepthCameraOptions(CLI::App* command, SimulateArguments* arguments) {
       -0.2, 0.2);
   add("--depth-bias", &arguments->depth_bias,
       "Share by which depth reads too long at 3 m; it grows with depth", -0.1, 0.1);
+  add("--depth-pattern", &arguments->depth_pattern,
+      "By how much more of itself depth reads too long in the image's corners than in its middle, at "
+      "3 m",
+      -0.1, 0.1);
   command->add_flag("--write-errors", arguments->write_errors,
-                    "Tell read-outs, delay and bias in calibration.yaml");
+                    "Tell read-outs, delay, bias and pattern in calibration.yaml");
 }
 
 void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {

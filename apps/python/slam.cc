@@ -106,6 +106,12 @@ void BindSensor(py::module_& module) {
       .def_readwrite("depth_factor", &RgbdSensor::depth_factor, "Stored value of one metre.")
       .def_readwrite("inverse_depth_offset", &RgbdSensor::inverse_depth_offset,
                      "[1/m] By how much the inverse of a reading is too large.")
+      .def_property(
+          "depth_pattern", [](const RgbdSensor& self) { return self.depth_pattern.nodes; },
+          [](RgbdSensor& self, const DepthPattern::Vector& nodes) {
+            self.depth_pattern.nodes = nodes;
+          },
+          "[1/m] And over the image, at four rows of five nodes, row by row.")
       .def_readwrite("depth_noise", &RgbdSensor::depth_noise)
       .def_readwrite("min_depth", &RgbdSensor::min_depth, "[m]")
       .def_readwrite("max_depth", &RgbdSensor::max_depth, "[m]")
@@ -138,13 +144,15 @@ void BindDataset(py::module_& module) {
           "depth", [](const RgbdImage& image) { return ImageArray(image.depth); }, "[m]");
   py::class_<TumDataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")
       .def(py::init([](const py::object& directory, double depth_factor,
-                       double inverse_depth_offset) {
+                       double inverse_depth_offset, const DepthPattern::Vector& depth_pattern) {
              return std::make_unique<TumDataset>(
                  Path(directory), TumDatasetOptions{.depth_factor = depth_factor,
-                                                    .inverse_depth_offset = inverse_depth_offset});
+                                                    .inverse_depth_offset = inverse_depth_offset,
+                                                    .depth_pattern = {depth_pattern}});
            }),
            py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor,
-           py::arg("inverse_depth_offset") = 0.0)
+           py::arg("inverse_depth_offset") = 0.0,
+           py::arg("depth_pattern") = DepthPattern().nodes)
       .def("__len__", &TumDataset::size)
       .def("load", &TumDataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
            "The images of a frame; None where they cannot be used.")

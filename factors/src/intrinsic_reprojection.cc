@@ -6,10 +6,14 @@
 namespace highwall {
 
 IntrinsicReprojection::IntrinsicReprojection(const ProjectionRows<3>& rows,
-                                             const RgbdProjection& projection)
-    : rows_(rows), c_(projection.fx() * projection.baseline()), min_depth_(projection.min_depth()) {
-  HIGHWALL_REQUIRE(rows.A.allFinite() && rows.b.allFinite(),
-                   "IntrinsicReprojection: rows that are not finite");
+                                             const RgbdProjection& projection,
+                                             const DepthPattern::Vector& shares)
+    : rows_(rows),
+      shares_(shares),
+      c_(projection.fx() * projection.baseline()),
+      min_depth_(projection.min_depth()) {
+  HIGHWALL_REQUIRE(rows.A.allFinite() && rows.b.allFinite() && shares.allFinite(),
+                   "IntrinsicReprojection: rows or shares that are not finite");
 }
 
 bool IntrinsicReprojection::Evaluate(double const* const* parameters, double* residuals,
@@ -17,7 +21,8 @@ bool IntrinsicReprojection::Evaluate(double const* const* parameters, double* re
   const RgbdProjection::View view = RgbdProjection::At(parameters[kPose]);
   const Eigen::Map<const Eigen::Vector3d> p_W(parameters[kPoint]);
   const Eigen::Map<const Eigen::Vector4d> k(parameters[kIntrinsics]);
-  const double o = parameters[kInverseDepthOffset][0];
+  const Eigen::Map<const DepthPattern::Vector> g(parameters[kPattern]);
+  const double o = parameters[kInverseDepthOffset][0] + shares_.dot(g);
   const Eigen::Vector3d p_C = view.R_BW * (p_W - view.p_WB);
   Eigen::Map<Eigen::Vector3d> r(residuals);
   Eigen::Matrix<double, 3, 6> dr_dpose = Eigen::Matrix<double, 3, 6>::Zero();
@@ -56,6 +61,11 @@ bool IntrinsicReprojection::Evaluate(double const* const* parameters, double* re
   if (jacobians[kInverseDepthOffset] != nullptr) {
     Eigen::Map<Eigen::Vector3d> out(jacobians[kInverseDepthOffset]);
     out = dr_do;
+  }
+  if (jacobians[kPattern] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 3, DepthPattern::kNodes, Eigen::RowMajor>> out(
+        jacobians[kPattern]);
+    out = dr_do * shares_.transpose();  // Eq. 5
   }
   return true;
 }

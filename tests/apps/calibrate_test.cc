@@ -267,6 +267,34 @@ TEST(CalibrateCommand, FindsTheOffsetOfDepthWithoutAnImu) {
   EXPECT_EQ(apps::LoadConfig(written).sensor.inverse_depth_offset, truth);
 }
 
+TEST(CalibrateCommand, FindsAPatternOfDepthOverTheImage) {
+  const testing::TemporaryDirectory folder;
+  const fs::path dataset = folder / "walk", written = folder / "found.yaml";
+  const simulate::Simulation recording = Recording([](simulate::SimulationOptions& options) {
+    options.imu.enabled = false;
+    options.sensor.depth_pattern = 0.05;
+  });
+  DepthPattern truth = recording.options().sensor.Pattern();
+  truth.nodes.array() -= truth.nodes.mean();  // that is the offset's
+  simulate::WriteTum(recording, dataset);
+  const Outcome outcome = Calibrate(dataset.string() + " --json --out " + written.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json found = json::parse(outcome.out)["depth_pattern"];
+  EXPECT_EQ(found["columns"].get<int>() * found["rows"].get<int>(), DepthPattern::kNodes);
+  EXPECT_TRUE(found["seen"]);
+  const DepthPattern pattern = apps::LoadConfig(written).sensor.depth_pattern;
+  EXPECT_EQ(found["values_per_m"].get<std::vector<double>>(),
+            std::vector<double>(pattern.nodes.begin(), pattern.nodes.end()));
+  EXPECT_LT(DepthPattern{pattern.nodes - truth.nodes}.Rms(), 0.3 * truth.Rms());
+  std::ifstream file(written);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(text.find("pattern:  # +- 0.0"), std::string::npos) << text;
+
+  const Outcome kept = Calibrate(dataset.string() + " --keep-depth --out " + written.string());
+  EXPECT_NE(kept.out.find("pattern      "), std::string::npos) << kept.out;
+  EXPECT_TRUE(apps::LoadConfig(written).sensor.depth_pattern.IsZero());
+}
+
 TEST(CalibrateCommand, RefusesARecordingOfAMomentAndOneThatIsNone) {
   const testing::TemporaryDirectory folder;
   testing::WriteSmallRoom(folder / "room", 2);

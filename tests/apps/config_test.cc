@@ -64,6 +64,14 @@ TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
   EXPECT_EQ(timing.depth_readout, 0.01);
   EXPECT_EQ(timing.depth_delay, -0.004);
   EXPECT_EQ(LoadConfig(path).sensor.inverse_depth_offset, -0.0065);
+  EXPECT_TRUE(LoadConfig(path).sensor.depth_pattern.IsZero());
+  WriteText(path, start + "depth:\n  pattern: [1,2,3]\n");
+  EXPECT_NE(MessageOf<IoError>([&] { LoadConfig(path); })
+                .find(":4: 'pattern' must be a list of 20 finite numbers"),
+            std::string::npos)
+      << MessageOf<IoError>([&] { LoadConfig(path); });
+  WriteText(path, start + "depth:\n  pattern: [3,0,0,0,0, 0,0,0,0,0, 0,0,0,0,0, 0,0,0,0,0]\n");
+  EXPECT_THROW(LoadConfig(path), IoError);
   WriteText(path, start + "colour: {readout: -0.01}\n");
   EXPECT_THROW(LoadConfig(path), IoError);
   WriteText(path, start + "colour: {read_out: 0.01}\n");
@@ -322,6 +330,9 @@ TEST(WriteConfig, IsReadBack) {
   config.sensor.min_depth = 0.1;
   config.sensor.depth_noise = DepthNoise::Stereo(0.1, 400.0, 0.055);
   config.sensor.inverse_depth_offset = -0.02 / 3.06;
+  for (int i = 0; i < DepthPattern::kNodes; ++i) {
+    config.sensor.depth_pattern.nodes[i] = 0.01 * std::sin(i);
+  }
   config.imu.emplace();
   config.imu->T_BC = Pose::FromTangent({0.01, 1.0 / 3.0, -0.2}, {0.3, -1.1, 2.0});
   config.imu->noise.gyroscope_walk = 1.0 / 30'001.0;
@@ -335,6 +346,7 @@ TEST(WriteConfig, IsReadBack) {
   EXPECT_EQ(read.sensor.min_depth, config.sensor.min_depth);
   EXPECT_EQ(read.sensor.depth_noise.quadratic, config.sensor.depth_noise.quadratic);
   EXPECT_EQ(read.sensor.inverse_depth_offset, config.sensor.inverse_depth_offset);
+  EXPECT_EQ(read.sensor.depth_pattern.nodes, config.sensor.depth_pattern.nodes);
   // A matrix on the way between two quaternions.
   EXPECT_LT((read.imu->T_BC.Matrix() - config.imu->T_BC.Matrix()).norm(), 1e-15);
   EXPECT_EQ(read.imu->noise.gyroscope_walk, config.imu->noise.gyroscope_walk);

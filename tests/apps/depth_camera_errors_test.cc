@@ -221,6 +221,33 @@ TEST(DepthBias, IsAConstantOfInverseDepth) {
   EXPECT_EQ(DifferenceOf(images.bgr, without.bgr), 0.0);
 }
 
+TEST(DepthPattern, IsAParaboloidOfInverseDepthAndItsNodesAreNearIt) {
+  const SensorOptions options{.noise = SensorNoise::kOff, .depth_pattern = 0.03};
+  const double corner = options.InverseDepthPattern(1.0, -1.0);
+  const double middle = options.InverseDepthPattern(0.0, 0.0);
+  EXPECT_NEAR(1.0 / (1.0 / 3.0 + corner - middle), 3.09, 1e-12);  // 3 % too long, beside the middle
+  const Rendering wall{cv::Mat(kHeight, kWidth, CV_32FC3, cv::Scalar::all(90)),
+                       cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(3.0)),
+                       cv::Mat(kHeight, kWidth, CV_32FC1, 1.0f)};
+  const cv::Mat depth = Sensor(options, Options().camera, 1).Observe(wall, 0).depth;
+  EXPECT_NEAR(depth.at<float>(0, 0), 1.0 / (1.0 / 3.0 + corner), 1e-6);
+  double sum = 0.0, squares = 0.0, most = 0.0;
+  const DepthPattern pattern = options.Pattern();
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const double off = 1.0 / static_cast<double>(depth.at<float>(v, u)) - 1.0 / 3.0;
+      const double left = off - pattern.At(u, v, kWidth, kHeight);
+      sum += off;
+      squares += left * left;
+      most = std::max(most, std::abs(left));
+    }
+  }
+  constexpr double kPixels = kWidth * kHeight;
+  EXPECT_NEAR(sum / kPixels, 0.0, 0.01 * std::abs(corner));  // pixels at the edge count in full
+  EXPECT_LT(std::sqrt(squares / kPixels), 0.05 * std::abs(corner - middle));
+  EXPECT_LT(most, 0.1 * std::abs(corner - middle));
+}
+
 TEST(DepthCameraErrors, OutOfRangeAreRefusedByName) {
   const auto refused = [](auto&& change) {
     SimulationOptions options = Options();
@@ -243,6 +270,7 @@ TEST(DepthCameraErrors, OutOfRangeAreRefusedByName) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(names(refused([=](auto* o) { o->depth_delay = kInfinite; }), "::depth_delay"));
   EXPECT_TRUE(names(refused([](auto* o) { o->sensor.depth_bias = 0.2; }), "::depth_bias"));
+  EXPECT_TRUE(names(refused([](auto* o) { o->sensor.depth_pattern = 0.2; }), "::depth_pattern"));
 }
 
 }  // namespace

@@ -390,6 +390,11 @@ TEST(SimulateCommand, TellsTheErrorsOfTheCameraWhereItIsToldTo) {
             silent +
                 "colour:\n  readout: 0.03\ndepth:\n  delay: 0.02\n  readout: 0.025\n"
                 "  inverse_offset: -0.0065359477124183\n");
+  calibration("pattern", " --write-errors --depth-pattern 0.03");
+  const DepthPattern pattern =
+      apps::LoadConfig(folder.path() / "pattern" / "calibration.yaml").sensor.depth_pattern;
+  EXPECT_LT((pattern.nodes - simulate::SensorOptions{.depth_pattern = 0.03}.Pattern().nodes).norm(),
+            1e-12);
   for (const char* list : {"rgb.txt", "groundtruth.txt", "imu.csv"}) {
     EXPECT_EQ(ReadText(folder.path() / "silent" / list), ReadText(folder.path() / "told" / list));
   }

@@ -52,9 +52,10 @@ Scene MakeSurroundings() {
 }
 
 // What a walk sees, in a map whose keyframes and points are a centimetre and half a degree off.
-// turns: [rad] about the camera's axes, from one end to the other of the walk. offset: [1/m] of the
-// inverse of what is read.
-Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed, double offset = 0.0) {
+// turns: [rad] about the camera's axes, from one end to the other of the walk. offset, pattern:
+// [1/m] of the inverse of what is read.
+Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed, double offset = 0.0,
+         const DepthPattern& pattern = {}) {
   std::mt19937 rng(seed);
   SceneMap scene_map(scene);
   constexpr int kKeyFrames = 24;
@@ -69,7 +70,9 @@ Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed, double
              {.px = kModel.PointSigma(0), .depth = true, .seed = seed + static_cast<unsigned>(i)});
     auto features = std::make_shared<FrameFeatures>(*view.features);
     for (PointFeature& feature : features->points) {
-      feature.depth /= 1.0 + offset * feature.depth;
+      const PinholeCamera& camera = TrueSensor().camera;
+      const double here = pattern.At(feature.uv.x(), feature.uv.y(), camera.width, camera.height);
+      feature.depth /= 1.0 + (offset + here) * feature.depth;
     }
     view.features = features;
     Eigen::Matrix<double, 6, 1> d;
@@ -143,6 +146,64 @@ TEST(CameraCalibration, OffsetsOfDepthAndIntrinsicsAreToldApart) {
   EXPECT_TRUE((error.cwiseAbs().array() < 4.0 * found.sigma.array()).all()) << error.transpose();
 }
 
+TEST(CameraCalibration, APatternOfDepthIsFoundWithinItsStandardDeviations) {
+  const Scene scene = MakeSurroundings();
+  const MeasurementModel known(TrueSensor(), {});
+  std::mt19937 rng(5);
+  double nees = 0.0;
+  constexpr int kRuns = 5;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    // As smooth as it is taken to be, 0 in the mean, beside an offset.
+    DepthPattern truth;
+    for (int node = 0; node < DepthPattern::kNodes; ++node) {
+      const double left = node % DepthPattern::kColumns > 0 ? truth.nodes[node - 1] : 0.0;
+      truth.nodes[node] = left + testing::Uniform(rng, -0.005, 0.005);
+    }
+    truth.nodes.array() -= truth.nodes.mean();
+    const Map map = Walk(scene, {0.8, 0.8, 0.8}, 100 * seed, kOffset, truth);
+    const CameraCalibration found = CalibrateCamera(
+        map, known, kFirstSubmap, {.intrinsics = false, .pattern_of = TrueSensor().camera});
+    const DepthPattern::Vector error = found.depth_pattern.nodes - truth.nodes;
+    EXPECT_NEAR(found.depth_pattern.nodes.mean(), 0.0, 1e-5);
+    EXPECT_LT(std::sqrt(error.squaredNorm() / DepthPattern::kNodes), 0.25 * truth.Rms());
+    EXPECT_LT(std::abs(found.inverse_depth_offset - kOffset), 4.0 * found.inverse_depth_sigma);
+    EXPECT_TRUE(found.depth_pattern_seen);
+    EXPECT_TRUE(found.advice.empty());
+    nees += error.cwiseQuotient(found.depth_pattern_sigma.nodes).squaredNorm() /
+            (DepthPattern::kNodes * kRuns);
+  }
+  // Chi-squared of 95 degrees of freedom, correlated between neighbours: 1 +- 0.15 and more.
+  EXPECT_LT(nees, 1.8);
+  EXPECT_GT(nees, 0.4);
+}
+
+TEST(CameraCalibration, AGivenPatternIsNotLookedFor) {
+  const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 100);
+  const CameraCalibration found = CalibrateCamera(map, MeasurementModel(TrueSensor(), {}),
+                                                  kFirstSubmap, {.intrinsics = false});
+  EXPECT_TRUE(found.depth_pattern.IsZero());
+  EXPECT_TRUE(found.depth_pattern_sigma.IsZero());
+  EXPECT_FALSE(found.depth_pattern_seen);
+}
+
+TEST(CameraCalibration, APatternThatHardlyShowsIsSaid) {
+  // It hardly moves: what is seen in one place of the image stays there.
+  Scene scene = MakeSurroundings();
+  SceneMap scene_map(scene);
+  for (int i = 0; i < 4; ++i) {
+    const Pose T_WC = Pose::FromTangent({0.01 * i, 0.0, 0.0}, {0.0, 0.0, 0.0});
+    scene_map.Add(Look(scene, TrueSensor(), T_WC,
+                       {.px = kModel.PointSigma(0), .depth = true, .seed = 5U + i}),
+                  T_WC);
+  }
+  const CameraCalibration found =
+      CalibrateCamera(scene_map.map, MeasurementModel(TrueSensor(), {}), kFirstSubmap,
+                      {.intrinsics = false, .pattern_of = TrueSensor().camera});
+  EXPECT_FALSE(found.depth_pattern_seen);
+  ASSERT_FALSE(found.advice.empty());
+  EXPECT_NE(found.advice.back().find("pattern of depth"), std::string::npos);
+}
+
 TEST(CameraCalibration, WhatIsNotSeenIsSaid) {
   const Scene scene = MakeSurroundings();
   // It looks ahead all the time: a principal point beside its place and a turn are alike.
@@ -196,6 +257,7 @@ TEST(CameraCalibration, RefusesAMapThatTellsNothingAndBadOptions) {
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 1);
   EXPECT_THROW(CalibrateCamera(map, kModel, kFirstSubmap, {.huber = 0.0}), InvalidArgument);
   EXPECT_THROW(CalibrateCamera(map, kModel, kFirstSubmap, {.inverse_depth = 0.0}), InvalidArgument);
+  EXPECT_THROW(CalibrateCamera(map, kModel, kFirstSubmap, {.pattern_step = 0.0}), InvalidArgument);
 }
 
 }  // namespace

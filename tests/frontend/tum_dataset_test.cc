@@ -199,6 +199,29 @@ TEST(MetricDepth, IsNoneWhereNothingWasReadOrWhatWasLiesBeyondInfinity) {
   EXPECT_THROW(MetricDepth(stored, 1000.0, std::nan("")), InvalidArgument);
 }
 
+TEST(MetricDepth, TakesAPatternOffWhereItIs) {
+  const cv::Mat stored(481, 641, CV_16UC1, cv::Scalar(2000));
+  DepthPattern pattern;
+  pattern.nodes[DepthPattern::kNodes - 1] = -0.01;  // the last row's right end reads too long
+  const cv::Mat depth = MetricDepth(stored, 1000.0, 0.002, pattern);
+  EXPECT_NEAR(depth.at<float>(0, 0), 1.0 / (0.5 - 0.002), 1e-6);
+  EXPECT_NEAR(depth.at<float>(480, 640), 1.0 / (0.5 - 0.002 + 0.01), 1e-6);
+  EXPECT_NEAR(depth.at<float>(400, 560), 1.0 / (0.5 - 0.002 + 0.0025), 1e-6);  // half and half
+  pattern.nodes[0] = std::nan("");
+  EXPECT_THROW(MetricDepth(stored, 1000.0, 0.0, pattern), InvalidArgument);
+}
+
+TEST(TumDataset, TakesThePatternOffTheInverseOfDepth) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path(), {.raw_depth = 10000});
+  DepthPattern pattern;
+  pattern.nodes.setConstant(0.5 - 0.4);
+  const TumDataset dataset(folder.path(), {.depth_pattern = pattern});
+  double most = 0.0;
+  cv::minMaxLoc(dataset.Load(0)->depth, nullptr, &most);
+  EXPECT_NEAR(most, 2.5, 1e-6);
+}
+
 TEST(TumDataset, NamesTheBadOption) {
   const TemporaryDirectory folder;
   WriteTum(folder.path());

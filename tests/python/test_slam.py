@@ -24,6 +24,12 @@ def make_sensor():
     return hw.RgbdSensor(camera=camera)
 
 
+def test_a_sensor_has_a_pattern_of_depth(sensor):
+    np.testing.assert_array_equal(sensor.depth_pattern, np.zeros(20))
+    sensor.depth_pattern = np.linspace(-0.01, 0.01, 20)
+    np.testing.assert_array_equal(sensor.depth_pattern, np.linspace(-0.01, 0.01, 20))
+
+
 def test_slam_follows_a_camera_and_tells_of_it(sensor):
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
     keyframes, frames = {}, []

@@ -111,13 +111,15 @@ class RgbdSensor:
     camera: PinholeCamera
     depth_factor: float
     depth_noise: DepthNoise
+    depth_pattern: Array
     inverse_depth_offset: float
     max_depth: float
     min_depth: float
     timing: FrameTiming
     def __init__(
         self, *, camera: PinholeCamera = ..., depth_factor: float = ...,
-        depth_noise: DepthNoise = ..., inverse_depth_offset: float = ...,
+        depth_noise: DepthNoise = ..., depth_pattern: Array = ...,
+        inverse_depth_offset: float = ...,
         max_depth: float = ..., min_depth: float = ..., timing: FrameTiming = ...
     ) -> None: ...
     @staticmethod
@@ -175,7 +177,8 @@ class TrackingState:
 
 class TumDataset:
     def __init__(
-        self, directory: Path, depth_factor: float = ..., inverse_depth_offset: float = ...
+        self, directory: Path, depth_factor: float = ..., inverse_depth_offset: float = ...,
+        depth_pattern: Array = ...
     ) -> None: ...
     def imu(self) -> List[ImuSample]: ...
     def load(self, index: int) -> Optional[RgbdImage]: ...

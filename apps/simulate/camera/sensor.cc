@@ -42,6 +42,11 @@ cv::Mat NearestInWindow(const cv::Mat& depth) {
   return nearest;
 }
 
+// [1/m] Of the inverse of a depth that reads so much too long at the reference.
+double OffsetOf(double share) {
+  return -share / (kBiasReference * (1.0 + share));
+}
+
 bool IsLost(float cosine, float uniform) {
   return uniform * (kGrazingPossible - kGrazingSure) > cosine - kGrazingSure;
 }
@@ -57,6 +62,8 @@ void SensorOptions::Validate() const {
                    "SensorOptions::max_depth must exceed min_depth");
   HIGHWALL_REQUIRE(std::abs(depth_bias) <= kMaxDepthBias,
                    "SensorOptions::depth_bias must be in [-0.1, 0.1]");
+  HIGHWALL_REQUIRE(std::abs(depth_pattern) <= kMaxDepthBias,
+                   "SensorOptions::depth_pattern must be in [-0.1, 0.1]");
   HIGHWALL_REQUIRE(std::isfinite(colour_sigma) && colour_sigma >= 0.0,
                    "SensorOptions::colour_sigma must not be negative");
   stereo.Validate();
@@ -71,7 +78,25 @@ DepthNoise SensorOptions::Noise() const {
 }
 
 double SensorOptions::InverseDepthOffset() const {
-  return -depth_bias / (kBiasReference * (1.0 + depth_bias));
+  return OffsetOf(depth_bias);
+}
+
+double SensorOptions::InverseDepthPattern(double x, double y) const {
+  return OffsetOf(depth_pattern) * (0.5 * (x * x + y * y) - 1.0 / 3.0);
+}
+
+DepthPattern SensorOptions::Pattern() const {
+  constexpr int kColumns = DepthPattern::kColumns, kRows = DepthPattern::kRows;
+  constexpr double kStepX = 2.0 / (kColumns - 1), kStepY = 2.0 / (kRows - 1);
+  // By so much lines between the nodes lie above a parabola in the mean: h^2 / 6 for x^2.
+  constexpr double kAbove = (kStepX * kStepX + kStepY * kStepY) / 12.0;
+  DepthPattern pattern;
+  for (int node = 0; node < DepthPattern::kNodes; ++node) {
+    const int column = node % kColumns, row = node / kColumns;
+    pattern.nodes[node] = InverseDepthPattern(kStepX * column - 1.0, kStepY * row - 1.0) -
+                          kAbove * OffsetOf(depth_pattern);
+  }
+  return pattern;
 }
 
 Sensor::Sensor(const SensorOptions& options, const PinholeCamera& camera, std::uint64_t seed)
@@ -83,8 +108,10 @@ Sensor::Sensor(const SensorOptions& options, const PinholeCamera& camera, std::u
 cv::Mat Sensor::Biased(const cv::Mat& depth) const {
   const double offset = options_.InverseDepthOffset();
   cv::Mat biased = depth.clone();
-  biased.forEach<float>([offset](float& z, const int*) {
-    const double rest = 1.0 + offset * static_cast<double>(z);
+  biased.forEach<float>([&](float& z, const int* at) {
+    const double x = 2.0 * at[1] / (depth.cols - 1) - 1.0, y = 2.0 * at[0] / (depth.rows - 1) - 1.0;
+    const double rest =
+        1.0 + (offset + options_.InverseDepthPattern(x, y)) * static_cast<double>(z);
     z = rest > 0.0 ? static_cast<float>(static_cast<double>(z) / rest) : 0.0F;
   });
   return biased;

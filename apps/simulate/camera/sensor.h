@@ -6,6 +6,7 @@
 
 #include <highwall/core/camera.h>
 #include <highwall/factors/depth_noise.h>
+#include <highwall/factors/depth_pattern.h>
 
 #include "simulate/camera/renderer.h"
 #include "simulate/camera/stereo_depth.h"
@@ -29,6 +30,9 @@ struct SensorOptions {
   // disparities are off by a constant: z reads as 1 / (1/z + InverseDepthOffset()), to which the
   // noise belongs. What would be at infinity or beyond is not measured.
   double depth_bias = 0.0;
+  // In [-0.1, 0.1]: by how much more of itself depth reads too long in the corners of the image than
+  // in its middle, at 3 m: a paraboloid of inverse depth, 0 in the mean.
+  double depth_pattern = 0.0;
   double colour_sigma = 2.0;  // [grey levels] >= 0; of the Kinect
   StereoOptions stereo{};     // of the D435i
   double read_noise = 0.8;    // [grey levels] >= 0, sigma; of the D435i, times gain
@@ -37,6 +41,9 @@ struct SensorOptions {
   // What an estimator is told of the depth's sigma: the data sheet's.
   DepthNoise Noise() const;
   double InverseDepthOffset() const;  // [1/m]
+  // [1/m] More than that at x, y in [-1, 1], from one edge of the image to the other.
+  double InverseDepthPattern(double x, double y) const;
+  DepthPattern Pattern() const;  // the nearest to that
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

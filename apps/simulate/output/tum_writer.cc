@@ -146,6 +146,11 @@ std::string ErrorsYaml(const SimulationOptions& options) {
       << "colour:\n  readout: " << options.readout << "\ndepth:\n  delay: " << options.depth_delay
       << "\n  readout: " << options.depth_readout
       << "\n  inverse_offset: " << options.sensor.InverseDepthOffset() << "\n";
+  const DepthPattern pattern = options.sensor.Pattern();
+  if (!pattern.IsZero()) {
+    const Eigen::IOFormat list(Eigen::StreamPrecision, Eigen::DontAlignCols, ", ", ", ");
+    out << "  pattern: [" << pattern.nodes.transpose().format(list) << "]\n";
+  }
   return out.str();
 }
 

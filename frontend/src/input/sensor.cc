@@ -57,6 +57,7 @@ void FrameTiming::Validate() const {
 void RgbdSensor::Validate() const {
   camera.Validate();
   depth_noise.Validate();
+  depth_pattern.Validate();
   timing.Validate();
   HIGHWALL_REQUIRE(
       std::isfinite(depth_factor) && depth_factor > 0.0,

@@ -137,6 +137,7 @@ void TumDatasetOptions::Validate() const {
   HIGHWALL_REQUIRE(std::abs(inverse_depth_offset) < 1.0,
                    "TumDatasetOptions::inverse_depth_offset must be within 1 / m, got " +
                        std::to_string(inverse_depth_offset));
+  depth_pattern.Validate();
   HIGHWALL_REQUIRE(width >= 0 && height >= 0 && (width == 0) == (height == 0),
                    "TumDatasetOptions::width and height must both be positive or both 0, got " +
                        std::to_string(width) + " and " + std::to_string(height));
@@ -213,7 +214,8 @@ RgbdImage TumDataset::DoLoad(std::size_t index) const {
   if (!imu_file_ && cv::countNonZero(raw) == 0) {
     throw IoError(depth.path, "holds no depth: all zero");
   }
-  image.depth = MetricDepth(raw, options_.depth_factor, options_.inverse_depth_offset);
+  image.depth = MetricDepth(raw, options_.depth_factor, options_.inverse_depth_offset,
+                            options_.depth_pattern);
   return image;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <ceres/loss_function.h>
+#include <Eigen/Cholesky>
 
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
@@ -25,6 +26,27 @@ namespace {
 // distance is then known to a tenth.
 constexpr double kLeastParallax = 0.02;
 
+// Square-root information of nodes that differ by `step` [1/m] from one to the next, along rows and
+// columns. What they have in common is the offset's: their mean is 0.
+Eigen::Matrix<double, DepthPattern::kNodes, DepthPattern::kNodes> SmoothPattern(double step) {
+  constexpr int kColumns = DepthPattern::kColumns, kNodes = DepthPattern::kNodes;
+  constexpr double kMean = 1e-6;  // [1/m] hardly anything, in numbers that a solver can bear
+  using Matrix = Eigen::Matrix<double, kNodes, kNodes>;
+  Matrix information = Matrix::Constant(1.0 / (kNodes * kNodes * kMean * kMean));
+  const auto tie = [&](int a, int b) {
+    const double weight = 1.0 / (step * step);
+    information(a, a) += weight;
+    information(b, b) += weight;
+    information(a, b) -= weight;
+    information(b, a) -= weight;
+  };
+  for (int node = 0; node < kNodes; ++node) {
+    if (node % kColumns + 1 < kColumns) tie(node, node + 1);
+    if (node + kColumns < kNodes) tie(node, node + kColumns);
+  }
+  return information.llt().matrixU();
+}
+
 // Keyframes and points of a map, and the camera.
 class CameraGraph {
  public:
@@ -34,7 +56,17 @@ class CameraGraph {
         model_(model),
         loss_(std::make_shared<ceres::HuberLoss>(options.huber)),
         intrinsics_(graph_.AddVariable(Known(model.camera()))),
-        inverse_depth_(graph_.AddVariable(0.0)) {
+        inverse_depth_(graph_.AddVariable(0.0)),
+        pattern_of_(options.pattern_of),
+        pattern_(graph_.AddVariable(DepthPattern::Vector(DepthPattern::Vector::Zero()))) {
+    if (pattern_of_) {
+      graph_.AddFactor(std::make_unique<VectorPrior<DepthPattern::kNodes>>(
+                           DepthPattern::Vector(DepthPattern::Vector::Zero()),
+                           SmoothPattern(options.pattern_step)),
+                       pattern_);
+    } else {
+      graph_.Fix(pattern_);
+    }
     graph_.AddFactor(std::make_unique<VectorPrior<1>>(
                          VectorPrior<1>::Vector::Zero(),
                          VectorPrior<1>::Matrix::Constant(1.0 / options.inverse_depth)),
@@ -83,7 +115,8 @@ class CameraGraph {
     result.keyframes = static_cast<int>(poses_.size());
     result.points = points_;
     result.observations = observations_;
-    const int unknowns = 6 * (result.keyframes - 1) + 3 * points_ + (options.intrinsics ? 5 : 1);
+    const int unknowns = 6 * (result.keyframes - 1) + 3 * points_ + (options.intrinsics ? 5 : 1) +
+                         (pattern_of_ ? DepthPattern::kNodes - 1 : 0);
     result.error = 2.0 * summary.final_cost / std::max(1, rows_ - unknowns);
     const double growth = std::sqrt(std::max(1.0, result.error));
     result.intrinsics = graph_.Value(intrinsics_);
@@ -93,7 +126,12 @@ class CameraGraph {
     }
     result.inverse_depth_offset = graph_.Value(inverse_depth_);
     result.inverse_depth_sigma = growth * std::sqrt(graph_.Covariance(inverse_depth_).value());
-    result.inverse_depth_seen = result.inverse_depth_sigma * MedianDepth() <= options.good_depth;
+    const double depth = MedianDepth();
+    result.inverse_depth_seen = result.inverse_depth_sigma * depth <= options.good_depth;
+    if (!pattern_of_) return result;
+    result.depth_pattern.nodes = graph_.Value(pattern_);
+    result.depth_pattern_sigma.nodes = growth * graph_.Covariance(pattern_).diagonal().cwiseSqrt();
+    result.depth_pattern_seen = result.depth_pattern_sigma.Rms() * depth <= options.good_depth;
     return result;
   }
 
@@ -121,11 +159,23 @@ class CameraGraph {
   void Observe(const Observation& o, const Variable<Point>& point) {
     const PointFeature& feature = FeatureOf(o);
     graph_.AddFactor(
-        std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection()), loss_,
-        poses_.at(o.keyframe), point, intrinsics_, inverse_depth_);
+        std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection(),
+                                                SharesOf(feature)),
+        loss_, poses_.at(o.keyframe), point, intrinsics_, inverse_depth_, pattern_);
     if (feature.depth > 0.0) depths_.push_back(feature.depth);
     rows_ += MeasurementModel::Dimension(feature);
     ++observations_;
+  }
+
+  // Of the nodes of the pattern in the depth of a feature, whose position is undistorted.
+  DepthPattern::Vector SharesOf(const PointFeature& feature) const {
+    if (!pattern_of_ || feature.depth <= 0.0) return DepthPattern::Vector::Zero();
+    const PinholeCamera& camera = *pattern_of_;
+    const Eigen::Vector2d m((feature.uv.x() - camera.cx) / camera.fx,
+                            (feature.uv.y() - camera.cy) / camera.fy);
+    const Eigen::Vector2d raw = camera.Distort(m);
+    return DepthPattern::Shares(camera.fx * raw.x() + camera.cx, camera.fy * raw.y() + camera.cy,
+                                camera.width, camera.height);
   }
 
   // [m] Infinite where there is none: nothing is seen then.
@@ -142,12 +192,14 @@ class CameraGraph {
   FactorGraph graph_;
   const Variable<Eigen::Vector4d> intrinsics_;
   const Variable<double> inverse_depth_;
+  const std::optional<PinholeCamera> pattern_of_;
+  const Variable<DepthPattern::Vector> pattern_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
   std::vector<double> depths_;  // [m] that were read
   int points_ = 0, observations_ = 0, rows_ = 0;
 };
 
-std::vector<std::string> Advice(const CameraCalibration& found, bool intrinsics) {
+std::vector<std::string> Advice(const CameraCalibration& found, bool intrinsics, bool pattern) {
   constexpr const char* kMotion[] = {
       "fx was hardly seen: turn the camera left and right, by half of what it sees and more",
       "fy was hardly seen: tilt the camera up and down, by half of what it sees and more",
@@ -162,6 +214,11 @@ std::vector<std::string> Advice(const CameraCalibration& found, bool intrinsics)
         "the offset of depth was hardly seen: look at the same things from near and from far, half "
         "a metre to and fro and more");
   }
+  if (pattern && !found.depth_pattern_seen) {
+    advice.emplace_back(
+        "the pattern of depth over the image was hardly seen: let the same things pass through all "
+        "of the image, its corners too");
+  }
   return advice;
 }
 
@@ -171,6 +228,7 @@ void CameraCalibrationOptions::Validate() const {
   RequirePositiveFinite(focal_share, "CameraCalibrationOptions::focal_share");
   RequirePositiveFinite(centre_share, "CameraCalibrationOptions::centre_share");
   RequirePositiveFinite(inverse_depth, "CameraCalibrationOptions::inverse_depth");
+  RequirePositiveFinite(pattern_step, "CameraCalibrationOptions::pattern_step");
   RequirePositiveFinite(good_depth, "CameraCalibrationOptions::good_depth");
   RequirePositiveFinite(huber, "CameraCalibrationOptions::huber");
   RequirePositiveFinite(good_share, "CameraCalibrationOptions::good_share");
@@ -188,7 +246,7 @@ CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
     found.seen[static_cast<std::size_t>(i)] =
         options.intrinsics && found.sigma[i] <= options.good_share * found.intrinsics[i % 2];
   }
-  found.advice = Advice(found, options.intrinsics);
+  found.advice = Advice(found, options.intrinsics, options.pattern_of.has_value());
   return found;
 }
 

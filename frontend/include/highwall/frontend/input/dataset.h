@@ -14,6 +14,7 @@
 
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
+#include <highwall/factors/depth_pattern.h>
 #include <highwall/factors/imu_buffer.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -27,10 +28,12 @@ struct RgbdImage {
 };
 
 // Depth [m], CV_32FC1, of the values that a sensor stores (CV_16UC1 or CV_32FC1; 0: none), by
-// RgbdSensor::depth_factor and RgbdSensor::inverse_depth_offset: 1/z = factor / value - offset.
-// What would be at infinity or beyond is none. Throws InvalidArgument for other images, a factor
-// that is not positive and an offset that is not finite.          docs/sensors.md
-cv::Mat MetricDepth(const cv::Mat& stored, double depth_factor, double inverse_depth_offset = 0.0);
+// RgbdSensor::depth_factor, RgbdSensor::inverse_depth_offset and RgbdSensor::depth_pattern:
+// 1/z = factor / value - offset - pattern. What would be at infinity or beyond is none. Throws
+// InvalidArgument for other images, a factor that is not positive, and an offset or a pattern that
+// is not finite.                                                  docs/sensors.md
+cv::Mat MetricDepth(const cv::Mat& stored, double depth_factor, double inverse_depth_offset = 0.0,
+                    const DepthPattern& pattern = {});
 
 // A recorded RGB-D sequence, frames in the order of their stamps. A frame that cannot be used is
 // not fatal: Load() returns nothing and the reason joins problems(). Load() and problems() may be

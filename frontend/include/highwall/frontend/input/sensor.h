@@ -8,6 +8,7 @@
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
 #include <highwall/factors/depth_noise.h>
+#include <highwall/factors/depth_pattern.h>
 #include <highwall/factors/imu_preintegration.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -33,10 +34,11 @@ struct FrameTimingEstimate {
 struct RgbdSensor {
   PinholeCamera camera{};
   // How a stored value becomes metres, MetricDepth(): the value that stands for one metre, and by
-  // how much the inverse of what that makes is too large. SlamSystem is given metres, and uses
-  // neither.
+  // how much the inverse of what that makes is too large, everywhere and from place to place.
+  // SlamSystem is given metres, and uses none of them.
   double depth_factor = 5000.0;       // [1/m] > 0
   double inverse_depth_offset = 0.0;  // [1/m] within 1: below 0 where depth reads too long
+  DepthPattern depth_pattern{};       // over the image as it is stored, not undistorted
   DepthNoise depth_noise{};           // of the metric depth
   double min_depth = 0.05;            // [m] > 0; a nearer reading is none
   double max_depth = 20.0;            // [m] > min_depth; neither is a farther one

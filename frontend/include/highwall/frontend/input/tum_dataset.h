@@ -32,6 +32,7 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
 struct TumDatasetOptions {
   double depth_factor = 5000.0;        // [1/m] > 0: the stored depth of one metre
   double inverse_depth_offset = 0.0;   // [1/m] within 1: as RgbdSensor::inverse_depth_offset
+  DepthPattern depth_pattern{};        // as RgbdSensor::depth_pattern
   int width = 0, height = 0;           // [px] the size every frame must have; 0: any
   double max_stamp_difference = 0.02;  // [s] > 0, between colour and depth of a frame
 
