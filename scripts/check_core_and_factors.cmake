@@ -1,5 +1,7 @@
 # HIGHWALL_MODULES=core,factors is configured, built and tested with Eigen, Ceres and GoogleTest
-# alone: no other package that the project uses may be found.
+# alone: no other package that the project uses may be found. What is built is a project that takes
+# both with add_subdirectory, whose programs run as well, without a build type, as such a project may
+# be; by itself Highwall is configured only.
 # Usage: cmake -D ROOT=<project> -D BUILD=<folder, made anew> [-D TESTS=<regular expression>]
 #              -P scripts/check_core_and_factors.cmake
 # TESTS: the test programs that are built and run; "." are all of them.
@@ -26,9 +28,14 @@ foreach(package IN ITEMS OpenCV octomap embree yaml-cpp CLI11 fmt nlohmann_json 
   list(APPEND absent -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
 endforeach()
 file(REMOVE_RECURSE ${BUILD})
-run("the configuration" ${CMAKE_COMMAND} -S ${ROOT} -B ${BUILD} -G Ninja
-    -DCMAKE_BUILD_TYPE=Release -DHIGHWALL_MODULES=core,factors -DHIGHWALL_TESTS=${TESTS} ${absent})
-run("the build" ${CMAKE_COMMAND} --build ${BUILD} --target highwall_tests)
-run("a test" ${CMAKE_CTEST_COMMAND} --test-dir ${BUILD} --output-on-failure --no-tests=error
-    -R "^(core|factors)/")
+run("the configuration" ${CMAKE_COMMAND} -S ${ROOT} -B ${BUILD}/alone -G Ninja
+    -DHIGHWALL_MODULES=core,factors ${absent})
+run("the configuration of a project with both" ${CMAKE_COMMAND}
+    -S ${ROOT}/tests/consumer/add_subdirectory -B ${BUILD} -G Ninja
+    -DHIGHWALL_BUILD_TESTS=ON -DHIGHWALL_TESTS=${TESTS} ${absent})
+run("the build" ${CMAKE_COMMAND} --build ${BUILD} --target highwall_tests use_core use_factors)
+run("a test" ${CMAKE_CTEST_COMMAND} --test-dir ${BUILD}/highwall --output-on-failure
+    --no-tests=error -R "^(core|factors)/")
+run("use_core" ${BUILD}/use_core)
+run("use_factors" ${BUILD}/use_factors)
 file(REMOVE_RECURSE ${BUILD})
