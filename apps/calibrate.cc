@@ -234,9 +234,10 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
       ->add_option("input", arguments->input,
                    "Dataset, or the folder of a run of `highwall slam --imu off` with an IMU")
       ->required();
-  command->add_option("--config", arguments->config,
-                      "tum1, tum2, tum3 or a YAML file; of an IMU only its noise is taken from it "
-                      "[default: calibration.yaml of the dataset]");
+  command->add_option(
+      "--config", arguments->config,
+      "tum1, tum2, tum3 or a YAML file; of an IMU only its noise and ranges are taken from it "
+      "[default: calibration.yaml of the dataset]");
   CLI::Option* trajectory = command->add_option(
       "--trajectory", arguments->trajectory, "T_WC by the images alone, instead of tracking them");
   command
@@ -244,7 +245,8 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
                  "Find the focal lengths and the principal point as well: tracks once more")
       ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
-  command->add_flag("--keep-depth", arguments->keep_depth, "Depth is right: no scale, no offset");
+  command->add_flag("--keep-depth", arguments->keep_depth,
+                    "Depth is right: no scale, no offset, no pattern");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
   command->footer(
       "Example: move the camera for a minute through one place, turning it about all of its axes, "

@@ -63,6 +63,7 @@ CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor&
   const std::unique_ptr<const Dataset> images = OpenImages(directory, sensor);
   SlamRunOptions options;
   options.slam = Deterministic(options.slam);  // one recording, one calibration
+  options.slam.depth_pattern.enabled = false;  // found from all of it, in the end
   options.dense = false;
   options.adjust_all = true;
   options.calibrate =
@@ -124,9 +125,9 @@ void PrintOffset(const CameraCalibration& found) {
              100.0 * std::abs(share), 100.0 * kFar * found.inverse_depth_sigma,
              share < 0.0 ? "short" : "long", kFar, found.inverse_depth_offset,
              found.inverse_depth_sigma);
-  fmt::print("pattern      {:.2f} +- {:.2f} % of it over the image at {:.0f} m (RMS)\n",
-             100.0 * kFar * found.depth_pattern.Rms(), 100.0 * kFar * found.depth_pattern_sigma.Rms(),
-             kFar);
+  fmt::print("pattern      depth is off by {:.2f} +- {:.2f} % over the image at {:.0f} m (RMS)\n",
+             100.0 * kFar * found.depth_pattern.Rms(),
+             100.0 * kFar * found.depth_pattern_sigma.Rms(), kFar);
 }
 
 void PrintText(const FrameTimingEstimate& found) {
@@ -183,9 +184,9 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
     }
     TakeTiming(found.timing, &sensor->timing);
     const bool once_more =
-        round == 1 && (options.intrinsics ||
-                       sensor->inverse_depth_offset != tracked.inverse_depth_offset ||
-                       sensor->depth_pattern.nodes != tracked.depth_pattern.nodes);
+        round == 1 &&
+        (options.intrinsics || sensor->inverse_depth_offset != tracked.inverse_depth_offset ||
+         sensor->depth_pattern.nodes != tracked.depth_pattern.nodes);
     if (!once_more && IsSettled(found.timing, tracked.timing, sensor->timing)) break;
   }
   sensor->timing = stated.timing;

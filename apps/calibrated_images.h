@@ -29,8 +29,8 @@ struct CalibratedImages {
 // tracked with a wrong camera is tracked worse. A map that was made with wrong times of its rows
 // holds on to them: it is made anew, six times at most, until they settle. The sensor gets the
 // intrinsics that the last round finds and sees, the offset of depth and its pattern where they are
-// seen and off beyond doubt; the rest stays as it was stated. Throws IoError as the dataset, and where too
-// little can be tracked.
+// seen and off beyond doubt; the rest stays as it was stated. Throws IoError as the dataset, and
+// where too little can be tracked.
 CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
                                  const ImageCalibrationOptions& options, RgbdSensor* sensor);
 

@@ -1,6 +1,8 @@
 #include "config.h"
 
 #include <fstream>
+#include <functional>
+#include <map>
 #include <optional>
 #include <regex>
 #include <span>
@@ -102,21 +104,43 @@ void ReadGpsSection(YamlReader& section, const std::filesystem::path& path,
   }
 }
 
+struct Key {
+  std::string section, key;
+};
+
+// Of what a struct calls its field. Those of a camera and of an IMU have the names of their keys.
+Key KeyOf(const std::string& field) {
+  static const std::map<std::string, Key, std::less<>> kOthers = {
+      {"RgbdSensor::depth_factor", {"", "depth_factor"}},
+      {"RgbdSensor::inverse_depth_offset", {"depth", "inverse_offset"}},
+      {"RgbdSensor::min_depth", {"depth_range", "min"}},
+      {"RgbdSensor::max_depth", {"depth_range", "max"}},
+      {"DepthPattern::nodes", {"depth", "pattern"}},
+      {"FrameTiming::colour_readout", {"colour", "readout"}},
+      {"FrameTiming::depth_readout", {"depth", "readout"}},
+      {"FrameTiming::depth_delay", {"depth", "delay"}}};
+  if (const auto other = kOthers.find(field); other != kOthers.end()) return other->second;
+  constexpr std::pair<std::string_view, std::string_view> kSections[] = {
+      {"PinholeCamera::", "camera"},
+      {"ImuCalibration::", "imu"},
+      {"ImuNoise::", "imu"},
+      {"DepthNoise::", "depth_noise"}};
+  for (const auto& [prefix, section] : kSections) {
+    if (field.starts_with(prefix)) return {std::string(section), field.substr(prefix.size())};
+  }
+  return {};
+}
+
 // What a struct says of its field, said of the key of its section, with its line.
 IoError InWordsOfTheFile(const std::filesystem::path& path, const YamlReader& file,
-                         std::string message) {
-  constexpr std::pair<std::string_view, std::string_view> kSections[] = {
-      {"PinholeCamera", "camera"},   {"ImuCalibration", "imu"}, {"ImuNoise", "imu"},
-      {"DepthNoise", "depth_noise"}, {"RgbdSensor", ""},        {"FrameTiming", ""}};
-  for (const auto& [name, section] : kSections) {
-    const std::string prefix = std::string(name) + "::";
-    if (!message.starts_with(prefix)) continue;
-    message.erase(0, prefix.size());
-    const auto line = file.LineOf(std::string(section), message.substr(0, message.find(' ')));
-    if (!section.empty()) message.insert(0, std::string(section) + ": ");
-    return line ? IoError(path, *line, message) : IoError(path, message);
-  }
-  return {path, message};
+                         const std::string& message) {
+  const std::string field = message.substr(0, message.find(' '));
+  const Key key = KeyOf(field);
+  if (key.key.empty()) return {path, message};
+  const std::string words =
+      (key.section.empty() ? "" : key.section + ": ") + key.key + message.substr(field.size());
+  const auto line = file.LineOf(key.section, key.key);
+  return line ? IoError(path, *line, words) : IoError(path, words);
 }
 
 std::string PresetList() {

@@ -26,8 +26,8 @@ struct RunConfig {
 //   depth_noise: {offset: 0.0012, quadratic: 0.0019, reference: 0.4}   # may be absent: a Kinect's
 //   depth_noise: {baseline: 0.05, focal: 385, subpixel: 0.08}   # or that of DepthNoise::Stereo()
 //   colour: {readout: 0.025}           # [s] may be absent: FrameTiming
-//   depth: {delay: 0, readout: 0.025, inverse_offset: 0}   # [s, s, 1/m] may be absent: RgbdSensor
-//     pattern: [20 numbers]              # [1/m] may be absent: DepthPattern, row by row
+//   depth: {delay: 0, readout: 0.025, inverse_offset: 0,   # [s, s, 1/m] may be absent: RgbdSensor
+//           pattern: [20 numbers]}                         # [1/m] DepthPattern, row by row
 //   imu: {T_BC: [16 numbers, row by row], gyroscope_noise, accelerometer_noise, gyroscope_walk,
 //         accelerometer_walk, rate, time_offset}        # and each of its keys: see ImuCalibration
 //   gps: {antenna: [x, y, z]}   # [m] may be absent: RunConfig::antenna_B

@@ -19,8 +19,10 @@ std::optional<ImuInput> LoadImu(const Dataset& dataset,
   const ImuRecording recording = ReadImu(*file, video);
   input.findings = CheckImu(recording.samples, video);
   input.samples = RepairImu(recording.samples, input.findings);
-  std::ranges::copy(DropDeniedRanges(input.samples, &input.calibration),
-                    std::back_inserter(input.findings));
+  if (input.IsUsable()) {
+    std::ranges::copy(DropDeniedRanges(input.samples, &input.calibration),
+                      std::back_inserter(input.findings));
+  }
 
   if (!recording.warning.empty()) input.warnings.push_back(recording.warning);
   for (const ImuFinding& finding : input.findings) {

@@ -57,6 +57,13 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"imu", options.imu ? ToString(options.slam.inertial.weighting.policy) : "off"}};
 }
 
+nlohmann::json ToJson(const DepthPattern& pattern) {
+  return {{"columns", DepthPattern::kColumns},
+          {"rows", DepthPattern::kRows},
+          {"values_per_m", std::vector<double>(pattern.nodes.begin(), pattern.nodes.end())},
+          {"rms_per_m", pattern.Rms()}};
+}
+
 nlohmann::json ToJson(const FrameTiming& timing) {
   return {{"colour_readout", timing.colour_readout},
           {"depth_readout", timing.depth_readout},
@@ -269,6 +276,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"per_frame", ToJson(run.per_frame)},
       {"frame_timing_s",
        {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
+      {"depth_pattern", ToJson(run.depth_pattern)},
       {"noise", ToJson(run.noise, run.levels)},
       {"milliseconds", ToJson(run.times)},
       {"seconds", run.seconds}};

@@ -277,7 +277,8 @@ void AddDepthCameraOptions(CLI::App* command, SimulateArguments* arguments) {
   add("--depth-bias", &arguments->depth_bias,
       "Share by which depth reads too long at 3 m; it grows with depth", -0.1, 0.1);
   add("--depth-pattern", &arguments->depth_pattern,
-      "By how much more of itself depth reads too long in the image's corners than in its middle, at "
+      "By how much more of itself depth reads too long in the image's corners than in its middle, "
+      "at "
       "3 m",
       -0.1, 0.1);
   command->add_flag("--write-errors", arguments->write_errors,

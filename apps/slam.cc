@@ -85,6 +85,10 @@ void PrintInertial(const InertialSummary& inertial) {
 void PrintMapping(const SlamRun& run) {
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
+  if (!run.depth_pattern.IsZero()) {
+    fmt::print("depth       mended by {:.2f} % over the image, at 1 m (RMS)\n",
+               100.0 * run.depth_pattern.Rms());
+  }
   if (run.inertial) PrintInertial(*run.inertial);
   if (run.gps && run.gps->T_GW) {
     fmt::print("gps         {} of {} fixes used, {:.2f} m RMS from the trajectory\n", run.gps->used,

@@ -425,6 +425,7 @@ class DenseStage {
 void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
                SlamRun* run) {
   run->timing = slam.timing();
+  run->depth_pattern = slam.depth_pattern();
   run->noise = slam.noise();
   run->levels = slam.map().point_kind().pyramid.levels;
   const auto attempt = [run](const char* what, const auto& work) {

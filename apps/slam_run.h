@@ -140,6 +140,7 @@ struct SlamRun {
   std::map<std::string, std::size_t> loss_reasons;  // how many of each
   std::size_t repeated = 0;                 // colour images that were the one before once more
   FrameTimingEstimate timing;               // in the end
+  DepthPattern depth_pattern;               // likewise
   NoiseEstimate noise;                      // in the end
   int levels = 0;                           // of the pyramid of its points
   std::optional<InertialSummary> inertial;  // with an IMU

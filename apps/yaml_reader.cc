@@ -111,8 +111,9 @@ void YamlReader::Read(const std::string& key, std::span<double> values) {
 std::optional<std::int64_t> YamlReader::LineOf(const std::string& section,
                                                const std::string& key) const {
   const auto named = std::ranges::find(sections_, section, &YamlReader::name_);
-  const YamlReader* const reader =
-      section.empty() ? this : named == sections_.end() ? nullptr : &*named;
+  const YamlReader* const reader = section.empty()            ? this
+                                   : named == sections_.end() ? nullptr
+                                                              : &*named;
   const std::optional<Entry> entry = reader == nullptr ? std::nullopt : reader->Find(key);
   return entry ? std::optional(entry->line) : std::nullopt;
 }

@@ -252,9 +252,9 @@ std::vector<Scan> ReadScans(const std::filesystem::path& dataset, const RgbdSens
     if (!T_WC) continue;
     const cv::Mat raw = cv::imread((dataset / name).string(), cv::IMREAD_UNCHANGED);
     if (raw.type() != CV_16UC1) throw IoError(dataset / name, "is not a 16-bit depth image");
-    scans.push_back({MetricDepth(raw, sensor.depth_factor, sensor.inverse_depth_offset,
-                                 sensor.depth_pattern),
-                     *T_WC});
+    scans.push_back(
+        {MetricDepth(raw, sensor.depth_factor, sensor.inverse_depth_offset, sensor.depth_pattern),
+         *T_WC});
   }
   if (scans.empty()) throw IoError(dataset, "no depth image has a ground-truth pose");
   return scans;

@@ -111,7 +111,7 @@ void BindSensor(py::module_& module) {
           [](RgbdSensor& self, const DepthPattern::Vector& nodes) {
             self.depth_pattern.nodes = nodes;
           },
-          "[1/m] And over the image, at four rows of five nodes, row by row.")
+          "[1/m] And over the image, at four rows of five nodes, row by row: a copy.")
       .def_readwrite("depth_noise", &RgbdSensor::depth_noise)
       .def_readwrite("min_depth", &RgbdSensor::min_depth, "[m]")
       .def_readwrite("max_depth", &RgbdSensor::max_depth, "[m]")
@@ -151,8 +151,7 @@ void BindDataset(py::module_& module) {
                                                     .depth_pattern = {depth_pattern}});
            }),
            py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor,
-           py::arg("inverse_depth_offset") = 0.0,
-           py::arg("depth_pattern") = DepthPattern().nodes)
+           py::arg("inverse_depth_offset") = 0.0, py::arg("depth_pattern") = DepthPattern().nodes)
       .def("__len__", &TumDataset::size)
       .def("load", &TumDataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
            "The images of a frame; None where they cannot be used.")
@@ -348,6 +347,9 @@ void BindSlam(py::module_& module) {
       .def("keyframe_trajectory",
            [](const SlamSystem& slam) { return PythonTrajectory{slam.keyframe_trajectory()}; })
       .def("timing", &SlamSystem::timing, "When rows are taken, as found out so far.")
+      .def(
+          "depth_pattern", [](const SlamSystem& self) { return self.depth_pattern().nodes; },
+          "[1/m] RgbdSensor.depth_pattern, as found out so far beside what the sensor states.")
       .def("noise", &SlamSystem::noise, "How noisy observations are, as found out so far.")
       .def("map_points", &MapPoints, "[m] n x 3 in W.")
       .def("map_lines", &MapLines, "[m] n x 6 in W: both ends.")

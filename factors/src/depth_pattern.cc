@@ -8,16 +8,16 @@
 namespace highwall {
 namespace {
 
-// Between which two of `count` nodes a position within [0, 1] lies, and its share of the second.
+// Between which two of `count` nodes pixel x of `size` lies, and its share of the second.
 struct Place {
   int first;
   double share;
 };
 
-Place PlaceOf(double position, int count) {
-  const double x = std::clamp(position, 0.0, 1.0) * (count - 1);
-  const int first = std::min(static_cast<int>(x), count - 2);
-  return {first, x - first};
+Place PlaceOf(double x, int size, int count) {
+  const double position = std::clamp(x / std::max(size - 1, 1), 0.0, 1.0) * (count - 1);
+  const int first = std::min(static_cast<int>(position), count - 2);
+  return {first, position - first};
 }
 
 }  // namespace
@@ -32,8 +32,8 @@ double DepthPattern::Rms() const {
 }
 
 double DepthPattern::At(double u, double v, int width, int height) const {
-  const Place column = PlaceOf(u / (width - 1), kColumns);
-  const Place row = PlaceOf(v / (height - 1), kRows);
+  const Place column = PlaceOf(u, width, kColumns);
+  const Place row = PlaceOf(v, height, kRows);
   const auto along = [&](int node) {
     return (1.0 - column.share) * nodes[node] + column.share * nodes[node + 1];
   };
@@ -42,8 +42,8 @@ double DepthPattern::At(double u, double v, int width, int height) const {
 }
 
 DepthPattern::Vector DepthPattern::Shares(double u, double v, int width, int height) {
-  const Place column = PlaceOf(u / (width - 1), kColumns);
-  const Place row = PlaceOf(v / (height - 1), kRows);
+  const Place column = PlaceOf(u, width, kColumns);
+  const Place row = PlaceOf(v, height, kRows);
   Vector shares = Vector::Zero();
   const int node = row.first * kColumns + column.first;
   shares[node] = (1.0 - row.share) * (1.0 - column.share);

@@ -66,12 +66,25 @@ TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
   EXPECT_EQ(LoadConfig(path).sensor.inverse_depth_offset, -0.0065);
   EXPECT_TRUE(LoadConfig(path).sensor.depth_pattern.IsZero());
   WriteText(path, start + "depth:\n  pattern: [1,2,3]\n");
-  EXPECT_NE(MessageOf<IoError>([&] { LoadConfig(path); })
-                .find(":4: 'pattern' must be a list of 20 finite numbers"),
+  EXPECT_NE(MessageOf<IoError>([&] {
+              LoadConfig(path);
+            }).find(":4: 'pattern' must be a list of 20 finite numbers"),
             std::string::npos)
       << MessageOf<IoError>([&] { LoadConfig(path); });
-  WriteText(path, start + "depth:\n  pattern: [3,0,0,0,0, 0,0,0,0,0, 0,0,0,0,0, 0,0,0,0,0]\n");
-  EXPECT_THROW(LoadConfig(path), IoError);
+  const auto message = [&](const std::string& lines) {
+    WriteText(path, start + lines);
+    return MessageOf<IoError>([&] { LoadConfig(path); });
+  };
+  const auto says = [&](const std::string& lines, const std::string& words) {
+    const std::string text = message(lines);
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  says("depth:\n  pattern: [3,0,0,0,0, 0,0,0,0,0, 0,0,0,0,0, 0,0,0,0,0]\n",
+       ":4: depth: pattern must be within 1 / m");
+  says("depth:\n  inverse_offset: 2\n", ":4: depth: inverse_offset must be within 1 / m");
+  says("depth:\n  readout: -2\n", ":4: depth: readout must");
+  says("colour:\n  readout: -2\n", ":4: colour: readout must");
+  says("depth_range:\n  max: 0.01\n", ":4: depth_range: max must exceed");
   WriteText(path, start + "colour: {readout: -0.01}\n");
   EXPECT_THROW(LoadConfig(path), IoError);
   WriteText(path, start + "colour: {read_out: 0.01}\n");
@@ -137,8 +150,10 @@ TEST(Config, NamesAnUnknownSensorAndABadRange) {
             ": the sensor 'd436' is unknown; known are " + SensorProfileList());
   EXPECT_NE(LoadMessage(camera).find("depth_factor"), std::string::npos);
   const std::string head = camera + "depth_factor: 1000\n";
-  EXPECT_NE(LoadMessage(head + "depth_range: {min: 0}\n").find("min_depth"), std::string::npos);
-  EXPECT_NE(LoadMessage(head + "depth_range: {max: 0.01}\n").find("max_depth"), std::string::npos);
+  EXPECT_NE(LoadMessage(head + "depth_range: {min: 0}\n").find("depth_range: min"),
+            std::string::npos);
+  EXPECT_NE(LoadMessage(head + "depth_range: {max: 0.01}\n").find("depth_range: max"),
+            std::string::npos);
   EXPECT_NE(LoadMessage(head + "depth_range: {near: 0.1}\n").find("near"), std::string::npos);
 }
 
@@ -219,14 +234,14 @@ TEST(Config, RefusesRangesOfAnImuThatAreNoneInItsUnits) {
     EXPECT_NE(text.find(":6: imu: accelerometer_range must be at least 9.80665 m/s^2"),
               std::string::npos)
         << text;
-    EXPECT_NE(text.find("is it in g? multiply by 9.80665"), std::string::npos) << text;
+    EXPECT_NE(text.find("; 1 g is 9.80665 m/s^2"), std::string::npos) << text;
   }
   for (const char* line : {"gyroscope_range: 0", "gyroscope_range: 250"}) {
     const std::string text = message(line);
     EXPECT_NE(text.find(":6: imu: gyroscope_range must be positive and at most 70 rad/s"),
               std::string::npos)
         << text;
-    EXPECT_NE(text.find("is it in deg/s? multiply by 0.0174533"), std::string::npos) << text;
+    EXPECT_NE(text.find("; 1 deg/s is 0.0174533 rad/s"), std::string::npos) << text;
   }
 }
 

@@ -8,7 +8,6 @@
 #include <numeric>
 #include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -203,9 +202,9 @@ TEST_F(SlamWithImu, ConvertsReadingsInGWithAWarning) {
 TEST_F(SlamWithImu, IgnoresARangeThatTheReadingsLeaveAndSaysSo) {
   const fs::path calibration = dataset() / "calibration.yaml";
   WriteText(calibration, ReadText(calibration) + "  accelerometer_range: 9.9\n");
-  bool first = true;
+  int line = 0;
   Spoil([&](std::vector<double>& reading) {
-    if (std::exchange(first, false)) reading[6] = 12.0;
+    if (++line <= 4) reading[6] = 12.0;
     return true;
   });
   const Outcome outcome = SlamOnDataset("--no-map --json");
@@ -215,6 +214,18 @@ TEST_F(SlamWithImu, IgnoresARangeThatTheReadingsLeaveAndSaysSo) {
   const json report = json::parse(outcome.out);
   EXPECT_TRUE(report["imu"].contains("initialized")) << outcome.err;
   EXPECT_EQ(report["imu"]["saturated_intervals"], 0);
+}
+
+TEST_F(SlamWithImu, SaysNothingOfARangeWhereTheReadingsAreInAnotherUnit) {
+  const fs::path calibration = dataset() / "calibration.yaml";
+  WriteText(calibration, ReadText(calibration) + "  gyroscope_range: 8.7\n");
+  Spoil([](std::vector<double>& reading) {
+    for (std::size_t i = 1; i < 4; ++i) reading[i] *= 180.0 / M_PI;
+    return true;
+  });
+  const Outcome outcome = SlamOnDataset("--no-map --json");
+  EXPECT_TRUE(Contains(outcome.err, "deg/s")) << outcome.err;
+  EXPECT_FALSE(Contains(outcome.err, "range")) << outcome.err;
 }
 
 TEST_F(SlamWithImu, CountsIntervalsAtTheEndOfTheRange) {

@@ -257,6 +257,19 @@ void Troubleshooting::Imus() {
   inspect("imu_degrees", scale(0, 300.0));
   inspect("imu_gyroscope", freeze(0));
   inspect("imu_accelerometer", freeze(3));
+  for (const std::string range :
+       {"accelerometer_range: 4", "gyroscope_range: 500", "accelerometer_range: 9.81"}) {
+    const std::string name = "imu_range_" + range.substr(0, 1) + range.substr(range.size() - 1);
+    const fs::path calibration = Dataset(name) / "calibration.yaml";
+    WriteText(calibration,
+              testing::ReadText(calibration) +
+                  "imu:\n  T_BC: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n  " + range +
+                  "\n");
+    Readings strong = GoodReadings();
+    for (Reading& reading : strong) reading.values[3] += 11.0;
+    WriteText(calibration.parent_path() / "imu.csv", ToText(strong));
+    Highwall("info " + name);
+  }
   inspect("imu_nan", [](Readings& r) { r[5].values[0] = std::nan(""); });
   inspect("imu_impossible", [](Readings& r) { r[5].values[0] = 5e3; });
   inspect("imu_order", [](Readings& r) { std::swap(r[5], r[6]); });

@@ -33,19 +33,22 @@ TEST(IntrinsicReprojection, MatchesHandComputedValues) {
       PointRows(Eigen::Vector3d(370.0, 160.0, 24.0), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
   const IntrinsicReprojection f(rows, SimpleProjection(), Shares());
   const Block pose = ToBlock(Pose());
-  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}, {0.0}, kNoPattern}) -
-             Eigen::Vector3d(0.0, 0.0, 1.0))
-                .norm(),
-            1e-12);
-  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {510.0, 420.0, 323.0, 244.0}, {0.0}, kNoPattern}) -
-             Eigen::Vector3d(4.0, 0.0, 1.0))
-                .norm(),
-            1e-12);
+  EXPECT_LT(
+      (Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}, {0.0}, kNoPattern}) -
+       Eigen::Vector3d(0.0, 0.0, 1.0))
+          .norm(),
+      1e-12);
+  EXPECT_LT(
+      (Residual(f, {pose, {0.2, -0.4, 2.0}, {510.0, 420.0, 323.0, 244.0}, {0.0}, kNoPattern}) -
+       Eigen::Vector3d(4.0, 0.0, 1.0))
+          .norm(),
+      1e-12);
   // A disparity of 50 px m / 2 m, and of 50 px m * 0.02 / m more.
-  EXPECT_LT((Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}, {0.02}, kNoPattern}) -
-             Eigen::Vector3d(0.0, 0.0, 2.0))
-                .norm(),
-            1e-12);
+  EXPECT_LT(
+      (Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}, {0.02}, kNoPattern}) -
+       Eigen::Vector3d(0.0, 0.0, 2.0))
+          .norm(),
+      1e-12);
   // The same by a pattern that is 0.01 and 0.03 at the nodes beside the pixel.
   Block pattern = kNoPattern;
   pattern[6] = 0.01;
@@ -67,13 +70,14 @@ TEST(IntrinsicReprojection, IsPointReprojectionAtTheCalibratedIntrinsics) {
     const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WC), z(300.0, 200.0, 15.0);
     const PointReprojectionRgbd g(z, TestWeight(), Projection(rig));
     const IntrinsicReprojection f(PointRows(z, TestWeight()), Projection(rig), Shares());
-    EXPECT_LT(
-        (Residual(
-             f,
-             {ToBlock(T_WC), ToBlock(p_W), {camera.fx, camera.fy, camera.cx, camera.cy}, {0.0}, kNoPattern}) -
-         Residual(g, {ToBlock(T_WC), ToBlock(p_W)}))
-            .norm(),
-        1e-9);
+    EXPECT_LT((Residual(f, {ToBlock(T_WC),
+                            ToBlock(p_W),
+                            {camera.fx, camera.fy, camera.cx, camera.cy},
+                            {0.0},
+                            kNoPattern}) -
+               Residual(g, {ToBlock(T_WC), ToBlock(p_W)}))
+                  .norm(),
+              1e-9);
   }
 }
 
@@ -103,8 +107,9 @@ TEST(IntrinsicReprojection, IsInactiveNearerThanTheMinimalDepth) {
   const IntrinsicReprojection f(PointRows(Eigen::Vector3d(1, 2, 3), TestWeight()),
                                 SimpleProjection(), Shares());
   const double near = 0.5 * RgbdProjection::kDefaultMinDepth;
-  EXPECT_EQ(Residual(f, {ToBlock(Pose()), {0.0, 0.0, near}, {500, 400, 320, 240}, {0.0}, kNoPattern}),
-            Eigen::Vector3d::Zero());
+  EXPECT_EQ(
+      Residual(f, {ToBlock(Pose()), {0.0, 0.0, near}, {500, 400, 320, 240}, {0.0}, kNoPattern}),
+      Eigen::Vector3d::Zero());
 }
 
 TEST(IntrinsicReprojection, RefusesRowsThatAreNotFinite) {

@@ -251,15 +251,12 @@ TEST(CameraImuCalibration, ReadingsAtTheEndOfARangeThatIsToldCountForLittle) {
     ended += sample.gyroscope.cwiseAbs().maxCoeff() > kGyroscope ||
              sample.accelerometer.cwiseAbs().maxCoeff() > kAccelerometer;
     sample.gyroscope = sample.gyroscope.cwiseMax(-kGyroscope).cwiseMin(kGyroscope);
-    sample.accelerometer =
-        sample.accelerometer.cwiseMax(-kAccelerometer).cwiseMin(kAccelerometer);
+    sample.accelerometer = sample.accelerometer.cwiseMax(-kAccelerometer).cwiseMin(kAccelerometer);
   }
   EXPECT_GT(ended, 300) << "of 6000";
-  const CameraImuCalibration told =
-      CalibrateCameraImu(recording.camera, recording.readings,
-                         {.noise = kNoise,
-                          .gyroscope_range = kGyroscope,
-                          .accelerometer_range = kAccelerometer});
+  const CameraImuCalibration told = CalibrateCameraImu(
+      recording.camera, recording.readings,
+      {.noise = kNoise, .gyroscope_range = kGyroscope, .accelerometer_range = kAccelerometer});
   // As FindsTheCameraOnTheBodyTheClocksAndTheMetre, of fewer readings: the fastest are missing.
   EXPECT_LT((told.T_BC.p() - truth.T_BC.p()).norm(), 5e-3);
   EXPECT_LT((truth.T_BC.Inverse() * told.T_BC).Angle(), 0.1 * M_PI / 180.0);

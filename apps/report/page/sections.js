@@ -202,6 +202,11 @@
     return rows;
   }
 
+  function patternRows(pattern) {
+    if (!pattern || !(pattern.rms_per_m > 0)) return [];
+    return [["depth mended over the image, at 1 m (RMS)", number(100 * pattern.rms_per_m, 2) + " %"]];
+  }
+
   function imuStateRows(imu) {
     const rows = [];
     if (imu.depth_scale) rows.push(["true depth over measured", plusMinus(imu.depth_scale.value, imu.depth_scale.sigma)]);
@@ -219,7 +224,7 @@
   }
 
   function sensorRows({ run }) {
-    return [].concat(run.frame_timing_s ? timingRows(run.frame_timing_s) : [], noiseRows(run), imuStateRows(run.imu || {}));
+    return [].concat(run.frame_timing_s ? timingRows(run.frame_timing_s) : [], patternRows(run.depth_pattern), noiseRows(run), imuStateRows(run.imu || {}));
   }
   add("sensors", "What was found of the sensors", "", (runs) => perRun(runs, (run) => {
     const rows = sensorRows(run);

@@ -30,8 +30,8 @@ struct SensorOptions {
   // disparities are off by a constant: z reads as 1 / (1/z + InverseDepthOffset()), to which the
   // noise belongs. What would be at infinity or beyond is not measured.
   double depth_bias = 0.0;
-  // In [-0.1, 0.1]: by how much more of itself depth reads too long in the corners of the image than
-  // in its middle, at 3 m: a paraboloid of inverse depth, 0 in the mean.
+  // In [-0.1, 0.1]: by how much more of itself depth reads too long in the corners of the image
+  // than in its middle, at 3 m: a paraboloid of inverse depth, 0 in the mean.
   double depth_pattern = 0.0;
   double colour_sigma = 2.0;  // [grey levels] >= 0; of the Kinect
   StereoOptions stereo{};     // of the D435i

@@ -99,7 +99,8 @@ AxesAlignment AlignAxes(const Trajectory& poses, const ImuBuffer& readings, doub
   AxesAlignment best;
   best.error = std::numeric_limits<double>::infinity();
   const auto attempt = [&](double time_offset) {
-    const std::vector<Turn> turns = TurnsAt(poses, readings, time_offset, max_interval, gyroscope_range);
+    const std::vector<Turn> turns =
+        TurnsAt(poses, readings, time_offset, max_interval, gyroscope_range);
     if (turns.size() < kFewest) return;
     AxesAlignment alignment = Align(turns);
     alignment.time_offset = time_offset;

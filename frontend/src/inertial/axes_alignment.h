@@ -20,7 +20,8 @@ struct AxesAlignment {
 // From the turns between neighbouring poses against those of the gyroscope, whatever the place of
 // the camera: rotations in closed form for each offset within +-max_time_offset [s], the one that
 // leaves least. poses: at least 8, in order; pairs farther apart than max_interval [s], without
-// readings, or with some that end at gyroscope_range [rad/s] are left out. Throws InvalidArgument where fewer than 8 pairs remain.
+// readings, or with some that end at gyroscope_range [rad/s] are left out. Throws InvalidArgument
+// where fewer than 8 pairs remain.
 AxesAlignment AlignAxes(const Trajectory& poses, const ImuBuffer& readings, double max_time_offset,
                         double max_interval,
                         double gyroscope_range = std::numeric_limits<double>::infinity());

@@ -25,10 +25,10 @@ void ImuCalibration::Validate() const {
   HIGHWALL_REQUIRE(
       gyroscope_range > 0.0 && (std::isinf(gyroscope_range) || gyroscope_range <= kMaxAngularRate),
       "ImuCalibration::gyroscope_range must be positive and at most 70 rad/s, got " +
-          std::to_string(gyroscope_range) + ": is it in deg/s? multiply by 0.0174533");
+          std::to_string(gyroscope_range) + "; 1 deg/s is 0.0174533 rad/s");
   HIGHWALL_REQUIRE(accelerometer_range >= kMetresPerG,
                    "ImuCalibration::accelerometer_range must be at least 9.80665 m/s^2, got " +
-                       std::to_string(accelerometer_range) + ": is it in g? multiply by 9.80665");
+                       std::to_string(accelerometer_range) + "; 1 g is 9.80665 m/s^2");
 }
 
 }  // namespace highwall

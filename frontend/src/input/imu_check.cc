@@ -364,6 +364,9 @@ std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
 std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
                                          ImuCalibration* calibration) {
   constexpr double kTolerance = 1.1;  // of the range: by so much two sensors of one type may differ
+  // Of the readings, and in number, at least: fewer are errors of their own.
+  constexpr double kShare = 0.001;
+  constexpr std::ptrdiff_t kFewest = 4;
   std::vector<ImuFinding> findings;
   const auto check = [&](Sensor sensor, double ImuCalibration::*range, const std::string& name,
                          const std::string& unit) {
@@ -372,14 +375,17 @@ std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
       return (sample.*sensor).cwiseAbs().maxCoeff() > limit;
     };
     const auto first = std::find_if(repaired.begin(), repaired.end(), is_beyond);
-    if (first == repaired.end()) return;
-    findings.push_back(
-        {Kind::kRangeDenied, ImuSeverity::kWarning,
-         std::to_string(std::count_if(first, repaired.end(), is_beyond)) + " of " +
-             std::to_string(repaired.size()) + " readings of the " + name +
-             " are beyond its range of " + Rounded(calibration->*range) + " " + unit +
-             ", the first at " + FormatStamp(first->stamp) + ": imu: " + name +
-             "_range of the calibration is ignored; is it in " + unit + "?"});
+    const std::ptrdiff_t beyond = std::count_if(first, repaired.end(), is_beyond);
+    if (beyond < kFewest ||
+        static_cast<double>(beyond) < kShare * static_cast<double>(repaired.size())) {
+      return;
+    }
+    findings.push_back({Kind::kRangeDenied, ImuSeverity::kWarning,
+                        std::to_string(beyond) + " of " + std::to_string(repaired.size()) +
+                            " readings of the " + name + " are beyond its range of " +
+                            Rounded(calibration->*range) + " " + unit + ", the first at " +
+                            FormatStamp(first->stamp) + ": imu: " + name +
+                            "_range of the calibration is ignored; is it in " + unit + "?"});
     calibration->*range = std::numeric_limits<double>::infinity();
   };
   check(&ImuSample::gyroscope, &ImuCalibration::gyroscope_range, "gyroscope", "rad/s");

@@ -27,12 +27,14 @@ namespace {
 constexpr double kLeastParallax = 0.02;
 
 // Square-root information of nodes that differ by `step` [1/m] from one to the next, along rows and
-// columns. What they have in common is the offset's: their mean is 0.
-Eigen::Matrix<double, DepthPattern::kNodes, DepthPattern::kNodes> SmoothPattern(double step) {
+// columns. What all depth has in common is the offset's: its mean, by these shares of the nodes, is
+// 0.
+Eigen::Matrix<double, DepthPattern::kNodes, DepthPattern::kNodes> SmoothPattern(
+    double step, const DepthPattern::Vector& shares) {
   constexpr int kColumns = DepthPattern::kColumns, kNodes = DepthPattern::kNodes;
   constexpr double kMean = 1e-6;  // [1/m] hardly anything, in numbers that a solver can bear
   using Matrix = Eigen::Matrix<double, kNodes, kNodes>;
-  Matrix information = Matrix::Constant(1.0 / (kNodes * kNodes * kMean * kMean));
+  Matrix information = shares * shares.transpose() / (kMean * kMean);
   const auto tie = [&](int a, int b) {
     const double weight = 1.0 / (step * step);
     information(a, a) += weight;
@@ -59,14 +61,7 @@ class CameraGraph {
         inverse_depth_(graph_.AddVariable(0.0)),
         pattern_of_(options.pattern_of),
         pattern_(graph_.AddVariable(DepthPattern::Vector(DepthPattern::Vector::Zero()))) {
-    if (pattern_of_) {
-      graph_.AddFactor(std::make_unique<VectorPrior<DepthPattern::kNodes>>(
-                           DepthPattern::Vector(DepthPattern::Vector::Zero()),
-                           SmoothPattern(options.pattern_step)),
-                       pattern_);
-    } else {
-      graph_.Fix(pattern_);
-    }
+    if (!pattern_of_) graph_.Fix(pattern_);
     graph_.AddFactor(std::make_unique<VectorPrior<1>>(
                          VectorPrior<1>::Vector::Zero(),
                          VectorPrior<1>::Matrix::Constant(1.0 / options.inverse_depth)),
@@ -84,7 +79,7 @@ class CameraGraph {
                      intrinsics_);
   }
 
-  void AddKeyFrames(const std::vector<KeyFrameId>& ids) {
+  void AddKeyFrames(std::span<const KeyFrameId> ids) {
     for (const KeyFrameId id : ids) {
       const Variable<Pose> pose = graph_.AddVariable(map_.keyframe(id)->T_WC);
       if (poses_.empty()) graph_.Fix(pose);
@@ -109,6 +104,8 @@ class CameraGraph {
   CameraCalibration Solve(const CameraCalibrationOptions& options) {
     HIGHWALL_REQUIRE(poses_.size() >= 3, "less than three keyframes");
     HIGHWALL_REQUIRE(points_ > 0, "no point that two keyframes see");
+    HIGHWALL_REQUIRE(!pattern_of_ || !depths_.empty(), "no point with depth");
+    if (pattern_of_) AddPatternPrior(options.pattern_step);
     const SolveSummary summary = graph_.Solve({.max_iterations = options.max_iterations});
     HIGHWALL_REQUIRE(summary.IsUsable(), "calibration failed: " + summary.message);
     CameraCalibration result;
@@ -156,11 +153,20 @@ class CameraGraph {
     return false;
   }
 
+  void AddPatternPrior(double step) {
+    const DepthPattern::Vector mean = shares_ / static_cast<double>(depths_.size());
+    graph_.AddFactor(
+        std::make_unique<VectorPrior<DepthPattern::kNodes>>(
+            DepthPattern::Vector(DepthPattern::Vector::Zero()), SmoothPattern(step, mean)),
+        pattern_);
+  }
+
   void Observe(const Observation& o, const Variable<Point>& point) {
     const PointFeature& feature = FeatureOf(o);
+    const DepthPattern::Vector shares = SharesOf(feature);
+    shares_ += shares;
     graph_.AddFactor(
-        std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection(),
-                                                SharesOf(feature)),
+        std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection(), shares),
         loss_, poses_.at(o.keyframe), point, intrinsics_, inverse_depth_, pattern_);
     if (feature.depth > 0.0) depths_.push_back(feature.depth);
     rows_ += MeasurementModel::Dimension(feature);
@@ -195,7 +201,8 @@ class CameraGraph {
   const std::optional<PinholeCamera> pattern_of_;
   const Variable<DepthPattern::Vector> pattern_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
-  std::vector<double> depths_;  // [m] that were read
+  std::vector<double> depths_;                                  // [m] that were read
+  DepthPattern::Vector shares_ = DepthPattern::Vector::Zero();  // of the nodes in these, a sum
   int points_ = 0, observations_ = 0, rows_ = 0;
 };
 
@@ -237,9 +244,15 @@ void CameraCalibrationOptions::Validate() const {
 
 CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model, SubmapId submap,
                                   const CameraCalibrationOptions& options) {
+  return CalibrateCamera(map, model, map.KeyFramesOf(submap), options);
+}
+
+CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
+                                  std::span<const KeyFrameId> keyframes,
+                                  const CameraCalibrationOptions& options) {
   options.Validate();
   CameraGraph graph(map, model, options);
-  graph.AddKeyFrames(map.KeyFramesOf(submap));
+  graph.AddKeyFrames(keyframes);
   graph.AddPoints();
   CameraCalibration found = graph.Solve(options);
   for (int i = 0; i < 4; ++i) {

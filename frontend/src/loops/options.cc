@@ -20,6 +20,10 @@ void LoopCloserOptions::Validate() const {
   RequireInRange(*this, "LoopCloserOptions");
 }
 
+void DepthPatternOptions::Validate() const {
+  RequireInRange(*this, "DepthPatternOptions");
+}
+
 void OwnFactorOptions::Validate() const {
   RequireInRange(*this, "OwnFactorOptions");
 }

@@ -78,6 +78,10 @@ NoiseEstimate SlamSystem::noise() const {
   return impl_->noise();
 }
 
+DepthPattern SlamSystem::depth_pattern() const {
+  return impl_->depth_pattern();
+}
+
 FrameTimingEstimate SlamSystem::timing() const {
   return impl_->timing();
 }

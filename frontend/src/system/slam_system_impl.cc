@@ -48,6 +48,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       mapper_(model_, options.mapper),
       loop_closer_(model_, options.loops),
       factor_adjuster_(options.factors, options.loops.graph),
+      depth_pattern_(sensor.camera, options.depth_pattern, options.loops.bundle),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)) {
   if (imu) inertial_.emplace(*imu, options.inertial);
@@ -96,6 +97,8 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   // Once is enough, and far depth alone may come later.
   if (!metric_) metric_ = IsMetric(image.depth);
   result.repeated = Repeats(image);
+  // Before this image is mended, so that none is made a keyframe by half of what is known.
+  const bool mended = MendDepth(result);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
   const Stopwatch to_one_time;
   const RgbdImage at_once = AtOneTime(image, result.repeated);
@@ -104,20 +107,43 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   result.times.features += moved;
   const Stopwatch watch;
   ApplyResults(result);
-  result.times.loops = watch.Milliseconds();
+  result.times.loops += watch.Milliseconds();
   TrackedFrame tracked = result.repeated ? GoOn(frame, result) : Estimate(frame, result);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
     AdjustToFactors(tracked, result);
+    if (loop_closer_.IsIdle()) {
+      depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
+    }
   }
   Report(tracked, result);
   pending_.Attach(tracked_, &map_);
+  if (mended && callbacks_.on_map) callbacks_.on_map(map_);
   Notify(result, at_once);
   return result;
 }
 
-RgbdImage SlamSystem::Impl::AtOneTime(const RgbdImage& image, bool repeated) const {
+bool SlamSystem::Impl::MendDepth(FrameResult& result) {
+  // A loop that is being closed would be closed as if nothing had been mended.
+  if (!depth_pattern_.HasResult() || !loop_closer_.IsIdle()) return false;
+  const Stopwatch watch;
+  bool found = false;
+  WithTracker([&] {
+    // It moves what is being adjusted: that comes first.
+    if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
+    found = depth_pattern_.Finish(&map_);
+  });
+  if (found) factor_adjuster_.Cancel();
+  result.times.loops += watch.Milliseconds();
+  return found;
+}
+
+RgbdImage SlamSystem::Impl::AtOneTime(const RgbdImage& given, bool repeated) const {
+  RgbdImage image = given;
+  if (!depth_pattern_.pattern().IsZero()) {
+    image.depth = MetricDepth(given.depth, 1.0, 0.0, depth_pattern_.pattern());
+  }
   if (repeated || options_.tracker.timing == FrameTimingMode::kIgnored) return image;
   std::optional<KnownPose> predicted;
   if (inertial_) predicted = inertial_->Predict(image.stamp);
@@ -127,9 +153,8 @@ RgbdImage SlamSystem::Impl::AtOneTime(const RgbdImage& image, bool repeated) con
   const double readout = timing.depth_readout - timing.colour_readout;
   if ((motion.v.isZero(0.0) && motion.omega.isZero(0.0)) || (delay == 0.0 && readout == 0.0))
     return image;
-  RgbdImage moved = image;
-  moved.depth = DepthAtTime(image.depth, builder_.camera(), motion, delay, readout);
-  return moved;
+  image.depth = DepthAtTime(image.depth, builder_.camera(), motion, delay, readout);
+  return image;
 }
 
 Frame SlamSystem::Impl::Extract(const RgbdImage& image, FrameResult& result) {
@@ -305,6 +330,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     mapper_.Cancel();
     loop_closer_.Cancel();
     factor_adjuster_.Cancel();
+    depth_pattern_.Cancel();
     map_.Transform(*T_level, submap_);
     tracker_.Transform(*T_level);
     tracked.T_WC = *T_level * tracked.T_WC;
@@ -389,6 +415,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_)) {
     factor_adjuster_.Cancel();  // they are among what closes the loop
+    depth_pattern_.Cancel();    // the map is moved under it
     // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
     ApplyResults(result);
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;

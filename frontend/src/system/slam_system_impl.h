@@ -15,6 +15,7 @@
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
+#include "loops/depth_pattern_finder.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "system/pending_factors.h"
@@ -48,6 +49,7 @@ class SlamSystem::Impl {
   std::vector<SubmapTrajectory> submaps() const;
   NoiseEstimate noise() const { return tracker_.noise(); }
   FrameTimingEstimate timing() const { return tracker_.timing_estimate(); }
+  const DepthPattern& depth_pattern() const { return depth_pattern_.pattern(); }
   const Map& map() const { return map_; }
 
  private:
@@ -85,6 +87,8 @@ class SlamSystem::Impl {
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
+  // Applies what was found out of the pattern of depth, between frames; whether the map was moved.
+  bool MendDepth(FrameResult& result);
   // Applies what has come of the factors of the user's, and begins anew where enough are new.
   void AdjustToFactors(TrackedFrame& tracked, FrameResult& result);
   std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
@@ -105,6 +109,7 @@ class SlamSystem::Impl {
   std::optional<InertialOdometry> inertial_;
   LoopCloser loop_closer_;
   FactorAdjuster factor_adjuster_;
+  DepthPatternFinder depth_pattern_;
   PendingFactors pending_;
   Map map_;
   SlamCallbacks callbacks_;

@@ -57,6 +57,7 @@ void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   if (loop_closer_.IsClosing()) return;
   mapper_.Cancel();
   factor_adjuster_.Cancel();
+  depth_pattern_.Cancel();
   result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
   map_.RemoveSubmap(submap_);
   std::erase_if(tracked_, [&](const PosedFrame& t) { return !map_.RootOf(t.pose.reference); });

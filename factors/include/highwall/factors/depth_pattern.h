@@ -25,8 +25,7 @@ struct DepthPattern {
   bool IsZero() const { return nodes.isZero(0.0); }
   // [1/m] The root mean square of the nodes.
   double Rms() const;
-  // [1/m] at a pixel; beyond the image as at its edge. width, height: of the image [px], at least 2
-  // (not checked).
+  // [1/m] at a pixel; beyond the image as at its edge. width, height: of the image [px], positive.
   double At(double u, double v, int width, int height) const;
   // The share w of each node in that, 1 in sum.
   static Vector Shares(double u, double v, int width, int height);

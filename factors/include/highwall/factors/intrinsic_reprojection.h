@@ -25,7 +25,8 @@ namespace [[gnu::visibility("default")]] highwall {
 //          3: o     inverse depth offset  (1) [1/m], RgbdSensor::inverse_depth_offset
 //          4: g     nodes of the pattern  (20) [1/m], DepthPattern::nodes
 // Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate is true.
-class IntrinsicReprojection final : public ceres::SizedCostFunction<3, 7, 3, 4, 1, DepthPattern::kNodes> {
+class IntrinsicReprojection final
+    : public ceres::SizedCostFunction<3, 7, 3, 4, 1, DepthPattern::kNodes> {
  public:
   using Variables = VariableList<Pose, Point, Eigen::Vector4d, double, DepthPattern::Vector>;
   enum Block { kPose = 0, kPoint = 1, kIntrinsics = 2, kInverseDepthOffset = 3, kPattern = 4 };

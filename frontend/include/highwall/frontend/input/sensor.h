@@ -63,8 +63,8 @@ struct ImuCalibration {
   ImuNoise noise{};          // of the readings
   double rate = 200.0;       // [Hz] > 0; nominal
   double time_offset = 0.0;  // [s] in [-1, 1]; a first guess of t_d: t_imu = t_cam + t_d
-  // Where readings of an axis end: what is faster or stronger is read as this. Infinite where nobody
-  // said. In (0, kMaxAngularRate], and at least gravity's, which any sensor reads at rest.
+  // Where readings of an axis end: what is faster or stronger is read as this. Infinite where
+  // nobody said. In (0, kMaxAngularRate], and at least gravity's, which any sensor reads at rest.
   double gyroscope_range = std::numeric_limits<double>::infinity();      // [rad/s]
   double accelerometer_range = std::numeric_limits<double>::infinity();  // [m/s^2]
 

@@ -92,4 +92,15 @@ struct OwnFactorOptions {
   void Validate() const;
 };
 
+// When it is looked for by how much depth is off over the image (docs/calibration.md).
+struct DepthPatternOptions {
+  bool enabled = true;
+  int first = 12;          // >= 3: keyframes that a world has then
+  int most = 60;           // >= 3: of its newest keyframes take part
+  bool background = true;  // as LoopCloserOptions::background
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
 }  // namespace highwall

@@ -48,6 +48,7 @@ struct SlamOptions {
   InertialOptions inertial{};  // where there is an IMU
   LoopCloserOptions loops{};
   OwnFactorOptions factors{};  // where there are any
+  DepthPatternOptions depth_pattern{};
   SubmapOptions submaps{};
   // The map that is given stays as it is, but for how often its landmarks were looked for and
   // found: frames find their pose in it, none becomes a keyframe. Images alone, without an IMU.
@@ -113,9 +114,9 @@ struct SlamCallbacks {
   // on_loop is given as well.
   std::function<void(const LoopReport&)> on_merge = {};
   // Keyframes have moved by more than a local adjustment: after a loop, an adjustment of
-  // everything or to factors of the user's, or when gravity was found or has become known much
-  // better; or a submap was dropped with its keyframes, which the map has no more. Whoever keeps
-  // poses or clouds asks the map again.
+  // everything, to mended depth or to factors of the user's, or when gravity was found or has
+  // become known much better; or a submap was dropped with its keyframes, which the map has no
+  // more. Whoever keeps poses or clouds asks the map again.
   std::function<void(const Map&)> on_map = {};
   // Every frame, lost ones included, after the above: what Track() returns.
   std::function<void(const FrameResult&)> on_frame = {};
@@ -206,6 +207,9 @@ class SlamSystem {
 
   // When the rows of the images are taken, as found out so far (TrackerOptions::timing).
   FrameTimingEstimate timing() const;
+  // By how much the depth of the images that were given is off over the image, as found out so far
+  // and mended (SlamOptions::depth_pattern): what RgbdSensor::depth_pattern lacks.
+  DepthPattern depth_pattern() const;
   // How noisy observations are, as found out so far (TrackerOptions::learn_noise).
   NoiseEstimate noise() const;
 

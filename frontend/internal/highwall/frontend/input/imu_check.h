@@ -74,8 +74,8 @@ bool HasFatal(std::span<const ImuFinding> findings);
 std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
                                  std::span<const ImuFinding> findings);
 
-// What RepairImu() returned against the ranges that a calibration tells, such as one in another unit:
-// a range that readings leave becomes infinite, which a warning says.
+// What RepairImu() returned against the ranges that a calibration tells, such as one in another
+// unit: a range that more than some stray readings leave becomes infinite, which a warning says.
 std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
                                          ImuCalibration* calibration);
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@
 namespace [[gnu::visibility("default")]] highwall {
 
 struct CameraCalibrationOptions {
-  bool intrinsics = true;       // false: they are known
+  bool intrinsics = true;  // false: they are known
   // The camera with its distortion, over whose image the pattern of depth is looked for; empty: it
   // is known.
   std::optional<PinholeCamera> pattern_of{};
@@ -41,8 +42,9 @@ struct CameraCalibration {
   // RgbdSensor::inverse_depth_offset of what the map's depth still is off by.
   double inverse_depth_offset = 0.0, inverse_depth_sigma = 0.0;  // [1/m]
   bool inverse_depth_seen = false;                               // to good_depth
-  // RgbdSensor::depth_pattern, likewise, 0 in the mean of its nodes, and their deviations; 0 where
-  // none is looked for. Seen where it is known to good_depth in the root mean square of the nodes.
+  // RgbdSensor::depth_pattern, likewise, 0 in the mean of the points with depth, and the deviations
+  // of its nodes; 0 where none is looked for. Seen where it is known to good_depth in the root mean
+  // square of the nodes.
   DepthPattern depth_pattern, depth_pattern_sigma;
   bool depth_pattern_seen = false;
   double error = 0.0;  // chi-squared per degree of freedom; beyond 1 sigma grows with it
@@ -59,6 +61,10 @@ struct CameraCalibration {
 //                                docs/calibration.md, Intrinsics and Depth that reads too long
 CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
                                   SubmapId submap = kFirstSubmap,
+                                  const CameraCalibrationOptions& options = {});
+// The same of these keyframes, live and ascending, and of what they see.
+CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
+                                  std::span<const KeyFrameId> keyframes,
                                   const CameraCalibrationOptions& options = {});
 
 }  // namespace highwall

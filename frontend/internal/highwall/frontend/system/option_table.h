@@ -21,6 +21,7 @@ void ForEachOption(OptionsOf<SlamOptions> auto& options, const auto& visit) {
   visit("inertial", options.inertial);
   visit("loops", options.loops);
   visit("factors", options.factors);
+  visit("depth_pattern", options.depth_pattern);
   visit("submaps", options.submaps);
   visit("localize_only", options.localize_only);
 }

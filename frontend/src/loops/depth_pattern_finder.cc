@@ -1,0 +1,180 @@
+#include "loops/depth_pattern_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stop_token>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/local/camera_calibration.h>
+#include <highwall/internal/background_worker.h>
+
+#include "loops/map_correction.h"
+
+namespace highwall {
+namespace {
+
+constexpr double kGrowth = 1.4;  // times as many keyframes, and it is looked for once more
+constexpr double kBeyond = 3.0;  // standard deviations that are no chance
+
+// Keyframes of a world that this run has made, ascending.
+std::vector<KeyFrameId> MadeIn(const Map& map, SubmapId submap, KeyFrameId given) {
+  std::vector<KeyFrameId> ids = map.KeyFramesOf(submap);
+  std::erase_if(ids, [given](KeyFrameId id) { return id <= given; });
+  return ids;
+}
+
+void Mend(const PinholeCamera& camera, const DepthPattern& pattern, KeyFrameId given, Map* map) {
+  for (const KeyFrameId id : map->keyframe_ids()) {
+    if (id <= given) continue;
+    Frame& frame = map->keyframe(id)->frame;
+    frame.features = Mended(*frame.features, camera, pattern);
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const FrameFeatures> Mended(const FrameFeatures& features,
+                                            const PinholeCamera& camera,
+                                            const DepthPattern& pattern) {
+  // How much nearer or farther, in a direction of the camera.
+  const auto factor = [&](const Eigen::Vector3d& p_C) {
+    const Eigen::Vector2d raw = camera.Project(p_C);
+    const double off = pattern.At(raw.x(), raw.y(), camera.width, camera.height);
+    const double rest = 1.0 - p_C.z() * off;
+    return rest > 0.0 ? 1.0 / rest : 1.0;
+  };
+  auto mended = std::make_shared<FrameFeatures>(features);
+  const PinholeCamera undistorted = camera.WithoutDistortion();
+  for (PointFeature& point : mended->points) {
+    if (point.depth > 0.0) point.depth *= factor(undistorted.Unproject(point.uv, point.depth));
+  }
+  for (LineFeature& line : mended->lines) {
+    if (!line.segment_C) continue;
+    line.segment_C->p_C *= factor(line.segment_C->p_C);
+    line.segment_C->q_C *= factor(line.segment_C->q_C);
+  }
+  return mended;
+}
+
+// One search, on a copy of the map, and what has come out.
+class DepthPatternFinder::Job {
+ public:
+  Job(Map map, const MeasurementModel& model, SubmapId submap, KeyFrameId given,
+      const DepthPatternFinder& finder)
+      : map_(std::move(map)),
+        model_(model),
+        submap_(submap),
+        given_(given),
+        camera_(finder.camera_),
+        options_(finder.options_),
+        bundle_(finder.bundle_) {
+    if (options_.background) {
+      worker_.emplace(1);
+      worker_->Post([this](const std::stop_token& stop) { Run(stop); });
+    } else {
+      Run({});
+    }
+  }
+
+  void Cancel() {
+    if (worker_) worker_->RequestStop();
+  }
+  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
+  // Once it is done.
+  bool HasFound() const { return !found_.IsZero(); }
+
+  // What was found, zero where nothing was.
+  DepthPattern Write(Map* map) {
+    if (worker_) worker_->Wait();
+    if (found_.IsZero()) return {};
+    Mend(camera_, found_, given_, map);
+    Apply(correction_, map);
+    return found_;
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    const std::optional<DepthPattern> pattern = Find();
+    if (pattern && !stop.stop_requested()) Adjust(*pattern, stop);
+    map_ = Map();  // as large as the map itself
+  }
+
+  // Empty where the map does not tell, or tells of none beyond chance.
+  std::optional<DepthPattern> Find() const {
+    std::vector<KeyFrameId> ids = MadeIn(map_, submap_, given_);
+    const auto most = static_cast<std::size_t>(options_.most);
+    if (ids.size() > most) ids.erase(ids.begin(), ids.end() - options_.most);
+    try {
+      const CameraCalibration found =
+          CalibrateCamera(map_, model_, ids, {.intrinsics = false, .pattern_of = camera_});
+      const bool is_off = found.depth_pattern_seen &&
+                          found.depth_pattern.Rms() > kBeyond * found.depth_pattern_sigma.Rms();
+      return is_off ? std::optional(found.depth_pattern) : std::nullopt;
+    } catch (const InvalidArgument&) {  // no points, or none that a solver can tell from another
+      return std::nullopt;
+    }
+  }
+
+  void Adjust(const DepthPattern& pattern, const std::stop_token& stop) {
+    Mend(camera_, pattern, given_, &map_);
+    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, bundle_);
+    adjuster.Solve(stop);
+    if (stop.stop_requested() || !adjuster.Write(&map_).usable) return;
+    correction_ = AdjustedTo(map_, adjuster.outliers(), submap_);
+    found_ = pattern;
+  }
+
+  Map map_;
+  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
+  const SubmapId submap_;
+  const KeyFrameId given_;
+  const PinholeCamera camera_;
+  const DepthPatternOptions options_;
+  const BundleAdjustmentOptions bundle_;
+  DepthPattern found_;
+  MapCorrection correction_;
+  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
+};
+
+DepthPatternFinder::DepthPatternFinder(const PinholeCamera& camera,
+                                       const DepthPatternOptions& options,
+                                       const BundleAdjustmentOptions& bundle)
+    : camera_(camera),
+      options_((options.Validate(), options)),
+      bundle_(bundle),
+      next_(static_cast<std::size_t>(options.first)) {}
+
+DepthPatternFinder::~DepthPatternFinder() = default;
+
+void DepthPatternFinder::Begin(const Map& map, const MeasurementModel& model, SubmapId submap,
+                               KeyFrameId given) {
+  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
+  if (job_ && job_->IsDone() && !job_->HasFound()) job_.reset();
+  if (!options_.enabled || job_) return;
+  const std::size_t keyframes = MadeIn(map, submap, given).size();
+  if (keyframes < next_) return;
+  next_ = static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(keyframes)));
+  job_ = std::make_unique<Job>(map.Clone(), model, submap, given, *this);
+}
+
+bool DepthPatternFinder::HasResult() const {
+  return job_ && job_->IsDone() && job_->HasFound();
+}
+
+bool DepthPatternFinder::Finish(Map* map) {
+  if (!job_) return false;
+  const std::unique_ptr<Job> job = std::move(job_);
+  const DepthPattern found = job->Write(map);
+  pattern_.nodes += found.nodes;
+  return !found.IsZero();
+}
+
+void DepthPatternFinder::Cancel() {
+  if (!job_) return;
+  job_->Cancel();
+  ending_.push_back(std::move(job_));
+}
+
+}  // namespace highwall

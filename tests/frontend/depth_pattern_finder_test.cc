@@ -1,0 +1,220 @@
+#include "loops/depth_pattern_finder.h"
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "local/bundle_adjustment.h"
+#include "support/synthetic_scene.h"
+
+namespace highwall {
+namespace {
+
+using testing::IdealSensor;
+using testing::Look;
+using testing::Scene;
+using testing::SceneMap;
+using testing::UniformInBox;
+
+const DepthPatternOptions kLockstep{.background = false};
+const BundleAdjustmentOptions kBundle{.threads = 1};
+
+// Depth that reads too short on the left of the image, and too long on the right.
+DepthPattern Tilted() {
+  DepthPattern pattern;
+  for (int node = 0; node < DepthPattern::kNodes; ++node) {
+    pattern.nodes[node] = 0.005 * (2 - node % DepthPattern::kColumns);
+  }
+  return pattern;
+}
+
+// A walk through points all around it whose depth is off by `pattern`, as keyframes of a map have
+// them: the camera 5 mm and 1 mrad off along each axis, at most.
+class Walk {
+ public:
+  explicit Walk(const DepthPattern& pattern, int keyframes = 16) : scene_(Surroundings()) {
+    std::mt19937 rng(3);
+    SceneMap scene_map(scene_);
+    for (int i = 0; i < keyframes; ++i) {
+      const double s = i / 15.0 - 0.5;
+      const Pose T_WC = Pose::FromTangent(
+          {0.8 * std::sin(9.0 * s), 0.5 * std::cos(7.0 * s), 0.6 * std::sin(5.0 * s)},
+          {0.8 * std::sin(11.0 * s), 0.8 * std::sin(7.0 * s), 0.8 * std::cos(5.0 * s)});
+      auto view = Look(scene_, IdealSensor(), T_WC,
+                       {.px = model.PointSigma(0), .depth = true, .seed = 7U + i});
+      auto features = std::make_shared<FrameFeatures>(*view.features);
+      for (PointFeature& feature : features->points) {
+        const double here = pattern.At(feature.uv.x(), feature.uv.y(), camera.width, camera.height);
+        feature.depth /= 1.0 + here * feature.depth;
+      }
+      view.features = features;
+      Eigen::Matrix<double, 6, 1> d;
+      const Eigen::Vector3d p = UniformInBox(rng, {-5e-3, -5e-3, -5e-3}, {5e-3, 5e-3, 5e-3});
+      const Eigen::Vector3d q = UniformInBox(rng, {-1e-3, -1e-3, -1e-3}, {1e-3, 1e-3, 1e-3});
+      d << p, q;
+      truth_.push_back(T_WC);
+      scene_map.Add(view, i == 0 ? T_WC : T_WC.Plus(d));
+    }
+    map = std::move(scene_map.map);
+  }
+
+  // [m] RMS of the keyframes' places.
+  double Error() const {
+    double sum = 0.0;
+    std::size_t i = 0;
+    for (const KeyFrameId id : map.keyframe_ids()) {
+      sum += (map.keyframe(id)->T_WC.p() - truth_[i++].p()).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(truth_.size()));
+  }
+
+  const PinholeCamera camera = IdealSensor().camera;
+  const MeasurementModel model{IdealSensor(), {}};
+  Map map;
+
+ private:
+  static Scene Surroundings() {
+    std::mt19937 rng(3);
+    Scene scene;
+    while (scene.points.size() < 1500) {
+      const Eigen::Vector3d p_W = UniformInBox(rng, {-4, -4, -4}, {4, 4, 4});
+      if (p_W.norm() < 2.0) continue;
+      scene.points.push_back({p_W, testing::RandomDescriptor(rng), testing::Uniform(rng, 3, 9)});
+    }
+    return scene;
+  }
+
+  Scene scene_;
+  std::vector<Pose> truth_;
+};
+
+TEST(Mended, TakesThePatternOffDepthAndEndsAtTheirPixelsOfTheImageAsItIsStored) {
+  PinholeCamera camera = IdealSensor().camera;
+  camera.k1 = -0.2;  // at the edge a pixel lies far from where it would without
+  const PinholeCamera undistorted = camera.WithoutDistortion();
+  const DepthPattern pattern = Tilted();
+  const auto off = [&](const Eigen::Vector3d& p_C) {
+    const Eigen::Vector2d raw = camera.Project(p_C);
+    return pattern.At(raw.x(), raw.y(), camera.width, camera.height);
+  };
+  const Eigen::Vector3d p(0.9, 0.4, 2.0), q(-0.8, 0.1, 3.0);
+  EXPECT_GT((camera.Project(p) - undistorted.Project(p)).norm(), 5.0);
+  FrameFeatures features;
+  features.points.resize(2);
+  features.points[0].uv = undistorted.Project(p);
+  features.points[0].depth = 1.0 / (1.0 / p.z() + off(p));
+  features.points[1].uv = undistorted.Project(q);  // without depth
+  features.lines.resize(2);
+  features.lines[0].segment_C.emplace();
+  features.lines[0].segment_C->p_C = p / (1.0 + p.z() * off(p));
+  features.lines[0].segment_C->q_C = q / (1.0 + q.z() * off(q));
+  const auto mended = Mended(features, camera, pattern);
+  EXPECT_NEAR(mended->points[0].depth, p.z(), 1e-12);
+  EXPECT_EQ(mended->points[1].depth, 0.0);
+  EXPECT_LT((mended->lines[0].segment_C->p_C - p).norm(), 1e-12);
+  EXPECT_LT((mended->lines[0].segment_C->q_C - q).norm(), 1e-12);
+  EXPECT_FALSE(mended->lines[1].segment_C);
+}
+
+TEST(DepthPatternFinder, FindsThePatternAndMendsTheMap) {
+  const DepthPattern truth = Tilted();
+  // What an adjustment comes to where depth is right, and where it is off.
+  Walk right(DepthPattern{}), bent(truth);
+  for (Walk* walk : {&right, &bent}) {
+    AdjustBundle(walk->map, walk->model, walk->map.KeyFramesOf(kFirstSubmap), {}, kBundle);
+  }
+  EXPECT_GT(bent.Error(), 2.0 * right.Error());
+  for (const bool background : {false, true}) {
+    SCOPED_TRACE(background);
+    Walk walk(truth);
+    const KeyFrameId fourth = walk.map.keyframe_ids()[3];
+    const double before = walk.map.keyframe(fourth)->frame.features->points[0].depth;
+    DepthPatternFinder finder(walk.camera, {.background = background}, kBundle);
+    EXPECT_TRUE(finder.pattern().IsZero());
+    finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
+    ASSERT_TRUE(finder.Finish(&walk.map));
+    EXPECT_FALSE(finder.HasResult());
+    EXPECT_LT(DepthPattern{finder.pattern().nodes - truth.nodes}.Rms(), 0.2 * truth.Rms());
+    EXPECT_LT(walk.Error(), 1.2 * right.Error());
+    const PointFeature& feature = walk.map.keyframe(fourth)->frame.features->points[0];
+    const double here =
+        finder.pattern().At(feature.uv.x(), feature.uv.y(), walk.camera.width, walk.camera.height);
+    EXPECT_NEAR(1.0 / feature.depth, 1.0 / before - here, 1e-9);
+  }
+}
+
+TEST(DepthPatternFinder, LeavesAMapWhoseDepthIsRightAsItIs) {
+  Walk walk(DepthPattern{});
+  const double error = walk.Error();
+  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
+  EXPECT_FALSE(finder.HasResult());
+  EXPECT_FALSE(finder.Finish(&walk.map));
+  EXPECT_TRUE(finder.pattern().IsZero());
+  EXPECT_EQ(walk.Error(), error);
+}
+
+TEST(DepthPatternFinder, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNextTime) {
+  Walk walk(Tilted());
+  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  const KeyFrameId fifth = walk.map.keyframe_ids()[4];
+  finder.Begin(walk.map, walk.model, kFirstSubmap, fifth);  // eleven are left
+  EXPECT_FALSE(finder.HasResult());
+  finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
+  EXPECT_TRUE(finder.Finish(&walk.map));
+  finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);  // no more than before
+  EXPECT_FALSE(finder.HasResult());
+
+  DepthPatternFinder off(walk.camera, {.enabled = false, .background = false}, kBundle);
+  off.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
+  EXPECT_FALSE(off.HasResult());
+}
+
+TEST(DepthPatternFinder, KeyframesThatWereGivenStayAsTheyAre) {
+  Walk walk(Tilted());
+  const KeyFrameId second = walk.map.keyframe_ids()[1];
+  const auto given = walk.map.keyframe(second)->frame.features;
+  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  finder.Begin(walk.map, walk.model, kFirstSubmap, second);
+  ASSERT_TRUE(finder.Finish(&walk.map));
+  EXPECT_EQ(walk.map.keyframe(second)->frame.features, given);
+  EXPECT_NE(walk.map.keyframe(walk.map.keyframe_ids()[2])->frame.features, given);
+}
+
+TEST(DepthPatternFinder, WhatIsCancelledIsNotApplied) {
+  Walk walk(Tilted());
+  const double error = walk.Error();
+  DepthPatternFinder finder(walk.camera, {}, kBundle);
+  finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
+  finder.Cancel();
+  EXPECT_FALSE(finder.HasResult());
+  EXPECT_FALSE(finder.Finish(&walk.map));
+  EXPECT_TRUE(finder.pattern().IsZero());
+  EXPECT_EQ(walk.Error(), error);
+}
+
+TEST(DepthPatternFinder, AMapWithoutDepthTellsNothing) {
+  Walk walk(Tilted());
+  for (const KeyFrameId id : walk.map.keyframe_ids()) {
+    auto features = std::make_shared<FrameFeatures>(*walk.map.keyframe(id)->frame.features);
+    for (PointFeature& feature : features->points) feature.depth = 0.0;
+    walk.map.keyframe(id)->frame.features = features;
+  }
+  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
+  EXPECT_FALSE(finder.Finish(&walk.map));
+}
+
+TEST(DepthPatternOptions, AreValidated) {
+  EXPECT_NO_THROW(DepthPatternOptions().Validate());
+  EXPECT_THROW(DepthPatternOptions{.first = 2}.Validate(), InvalidArgument);
+  EXPECT_THROW(DepthPatternOptions{.most = 2}.Validate(), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall
