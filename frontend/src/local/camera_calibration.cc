@@ -26,15 +26,29 @@ namespace {
 // distance is then known to a tenth.
 constexpr double kLeastParallax = 0.02;
 
+using PatternMatrix = Eigen::Matrix<double, DepthPattern::kNodes, DepthPattern::kNodes>;
+
+// The share of each node in the mean over the image: half of that of the others at an edge, a
+// quarter in a corner.
+DepthPattern::Vector MeanShares() {
+  constexpr int kColumns = DepthPattern::kColumns, kRows = DepthPattern::kRows;
+  DepthPattern::Vector shares;
+  for (int node = 0; node < DepthPattern::kNodes; ++node) {
+    const int column = node % kColumns, row = node / kColumns;
+    shares[node] = (column == 0 || column == kColumns - 1 ? 0.5 : 1.0) *
+                   (row == 0 || row == kRows - 1 ? 0.5 : 1.0);
+  }
+  return shares / shares.sum();
+}
+
 // Square-root information of nodes that differ by `step` [1/m] from one to the next, along rows and
-// columns. What all depth has in common is the offset's: its mean, by these shares of the nodes, is
-// 0.
-Eigen::Matrix<double, DepthPattern::kNodes, DepthPattern::kNodes> SmoothPattern(
-    double step, const DepthPattern::Vector& shares) {
+// columns. What they have in common is the offset's: their mean over the image is 0, whatever of it
+// was seen, so that a camera has the same pattern in each recording.
+PatternMatrix SmoothPattern(double step) {
   constexpr int kColumns = DepthPattern::kColumns, kNodes = DepthPattern::kNodes;
   constexpr double kMean = 1e-6;  // [1/m] hardly anything, in numbers that a solver can bear
-  using Matrix = Eigen::Matrix<double, kNodes, kNodes>;
-  Matrix information = shares * shares.transpose() / (kMean * kMean);
+  const DepthPattern::Vector mean = MeanShares();
+  PatternMatrix information = mean * mean.transpose() / (kMean * kMean);
   const auto tie = [&](int a, int b) {
     const double weight = 1.0 / (step * step);
     information(a, a) += weight;
@@ -61,7 +75,14 @@ class CameraGraph {
         inverse_depth_(graph_.AddVariable(0.0)),
         pattern_of_(options.pattern_of),
         pattern_(graph_.AddVariable(DepthPattern::Vector(DepthPattern::Vector::Zero()))) {
-    if (!pattern_of_) graph_.Fix(pattern_);
+    if (pattern_of_) {
+      graph_.AddFactor(std::make_unique<VectorPrior<DepthPattern::kNodes>>(
+                           DepthPattern::Vector(DepthPattern::Vector::Zero()),
+                           SmoothPattern(options.pattern_step)),
+                       pattern_);
+    } else {
+      graph_.Fix(pattern_);
+    }
     graph_.AddFactor(std::make_unique<VectorPrior<1>>(
                          VectorPrior<1>::Vector::Zero(),
                          VectorPrior<1>::Matrix::Constant(1.0 / options.inverse_depth)),
@@ -104,8 +125,6 @@ class CameraGraph {
   CameraCalibration Solve(const CameraCalibrationOptions& options) {
     HIGHWALL_REQUIRE(poses_.size() >= 3, "less than three keyframes");
     HIGHWALL_REQUIRE(points_ > 0, "no point that two keyframes see");
-    HIGHWALL_REQUIRE(!pattern_of_ || !depths_.empty(), "no point with depth");
-    if (pattern_of_) AddPatternPrior(options.pattern_step);
     const SolveSummary summary = graph_.Solve({.max_iterations = options.max_iterations});
     HIGHWALL_REQUIRE(summary.IsUsable(), "calibration failed: " + summary.message);
     CameraCalibration result;
@@ -153,21 +172,11 @@ class CameraGraph {
     return false;
   }
 
-  void AddPatternPrior(double step) {
-    const DepthPattern::Vector mean = shares_ / static_cast<double>(depths_.size());
-    graph_.AddFactor(
-        std::make_unique<VectorPrior<DepthPattern::kNodes>>(
-            DepthPattern::Vector(DepthPattern::Vector::Zero()), SmoothPattern(step, mean)),
-        pattern_);
-  }
-
   void Observe(const Observation& o, const Variable<Point>& point) {
     const PointFeature& feature = FeatureOf(o);
-    const DepthPattern::Vector shares = SharesOf(feature);
-    shares_ += shares;
-    graph_.AddFactor(
-        std::make_unique<IntrinsicReprojection>(model_.Rows(feature), model_.projection(), shares),
-        loss_, poses_.at(o.keyframe), point, intrinsics_, inverse_depth_, pattern_);
+    graph_.AddFactor(std::make_unique<IntrinsicReprojection>(
+                         model_.Rows(feature), model_.projection(), SharesOf(feature)),
+                     loss_, poses_.at(o.keyframe), point, intrinsics_, inverse_depth_, pattern_);
     if (feature.depth > 0.0) depths_.push_back(feature.depth);
     rows_ += MeasurementModel::Dimension(feature);
     ++observations_;
@@ -201,8 +210,7 @@ class CameraGraph {
   const std::optional<PinholeCamera> pattern_of_;
   const Variable<DepthPattern::Vector> pattern_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
-  std::vector<double> depths_;                                  // [m] that were read
-  DepthPattern::Vector shares_ = DepthPattern::Vector::Zero();  // of the nodes in these, a sum
+  std::vector<double> depths_;  // [m] that were read
   int points_ = 0, observations_ = 0, rows_ = 0;
 };
 

@@ -42,8 +42,8 @@ struct CameraCalibration {
   // RgbdSensor::inverse_depth_offset of what the map's depth still is off by.
   double inverse_depth_offset = 0.0, inverse_depth_sigma = 0.0;  // [1/m]
   bool inverse_depth_seen = false;                               // to good_depth
-  // RgbdSensor::depth_pattern, likewise, 0 in the mean of the points with depth, and the deviations
-  // of its nodes; 0 where none is looked for. Seen where it is known to good_depth in the root mean
+  // RgbdSensor::depth_pattern, likewise, 0 in the mean over the image, and the deviations of its
+  // nodes; 0 where none is looked for. Seen where it is known to good_depth in the root mean
   // square of the nodes.
   DepthPattern depth_pattern, depth_pattern_sigma;
   bool depth_pattern_seen = false;
