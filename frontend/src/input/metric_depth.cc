@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 #include <opencv2/core.hpp>
 
@@ -15,6 +18,23 @@ float Mended(float z, double offset) {
   return rest > 0.0 ? static_cast<float>(static_cast<double>(z) / rest) : 0.0F;
 }
 
+// Takes the offset and the pattern [1/m] off the inverse of a row: between the columns of nodes the
+// pattern is linear.
+void MendRow(int v, double offset, const DepthPattern& pattern, cv::Mat* depth) {
+  std::array<double, DepthPattern::kColumns> at_nodes{};
+  const double step = (depth->cols - 1) / (at_nodes.size() - 1.0);  // [px]
+  for (std::size_t i = 0; i < at_nodes.size(); ++i) {
+    at_nodes[i] = offset + pattern.At(static_cast<double>(i) * step, v, depth->cols, depth->rows);
+  }
+  auto* const row = depth->ptr<float>(v);
+  for (int u = 0; u < depth->cols; ++u) {
+    const double x = step > 0.0 ? u / step : 0.0;
+    const std::size_t left = std::min(static_cast<std::size_t>(x), at_nodes.size() - 2);
+    const double share = x - static_cast<double>(left);
+    row[u] = Mended(row[u], (1.0 - share) * at_nodes[left] + share * at_nodes[left + 1]);
+  }
+}
+
 }  // namespace
 
 cv::Mat MetricDepth(const cv::Mat& stored, double depth_factor, double inverse_depth_offset,
@@ -28,10 +48,7 @@ cv::Mat MetricDepth(const cv::Mat& stored, double depth_factor, double inverse_d
   cv::Mat depth;
   stored.convertTo(depth, CV_32F, 1.0 / depth_factor);
   if (!pattern.IsZero()) {
-    depth.forEach<float>([&](float& z, const int* at) {
-      const double here = pattern.At(at[1], at[0], stored.cols, stored.rows);
-      z = Mended(z, inverse_depth_offset + here);
-    });
+    for (int v = 0; v < depth.rows; ++v) MendRow(v, inverse_depth_offset, pattern, &depth);
   } else if (inverse_depth_offset != 0.0) {
     depth.forEach<float>(
         [inverse_depth_offset](float& z, const int*) { z = Mended(z, inverse_depth_offset); });
