@@ -27,6 +27,7 @@
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
+#include "loops/depth_pattern_finder.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "support/message_of.h"
@@ -281,6 +282,8 @@ const Edge kEdges[] = {
     {"factors.max_angle", {0}},
     {"factors.max_gap", {0}},
     {"factors.threads", {0}},
+    {"depth_pattern.first", {2}},
+    {"depth_pattern.most", {2}},
     {"submaps.patience", {-0.1}},
 };
 
@@ -295,6 +298,9 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
   if (part == "inertial") InertialOdometry({}, options.inertial);
   if (part == "loops") LoopCloser(model, options.loops);
   if (part == "factors") FactorAdjuster(options.factors, options.loops.graph);
+  if (part == "depth_pattern") {
+    DepthPatternFinder(sensor.camera, options.depth_pattern, options.loops.bundle);
+  }
   if (part == "submaps") options.submaps.Validate();
 }
 
@@ -342,7 +348,7 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 37u);
+  EXPECT_EQ(in_table.size(), 38u);
   const Fields in_headers = FieldsInHeaders();
   for (const auto& [name, fields] : in_table) {
     ASSERT_EQ(in_headers.count(name), 1u) << name;
@@ -387,7 +393,7 @@ TEST(SlamOptions, DeterministicChangesThreadsAlone) {
   SlamOptions changed;
   VisitLeaves(changed, [](const std::string&, auto& field) { Change(field); });
   changed.frame.parallel = changed.mapper.background = changed.loops.background = true;
-  changed.factors.background = true;
+  changed.factors.background = changed.depth_pattern.background = true;
   const std::vector<std::string> paths = Paths();
   const std::vector<double> before = Values(changed), after = Values(Deterministic(changed));
   std::set<std::string> others;
@@ -397,7 +403,8 @@ TEST(SlamOptions, DeterministicChangesThreadsAlone) {
   EXPECT_EQ(others, (std::set<std::string>{"frame.parallel", "mapper.background",
                                            "mapper.bundle.threads", "loops.background",
                                            "loops.bundle.threads", "loops.correction.threads",
-                                           "factors.threads", "factors.background"}));
+                                           "factors.threads", "factors.background",
+                                           "depth_pattern.background"}));
 }
 
 }  // namespace
