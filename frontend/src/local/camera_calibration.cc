@@ -186,11 +186,9 @@ class CameraGraph {
   DepthPattern::Vector SharesOf(const PointFeature& feature) const {
     if (!pattern_of_ || feature.depth <= 0.0) return DepthPattern::Vector::Zero();
     const PinholeCamera& camera = *pattern_of_;
-    const Eigen::Vector2d m((feature.uv.x() - camera.cx) / camera.fx,
-                            (feature.uv.y() - camera.cy) / camera.fy);
-    const Eigen::Vector2d raw = camera.Distort(m);
-    return DepthPattern::Shares(camera.fx * raw.x() + camera.cx, camera.fy * raw.y() + camera.cy,
-                                camera.width, camera.height);
+    const Eigen::Vector2d raw =
+        camera.Project(camera.WithoutDistortion().Unproject(feature.uv, 1.0));
+    return DepthPattern::Shares(raw.x(), raw.y(), camera.width, camera.height);
   }
 
   // [m] Infinite where there is none: nothing is seen then.
