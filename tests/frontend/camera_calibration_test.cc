@@ -53,9 +53,10 @@ Scene MakeSurroundings() {
 
 // What a walk sees, in a map whose keyframes and points are a centimetre and half a degree off.
 // turns: [rad] about the camera's axes, from one end to the other of the walk. offset, pattern:
-// [1/m] of the inverse of what is read.
+// [1/m] of the inverse of what is read. stored: the camera with its distortion, whose pixels those
+// of the pattern are.
 Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed, double offset = 0.0,
-         const DepthPattern& pattern = {}) {
+         const DepthPattern& pattern = {}, const PinholeCamera& stored = TrueSensor().camera) {
   std::mt19937 rng(seed);
   SceneMap scene_map(scene);
   constexpr int kKeyFrames = 24;
@@ -70,8 +71,8 @@ Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed, double
              {.px = kModel.PointSigma(0), .depth = true, .seed = seed + static_cast<unsigned>(i)});
     auto features = std::make_shared<FrameFeatures>(*view.features);
     for (PointFeature& feature : features->points) {
-      const PinholeCamera& camera = TrueSensor().camera;
-      const double here = pattern.At(feature.uv.x(), feature.uv.y(), camera.width, camera.height);
+      const Eigen::Vector2d raw = stored.Project(TrueSensor().camera.Unproject(feature.uv, 1.0));
+      const double here = pattern.At(raw.x(), raw.y(), stored.width, stored.height);
       feature.depth /= 1.0 + (offset + here) * feature.depth;
     }
     view.features = features;
@@ -176,6 +177,26 @@ TEST(CameraCalibration, APatternOfDepthIsFoundWithinItsStandardDeviations) {
   // Chi-squared of 95 degrees of freedom, correlated between neighbours: 1 +- 0.15 and more.
   EXPECT_LT(nees, 1.8);
   EXPECT_GT(nees, 0.4);
+}
+
+TEST(CameraCalibration, APatternIsThatOfTheImageAsItIsStored) {
+  PinholeCamera stored = TrueSensor().camera;
+  stored.k1 = -0.25;
+  DepthPattern truth;  // steep where pixels with and without distortion are far apart
+  for (int node = 0; node < DepthPattern::kNodes; ++node) {
+    const int column = node % DepthPattern::kColumns;
+    truth.nodes[node] = column == 0 || column == DepthPattern::kColumns - 1 ? 0.02 : 0.0;
+  }
+  const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 100, 0.0, truth, stored);
+  const auto error = [&](const PinholeCamera& camera) {
+    const CameraCalibration found =
+        CalibrateCamera(map, MeasurementModel(TrueSensor(), {}), kFirstSubmap,
+                        {.intrinsics = false, .pattern_of = camera});
+    DepthPattern left{found.depth_pattern.nodes - truth.nodes};
+    left.nodes.array() -= left.nodes.mean();  // that is the offset's
+    return left.Rms();
+  };
+  EXPECT_LT(error(stored), 0.5 * error(stored.WithoutDistortion()));
 }
 
 TEST(CameraCalibration, AGivenPatternIsNotLookedFor) {
