@@ -17,6 +17,7 @@ namespace {
 
 using testing::IdealSensor;
 using testing::Look;
+using testing::MakeSurroundings;
 using testing::Scene;
 using testing::SceneMap;
 using testing::UniformInBox;
@@ -39,17 +40,6 @@ Eigen::Vector4d IntrinsicsOf(const PinholeCamera& camera) {
 
 // What it is that the observations are drawn from as well.
 const MeasurementModel kModel(WrongSensor(), {});
-
-Scene MakeSurroundings() {
-  std::mt19937 rng(3);
-  Scene scene;
-  while (scene.points.size() < 1500) {
-    const Eigen::Vector3d p_W = UniformInBox(rng, {-4, -4, -4}, {4, 4, 4});
-    if (p_W.norm() < 2.0) continue;
-    scene.points.push_back({p_W, testing::RandomDescriptor(rng), testing::Uniform(rng, 3, 9)});
-  }
-  return scene;
-}
 
 // What a walk sees, in a map whose keyframes and points are a centimetre and half a degree off.
 // turns: [rad] about the camera's axes, from one end to the other of the walk. offset, pattern:

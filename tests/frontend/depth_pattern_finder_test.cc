@@ -37,7 +37,8 @@ DepthPattern Tilted() {
 // them: the camera 5 mm and 1 mrad off along each axis, at most.
 class Walk {
  public:
-  explicit Walk(const DepthPattern& pattern, int keyframes = 16) : scene_(Surroundings()) {
+  explicit Walk(const DepthPattern& pattern, int keyframes = 16)
+      : scene_(testing::MakeSurroundings()) {
     std::mt19937 rng(3);
     SceneMap scene_map(scene_);
     for (int i = 0; i < keyframes; ++i) {
@@ -78,17 +79,6 @@ class Walk {
   Map map;
 
  private:
-  static Scene Surroundings() {
-    std::mt19937 rng(3);
-    Scene scene;
-    while (scene.points.size() < 1500) {
-      const Eigen::Vector3d p_W = UniformInBox(rng, {-4, -4, -4}, {4, 4, 4});
-      if (p_W.norm() < 2.0) continue;
-      scene.points.push_back({p_W, testing::RandomDescriptor(rng), testing::Uniform(rng, 3, 9)});
-    }
-    return scene;
-  }
-
   Scene scene_;
   std::vector<Pose> truth_;
 };
