@@ -7,7 +7,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
-#include <highwall/internal/background_worker.h>
+#include <highwall/internal/background_job.h>
 
 #include "local/depthless_lines.h"
 #include "local/depthless_points.h"
@@ -44,30 +44,23 @@ int Between(KeyFrameId older, KeyFrameId newer) {
 class LocalMapper::Adjustment {
  public:
   Adjustment(KeyFrameId keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
-      : keyframe_(keyframe), bundle_(std::move(bundle)) {
-    if (background) {
-      worker_.emplace(1);
-      worker_->Post([this](const std::stop_token& stop) { bundle_->Solve(stop); });
-    } else {
-      bundle_->Solve();
-    }
-  }
+      : keyframe_(keyframe),
+        bundle_(std::move(bundle)),
+        task_(background, [this](const std::stop_token& stop) { bundle_->Solve(stop); }) {}
 
   KeyFrameId keyframe() const { return keyframe_; }
-  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
-  void Cancel() {
-    if (worker_) worker_->RequestStop();
-  }
+  bool IsDone() const { return task_.IsDone(); }
+  void Cancel() { task_.Cancel(); }
   // Waits for the end. Throws what ended the work.
   BundleAdjustmentReport Write(Map* map) {
-    if (worker_) worker_->Wait();
+    task_.Wait();
     return bundle_->Write(map);
   }
 
  private:
   const KeyFrameId keyframe_;
   const std::unique_ptr<BundleAdjuster> bundle_;
-  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
+  BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
 LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options)

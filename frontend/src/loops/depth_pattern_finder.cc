@@ -5,10 +5,10 @@
 #include <optional>
 #include <stop_token>
 #include <utility>
+#include <vector>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/local/camera_calibration.h>
-#include <highwall/internal/background_worker.h>
 
 #include "loops/map_correction.h"
 
@@ -69,25 +69,17 @@ class DepthPatternFinder::Job {
         given_(given),
         camera_(finder.camera_),
         options_(finder.options_),
-        bundle_(finder.bundle_) {
-    if (options_.background) {
-      worker_.emplace(1);
-      worker_->Post([this](const std::stop_token& stop) { Run(stop); });
-    } else {
-      Run({});
-    }
-  }
+        bundle_(finder.bundle_),
+        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
 
-  void Cancel() {
-    if (worker_) worker_->RequestStop();
-  }
-  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
+  void Cancel() { task_.Cancel(); }
+  bool IsDone() const { return task_.IsDone(); }
   // Once it is done.
   bool HasFound() const { return !found_.IsZero(); }
 
   // What was found, zero where nothing was.
   DepthPattern Write(Map* map) {
-    if (worker_) worker_->Wait();
+    task_.Wait();
     if (found_.IsZero()) return {};
     Mend(camera_, found_, given_, map);
     Apply(correction_, map);
@@ -135,7 +127,7 @@ class DepthPatternFinder::Job {
   const BundleAdjustmentOptions bundle_;
   DepthPattern found_;
   MapCorrection correction_;
-  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
+  BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
 DepthPatternFinder::DepthPatternFinder(const PinholeCamera& camera,
@@ -150,31 +142,28 @@ DepthPatternFinder::~DepthPatternFinder() = default;
 
 void DepthPatternFinder::Begin(const Map& map, const MeasurementModel& model, SubmapId submap,
                                KeyFrameId given) {
-  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
-  if (job_ && job_->IsDone() && !job_->HasFound()) job_.reset();
-  if (!options_.enabled || job_) return;
+  if (!job_.IsEmpty() && job_->IsDone() && !job_->HasFound()) job_.Take();
+  if (!options_.enabled || !job_.IsEmpty()) return;
   const std::size_t keyframes = MadeIn(map, submap, given).size();
   if (keyframes < next_) return;
   next_ = static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(keyframes)));
-  job_ = std::make_unique<Job>(map.Clone(), model, submap, given, *this);
+  job_.Put(std::make_unique<Job>(map.Clone(), model, submap, given, *this));
 }
 
 bool DepthPatternFinder::HasResult() const {
-  return job_ && job_->IsDone() && job_->HasFound();
+  return !job_.IsEmpty() && job_->IsDone() && job_->HasFound();
 }
 
 bool DepthPatternFinder::Finish(Map* map) {
-  if (!job_) return false;
-  const std::unique_ptr<Job> job = std::move(job_);
+  const std::unique_ptr<Job> job = job_.Take();
+  if (!job) return false;
   const DepthPattern found = job->Write(map);
   pattern_.nodes += found.nodes;
   return !found.IsZero();
 }
 
 void DepthPatternFinder::Cancel() {
-  if (!job_) return;
-  job_->Cancel();
-  ending_.push_back(std::move(job_));
+  job_.Cancel();
 }
 
 }  // namespace highwall

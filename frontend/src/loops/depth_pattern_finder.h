@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <vector>
 
 #include <highwall/core/camera.h>
 #include <highwall/factors/depth_pattern.h>
@@ -10,6 +9,7 @@
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/internal/background_job.h>
 
 namespace highwall {
 
@@ -55,8 +55,7 @@ class DepthPatternFinder {
   const BundleAdjustmentOptions bundle_;
   DepthPattern pattern_;
   std::size_t next_;  // keyframes of a world
-  std::unique_ptr<Job> job_;
-  std::vector<std::unique_ptr<Job>> ending_;  // cancelled, their threads still to end
+  JobSlot<Job> job_;
 };
 
 }  // namespace highwall

@@ -7,15 +7,16 @@
 #include <cstdint>
 #include <cstdlib>
 #include <map>
+#include <memory>
 #include <stop_token>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include <ceres/cost_function.h>
 #include <Eigen/Core>
 
 #include <highwall/core/pose_graph.h>
-#include <highwall/internal/background_worker.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "loops/frame_alignment.h"
@@ -126,27 +127,19 @@ class FactorAdjuster::Job {
         loops_(loops.begin(), loops.end()),
         moves_(std::move(moves)),
         options_(options),
-        graph_(graph) {
-    if (options_.background) {
-      worker_.emplace(1);
-      worker_->Post([this](const std::stop_token& stop) { Run(stop); });
-    } else {
-      Run({});
-    }
-  }
+        graph_(graph),
+        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
 
   // Ends as soon as the iteration that runs is over; so does the destructor.
-  void Cancel() {
-    if (worker_) worker_->RequestStop();
-  }
-  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
+  void Cancel() { task_.Cancel(); }
+  bool IsDone() const { return task_.IsDone(); }
   SubmapId submap() const { return submap_; }
   // Factors of that world.
   std::size_t all() const { return all_; }
 
   // Throws what ended the work. moves: of the keyframes, so far.
   FactorAdjustmentReport Write(Map* map, KeyFrameMoves* moves) {
-    if (worker_) worker_->Wait();
+    task_.Wait();
     if (!report_.accepted) return report_;
     Apply(correction_, map);
     for (auto& [id, move] : moves_) (*moves)[id] = move;
@@ -246,7 +239,7 @@ class FactorAdjuster::Job {
   const KeyFrameGraphOptions graph_;
   FactorAdjustmentReport report_;
   MapCorrection correction_;
-  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
+  BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
 FactorAdjuster::FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
@@ -270,32 +263,29 @@ bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const 
 
 bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops,
                            std::size_t enough) {
-  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
-  if (job_) return false;
+  if (!job_.IsEmpty()) return false;
   const std::size_t factors = CountIn(map, submap);
   std::size_t& adjusted = adjusted_[map.Root(submap)];
   adjusted = std::min(adjusted, factors);  // some may have gone
   if (factors < adjusted + enough) return false;
   Inherit(map, &moves_);
-  job_ = std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_);
+  job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_));
   return true;
 }
 
 bool FactorAdjuster::HasResult() const {
-  return job_ && job_->IsDone();
+  return !job_.IsEmpty() && job_->IsDone();
 }
 
 std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
-  if (!job_) return std::nullopt;
-  const std::unique_ptr<Job> job = std::move(job_);
+  const std::unique_ptr<Job> job = job_.Take();
+  if (!job) return std::nullopt;
   adjusted_[map->Root(job->submap())] = job->all();
   return job->Write(map, &moves_);
 }
 
 void FactorAdjuster::Cancel() {
-  if (!job_) return;
-  job_->Cancel();
-  ending_.push_back(std::move(job_));
+  job_.Cancel();
 }
 
 void FactorAdjuster::Remember(const Map& map, KeyFrameMoves by_loop) {

@@ -2,14 +2,13 @@
 
 #include <cstddef>
 #include <map>
-#include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
+#include <highwall/internal/background_job.h>
 
 #include "loops/map_correction.h"
 
@@ -58,8 +57,7 @@ class FactorAdjuster {
   std::map<SubmapId, std::size_t> adjusted_;
   // T_WC = T_V B: where images alone have the keyframe, and its move B.
   KeyFrameMoves moves_;
-  std::unique_ptr<Job> job_;
-  std::vector<std::unique_ptr<Job>> ending_;  // cancelled, their threads still to end
+  JobSlot<Job> job_;
 };
 
 }  // namespace highwall

@@ -1,12 +1,12 @@
 #include "loops/loop_closer.h"
 
 #include <chrono>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/internal/background_worker.h>
 
 namespace highwall {
 
@@ -25,25 +25,15 @@ class LoopCloser::Job {
         loop_(std::move(loop)),
         old_loops_(std::move(old_loops)),
         model_(model),
-        options_(options) {
-    if (options_.background) {
-      worker_.emplace(1);
-      worker_->Post([this](const std::stop_token& stop) { Run(stop); });
-    } else {
-      Run({});
-    }
-  }
+        options_(options),
+        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
 
   // Ends as soon as the iteration that runs is over; so does the destructor.
-  void Cancel() {
-    if (worker_) worker_->RequestStop();
-  }
+  void Cancel() { task_.Cancel(); }
   // Throws what ended the work.
-  void Wait() {
-    if (worker_) worker_->Wait();
-  }
+  void Wait() { task_.Wait(); }
   // Nothing is worked on any more, and all that came out can be taken.
-  bool IsDone() const { return !worker_ || worker_->IsIdle(); }
+  bool IsDone() const { return task_.IsDone(); }
 
   // The loop itself, not the adjustment after it, is still being closed, or waits to be taken.
   bool IsClosing() const { return !corrected_taken_; }
@@ -112,7 +102,7 @@ class LoopCloser::Job {
   bool corrected_taken_ = false;
   mutable std::mutex mutex_;
   std::vector<Result> results_;
-  std::optional<BackgroundWorker> worker_;  // last: it uses all of the above and ends first
+  BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
 LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options)
@@ -123,13 +113,12 @@ LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& o
 LoopCloser::~LoopCloser() = default;
 
 bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
-  std::erase_if(ending_, [](const auto& job) { return job->IsDone(); });
   // Until the map is corrected, the keyframes that follow see the same loop.
   if (!options_.enabled || IsClosing()) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
   Cancel();  // the adjustment after an older loop
-  job_ = std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_);
+  job_.Put(std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_));
   return true;
 }
 
@@ -146,15 +135,15 @@ KeyFrameMoves LoopCloser::TakeMovesByFactors() {
 }
 
 bool LoopCloser::IsClosing() const {
-  return job_ && job_->IsClosing();
+  return !job_.IsEmpty() && job_->IsClosing();
 }
 
 bool LoopCloser::HasResult() const {
-  return job_ && (job_->HasResults() || job_->IsDone());
+  return !job_.IsEmpty() && (job_->HasResults() || job_->IsDone());
 }
 
 std::vector<LoopReport> LoopCloser::Update(Map* map) {
-  if (!job_) return {};
+  if (job_.IsEmpty()) return {};
   return job_->IsDone() ? Finish(map) : Take(*job_, map);
 }
 
@@ -176,14 +165,12 @@ std::vector<LoopReport> LoopCloser::Take(Job& job, Map* map) {
 
 void LoopCloser::Cancel() {
   detector_.Forget();
-  if (!job_) return;
-  job_->Cancel();
-  ending_.push_back(std::move(job_));
+  job_.Cancel();
 }
 
 std::vector<LoopReport> LoopCloser::Finish(Map* map) {
-  if (!job_) return {};
-  const std::unique_ptr<Job> job = std::move(job_);
+  const std::unique_ptr<Job> job = job_.Take();
+  if (!job) return {};
   job->Wait();  // first: of work that threw nothing more is applied
   return Take(*job, map);
 }

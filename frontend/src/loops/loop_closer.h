@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/internal/background_job.h>
 
 #include "local/bundle_adjustment.h"
 #include "loops/loop_correction.h"
@@ -39,7 +39,7 @@ class LoopCloser {
   // A loop itself, not the adjustment after it, is being closed.
   bool IsClosing() const;
   // Neither is a loop being closed, nor the map adjusted after one.
-  bool IsIdle() const { return job_ == nullptr; }
+  bool IsIdle() const { return job_.IsEmpty(); }
   // Is anything ready to be applied?
   bool HasResult() const;
   // Applies what is ready to the map; between frames. What moves: MapCorrection. Throws what ended
@@ -64,8 +64,7 @@ class LoopCloser {
   LoopDetector detector_;
   std::vector<LoopEdge> loops_;
   KeyFrameMoves by_factors_;
-  std::unique_ptr<Job> job_;
-  std::vector<std::unique_ptr<Job>> ending_;  // cancelled, their threads still to end
+  JobSlot<Job> job_;
 };
 
 }  // namespace highwall

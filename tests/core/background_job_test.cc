@@ -1,0 +1,61 @@
+#include <highwall/internal/background_job.h>
+
+#include <atomic>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace highwall {
+namespace {
+
+// Counts up until it is told to end.
+class Count {
+ public:
+  explicit Count(std::atomic<int>* ended)
+      : ended_(ended), task_(true, [this](const std::stop_token& stop) {
+          while (!stop.stop_requested()) std::this_thread::yield();
+          ++*ended_;
+        }) {}
+
+  void Cancel() { task_.Cancel(); }
+  bool IsDone() const { return task_.IsDone(); }
+
+ private:
+  std::atomic<int>* ended_;
+  BackgroundTask task_;
+};
+
+TEST(BackgroundTask, NotInTheBackgroundIsDoneAtOnceOnTheCallersThread) {
+  std::thread::id worked;
+  BackgroundTask task(false, [&](const std::stop_token&) { worked = std::this_thread::get_id(); });
+  EXPECT_TRUE(task.IsDone());
+  EXPECT_EQ(worked, std::this_thread::get_id());
+  task.Wait();
+}
+
+TEST(BackgroundTask, WaitThrowsWhatEndedTheWork) {
+  BackgroundTask task(true, [](const std::stop_token&) { throw std::runtime_error("work"); });
+  EXPECT_THROW(task.Wait(), std::runtime_error);
+}
+
+TEST(JobSlot, IsEmptyOnceItsJobIsCancelledAndTheJobEnds) {
+  std::atomic<int> ended = 0;
+  {
+    JobSlot<Count> slot;
+    EXPECT_TRUE(slot.IsEmpty());
+    slot.Cancel();  // nothing
+    slot.Put(std::make_unique<Count>(&ended));
+    EXPECT_FALSE(slot.IsEmpty());
+    slot.Cancel();
+    EXPECT_TRUE(slot.IsEmpty());
+    EXPECT_EQ(slot.Take(), nullptr);
+    slot.Put(std::make_unique<Count>(&ended));
+    EXPECT_FALSE(slot->IsDone());
+  }
+  EXPECT_EQ(ended, 2);
+}
+
+}  // namespace
+}  // namespace highwall
