@@ -10,20 +10,24 @@
 namespace highwall {
 namespace {
 
-// Counts up until it is told to end.
-class Count {
+// Goes on until it is told to end.
+class Endless {
  public:
-  explicit Count(std::atomic<int>* ended)
+  explicit Endless(std::atomic<int>* ended)
       : ended_(ended), task_(true, [this](const std::stop_token& stop) {
+          began_ = true;
           while (!stop.stop_requested()) std::this_thread::yield();
           ++*ended_;
-        }) {}
+        }) {
+    while (!began_) std::this_thread::yield();  // what has not begun is not done at all
+  }
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
 
  private:
   std::atomic<int>* ended_;
+  std::atomic<bool> began_ = false;
   BackgroundTask task_;
 };
 
@@ -43,15 +47,15 @@ TEST(BackgroundTask, WaitThrowsWhatEndedTheWork) {
 TEST(JobSlot, IsEmptyOnceItsJobIsCancelledAndTheJobEnds) {
   std::atomic<int> ended = 0;
   {
-    JobSlot<Count> slot;
+    JobSlot<Endless> slot;
     EXPECT_TRUE(slot.IsEmpty());
     slot.Cancel();  // nothing
-    slot.Put(std::make_unique<Count>(&ended));
+    slot.Put(std::make_unique<Endless>(&ended));
     EXPECT_FALSE(slot.IsEmpty());
     slot.Cancel();
     EXPECT_TRUE(slot.IsEmpty());
     EXPECT_EQ(slot.Take(), nullptr);
-    slot.Put(std::make_unique<Count>(&ended));
+    slot.Put(std::make_unique<Endless>(&ended));
     EXPECT_FALSE(slot->IsDone());
   }
   EXPECT_EQ(ended, 2);

@@ -9,6 +9,7 @@
 
 #include <highwall/core/error.h>
 
+#include "features/mended_depth.h"
 #include "local/bundle_adjustment.h"
 #include "support/synthetic_scene.h"
 

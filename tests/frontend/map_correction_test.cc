@@ -131,5 +131,22 @@ TEST_F(MapCorrectionTest, ACloneIsAMapOfItsOwn) {
   EXPECT_EQ(clone.keyframe(1_kf)->frame.features, map().keyframe(1_kf)->frame.features);
 }
 
+TEST_F(MapCorrectionTest, ACloneOfSomeKeyframesHasThemAndWhatTheySeeUnderTheSameIds) {
+  const std::vector<KeyFrameId> some{1_kf};
+  Map clone = map().CloneOf(some);
+  EXPECT_EQ(clone.keyframe_ids(), some);
+  EXPECT_EQ(clone.keyframe(1_kf)->T_WC.Matrix(), map().keyframe(1_kf)->T_WC.Matrix());
+  std::vector<PointId> seen = PointsSeenBy(map(), some, {});
+  EXPECT_EQ(clone.point_ids(), seen);
+  EXPECT_EQ(clone.line_ids(), LinesSeenBy(map(), some, {}));
+  for (const PointId id : seen) {
+    EXPECT_EQ(clone.point(id)->p_W, map().point(id)->p_W);
+    ASSERT_EQ(clone.point(id)->observations.size(), 1u);
+    EXPECT_EQ(clone.point(id)->observations[0].keyframe, 1_kf);
+  }
+  // What is added has an id of its own.
+  EXPECT_GT(clone.AddPoint({0, 0, 1}, 0).id, seen.back());
+}
+
 }  // namespace
 }  // namespace highwall

@@ -31,6 +31,7 @@
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "support/message_of.h"
+#include "tracking/frame_refiner.h"
 #include "tracking/keyframe_policy.h"
 #include "tracking/tracker.h"
 
@@ -198,6 +199,9 @@ const Edge kEdges[] = {
     {"keyframes.max_gap", {0}},
     {"keyframes.wanted_tracked", {-1}},
     {"keyframes.wanted_new", {-1}},
+    {"refinement.keyframes", {-1}},
+    {"refinement.waiting", {0}},
+    {"refinement.rounds", {0}},
     {"mapper.bundle.point_huber", {0}},
     {"mapper.bundle.line_huber", {-1}},
     {"mapper.bundle.inliers.chi2_1", {0}},
@@ -294,6 +298,9 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
   const MeasurementModel model(sensor, options.measurement, Pose(), options.frame.orb.pyramid);
   if (part == "tracker") Tracker(model, options.tracker);
   if (part == "keyframes") KeyFramePolicy policy(options.keyframes);
+  if (part == "refinement") {
+    FrameRefiner(model, sensor.camera, options.refinement, options.tracker);
+  }
   if (part == "mapper") LocalMapper(model, options.mapper);
   if (part == "inertial") InertialOdometry({}, options.inertial);
   if (part == "loops") LoopCloser(model, options.loops);
@@ -348,7 +355,7 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 38u);
+  EXPECT_EQ(in_table.size(), 39u);
   const Fields in_headers = FieldsInHeaders();
   for (const auto& [name, fields] : in_table) {
     ASSERT_EQ(in_headers.count(name), 1u) << name;
@@ -394,17 +401,18 @@ TEST(SlamOptions, DeterministicChangesThreadsAlone) {
   VisitLeaves(changed, [](const std::string&, auto& field) { Change(field); });
   changed.frame.parallel = changed.mapper.background = changed.loops.background = true;
   changed.factors.background = changed.depth_pattern.background = true;
+  changed.refinement.background = true;
   const std::vector<std::string> paths = Paths();
   const std::vector<double> before = Values(changed), after = Values(Deterministic(changed));
   std::set<std::string> others;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     if (after[i] != before[i]) others.insert(paths[i]);
   }
-  EXPECT_EQ(others, (std::set<std::string>{"frame.parallel", "mapper.background",
-                                           "mapper.bundle.threads", "loops.background",
-                                           "loops.bundle.threads", "loops.correction.threads",
-                                           "factors.threads", "factors.background",
-                                           "depth_pattern.background"}));
+  EXPECT_EQ(others,
+            (std::set<std::string>{
+                "frame.parallel", "mapper.background", "mapper.bundle.threads", "loops.background",
+                "loops.bundle.threads", "loops.correction.threads", "factors.threads",
+                "factors.background", "depth_pattern.background", "refinement.background"}));
 }
 
 }  // namespace

@@ -13,12 +13,6 @@
 
 namespace highwall {
 
-// Features as they would be, had the depth they were made from been mended by a pattern: depth of
-// points, ends of lines. camera: with its distortion.
-std::shared_ptr<const FrameFeatures> Mended(const FrameFeatures& features,
-                                            const PinholeCamera& camera,
-                                            const DepthPattern& pattern);
-
 // Finds out by how much depth is off from place to place in the image, from a map while it grows
 // (CalibrateCamera), and what that map is once it is mended: features of keyframes, and all of its
 // world adjusted to them.                                docs/calibration.md, While tracking

@@ -125,6 +125,28 @@ Map Map::Clone() const {
   return clone;
 }
 
+Map Map::CloneOf(std::span<const KeyFrameId> keyframes) const {
+  Map clone;
+  clone.submaps_ = submaps_;
+  clone.point_kind_ = point_kind_;
+  clone.knows_point_kind_ = knows_point_kind_;
+  for (const KeyFrameId id : keyframes) clone.keyframes_.Put(*keyframe(id));
+  const auto is_elsewhere = [&](const Observation& o) {
+    return clone.keyframe(o.keyframe) == nullptr;
+  };
+  const auto put = [&](const auto& ids, const auto& from, auto& into) {
+    for (const auto id : ids) {
+      if (id == kNoId || into.Find(id) != nullptr) continue;
+      std::erase_if(into.Put(*from.Find(id)).observations, is_elsewhere);
+    }
+  };
+  for (const KeyFrameId id : keyframes) {
+    put(keyframe(id)->points, points_, clone.points_);
+    put(keyframe(id)->lines, lines_, clone.lines_);
+  }
+  return clone;
+}
+
 KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap_id) {
   (void)submap(submap_id);  // there is one
   KeyFrame& keyframe = keyframes_.Add();

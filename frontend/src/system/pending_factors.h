@@ -12,12 +12,6 @@
 
 namespace highwall {
 
-// A frame with a pose.
-struct PosedFrame {
-  Stamp stamp = 0;
-  AnchoredPose pose;
-};
-
 // Factors of the user's on their way into the map. One waits until a frame at its last stamp, or
 // after it, has a pose; then the pose of the body at each stamp, between the frames before and
 // after it, hangs on the keyframe of the nearer one.

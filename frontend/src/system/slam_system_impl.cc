@@ -45,6 +45,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), builder_.point_kind().pyramid),
       tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
+      refiner_(model_, sensor.camera, options.refinement, options.tracker),
       mapper_(model_, options.mapper),
       loop_closer_(model_, options.loops),
       factor_adjuster_(options.factors, options.loops.graph),
@@ -118,6 +119,7 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     }
   }
   Report(tracked, result);
+  RefineFrames(result);
   pending_.Attach(tracked_, &map_);
   if (mended && callbacks_.on_map) callbacks_.on_map(map_);
   Notify(result, at_once);
@@ -243,6 +245,21 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
   tracked_.push_back({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
+  refiner_.Add(tracked, tracked_.back(), tracker_.moved_by(), depth_pattern_.pattern(),
+               last_keyframe_);
+}
+
+void SlamSystem::Impl::RefineFrames(FrameResult& result) {
+  const Stopwatch watch;
+  if (refiner_.HasResult()) refiner_.Finish(map_, &tracked_);
+  refiner_.Begin(map_, Knowledge());
+  result.times.mapping += watch.Milliseconds();
+}
+
+ImageKnowledge SlamSystem::Impl::Knowledge() const {
+  ImageKnowledge knowledge{.pattern = depth_pattern_.pattern()};
+  if (options_.tracker.timing != FrameTimingMode::kIgnored) knowledge.timing = tracker_.timing();
+  return knowledge;
 }
 
 void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image) const {
@@ -406,6 +423,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   tied_ = weighed_ = 0.0;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;
+  tracked.by_image = false;
   tracker_.Anchor(tracked, keyframe);
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
   result.times.mapping = watch.Milliseconds();
@@ -485,6 +503,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
       finish_factors();
     }
   });
+  refiner_.FinishAll(map_, Knowledge(), &tracked_);
   Notify(reports);
   if (callbacks_.on_map && moved) callbacks_.on_map(map_);
   return reports;

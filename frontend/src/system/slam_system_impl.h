@@ -19,6 +19,7 @@
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "system/pending_factors.h"
+#include "tracking/frame_refiner.h"
 #include "tracking/keyframe_policy.h"
 #include "tracking/tracker.h"
 
@@ -50,6 +51,7 @@ class SlamSystem::Impl {
   NoiseEstimate noise() const { return tracker_.noise(); }
   FrameTimingEstimate timing() const { return tracker_.timing_estimate(); }
   const DepthPattern& depth_pattern() const { return depth_pattern_.pattern(); }
+  int refined_frames() const { return refiner_.refined(); }
   const Map& map() const { return map_; }
 
  private:
@@ -74,6 +76,9 @@ class SlamSystem::Impl {
   // Drops the submap if it is not worth keeping, now that it is left.
   void LeaveSubmap(FrameResult& result);
   void Report(const TrackedFrame& tracked, FrameResult& result);
+  // Applies what was found of the poses of earlier frames, and looks for more.
+  void RefineFrames(FrameResult& result);
+  ImageKnowledge Knowledge() const;
 
   // Cells that move as pixels, their border included; empty where there are none.
   cv::Mat ToImage(const cv::Mat& moving) const;
@@ -105,6 +110,7 @@ class SlamSystem::Impl {
   MeasurementModel model_;
   Tracker tracker_;
   KeyFramePolicy policy_;
+  FrameRefiner refiner_;
   LocalMapper mapper_;
   std::optional<InertialOdometry> inertial_;
   LoopCloser loop_closer_;

@@ -1,8 +1,19 @@
 #include "tracking/landmark_observations.h"
 
+#include <algorithm>
+#include <iterator>
 #include <optional>
 
 namespace highwall {
+namespace {
+
+template <class LandmarkId>
+void AppendMatched(const std::vector<LandmarkId>& landmarks, std::vector<LandmarkId>* all) {
+  std::copy_if(landmarks.begin(), landmarks.end(), std::back_inserter(*all),
+               [](LandmarkId id) { return id != kNoId; });
+}
+
+}  // namespace
 
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
   TrackedFrame tracked;
@@ -38,6 +49,49 @@ LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map
     seen.line_features.push_back(i);
   }
   return seen;
+}
+
+void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
+              const DegeneracyOptions& degeneracy, TrackedFrame* tracked) {
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    if (!solution.point_inliers[i]) tracked->points[seen.point_features[i]] = kNoId;
+  }
+  for (std::size_t i = 0; i < seen.lines.size(); ++i) {
+    if (!solution.line_inliers[i]) tracked->lines[seen.line_features[i]] = kNoId;
+  }
+  tracked->T_WC = solution.T_WC;
+  tracked->num_points = solution.num_points;
+  tracked->num_lines = solution.num_lines;
+  tracked->num_planes = solution.num_planes;
+  tracked->information = solution.information;
+  tracked->gradient = solution.gradient;
+  tracked->error = solution.error;
+  tracked->open =
+      FindOpenDirections(solution.information, solution.T_WC, solution.depth, degeneracy);
+}
+
+LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
+                            TrackedFrame* tracked) {
+  std::vector<KeyFrameId> local;
+  for (const auto& [id, shared] : map.Observers(tracked->points, tracked->lines)) {
+    if (static_cast<int>(local.size()) == most) break;
+    local.push_back(id);
+  }
+  const FrameFeatures& features = *tracked->frame.features;
+  const auto points = PointsSeenBy(map, local, tracked->points);
+  const auto lines = LinesSeenBy(map, local, tracked->lines);
+  const std::vector<PointId> first_points = tracked->points;
+  const std::vector<LineId> first_lines = tracked->lines;
+  LandmarksInView in_view;
+  Apply(matcher.MatchPoints(features, tracked->T_WC, map, points, Taken(tracked->points),
+                            &in_view.points),
+        tracked->points);
+  Apply(matcher.MatchLines(features, tracked->T_WC, map, lines, Taken(tracked->lines),
+                           &in_view.lines),
+        tracked->lines);
+  AppendMatched(first_points, &in_view.points);
+  AppendMatched(first_lines, &in_view.lines);
+  return in_view;
 }
 
 }  // namespace highwall

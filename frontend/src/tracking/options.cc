@@ -32,6 +32,10 @@ void TrackerOptions::Validate() const {
   RequireInRange(*this, "TrackerOptions");
 }
 
+void FrameRefinementOptions::Validate() const {
+  RequireInRange(*this, "FrameRefinementOptions");
+}
+
 void KeyFramePolicyOptions::Validate() const {
   RequireInRange(*this, "KeyFramePolicyOptions");
 }

@@ -20,6 +20,7 @@ struct TrackedFrame {
   Frame frame;
   TrackingState state = TrackingState::kLost;
   bool relocalized = false;        // found again in this frame
+  bool by_image = false;           // its image alone tells its pose: no IMU, no adjustment
   Pose T_WC;                       // meaningful where HasPose(state)
   KeyFrameId reference = kNoId;    // the keyframe that shares most landmarks
   SubmapId submap = kFirstSubmap;  // that a keyframe made of it joins

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -25,12 +24,6 @@ namespace {
 
 constexpr double kFollow = 0.05;      // share of a frame in what is usual
 constexpr std::size_t kCompared = 3;  // keyframes whose depth must not contradict a frame's
-
-template <class LandmarkId>
-void Apply(const std::vector<std::pair<int, LandmarkId>>& matches,
-           std::vector<LandmarkId>& landmarks) {
-  for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
-}
 
 // A frame as the relocalizer found it.
 TrackedFrame Matched(const Frame& frame, const Relocalization& found) {
@@ -54,14 +47,6 @@ int Support(const std::vector<PointId>& points, const std::vector<LineId>& lines
 
 int Support(const TrackedFrame& tracked) {
   return Support(tracked.points, tracked.lines);
-}
-
-template <class LandmarkId>
-std::vector<bool> Taken(const std::vector<LandmarkId>& landmarks) {
-  std::vector<bool> taken(landmarks.size());
-  std::transform(landmarks.begin(), landmarks.end(), taken.begin(),
-                 [](LandmarkId id) { return id != kNoId; });
-  return taken;
 }
 
 int NumCells(const cv::Mat& mask) {
@@ -124,6 +109,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   }
   anchored_.reset();
   tracked.state = TrackingState::kTracking;
+  tracked.by_image = !predicted;
   last_ = tracked;
   // What all of the image holds tells nothing of landmarks.
   if (match->Support() == 0) return tracked;
@@ -451,28 +437,9 @@ std::optional<Tracker::LocalMatch> Tracker::MatchLocalMap(TrackedFrame rough, co
                                                           Aid aid) const {
   LocalMatch match{std::move(rough), {}, {}};
   TrackedFrame& tracked = match.frame;
-  std::vector<KeyFrameId> local;
-  for (const auto& [id, shared] : map.Observers(tracked.points, tracked.lines)) {
-    if (static_cast<int>(local.size()) == options_.local_keyframes) break;
-    local.push_back(id);
-  }
-  const FrameFeatures& features = *tracked.frame.features;
-  const auto points = PointsSeenBy(map, local, tracked.points);
-  const auto lines = LinesSeenBy(map, local, tracked.lines);
-  const std::vector<PointId> first_points = tracked.points;
-  const std::vector<LineId> first_lines = tracked.lines;
-  Apply(matcher_.MatchPoints(features, tracked.T_WC, map, points, Taken(tracked.points),
-                             &match.points_in_view),
-        tracked.points);
-  Apply(matcher_.MatchLines(features, tracked.T_WC, map, lines, Taken(tracked.lines),
-                            &match.lines_in_view),
-        tracked.lines);
-  const auto append = [](auto& in_view, const auto& first) {
-    std::copy_if(first.begin(), first.end(), std::back_inserter(in_view),
-                 [](auto id) { return id != kNoId; });
-  };
-  append(match.points_in_view, first_points);
-  append(match.lines_in_view, first_lines);
+  LandmarksInView in_view = MatchAround(matcher_, map, options_.local_keyframes, &tracked);
+  match.points_in_view = std::move(in_view.points);
+  match.lines_in_view = std::move(in_view.lines);
   if (!Solve(tracked, map, options_.min_support, predicted, aid)) return std::nullopt;
   tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
   tracked.found = static_cast<double>(match.Support()) /
@@ -552,28 +519,14 @@ bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
   const auto solution = SolvePose(tracked.T_WC, model_.projection(), seen.points, seen.lines,
                                   options, predicted, planes);
   if (!solution) return false;
-  const auto open = [&](double max_sigma) {
-    return FindOpenDirections(solution->information, solution->T_WC, solution->depth,
-                              {.max_sigma = max_sigma});
-  };
-  if (aid == Aid::kSurfaces && (solution->num_planes < options_.surfaces.min_rows ||
-                                !open(options_.surfaces.max_sigma).empty())) {
+  if (aid == Aid::kSurfaces &&
+      (solution->num_planes < options_.surfaces.min_rows ||
+       !FindOpenDirections(solution->information, solution->T_WC, solution->depth,
+                           {.max_sigma = options_.surfaces.max_sigma})
+            .empty())) {
     return false;
   }
-  for (std::size_t i = 0; i < seen.points.size(); ++i) {
-    if (!solution->point_inliers[i]) tracked.points[seen.point_features[i]] = kNoId;
-  }
-  for (std::size_t i = 0; i < seen.lines.size(); ++i) {
-    if (!solution->line_inliers[i]) tracked.lines[seen.line_features[i]] = kNoId;
-  }
-  tracked.T_WC = solution->T_WC;
-  tracked.num_points = solution->num_points;
-  tracked.num_lines = solution->num_lines;
-  tracked.num_planes = solution->num_planes;
-  tracked.information = solution->information;
-  tracked.gradient = solution->gradient;
-  tracked.error = solution->error;
-  tracked.open = open(options_.degeneracy.max_sigma);
+  TakePose(seen, *solution, options_.degeneracy, &tracked);
   return true;
 }
 

@@ -62,6 +62,8 @@ class Tracker {
   // When the rows of images are taken, as far as that is known by now.
   const FrameTiming& timing() const { return timing_.timing(); }
   FrameTimingEstimate timing_estimate() const { return timing_.estimate(); }
+  // What the features of the frame seen last were moved by.
+  const RowMotion& moved_by() const { return moved_by_; }
   // How noisy the rows of observations are, as far as that is known by now.
   const NoiseEstimate& noise() const { return noise_.estimate(); }
   // Learns it from keyframes, as an adjustment has left them.

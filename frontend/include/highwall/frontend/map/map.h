@@ -106,6 +106,8 @@ class Map {
   // The same keyframes and landmarks under the same ids, features shared, without the index: a copy
   // to adjust and fuse in while this map goes on. No keyframe is to be removed from it.
   Map Clone() const;
+  // The same of these live keyframes, the landmarks that they see, and nothing else.
+  Map CloneOf(std::span<const KeyFrameId> keyframes) const;
 
   // submap: one of the map, also one that is joined.
   KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap = kFirstSubmap);

@@ -67,6 +67,11 @@ class IdTable {
     ++end_;
     return value;
   }
+  // One of another table, under its id.
+  T& Put(const T& value) {
+    if (!(value.id < end_)) end_ = KeyType(value.id.value() + 1);
+    return values_[value.id] = value;
+  }
   void Remove(KeyType id) { values_.erase(id); }
 
   // nullptr where there is none (any more).

@@ -44,6 +44,7 @@ struct SlamOptions {
   MeasurementOptions measurement{};
   TrackerOptions tracker{};
   KeyFramePolicyOptions keyframes{};
+  FrameRefinementOptions refinement{};
   LocalMapperOptions mapper{};
   InertialOptions inertial{};  // where there is an IMU
   LoopCloserOptions loops{};

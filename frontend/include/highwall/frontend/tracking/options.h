@@ -94,6 +94,18 @@ struct TrackerOptions {
   void Validate() const;
 };
 
+// When the poses of frames are found once more, in the map that has grown meanwhile
+// (docs/tracking.md).
+struct FrameRefinementOptions {
+  bool enabled = true;
+  int keyframes = 10;      // >= 0: that were made since
+  int waiting = 300;       // >= 1: frames that wait for that, at most
+  int rounds = 3;          // >= 1: where rows have times, the motion between frames is found anew
+  bool background = true;  // on a thread of its own; else at once
+
+  void Validate() const;
+};
+
 // When a frame becomes a keyframe.
 struct KeyFramePolicyOptions {
   // >= 6: with depth, points plus four times lines, to start a map: four times what a pose needs,

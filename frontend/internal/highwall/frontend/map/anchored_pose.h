@@ -1,6 +1,7 @@
 #pragma once
 
 #include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
 #include <highwall/frontend/map/map.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -15,6 +16,12 @@ struct AnchoredPose {
     return {reference, map.ResolvePose(reference).Inverse() * T_WC};
   }
   Pose T_WC(const Map& map) const { return map.ResolvePose(reference) * T_reference_C; }
+};
+
+// A frame with a pose.
+struct PosedFrame {
+  Stamp stamp = 0;
+  AnchoredPose pose;
 };
 
 }  // namespace highwall

@@ -17,6 +17,7 @@ void ForEachOption(OptionsOf<SlamOptions> auto& options, const auto& visit) {
   visit("measurement", options.measurement);
   visit("tracker", options.tracker);
   visit("keyframes", options.keyframes);
+  visit("refinement", options.refinement);
   visit("mapper", options.mapper);
   visit("inertial", options.inertial);
   visit("loops", options.loops);

@@ -61,6 +61,14 @@ void ForEachOption(OptionsOf<TrackerOptions> auto& options, const auto& visit) {
   visit("recognized_contradiction", options.recognized_contradiction, Share());
 }
 
+void ForEachOption(OptionsOf<FrameRefinementOptions> auto& options, const auto& visit) {
+  visit("enabled", options.enabled);
+  visit("keyframes", options.keyframes, AtLeast(0));
+  visit("waiting", options.waiting, AtLeast(1));
+  visit("rounds", options.rounds, AtLeast(1));
+  visit("background", options.background);
+}
+
 void ForEachOption(OptionsOf<KeyFramePolicyOptions> auto& options, const auto& visit) {
   visit("min_features", options.min_features, AtLeast(6));
   visit("min_share", options.min_share, PositiveShare());

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <memory>
+
+#include <highwall/core/camera.h>
+#include <highwall/factors/depth_pattern.h>
+#include <highwall/frontend/features/frame.h>
+
+namespace highwall {
+
+// Features as they would be, had the depth they were made from been mended by a pattern: depth of
+// points, ends of lines. camera: with its distortion.
+std::shared_ptr<const FrameFeatures> Mended(const FrameFeatures& features,
+                                            const PinholeCamera& camera,
+                                            const DepthPattern& pattern);
+
+}  // namespace highwall

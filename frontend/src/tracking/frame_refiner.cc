@@ -1,0 +1,245 @@
+#include "tracking/frame_refiner.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <set>
+#include <stop_token>
+#include <utility>
+
+#include "features/mended_depth.h"
+#include "map/map_matcher.h"
+#include "pose/pose_solver.h"
+#include "pose/support.h"
+#include "tracking/constant_velocity.h"
+#include "tracking/landmark_observations.h"
+
+namespace highwall {
+namespace {
+
+constexpr std::size_t kBatch = 30;  // frames, so that the map is not copied for each
+constexpr double kEnough = 0.5;     // of the support that the frame was tracked with
+
+// What is looked at of a frame again.
+std::shared_ptr<const FrameFeatures> WithoutImages(const FrameFeatures& features) {
+  auto without = std::make_shared<FrameFeatures>(features);
+  without->gray.release();
+  without->gray_grid.release();
+  return without;
+}
+
+int SupportOf(const TrackedFrame& frame) {
+  return Support(frame.num_points, frame.num_lines);
+}
+
+}  // namespace
+
+struct FrameRefiner::Item {
+  PosedFrame posed;
+  TrackedFrame frame{};          // T_WC: of `posed`, when the work begins
+  SubmapId root = kFirstSubmap;  // of its world
+  bool refine = false;
+  RowMotion moved_by{};
+  DepthPattern pattern{};
+  KeyFrameId newest = kNoId;
+};
+
+// Some frames, those before and after them, and a copy of the map about them.
+class FrameRefiner::Job {
+ public:
+  Job(Map map, std::vector<Item> items, const ImageKnowledge& knowledge,
+      const FrameRefiner& refiner)
+      : map_(std::move(map)),
+        items_(std::move(items)),
+        knowledge_(knowledge),
+        model_(refiner.model_),
+        matcher_(model_),
+        camera_(refiner.camera_),
+        grid_(refiner.grid_),
+        options_(refiner.options_),
+        tracker_(refiner.tracker_),
+        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
+
+  void Cancel() { task_.Cancel(); }
+  bool IsDone() const { return task_.IsDone(); }
+
+  // The frames that were found once more.
+  std::vector<PosedFrame> Take() {
+    task_.Wait();
+    return std::exchange(found_, {});
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    for (Item& item : items_) {
+      if (!item.refine) continue;
+      DepthPattern more = knowledge_.pattern;
+      more.nodes -= item.pattern.nodes;
+      if (!more.IsZero())
+        item.frame.frame.features = Mended(*item.frame.frame.features, camera_, more);
+    }
+    std::vector<bool> is_found(items_.size());
+    for (int round = 0; round < options_.rounds; ++round) {
+      for (std::size_t i = 0; i < items_.size() && !stop.stop_requested(); ++i) {
+        if (!items_[i].refine || (round > 0 && !MoveRows(i))) continue;
+        if (FindPose(&items_[i].frame)) is_found[i] = true;
+      }
+    }
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const TrackedFrame& frame = items_[i].frame;
+      if (is_found[i]) {
+        found_.push_back(
+            {items_[i].posed.stamp, AnchoredPose::At(map_, frame.reference, frame.T_WC)});
+      }
+    }
+    map_ = Map();
+  }
+
+  // Whether that shows.
+  bool MoveRows(std::size_t i) {
+    Item& item = items_[i];
+    if (!knowledge_.timing) return false;
+    RowMotion now{*knowledge_.timing, item.moved_by.motion};
+    now.timing.depth_delay += item.frame.frame.depth_delay;
+    if (i > 0 && i + 1 < items_.size()) {
+      if (const auto motion = MotionBetween(items_[i - 1], items_[i + 1])) now.motion = *motion;
+    }
+    auto& features = item.frame.frame.features;
+    if (!Differ(item.moved_by, now, model_.camera(), MedianDepth(*features))) return false;
+    features = MovedOtherwise(*features, model_.camera(), grid_, item.moved_by, now);
+    item.moved_by = now;
+    return true;
+  }
+
+  // The mean one; empty where they are too far apart to tell of a moment.
+  static std::optional<Twist> MotionBetween(const Item& before, const Item& after) {
+    const double dt = ToSeconds(after.posed.stamp - before.posed.stamp);
+    if (before.root != after.root || dt > ConstantVelocity::kLongestPrediction) return std::nullopt;
+    return Twist::Between(before.frame.T_WC.Inverse() * after.frame.T_WC, dt);
+  }
+
+  // Against the landmarks that it was tracked by, then against all around. False, and the frame is
+  // left as it is, where those are far fewer than they were.
+  bool FindPose(TrackedFrame* frame) const {
+    TrackedFrame again = *frame;
+    if (!Solve(&again)) return false;
+    MatchAround(matcher_, map_, tracker_.local_keyframes, &again);
+    if (!Solve(&again) || !again.open.empty()) return false;
+    if (SupportOf(again) < kEnough * SupportOf(*frame)) return false;
+    again.reference = map_.Observers(again.points, again.lines).front().first;
+    *frame = std::move(again);
+    return true;
+  }
+
+  bool Solve(TrackedFrame* frame) const {
+    const LandmarkObservations seen = LandmarksSeen(model_, map_, *frame);
+    PoseSolverOptions options = tracker_.pose;
+    options.min_support = tracker_.min_support;
+    const auto solution =
+        SolvePose(frame->T_WC, model_.projection(), seen.points, seen.lines, options);
+    if (solution) TakePose(seen, *solution, tracker_.degeneracy, frame);
+    return solution.has_value();
+  }
+
+  Map map_;
+  std::vector<Item> items_;
+  const ImageKnowledge knowledge_;
+  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
+  const MapMatcher matcher_;
+  const PinholeCamera camera_;
+  const DepthGrid& grid_;
+  const FrameRefinementOptions options_;
+  const TrackerOptions tracker_;
+  std::vector<PosedFrame> found_;
+  BackgroundTask task_;  // last: it uses all of the above and ends first
+};
+
+FrameRefiner::FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
+                           const FrameRefinementOptions& options, const TrackerOptions& tracker)
+    : model_(model),
+      camera_(camera),
+      grid_(model.camera()),
+      options_((options.Validate(), options)),
+      tracker_(tracker) {}
+
+FrameRefiner::~FrameRefiner() = default;
+
+void FrameRefiner::Add(const TrackedFrame& frame, const PosedFrame& posed,
+                       const RowMotion& moved_by, const DepthPattern& pattern, KeyFrameId newest) {
+  if (!options_.enabled) return;
+  newest_ = newest;
+  Item item{.posed = posed, .moved_by = moved_by, .pattern = pattern, .newest = newest};
+  item.refine = frame.by_image && SupportOf(frame) > 0 && frame.open.empty();
+  if (item.refine) {
+    item.frame = frame;
+    item.frame.frame.features = WithoutImages(*frame.frame.features);
+    item.frame.moving.release();
+  }
+  waiting_.push_back(std::move(item));
+}
+
+void FrameRefiner::Begin(const Map& map, const ImageKnowledge& knowledge) {
+  if (!job_.IsEmpty()) return;
+  // The last one of them has to wait for the one after it.
+  const auto young = std::ranges::find_if(waiting_, [&](const Item& item) {
+    return newest_.value() - item.newest.value() < options_.keyframes;
+  });
+  auto count = static_cast<std::size_t>(young - waiting_.begin());
+  const auto most = static_cast<std::size_t>(options_.waiting);
+  if (waiting_.size() > most) count = std::max(count, waiting_.size() - most + kBatch);
+  count = std::min(count, waiting_.size() - std::min<std::size_t>(waiting_.size(), 1));
+  if (count >= kBatch) Start(map, knowledge, count);
+}
+
+void FrameRefiner::Start(const Map& map, const ImageKnowledge& knowledge, std::size_t count) {
+  std::vector<Item> items;
+  if (before_) items.push_back({.posed = *before_});
+  const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(count);
+  items.insert(items.end(), std::make_move_iterator(waiting_.begin()),
+               std::make_move_iterator(end));
+  before_ = items.back().posed;
+  waiting_.erase(waiting_.begin(), end);
+  if (!waiting_.empty()) items.push_back({.posed = waiting_.front().posed});
+  std::erase_if(items, [&](const Item& item) { return !map.RootOf(item.posed.pose.reference); });
+
+  std::set<KeyFrameId> around;
+  for (Item& item : items) {
+    item.root = *map.RootOf(item.posed.pose.reference);
+    item.frame.T_WC = item.posed.pose.T_WC(map);
+    if (!item.refine) continue;
+    int most = tracker_.local_keyframes;
+    for (const auto& [id, shared] : map.Observers(item.frame.points, item.frame.lines)) {
+      if (most-- == 0) break;
+      around.insert(id);
+    }
+  }
+  const std::vector<KeyFrameId> keyframes(around.begin(), around.end());
+  job_.Put(std::make_unique<Job>(map.CloneOf(keyframes), std::move(items), knowledge, *this));
+}
+
+bool FrameRefiner::HasResult() const {
+  return !job_.IsEmpty() && job_->IsDone();
+}
+
+void FrameRefiner::Finish(const Map& map, std::vector<PosedFrame>* frames) {
+  const std::unique_ptr<Job> job = job_.Take();
+  if (!job) return;
+  for (const PosedFrame& found : job->Take()) {
+    if (!map.RootOf(found.pose.reference)) continue;
+    const auto frame = std::ranges::lower_bound(*frames, found.stamp, {}, &PosedFrame::stamp);
+    if (frame == frames->end() || frame->stamp != found.stamp) continue;  // dropped
+    frame->pose = found.pose;
+    ++refined_;
+    if (before_ && before_->stamp == found.stamp) before_ = found;
+  }
+}
+
+void FrameRefiner::FinishAll(const Map& map, const ImageKnowledge& knowledge,
+                             std::vector<PosedFrame>* frames) {
+  Finish(map, frames);
+  if (waiting_.empty()) return;
+  Start(map, knowledge, waiting_.size());
+  Finish(map, frames);
+}
+
+}  // namespace highwall
