@@ -424,6 +424,7 @@ class DenseStage {
 // What comes of the map when tracking is over.
 void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
                SlamRun* run) {
+  run->refined = slam.refined_frames();
   run->timing = slam.timing();
   run->depth_pattern = slam.depth_pattern();
   run->noise = slam.noise();

@@ -139,6 +139,7 @@ struct SlamRun {
   std::vector<std::string> lost_because;
   std::map<std::string, std::size_t> loss_reasons;  // how many of each
   std::size_t repeated = 0;                 // colour images that were the one before once more
+  int refined = 0;                          // frames whose pose was found once more
   FrameTimingEstimate timing;               // in the end
   DepthPattern depth_pattern;               // likewise
   NoiseEstimate noise;                      // in the end

@@ -350,6 +350,8 @@ void BindSlam(py::module_& module) {
       .def(
           "depth_pattern", [](const SlamSystem& self) { return self.depth_pattern().nodes; },
           "[1/m] RgbdSensor.depth_pattern, as found out so far beside what the sensor states.")
+      .def("refined_frames", &SlamSystem::refined_frames,
+           "How many frames had their pose found once more.")
       .def("noise", &SlamSystem::noise, "How noisy observations are, as found out so far.")
       .def("map_points", &MapPoints, "[m] n x 3 in W.")
       .def("map_lines", &MapLines, "[m] n x 6 in W: both ends.")

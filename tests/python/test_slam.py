@@ -42,6 +42,7 @@ def test_slam_follows_a_camera_and_tells_of_it(sensor):
         assert slam.track(stamp, bgr, depth).state == hw.TrackingState.TRACKING
     slam.finish()
     np.testing.assert_array_equal(slam.depth_pattern(), np.zeros(20))
+    assert 0 < slam.refined_frames() < len(images)  # keyframes are not among them
     assert [frame.stamp for frame in frames] == [stamp for stamp, _, _ in images]
     _, bgr, depth = keyframes[0]
     np.testing.assert_array_equal(bgr, images[0][1])

@@ -82,6 +82,10 @@ DepthPattern SlamSystem::depth_pattern() const {
   return impl_->depth_pattern();
 }
 
+int SlamSystem::refined_frames() const {
+  return impl_->refined_frames();
+}
+
 FrameTimingEstimate SlamSystem::timing() const {
   return impl_->timing();
 }

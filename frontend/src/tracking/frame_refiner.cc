@@ -75,8 +75,8 @@ class FrameRefiner::Job {
       if (!item.refine) continue;
       DepthPattern more = knowledge_.pattern;
       more.nodes -= item.pattern.nodes;
-      if (!more.IsZero())
-        item.frame.frame.features = Mended(*item.frame.frame.features, camera_, more);
+      if (more.IsZero()) continue;
+      item.frame.frame.features = Mended(*item.frame.frame.features, camera_, more);
     }
     std::vector<bool> is_found(items_.size());
     for (int round = 0; round < options_.rounds; ++round) {
@@ -93,6 +93,7 @@ class FrameRefiner::Job {
       }
     }
     map_ = Map();
+    items_.clear();
   }
 
   // Whether that shows.
@@ -228,9 +229,11 @@ void FrameRefiner::Finish(const Map& map, std::vector<PosedFrame>* frames) {
     if (!map.RootOf(found.pose.reference)) continue;
     const auto frame = std::ranges::lower_bound(*frames, found.stamp, {}, &PosedFrame::stamp);
     if (frame == frames->end() || frame->stamp != found.stamp) continue;  // dropped
-    frame->pose = found.pose;
+    // On the keyframe of its time still: a young one, which sees more of the same by now, has yet
+    // to find its place.
+    frame->pose = AnchoredPose::At(map, frame->pose.reference, found.pose.T_WC(map));
     ++refined_;
-    if (before_ && before_->stamp == found.stamp) before_ = found;
+    if (before_ && before_->stamp == found.stamp) before_ = *frame;
   }
 }
 

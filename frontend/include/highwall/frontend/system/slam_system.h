@@ -192,14 +192,16 @@ class SlamSystem {
   cv::Mat MovingIn(KeyFrameId keyframe) const;
 
   // Waits for what is being adjusted and for the loop that is being closed, if any, applies both to
-  // the map, and then what factors of the user's are new.
+  // the map, and then what factors of the user's are new; finds the poses of the last frames once
+  // more.
   std::vector<LoopReport> Finish();
   // After Finish(): one more adjustment of all keyframes and landmarks together. Frames follow.
   // Throws InvalidArgument where the system localizes only.
   BundleAdjustmentReport AdjustAll();
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
-  // the keyframe it was tracked against. Of the first of submaps(); empty where there is none.
+  // the keyframe it was tracked against, or was found against once more (SlamOptions::refinement;
+  // the last of them by Finish()). Of the first of submaps(); empty where there is none.
   Trajectory trajectory() const;
   // T_WC of the live keyframes of this run, without those of a map that was given, in that world.
   Trajectory keyframe_trajectory() const;
@@ -211,6 +213,8 @@ class SlamSystem {
   // By how much the depth of the images that were given is off over the image, as found out so far
   // and mended (SlamOptions::depth_pattern): what RgbdSensor::depth_pattern lacks.
   DepthPattern depth_pattern() const;
+  // How many frames had their pose found once more (SlamOptions::refinement).
+  int refined_frames() const;
   // How noisy observations are, as found out so far (TrackerOptions::learn_noise).
   NoiseEstimate noise() const;
 
