@@ -7,7 +7,7 @@
 
 #include <highwall/internal/background_worker.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // One piece of work, on a thread of its own or at once. A member of what holds its results, and the
 // last: the work uses all of the others, and ends first.
