@@ -99,7 +99,7 @@ struct TrackerOptions {
 struct FrameRefinementOptions {
   bool enabled = true;
   int keyframes = 10;      // >= 0: that were made since
-  int waiting = 300;       // >= 1: frames that wait for that, at most
+  int waiting = 300;       // >= 1: frames that wait for that, at most, or thirty
   int rounds = 3;          // >= 1: where rows have times, the motion between frames is found anew
   bool background = true;  // on a thread of its own; else at once
 
