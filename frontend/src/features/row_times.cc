@@ -19,6 +19,12 @@ namespace {
 constexpr double kFar = 100.0;  // [m] where the motion of the camera does not show
 constexpr double kNear = 0.01;  // [m]
 
+// std::floor, whose call would keep the loop over a row from being vectorized.
+int Floor(float x) {
+  const auto towards_zero = static_cast<int>(x);
+  return towards_zero - (x < static_cast<float>(towards_zero) ? 1 : 0);
+}
+
 // [1/m] mean over a sample of the readings; that of a far point where there are none.
 float MeanInverseDepth(const cv::Mat& depth) {
   constexpr int kStep = 16;
@@ -94,8 +100,8 @@ class LaterRow {
       const float turn = theta.x() * y - theta.y() * x;
       const float dx = (rho.x() - x * rho.z()) * inverse + theta.y() - theta.z() * y - x * turn;
       const float dy = (rho.y() - y * rho.z()) * inverse + theta.z() * x - theta.x() - y * turn;
-      columns_[u] = static_cast<int>(std::floor(static_cast<float>(u) + 0.5F - fx * dx));
-      rows_[u] = static_cast<int>(std::floor(middle - fy * dy));
+      columns_[u] = Floor(static_cast<float>(u) + 0.5F - fx * dx);
+      rows_[u] = Floor(middle - fy * dy);
     }
   }
 
