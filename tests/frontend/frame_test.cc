@@ -173,6 +173,28 @@ TEST(FrameBuilder, TwoThreadsAndOneGiveTheSame) {
   ExpectSame(*first, *parallel.Build(image));
 }
 
+TEST(FrameBuilder, DepthChangedBesideTheExtractionIsThatOfAllFeatures) {
+  RgbdImage changed = Boxes();
+  changed.depth *= 1.25;
+  for (const bool parallel : {true, false}) {
+    FrameBuilderOptions options;
+    options.parallel = parallel;
+    FrameBuilder builder(SmallSensor(), options);
+    RgbdImage image = Boxes();
+    const cv::Mat as_given = image.depth.clone();
+    int times = 0;
+    const auto change = [&times](const cv::Mat& depth) {
+      ++times;
+      return cv::Mat(1.25 * depth);
+    };
+    ExpectSame(*builder.Build(&image, change), *builder.Build(changed));
+    EXPECT_EQ(times, 1);
+    EXPECT_EQ(cv::norm(image.depth, changed.depth, cv::NORM_INF), 0.0);
+    ExpectSame(*builder.Build(&image, {}), *builder.Build(changed));
+    EXPECT_GT(cv::norm(as_given, image.depth, cv::NORM_INF), 0.0);
+  }
+}
+
 TEST(FrameBuilder, LeavesOutWhatIsNotAskedFor) {
   FrameBuilderOptions options;
   options.use_lines = false;

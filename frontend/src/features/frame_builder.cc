@@ -101,37 +101,63 @@ void FrameBuilder::Check(const RgbdImage& image) const {
 
 std::shared_ptr<const FrameFeatures> FrameBuilder::Build(const RgbdImage& image,
                                                          FrameBuilderTimes* times) {
-  Check(image);
+  RgbdImage as_given = image;
+  return Build(&as_given, {}, times);
+}
+
+std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
+                                                         const DepthChange& change,
+                                                         FrameBuilderTimes* times) {
+  Check(*image);
   cv::Mat gray;
-  cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(image->bgr, gray, cv::COLOR_BGR2GRAY);
 
   auto features = std::make_shared<FrameFeatures>();
   features->sharpness = Sharpness(gray);
   features->brightness = cv::mean(gray)[0];
-  features->depth_grid = depth_grid_.Sample(image.depth, sensor_.min_depth, sensor_.max_depth);
   features->gray_grid = depth_grid_.Average(gray);
   features->gray = gray;
   FrameBuilderTimes elapsed;
-  const auto build_lines = [&] {
+  const auto timed = [](double& milliseconds, const auto& work) {
     const Stopwatch watch;
-    if (options_.use_lines) BuildLines(gray, image.depth, *features);
-    elapsed.lines = watch.Milliseconds();
+    work();
+    milliseconds += watch.Milliseconds();
   };
-  const auto build_points = [&] {
-    const Stopwatch watch;
-    if (options_.use_points) BuildPoints(gray, image.depth, *features);
-    elapsed.points = watch.Milliseconds();
+  ExtractedPoints points;
+  LineFeatures lines;
+  const auto change_depth = [&] {
+    if (change) image->depth = change(image->depth);
+    features->depth_grid = depth_grid_.Sample(image->depth, sensor_.min_depth, sensor_.max_depth);
+  };
+  const auto extract_lines = [&] {
+    if (options_.use_lines) lines = line_extractor_.Extract(gray);
+  };
+  const auto extract_points = [&] {
+    if (options_.use_points) points = points_->Extract(gray);
   };
   // Lines take longer: they come first, for the caller begins at once.
-  team_->Run(2, [&](std::size_t, std::size_t task) { task == 0 ? build_lines() : build_points(); });
+  team_->Run(2, [&](std::size_t, std::size_t task) {
+    if (task == 0) {
+      timed(elapsed.lines, extract_lines);
+    } else {
+      change_depth();
+      timed(elapsed.points, extract_points);
+    }
+  });
+  team_->Run(2, [&](std::size_t, std::size_t task) {
+    if (task == 0) {
+      timed(elapsed.lines, [&] { BuildLines(std::move(lines), image->depth, *features); });
+    } else if (options_.use_points) {
+      timed(elapsed.points, [&] { BuildPoints(std::move(points), image->depth, *features); });
+    }
+  });
   if (times != nullptr) *times = elapsed;
   return features;
 }
 
-void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
+void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
                                FrameFeatures& features) const {
-  ExtractedPoints extracted = points_->Extract(gray);
-  RequireSound(extracted, point_kind(), gray.size());
+  RequireSound(extracted, point_kind(), features.gray.size());
   features.points.reserve(extracted.keypoints.size());
   for (cv::KeyPoint& keypoint : extracted.keypoints) {
     PointFeature feature;
@@ -152,12 +178,12 @@ void FrameBuilder::BuildPoints(const cv::Mat& gray, const cv::Mat& depth,
     keypoint.pt =
         cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
   }
-  features.point_grid = FeatureGrid(extracted.keypoints, gray.size());
+  features.point_grid = FeatureGrid(extracted.keypoints, features.gray.size());
   features.point_descriptors = descriptor_bits_.Of(extracted.descriptors);
 }
 
-void FrameBuilder::BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) {
-  LineFeatures lines = line_extractor_.Extract(gray);
+void FrameBuilder::BuildLines(LineFeatures lines, const cv::Mat& depth,
+                              FrameFeatures& features) const {
   features.lines.reserve(lines.segments.size());
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;

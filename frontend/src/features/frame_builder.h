@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include <opencv2/core/mat.hpp>
@@ -38,14 +39,20 @@ class FrameBuilder {
 
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
                                              FrameBuilderTimes* times = nullptr);
+  // What a depth image becomes before it is used, as by DepthAtTime(); nothing: it stays.
+  using DepthChange = std::function<cv::Mat(const cv::Mat& depth)>;
+  // The same of an image whose depth is changed first, in `image` as well: beside the extraction,
+  // which does not wait for it.
+  std::shared_ptr<const FrameFeatures> Build(RgbdImage* image, const DepthChange& change,
+                                             FrameBuilderTimes* times = nullptr);
 
   const PinholeCamera& camera() const { return sensor_.camera; }
   const DepthGrid& depth_grid() const { return depth_grid_; }
   const PointKind& point_kind() const { return points_->kind(); }
 
  private:
-  void BuildPoints(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features) const;
-  void BuildLines(const cv::Mat& gray, const cv::Mat& depth, FrameFeatures& features);
+  void BuildPoints(ExtractedPoints extracted, const cv::Mat& depth, FrameFeatures& features) const;
+  void BuildLines(LineFeatures lines, const cv::Mat& depth, FrameFeatures& features) const;
 
   RgbdSensor sensor_;
   FrameBuilderOptions options_;

@@ -90,18 +90,27 @@ class LaterRow {
   }
 
   void FindPixels(int v, const Eigen::Vector3f& rho, const Eigen::Vector3f& theta) {
+    // Plain arrays and constants, and a quotient that is formed where it is not used as well: else
+    // the loop is not vectorized.
     const float* row = depth_.ptr<float>(v);
+    const float* columns_x = x_.data();
+    int* columns = columns_.data();
+    int* rows = rows_.data();
+    const auto width = static_cast<int>(x_.size());
     const auto y = static_cast<float>((v - camera_.cy) / camera_.fy);
     const auto fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
     const auto middle = static_cast<float>(v) + 0.5F;
-    for (std::size_t u = 0; u < x_.size(); ++u) {
-      const float x = x_[u];
-      const float inverse = row[u] > 0.0F ? 1.0F / row[u] : mean_;
-      const float turn = theta.x() * y - theta.y() * x;
-      const float dx = (rho.x() - x * rho.z()) * inverse + theta.y() - theta.z() * y - x * turn;
-      const float dy = (rho.y() - y * rho.z()) * inverse + theta.z() * x - theta.x() - y * turn;
-      columns_[u] = Floor(static_cast<float>(u) + 0.5F - fx * dx);
-      rows_[u] = Floor(middle - fy * dy);
+    const float mean = mean_, rho_x = rho.x(), rho_y = rho.y(), rho_z = rho.z();
+    const float theta_x = theta.x(), theta_y = theta.y(), theta_z = theta.z();
+    for (int u = 0; u < width; ++u) {
+      const float x = columns_x[u];
+      const float quotient = 1.0F / row[u];
+      const float inverse = row[u] > 0.0F ? quotient : mean;
+      const float turn = theta_x * y - theta_y * x;
+      const float dx = (rho_x - x * rho_z) * inverse + theta_y - theta_z * y - x * turn;
+      const float dy = (rho_y - y * rho_z) * inverse + theta_z * x - theta_x - y * turn;
+      columns[u] = Floor(static_cast<float>(u) + 0.5F - fx * dx);
+      rows[u] = Floor(middle - fy * dy);
     }
   }
 

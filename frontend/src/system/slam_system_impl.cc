@@ -101,11 +101,8 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   // Before this image is mended, so that none is made a keyframe by half of what is known.
   const bool mended = MendDepth(result);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
-  const Stopwatch to_one_time;
-  const RgbdImage at_once = AtOneTime(image, result.repeated);
-  const double moved = to_one_time.Milliseconds();
-  const Frame frame = Extract(at_once, result);
-  result.times.features += moved;
+  RgbdImage at_once = image;
+  const Frame frame = Extract(&at_once, result);
   const Stopwatch watch;
   ApplyResults(result);
   result.times.loops += watch.Milliseconds();
@@ -141,39 +138,43 @@ bool SlamSystem::Impl::MendDepth(FrameResult& result) {
   return found;
 }
 
-RgbdImage SlamSystem::Impl::AtOneTime(const RgbdImage& given, bool repeated) const {
-  RgbdImage image = given;
+FrameBuilder::DepthChange SlamSystem::Impl::ToOneTime(const RgbdImage& image) const {
+  FrameBuilder::DepthChange without_pattern;
   if (!depth_pattern_.pattern().IsZero()) {
-    image.depth = MetricDepth(given.depth, 1.0, 0.0, depth_pattern_.pattern());
+    without_pattern = [pattern = depth_pattern_.pattern()](const cv::Mat& depth) {
+      return MetricDepth(depth, 1.0, 0.0, pattern);
+    };
   }
-  if (repeated || options_.tracker.timing == FrameTimingMode::kIgnored) return image;
+  if (options_.tracker.timing == FrameTimingMode::kIgnored) return without_pattern;
   std::optional<KnownPose> predicted;
   if (inertial_) predicted = inertial_->Predict(image.stamp);
   const Twist motion = tracker_.Motion(predicted ? &*predicted : nullptr);
   const FrameTiming& timing = tracker_.timing();
   const double delay = timing.depth_delay + DepthDelay(image);
   const double readout = timing.depth_readout - timing.colour_readout;
-  if ((motion.v.isZero(0.0) && motion.omega.isZero(0.0)) || (delay == 0.0 && readout == 0.0))
-    return image;
-  image.depth = DepthAtTime(image.depth, builder_.camera(), motion, delay, readout);
-  return image;
+  const bool stands = motion.v.isZero(0.0) && motion.omega.isZero(0.0);
+  if (stands || (delay == 0.0 && readout == 0.0)) return without_pattern;
+  return [=, this](const cv::Mat& depth) {
+    return DepthAtTime(without_pattern ? without_pattern(depth) : depth, builder_.camera(), motion,
+                       delay, readout);
+  };
 }
 
-Frame SlamSystem::Impl::Extract(const RgbdImage& image, FrameResult& result) {
+Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   const Stopwatch watch;
   // From here on the image counts; one that was refused leaves no trace.
-  last_stamp_ = image.stamp;
+  last_stamp_ = image->stamp;
   if (result.repeated) {
-    return {next_index_++, image.stamp, std::make_shared<const FrameFeatures>()};
+    return {next_index_++, image->stamp, std::make_shared<const FrameFeatures>()};
   }
   FrameBuilderTimes builder_times;
-  const auto features = builder_.Build(image, &builder_times);
+  const auto features = builder_.Build(image, ToOneTime(*image), &builder_times);
   result.times.features = watch.Milliseconds();
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(features->points.size());
   result.lines = static_cast<int>(features->lines.size());
-  return {next_index_++, image.stamp, features, DepthDelay(image)};
+  return {next_index_++, image->stamp, features, DepthDelay(*image)};
 }
 
 TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result) {

@@ -59,9 +59,10 @@ class SlamSystem::Impl {
   static constexpr int kMinSubmapKeyFrames = 5;
 
   // The stages of Track(), in their order.
-  // The image with the depth of its own rows' times, as the camera is expected to move.
-  RgbdImage AtOneTime(const RgbdImage& image, bool repeated) const;
-  Frame Extract(const RgbdImage& image, FrameResult& result);
+  // Makes the depth of an image that of its own rows' times, as the camera is expected to move,
+  // and takes its pattern off. Nothing where it is so.
+  FrameBuilder::DepthChange ToOneTime(const RgbdImage& image) const;
+  Frame Extract(RgbdImage* image, FrameResult& result);
   // Whether the image shows nothing new.
   bool Repeats(const RgbdImage& image);
   // The pose of a frame that shows nothing new: that of the motion so far.
