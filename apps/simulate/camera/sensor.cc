@@ -78,7 +78,7 @@ DepthNoise SensorOptions::Noise() const {
 }
 
 double SensorOptions::InverseDepthOffset() const {
-  return OffsetOf(depth_bias);
+  return OffsetOf(depth_bias) + 0.0;  // no negative zero
 }
 
 double SensorOptions::InverseDepthPattern(double x, double y) const {
