@@ -374,6 +374,16 @@ TEST(SimulateCommand, BlackoutsAndShuttersOutOfRangeAreUsageErrors) {
   EXPECT_EQ(CountEntries(folder.path()), 0);
 }
 
+TEST(SimulateCommand, DepthWithoutBiasIsOffByZeroAndNotByLessThanZero) {
+  const TemporaryDirectory folder;
+  const Outcome run = Highwall(
+      "simulate room --duration 0.03 --scale 0.2 --depth-delay 0.02 --write-errors --out " +
+      (folder.path() / "late").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(ReadText(folder.path() / "late" / "calibration.yaml").find("  inverse_offset: 0\n"),
+            std::string::npos);
+}
+
 TEST(SimulateCommand, TellsTheErrorsOfTheCameraWhereItIsToldTo) {
   const TemporaryDirectory folder;
   const std::string errors =
