@@ -107,7 +107,8 @@ void PrintRow(const std::string& scene, const std::string& policy, const Scores&
              figure("innovation_chi2_per_dof", "{:.2f}"), figure("mean_weight", "{:.3f}"),
              figure("reduced_share", "{:.3f}"));
   for (const auto& [name, value] : scores) {  // of marked spans
-    if (name.ends_with("_rpe_1s_rmse_m") || name.ends_with("_drift_percent")) {
+    if (name.ends_with("_rpe_1s_rmse_m") || name.ends_with("_drift_percent") ||
+        name.ends_with("_start_percent")) {
       fmt::print("{:<8} {:<12} {} {:.4f}\n", "", "", name, value);
     }
   }
@@ -133,7 +134,7 @@ void Run(const Arguments& arguments) {
             progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
           });
       if (arguments.blackout >= 0.0) {
-        sequence.spans.push_back({"blackout", arguments.blackout, arguments.blackout + kBlackout});
+        sequence.spans.push_back({kBlackoutSpan, arguments.blackout, arguments.blackout + kBlackout});
       }
       for (std::size_t i = 0; i < arguments.policies.size(); ++i) {
         const std::string& policy = arguments.policies[i];

@@ -7,6 +7,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/factors/imu_factor.h>
+#include <highwall/factors/imu_preintegration.h>
 
 #include "scenes.h"
 
@@ -122,12 +125,34 @@ void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
                              sequence_.simulation->T_WC(causal.back().stamp);
     drifts[span.name].push_back(100.0 * (motion.p() - true_motion.p()).norm() / PathLength(truth));
   }
+  for (const MarkedSpan& span : sequence_.spans) {
+    if (span.name == kBlackoutSpan) (*scores)["blackout_exact_start_percent"] = ExactStart(span);
+  }
   for (const auto& [name, values] : errors) {
     if (!values.empty()) (*scores)[name + "_rpe_1s_rmse_m"] = Rms(values);
   }
   for (const auto& [name, values] : drifts) {
     (*scores)[name + "_drift_percent"] = *std::max_element(values.begin(), values.end());
   }
+}
+
+double Judge::ExactStart(const MarkedSpan& span) const {
+  const simulate::Simulation& simulation = *sequence_.simulation;
+  const Trajectory truth = Between(truth_, truth_.front().stamp + FromSeconds(span.begin),
+                                   truth_.front().stamp + FromSeconds(span.end));
+  ImuBuffer buffer({.horizon = 1e6});
+  for (ImuSample sample : simulation.ImuSamples()) {
+    sample.stamp -= FromSeconds(simulation.options().imu.time_offset);
+    buffer.Add(sample);
+  }
+  const auto interval = buffer.Between(truth.front().stamp, truth.back().stamp);
+  if (!interval) throw IoError(span.name, "has no readings");
+  const simulate::TrueState start = simulation.StateAt(truth.front().stamp);
+  const ImuState end =
+      ImuPreintegration(interval->samples, start.bias)
+          .Predict(start.state, start.bias, -kStandardGravity * Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d p = simulation.StateAt(truth.back().stamp).state.T_WB.p();
+  return 100.0 * (end.T_WB.p() - p).norm() / PathLength(truth);
 }
 
 void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {

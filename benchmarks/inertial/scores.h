@@ -14,6 +14,9 @@
 
 namespace highwall::bench {
 
+// The span in which the lens is covered.
+inline constexpr const char* kBlackoutSpan = "blackout";
+
 // Watches a run frame by frame against the truth, then scores it.
 class Judge {
  public:
@@ -26,6 +29,9 @@ class Judge {
  private:
   void ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const;
   void ScoreSpans(const apps::SlamRun& run, Scores* scores) const;
+  // Drift over the span [% of the way] by the readings alone from the true state: what no estimator
+  // can go below but by chance.
+  double ExactStart(const MarkedSpan& span) const;
   void ScoreInertial(const apps::SlamRun& run, Scores* scores) const;
   double Seconds(Stamp stamp) const;  // since the first frame
 

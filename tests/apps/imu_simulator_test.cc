@@ -64,8 +64,8 @@ double PredictionError(const ImuSimulator& imu, const CameraPath& path, double t
   const Stamp offset = FromSeconds(time_offset);
   double worst = 0.0;
   for (double t = 0.0; t + length <= duration; t += length) {
-    const TrueState from = imu.StateAt(path, kBegin + FromSeconds(t));
-    const TrueState to = imu.StateAt(path, kBegin + FromSeconds(t + length));
+    const TrueState from = imu.StateAt(path, {}, kBegin + FromSeconds(t));
+    const TrueState to = imu.StateAt(path, {}, kBegin + FromSeconds(t + length));
     const auto interval = buffer.Between(from.stamp + offset, to.stamp + offset);
     EXPECT_TRUE(interval.has_value());
     const ImuPreintegration delta(interval->samples, from.bias);
@@ -155,7 +155,7 @@ TEST(ImuSimulator, IdealReadingsPredictTheTrueStates) {
 TEST(ImuSimulator, FeelsGravityAloneAtRest) {
   const CameraPath path = Walk(3.0);
   const ImuSimulator imu = Simulator(Ideal(), 2.0);
-  const TrueState truth = imu.StateAt(path, kBegin);
+  const TrueState truth = imu.StateAt(path, {}, kBegin);
   EXPECT_EQ(truth.state.v_WB.norm(), 0.0);
   for (const ImuSample& sample : imu.Samples(path, {})) {
     EXPECT_EQ(sample.gyroscope.norm(), 0.0);
@@ -234,7 +234,7 @@ TEST(ImuSimulator, BiasesStartAndWalkAsTheirSigmasSay) {
   const CameraPath path = StandingStill();
   std::vector<double> gyroscope, accelerometer;
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
-    const ImuBias bias = Simulator(options, 0.1, seed).StateAt(path, 0).bias;  // the first reading
+    const ImuBias bias = Simulator(options, 0.1, seed).StateAt(path, {}, 0).bias;  // the first reading
     gyroscope.insert(gyroscope.end(), {bias[0], bias[1], bias[2]});
     accelerometer.insert(accelerometer.end(), {bias[3], bias[4], bias[5]});
   }
@@ -246,8 +246,8 @@ TEST(ImuSimulator, BiasesStartAndWalkAsTheirSigmasSay) {
   gyroscope.clear();
   accelerometer.clear();
   for (int second = 0; second < 500; ++second) {
-    const ImuBias step = imu.StateAt(path, kBegin + FromSeconds(second + 1)).bias -
-                         imu.StateAt(path, kBegin + FromSeconds(second)).bias;
+    const ImuBias step = imu.StateAt(path, {}, kBegin + FromSeconds(second + 1)).bias -
+                         imu.StateAt(path, {}, kBegin + FromSeconds(second)).bias;
     gyroscope.insert(gyroscope.end(), {step[0], step[1], step[2]});
     accelerometer.insert(accelerometer.end(), {step[3], step[4], step[5]});
   }
@@ -283,6 +283,31 @@ TEST(ImuSimulator, ShakesWhereTheGroundIsRoughAndTheCameraMoves) {
       0.5 * crossings / (static_cast<double>(z.size()) / options.rate);  // [Hz] RMS of the band
   EXPECT_GT(frequency, options.vibration_low);
   EXPECT_LT(frequency, options.vibration_high);
+}
+
+TEST(ImuSimulator, ReadingsOfAShakenBodyAddUpToItsVelocity) {
+  ImuSimulationOptions options;
+  options.rate = 5000.0;  // of which nothing of 70 Hz is lost
+  options.noise_ratio = 1e-9;
+  options.gyroscope_bias = options.accelerometer_bias = 0.0;
+  const CameraPath path = Walk();
+  const VibrationIntensity everywhere = [](double) { return 1.0; };
+  const ImuSimulator imu = Simulator(options, 4.0);
+  const ImuBuffer buffer = Buffer(imu.Samples(path, everywhere));
+  double shaken = 0.0;
+  for (double t = 0.01; t < 3.9; t += 0.1) {
+    const TrueState from = imu.StateAt(path, everywhere, kBegin + FromSeconds(t));
+    const TrueState to = imu.StateAt(path, everywhere, kBegin + FromSeconds(t + 0.0873));
+    const auto interval = buffer.Between(from.stamp, to.stamp);
+    ASSERT_TRUE(interval.has_value());
+    const ImuState predicted =
+        ImuPreintegration(interval->samples, from.bias).Predict(from.state, from.bias, kGravity_W);
+    // A body that turns at 1 rad/s while it is shaken at 20 mm/s and 20 Hz or more: 20 mm/s^2 over a
+    // 125th of a second are left out.
+    EXPECT_LT((predicted.v_WB - to.state.v_WB).norm(), 1.6e-4);
+    shaken = std::max(shaken, (to.state.v_WB - imu.StateAt(path, {}, to.stamp).state.v_WB).norm());
+  }
+  EXPECT_GT(shaken, 0.01);
 }
 
 TEST(ImuSimulator, SameSeedSameReadingsAnotherSeedOthers) {

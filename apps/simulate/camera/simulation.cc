@@ -225,7 +225,7 @@ std::vector<ImuSample> Simulation::ImuSamples() const {
 }
 
 TrueState Simulation::StateAt(Stamp stamp) const {
-  TrueState truth = imu_.StateAt(path_, stamp);
+  TrueState truth = imu_.StateAt(path_, intensity_, stamp);
   if (readings_) truth.bias = BiasAt(*readings_, stamp);
   return truth;
 }

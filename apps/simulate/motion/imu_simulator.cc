@@ -133,13 +133,20 @@ ImuSample ImuSimulator::Ideal(const CameraMotion& motion) const {
   return {0, q_BC * motion.w_C, q_BC * a_C};
 }
 
-Eigen::Vector3d ImuSimulator::Vibration(double t) const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+ImuSimulator::Shaking ImuSimulator::ShakingAt(const CameraPath& path,
+                                              const VibrationIntensity& intensity, double t) const {
+  Shaking sum;
+  if (options_.ideal || !intensity) return sum;
   for (const Wave& wave : waves_) {
-    sum += (wave.frequency * t + wave.phase).array().sin().matrix();
+    const Eigen::Array3d angle = (wave.frequency * t + wave.phase).array();
+    sum.acceleration += angle.sin().matrix();
+    sum.velocity -= (angle.cos() / wave.frequency.array()).matrix();
   }
+  const CameraPath::Progress progress = path.ProgressAt(t);
+  const double strength = progress.ds * intensity(progress.s);
   const double unit_rms = std::sqrt(2.0 / static_cast<double>(waves_.size()));
-  return unit_rms * sum.cwiseProduct(options_.vibration);
+  return {strength * (unit_rms * sum.acceleration.cwiseProduct(options_.vibration)),
+          strength * (unit_rms * sum.velocity.cwiseProduct(options_.vibration))};
 }
 
 std::vector<ImuSample> ImuSimulator::Samples(const CameraPath& path,
@@ -155,10 +162,7 @@ std::vector<ImuSample> ImuSimulator::Samples(const CameraPath& path,
     ImuSample sample = Ideal(path.MotionAt(t));
     sample.stamp = StampOf(i) + FromSeconds(options_.time_offset);
     if (!options_.ideal) {
-      if (intensity) {
-        const CameraPath::Progress progress = path.ProgressAt(t);
-        sample.accelerometer += progress.ds * intensity(progress.s) * Vibration(t);
-      }
+      sample.accelerometer += ShakingAt(path, intensity, t).acceleration;
       sample = sensor_.Distorted(sample);
       const Vector6d error = biases_[i] + Normals(noise, i).cwiseProduct(sigmas);
       sample.gyroscope += error.head<3>();
@@ -169,13 +173,16 @@ std::vector<ImuSample> ImuSimulator::Samples(const CameraPath& path,
   return options_.ideal ? samples : sensor_.Delivered(std::move(samples));
 }
 
-TrueState ImuSimulator::StateAt(const CameraPath& path, Stamp stamp) const {
-  const CameraMotion motion = path.MotionAt(PathSeconds(stamp));
+TrueState ImuSimulator::StateAt(const CameraPath& path, const VibrationIntensity& intensity,
+                                Stamp stamp) const {
+  const double t = PathSeconds(stamp);
+  const CameraMotion motion = path.MotionAt(t);
   const Pose T_CB = options_.T_BC.Inverse();
   TrueState truth;
   truth.stamp = stamp;
   truth.state.T_WB = motion.T_WC * T_CB;
   truth.state.v_WB = motion.v_WC + motion.T_WC.q() * motion.w_C.cross(T_CB.p());
+  truth.state.v_WB += truth.state.T_WB.q() * ShakingAt(path, intensity, t).velocity;
 
   const double index = std::clamp(ToSeconds(stamp - first_) * options_.rate, 0.0,
                                   static_cast<double>(biases_.size() - 1));

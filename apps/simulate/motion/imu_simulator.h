@@ -71,17 +71,24 @@ class ImuSimulator {
   // In order; stamps are those of the IMU's clock. motion(t), t [s] since `begin`.
   std::vector<ImuSample> Samples(const CameraPath& path, const VibrationIntensity& intensity) const;
   // stamp [ns]: of the camera's clock. Biases walk from reading to reading, linearly in between.
-  TrueState StateAt(const CameraPath& path, Stamp stamp) const;
+  // The velocity is that of the shaken body, which the readings add up to; its place is shaken by
+  // some 30 um, which is left out.
+  TrueState StateAt(const CameraPath& path, const VibrationIntensity& intensity, Stamp stamp) const;
 
  private:
   struct Wave {
     Eigen::Vector3d frequency, phase;  // [rad/s], [rad], of each axis
   };
 
+  // Along the axes of B [m/s^2], [m/s].
+  struct Shaking {
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
+  };
+
   Stamp StampOf(std::size_t sample) const;  // [ns] of the camera's clock
   double PathSeconds(Stamp stamp) const { return ToSeconds(stamp - begin_); }
   ImuSample Ideal(const CameraMotion& motion) const;
-  Eigen::Vector3d Vibration(double t) const;
+  Shaking ShakingAt(const CameraPath& path, const VibrationIntensity& intensity, double t) const;
 
   ImuSimulationOptions options_;
   CounterRandom random_;
