@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
-#include <iterator>
 #include <limits>
 #include <unordered_map>
 
@@ -70,23 +70,34 @@ BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descript
   return descriptors[best];
 }
 
-// landmarks_of: the points or the lines of a keyframe.
+// landmarks_of: the points or the lines of a keyframe. Ids are marked, not sorted: those of one place
+// lie in a short range, and each is seen by many keyframes.
 template <class LandmarkId>
 std::vector<LandmarkId> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
                                std::span<const LandmarkId> except,
                                std::vector<LandmarkId> KeyFrame::*landmarks_of) {
-  std::vector<LandmarkId> seen;
+  LandmarkId first = kNoId, end = kNoId;
   for (const KeyFrameId id : keyframes) {
     for (const LandmarkId landmark : map.keyframe(id)->*landmarks_of) {
-      if (landmark != kNoId) seen.push_back(landmark);
+      if (landmark == kNoId) continue;
+      if (first == kNoId || landmark < first) first = landmark;
+      if (!(landmark < end)) end = LandmarkId(landmark.value() + 1);
     }
   }
-  std::sort(seen.begin(), seen.end());
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  std::vector<LandmarkId> own(except.begin(), except.end()), rest;
-  std::sort(own.begin(), own.end());
-  std::set_difference(seen.begin(), seen.end(), own.begin(), own.end(), std::back_inserter(rest));
-  return rest;
+  std::vector<LandmarkId> seen;
+  if (first == kNoId) return seen;
+  std::vector<std::uint8_t> marked(end.index() - first.index(), 0);
+  const auto mark = [&](LandmarkId landmark, std::uint8_t value) {
+    if (!(landmark < first) && landmark < end) marked[landmark.index() - first.index()] = value;
+  };
+  for (const KeyFrameId id : keyframes) {
+    for (const LandmarkId landmark : map.keyframe(id)->*landmarks_of) mark(landmark, 1);
+  }
+  for (const LandmarkId landmark : except) mark(landmark, 0);
+  for (LandmarkId landmark = first; landmark < end; ++landmark) {
+    if (marked[landmark.index() - first.index()] != 0) seen.push_back(landmark);
+  }
+  return seen;
 }
 
 }  // namespace
