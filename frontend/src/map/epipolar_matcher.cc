@@ -39,6 +39,25 @@ class EpipolarLines {
   Eigen::Matrix3d essential_;
 };
 
+// A corner of b that is wanted.
+struct Candidate {
+  int index = 0;
+  int octave = 0;
+  double sigma = 0.0;  // [px]
+  Eigen::Vector2d uv;
+};
+
+std::vector<Candidate> CandidatesOf(const MeasurementModel& model, const EpipolarView& view) {
+  std::vector<Candidate> candidates;
+  for (std::size_t j = 0; j < view.wanted.size(); ++j) {
+    if (!view.wanted[j]) continue;
+    const PointFeature& feature = view.features.points[j];
+    candidates.push_back(
+        {static_cast<int>(j), feature.octave, model.PointSigma(feature), feature.uv});
+  }
+  return candidates;
+}
+
 }  // namespace
 
 std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, const EpipolarView& a,
@@ -48,10 +67,7 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
   if (T_BA.p().norm() < kNoBaseline) return {};
   const EpipolarLines lines(model.camera(), T_BA);
   const double bound = std::sqrt(options.chi2);
-  std::vector<int> candidates;
-  for (std::size_t j = 0; j < b.wanted.size(); ++j) {
-    if (b.wanted[j]) candidates.push_back(static_cast<int>(j));
-  }
+  const std::vector<Candidate> candidates = CandidatesOf(model, b);
   BestPairs pairs(b.wanted.size());
   for (std::size_t i = 0; i < a.wanted.size(); ++i) {
     if (!a.wanted[i]) continue;
@@ -60,13 +76,15 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
     if (!line) continue;
     const std::uint8_t* descriptor = a.features.point_descriptors.ptr(static_cast<int>(i));
     BestPartner best;
-    for (const int j : candidates) {
-      const PointFeature& to = b.features.points[static_cast<std::size_t>(j)];
+    const double sigma = model.PointSigma(from);
+    for (const Candidate& to : candidates) {
       if (std::abs(to.octave - from.octave) > 1) continue;
       const double distance = std::abs(line->head<2>().dot(to.uv) + line->z());
-      const double sigma = std::hypot(model.PointSigma(from), model.PointSigma(to));
-      if (distance > bound * sigma) continue;
-      best.Offer(j, HammingDistance(descriptor, b.features.point_descriptors.ptr(j)));
+      // The root of squares is below the sum: most are told by that.
+      if (distance > bound * (sigma + to.sigma)) continue;
+      if (distance > bound * std::hypot(sigma, to.sigma)) continue;
+      best.Offer(to.index,
+                 HammingDistance(descriptor, b.features.point_descriptors.ptr(to.index)));
     }
     if (best.IsClear(options.max_hamming, options.ratio)) pairs.Take(static_cast<int>(i), best);
   }

@@ -30,8 +30,7 @@ PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_
         {.id = point->id,
          .uv = uv,
          .depth = p_C.z(),
-         .radius = options().motion_radius * radius_scale *
-                   std::pow(model_.pyramid().scale_factor, seen.octave),
+         .radius = options().motion_radius * radius_scale * model_.Scale(seen.octave),
          .min_octave = std::max(0, seen.octave - 1),
          .max_octave = std::min(model_.pyramid().levels - 1, seen.octave + 1),
          .angle = seen.angle >= 0.0F ? std::optional(seen.angle) : std::nullopt,
@@ -72,7 +71,7 @@ PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& 
     projections.push_back({.id = id,
                            .uv = uv,
                            .depth = p_C.z(),
-                           .radius = radius * std::pow(model_.pyramid().scale_factor, octave),
+                           .radius = radius * model_.Scale(octave),
                            .min_octave = std::max(0, octave - 1),
                            .max_octave = std::min(model_.pyramid().levels - 1, octave + 1),
                            .angle = std::nullopt,

@@ -34,6 +34,9 @@ MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOp
   sensor.Validate();
   options_.Validate();
   pyramid_.Validate();
+  for (std::size_t i = 0; i < scales_.size(); ++i) {
+    scales_[i] = std::pow(pyramid_.scale_factor, static_cast<int>(i));
+  }
 }
 
 void MeasurementModel::SetExtrinsics(const Pose& T_BC) {
@@ -42,7 +45,7 @@ void MeasurementModel::SetExtrinsics(const Pose& T_BC) {
 }
 
 double MeasurementModel::PointSigma(int octave) const {
-  return options_.point_sigma * std::pow(pyramid_.scale_factor, octave);
+  return options_.point_sigma * Scale(octave);
 }
 
 Eigen::Matrix3d MeasurementModel::SqrtInformation(const PointFeature& feature) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
 
 #include <ceres/cost_function.h>
@@ -34,6 +35,9 @@ class MeasurementModel {
   void SetExtrinsics(const Pose& T_BC);
   const MeasurementOptions& options() const { return options_; }
   const PyramidOptions& pyramid() const { return pyramid_; }
+  // Size of a pixel of a level in those of the finest. octave: in [0, 16), the most that are asked
+  // for.
+  double Scale(int octave) const { return scales_[static_cast<std::size_t>(octave)]; }
 
   // [px] of u and v at the pyramid level, as it is known beforehand.
   double PointSigma(int octave) const;
@@ -73,6 +77,7 @@ class MeasurementModel {
 
   MeasurementOptions options_;
   PyramidOptions pyramid_;
+  std::array<double, 16> scales_;  // of octaves
   PinholeCamera camera_;
   VirtualRightCamera right_;
   DepthNoise noise_;
