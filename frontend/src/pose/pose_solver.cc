@@ -321,10 +321,15 @@ std::optional<Pose> Solve(PoseProblem& problem, const Pose& T_WC,
   solver.options.parameter_tolerance = 1e-7;
   solver.options.gradient_tolerance = 1e-6;
 
+  // Of the sum of squares, absolute. A round before the last only tells what fits: a tenth of a
+  // standard deviation is enough for that, and too much for the pose, which would lag behind.
+  constexpr double kToClassify = 1e-2, kToEnd = 1e-6;
+
   Pose T = T_WC;
   for (int round = 0; round < options.rounds; ++round) {
     if (problem.CurrentSupport() < options.min_support) return std::nullopt;
     problem.Restart(T);
+    solver.options.function_tolerance = round + 1 < options.rounds ? kToClassify : kToEnd;
     Vector6 x = Vector6::Zero();
     solver.Solve(problem, &x);
     if (!x.allFinite()) return std::nullopt;
