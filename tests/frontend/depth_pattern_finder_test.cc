@@ -166,6 +166,25 @@ TEST(DepthPatternFinder, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNextTime
   EXPECT_FALSE(off.HasResult());
 }
 
+TEST(DepthPatternFinder, MoreKeyframesTellAPatternThatIsKnownBetter) {
+  const DepthPattern truth = Tilted();
+  Walk first(truth, 12);
+  DepthPatternFinder finder(first.camera, kLockstep, kBundle);
+  finder.Begin(first.map, first.model, kFirstSubmap, kNoId);
+  ASSERT_TRUE(finder.Finish(&first.map));
+  const DepthPattern left{truth.nodes - finder.pattern().nodes};
+
+  // By itself it could be chance.
+  Walk longer(left, 30);
+  DepthPatternFinder unaware(longer.camera, kLockstep, kBundle);
+  unaware.Begin(longer.map, longer.model, kFirstSubmap, kNoId);
+  EXPECT_FALSE(unaware.Finish(&longer.map));
+
+  finder.Begin(longer.map, longer.model, kFirstSubmap, kNoId);
+  ASSERT_TRUE(finder.Finish(&longer.map));
+  EXPECT_LT(DepthPattern{truth.nodes - finder.pattern().nodes}.Rms(), 0.8 * left.Rms());
+}
+
 TEST(DepthPatternFinder, KeyframesThatWereGivenStayAsTheyAre) {
   Walk walk(Tilted());
   const KeyFrameId second = walk.map.keyframe_ids()[1];

@@ -48,6 +48,7 @@ class DepthPatternFinder::Job {
         camera_(finder.camera_),
         options_(finder.options_),
         bundle_(finder.bundle_),
+        known_sigma_(finder.sigma_),
         task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
 
   void Cancel() { task_.Cancel(); }
@@ -63,6 +64,8 @@ class DepthPatternFinder::Job {
     Apply(correction_, map);
     return found_;
   }
+  // [1/m] RMS of its standard deviations.
+  double sigma() const { return sigma_; }
 
  private:
   void Run(const std::stop_token& stop) {
@@ -71,17 +74,20 @@ class DepthPatternFinder::Job {
     map_ = Map();  // as large as the map itself
   }
 
-  // Empty where the map does not tell, or tells of none beyond chance.
-  std::optional<DepthPattern> Find() const {
+  // Empty where the map does not tell. A first pattern must be no chance; what is left of one that is
+  // known is no question of whether, and taken once more keyframes tell it better.
+  std::optional<DepthPattern> Find() {
     std::vector<KeyFrameId> ids = MadeIn(map_, submap_, given_);
     const auto most = static_cast<std::size_t>(options_.most);
     if (ids.size() > most) ids.erase(ids.begin(), ids.end() - options_.most);
     try {
       const CameraCalibration found =
           CalibrateCamera(map_, model_, ids, {.intrinsics = false, .pattern_of = camera_});
-      const bool is_off = found.depth_pattern_seen &&
-                          found.depth_pattern.Rms() > kBeyond * found.depth_pattern_sigma.Rms();
-      return is_off ? std::optional(found.depth_pattern) : std::nullopt;
+      if (!found.depth_pattern_seen) return std::nullopt;
+      sigma_ = found.depth_pattern_sigma.Rms();
+      const bool counts =
+          known_sigma_ ? sigma_ < *known_sigma_ : found.depth_pattern.Rms() > kBeyond * sigma_;
+      return counts ? std::optional(found.depth_pattern) : std::nullopt;
     } catch (const InvalidArgument&) {  // no points, or none that a solver can tell from another
       return std::nullopt;
     }
@@ -103,6 +109,8 @@ class DepthPatternFinder::Job {
   const PinholeCamera camera_;
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
+  const std::optional<double> known_sigma_;  // [1/m] of the pattern that is known, RMS
+  double sigma_ = 0.0;                       // [1/m] of the one that is found
   DepthPattern found_;
   MapCorrection correction_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
@@ -136,8 +144,10 @@ bool DepthPatternFinder::Finish(Map* map) {
   const std::unique_ptr<Job> job = job_.Take();
   if (!job) return false;
   const DepthPattern found = job->Write(map);
+  if (found.IsZero()) return false;
   pattern_.nodes += found.nodes;
-  return !found.IsZero();
+  sigma_ = job->sigma();
+  return true;
 }
 
 void DepthPatternFinder::Cancel() {

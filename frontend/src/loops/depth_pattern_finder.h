@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 
 #include <highwall/core/camera.h>
 #include <highwall/factors/depth_pattern.h>
@@ -48,6 +49,7 @@ class DepthPatternFinder {
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
   DepthPattern pattern_;
+  std::optional<double> sigma_;  // [1/m] RMS, of the standard deviations of a pattern that was found
   std::size_t next_;  // keyframes of a world
   JobSlot<Job> job_;
 };
