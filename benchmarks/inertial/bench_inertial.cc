@@ -134,7 +134,8 @@ void Run(const Arguments& arguments) {
             progress.Update(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
           });
       if (arguments.blackout >= 0.0) {
-        sequence.spans.push_back({kBlackoutSpan, arguments.blackout, arguments.blackout + kBlackout});
+        sequence.spans.push_back(
+            {kBlackoutSpan, arguments.blackout, arguments.blackout + kBlackout});
       }
       for (std::size_t i = 0; i < arguments.policies.size(); ++i) {
         const std::string& policy = arguments.policies[i];

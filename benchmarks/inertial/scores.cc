@@ -126,7 +126,8 @@ void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
     drifts[span.name].push_back(100.0 * (motion.p() - true_motion.p()).norm() / PathLength(truth));
   }
   for (const MarkedSpan& span : sequence_.spans) {
-    if (span.name == kBlackoutSpan) (*scores)["blackout_exact_start_percent"] = ExactStart(span);
+    if (span.name != kBlackoutSpan) continue;
+    if (const auto drift = ExactStart(span)) (*scores)["blackout_exact_start_percent"] = *drift;
   }
   for (const auto& [name, values] : errors) {
     if (!values.empty()) (*scores)[name + "_rpe_1s_rmse_m"] = Rms(values);
@@ -136,10 +137,11 @@ void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
   }
 }
 
-double Judge::ExactStart(const MarkedSpan& span) const {
+std::optional<double> Judge::ExactStart(const MarkedSpan& span) const {
   const simulate::Simulation& simulation = *sequence_.simulation;
   const Trajectory truth = Between(truth_, truth_.front().stamp + FromSeconds(span.begin),
                                    truth_.front().stamp + FromSeconds(span.end));
+  if (truth.size() < 2) return std::nullopt;  // beyond the end of the sequence
   ImuBuffer buffer({.horizon = 1e6});
   for (ImuSample sample : simulation.ImuSamples()) {
     sample.stamp -= FromSeconds(simulation.options().imu.time_offset);

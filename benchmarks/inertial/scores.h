@@ -29,9 +29,9 @@ class Judge {
  private:
   void ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const;
   void ScoreSpans(const apps::SlamRun& run, Scores* scores) const;
-  // Drift over the span [% of the way] by the readings alone from the true state: what no estimator
-  // can go below but by chance.
-  double ExactStart(const MarkedSpan& span) const;
+  // Drift over the span [% of the way] by the readings as they are, from the true state at its
+  // first frame; none where the sequence ends before.
+  std::optional<double> ExactStart(const MarkedSpan& span) const;
   void ScoreInertial(const apps::SlamRun& run, Scores* scores) const;
   double Seconds(Stamp stamp) const;  // since the first frame
 

@@ -202,7 +202,7 @@ TEST(ImuSimulator, TheTrueBiasWarmsUpWithTheSensor) {
   double most = 0.0;
   for (std::size_t i = 100; i + 100 < readings.size(); ++i) {
     const Eigen::Vector3d drift = readings[i].accelerometer - reference[i].accelerometer;
-    const ImuBias bias = imu.StateAt(path, readings[i].stamp).bias;
+    const ImuBias bias = imu.StateAt(path, {}, readings[i].stamp).bias;
     // Walks of a millionth.
     EXPECT_LT((drift - bias.tail<3>()).norm(), 1e-6) << i;
     most = std::max(most, drift.norm());

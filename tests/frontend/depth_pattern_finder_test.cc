@@ -185,6 +185,30 @@ TEST(DepthPatternFinder, MoreKeyframesTellAPatternThatIsKnownBetter) {
   EXPECT_LT(DepthPattern{truth.nodes - finder.pattern().nodes}.Rms(), 0.8 * left.Rms());
 }
 
+TEST(DepthPatternFinder, APatternIsNotReplacedByOneThatIsKnownLessWell) {
+  Walk first(Tilted(), 30);
+  DepthPatternFinder finder(first.camera, kLockstep, kBundle);
+  finder.Begin(first.map, first.model, kFirstSubmap, kNoId);
+  ASSERT_TRUE(finder.Finish(&first.map));
+  const DepthPattern known = finder.pattern();
+
+  Walk sparse(Tilted(), 44);  // two fifths more keyframes, a fifth of the depth
+  for (const KeyFrameId id : sparse.map.keyframe_ids()) {
+    auto features = std::make_shared<FrameFeatures>(*sparse.map.keyframe(id)->frame.features);
+    for (std::size_t i = 0; i < features->points.size(); ++i) {
+      if (i % 5 != 0) features->points[i].depth = 0.0;
+    }
+    sparse.map.keyframe(id)->frame.features = features;
+  }
+  finder.Begin(sparse.map, sparse.model, kFirstSubmap, kNoId);
+  EXPECT_FALSE(finder.Finish(&sparse.map));
+  EXPECT_EQ(finder.pattern().nodes, known.nodes);
+  // To one who knows of none it tells a pattern.
+  DepthPatternFinder unaware(sparse.camera, kLockstep, kBundle);
+  unaware.Begin(sparse.map, sparse.model, kFirstSubmap, kNoId);
+  EXPECT_TRUE(unaware.Finish(&sparse.map));
+}
+
 TEST(DepthPatternFinder, KeyframesThatWereGivenStayAsTheyAre) {
   Walk walk(Tilted());
   const KeyFrameId second = walk.map.keyframe_ids()[1];

@@ -72,7 +72,7 @@ class ImuSimulator {
   std::vector<ImuSample> Samples(const CameraPath& path, const VibrationIntensity& intensity) const;
   // stamp [ns]: of the camera's clock. Biases walk from reading to reading, linearly in between.
   // The velocity is that of the shaken body, which the readings add up to; its place is shaken by
-  // some 30 um, which is left out.
+  // less than 0.1 mm RMS, which is left out.
   TrueState StateAt(const CameraPath& path, const VibrationIntensity& intensity, Stamp stamp) const;
 
  private:

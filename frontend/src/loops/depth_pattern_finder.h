@@ -49,8 +49,8 @@ class DepthPatternFinder {
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
   DepthPattern pattern_;
-  std::optional<double> sigma_;  // [1/m] RMS, of the standard deviations of a pattern that was found
-  std::size_t next_;  // keyframes of a world
+  std::optional<double> sigma_;  // [1/m] RMS of the deviations of a pattern that was found
+  std::size_t next_;             // keyframes of a world
   JobSlot<Job> job_;
 };
 

@@ -83,8 +83,7 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
       // The root of squares is below the sum: most are told by that.
       if (distance > bound * (sigma + to.sigma)) continue;
       if (distance > bound * std::hypot(sigma, to.sigma)) continue;
-      best.Offer(to.index,
-                 HammingDistance(descriptor, b.features.point_descriptors.ptr(to.index)));
+      best.Offer(to.index, HammingDistance(descriptor, b.features.point_descriptors.ptr(to.index)));
     }
     if (best.IsClear(options.max_hamming, options.ratio)) pairs.Take(static_cast<int>(i), best);
   }

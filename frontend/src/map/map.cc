@@ -70,8 +70,8 @@ BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descript
   return descriptors[best];
 }
 
-// landmarks_of: the points or the lines of a keyframe. Ids are marked, not sorted: those of one place
-// lie in a short range, and each is seen by many keyframes.
+// landmarks_of: the points or the lines of a keyframe. Ids are marked, not sorted: each is seen by
+// many keyframes, and a byte for every id between the first and the last is cheap up to millions.
 template <class LandmarkId>
 std::vector<LandmarkId> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
                                std::span<const LandmarkId> except,
