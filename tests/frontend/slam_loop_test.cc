@@ -49,8 +49,7 @@ class SlamLoopTest : public ::testing::Test {
     SlamOptions options;
     options.loops = loops;
     options.mapper.bundle.threads = 1;
-    options.mapper.background = loops.background;
-    SlamSystem slam({.camera = Camera()}, options);
+    SlamSystem slam({.camera = Camera()}, loops.background ? options : Deterministic(options));
     Run run;
     slam.SetCallbacks({.on_loop = [&](const LoopReport&) { ++run.told_loops; },
                        .on_map = [&](const Map&) { ++run.told_maps; }});
@@ -91,7 +90,6 @@ std::unique_ptr<const RenderedWalk> SlamLoopTest::walk_;
 TEST_F(SlamLoopTest, ClosesTheLoopAndTheTrackerFollows) {
   LoopCloserOptions closing;
   closing.background = false;
-  closing.correction.threads = closing.bundle.threads = 1;
   const Run with = Walk(closing);
   ASSERT_GE(with.loops.size(), 2u);
   for (const LoopReport& report : with.loops) EXPECT_TRUE(report.accepted) << report.message;
