@@ -113,11 +113,12 @@ std::vector<Anchor> FindAnchors(const Trajectory& frames, const Map& map) {
   std::map<SubmapId, std::vector<Anchor>> by_world;
   for (const KeyFrameId id : map.keyframe_ids()) {
     const KeyFrame& keyframe = *map.keyframe(id);
-    const auto at = std::ranges::equal_range(frames, keyframe.frame.stamp, {}, &StampedPose::stamp);
-    for (const StampedPose& frame : at) {
-      const Pose off = frame.pose.Inverse() * keyframe.T_WC;
+    const Stamp stamp = keyframe.frame.stamp;
+    auto frame = std::ranges::lower_bound(frames, stamp, {}, &StampedPose::stamp);
+    for (; frame != frames.end() && frame->stamp == stamp; ++frame) {
+      const Pose off = frame->pose.Inverse() * keyframe.T_WC;
       if (off.p().norm() > kSamePose || off.Angle() > kSamePose) continue;
-      by_world[map.Root(keyframe.submap)].push_back({&frame, id});
+      by_world[map.Root(keyframe.submap)].push_back({&*frame, id});
     }
   }
   if (by_world.empty()) return {};

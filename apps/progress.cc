@@ -36,7 +36,7 @@ std::string FormatProgress(const std::string& label, std::size_t done, std::size
 
 Progress::Progress(std::string label, std::chrono::milliseconds interval)
     : on_terminal_(::isatty(STDERR_FILENO) == 1), label_(std::move(label)) {
-  constexpr std::chrono::milliseconds kRedraw{100};
+  static constexpr std::chrono::milliseconds kRedraw{100};
   writer_ = std::thread([this, interval] { Run(on_terminal_ ? kRedraw : interval); });
 }
 

@@ -28,6 +28,13 @@ nlohmann::json ToJson(const StageTimes& times) {
           {"frame", ToJson(times.frame)},       {"dense", ToJson(times.dense)}};
 }
 
+// The window that runs: with the extrinsics as unknowns it is that of poses.
+std::string InertialCouplingOf(const SlamRunOptions& options) {
+  if (!options.imu) return "off";
+  const InertialOptions& inertial = options.slam.inertial;
+  return ToString(inertial.estimate_extrinsics ? InertialCoupling::kLoose : inertial.coupling);
+}
+
 nlohmann::json ToJson(const SlamRunOptions& options) {
   const FrameBuilderOptions& frame = options.slam.frame;
   return {{"points", frame.use_points},
@@ -54,7 +61,8 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"localize_only", options.slam.localize_only},
           {"octree_resolution_m", options.map.octree.resolution},
           {"voxel_m", options.map.cloud.voxel_size},
-          {"imu", options.imu ? ToString(options.slam.inertial.weighting.policy) : "off"}};
+          {"imu", options.imu ? ToString(options.slam.inertial.weighting.policy) : "off"},
+          {"inertial", InertialCouplingOf(options)}};
 }
 
 nlohmann::json ToJson(const DepthPattern& pattern) {
@@ -123,7 +131,9 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
                          {"saturated_intervals", inertial.saturated},
                          {"mean_weight", inertial.mean_weight},
                          {"reduced_share", inertial.reduced_share},
-                         {"innovation_per_dof", inertial.mean_innovation}};
+                         {"innovation_per_dof", inertial.mean_innovation},
+                         {"tight_updates", ToJson(inertial.tight)},
+                         {"refused_tight_updates", inertial.refused_updates}};
   nlohmann::json& intervals = json["intervals"];
   for (const char* key : {"stamp", "weight", "innovation_per_dof"}) {
     intervals[key] = nlohmann::json::array();

@@ -28,6 +28,7 @@ struct SlamArguments {
   std::optional<MadRule> mad_rule;
   std::optional<bool> moving_objects;
   std::optional<FrameTimingMode> frame_timing;
+  std::optional<InertialCoupling> coupling;
   double resolution = OctomapBuilderOptions().resolution;
   std::string imu;  // --imu as given
   bool gps = true;

@@ -110,6 +110,8 @@ class InertialTally {
     AddState(result.stamp, report);
     if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;
     if (report.saturated) ++summary_.saturated;
+    if (report.tight) tight_milliseconds_.push_back(report.tight->milliseconds);
+    if (report.tight && !report.tight->accepted) ++summary_.refused_updates;
     if (report.contradicted) {
       ++summary_.contradicted;
     } else if (report.restarted) {
@@ -127,6 +129,7 @@ class InertialTally {
 
   InertialSummary Summary() const {
     InertialSummary summary = summary_;
+    summary.tight = Summarize(tight_milliseconds_);
     if (const auto n = static_cast<double>(summary.intervals.size()); n > 0.0) {
       double weights = 0.0;
       for (const WeighedInterval& interval : summary.intervals) weights += interval.weight;
@@ -149,6 +152,7 @@ class InertialTally {
   }
 
   InertialSummary summary_;
+  std::vector<double> tight_milliseconds_;
   double squared_innovation_ = 0.0;
   int dof_ = 0;
 };

@@ -85,6 +85,8 @@ struct InertialSummary {
   double mean_weight = 0.0;                // of the IMU factors
   double reduced_share = 0.0;              // of them, with a weight below 1
   double mean_innovation = 0.0;            // squared, per degree of freedom: 1 where consistent
+  Milliseconds tight;                      // updates of the window of landmarks
+  std::size_t refused_updates = 0;         // of those
   std::vector<WeighedInterval> intervals;  // by images, ascending
   std::vector<ImuState> states;            // a few a second, ascending
   // In the end; empty where the motion does not tell it to 2 %.

@@ -35,7 +35,8 @@ void BindSolver(py::module_& module) {
       .value("STOPPED", SolveStatus::kStopped)
       .value("FAILED", SolveStatus::kFailed);
   py::class_<SolveOptions> options(module, "SolveOptions",
-                                   "Levenberg-Marquardt; the stopping rules are those of Ceres.");
+                                   "Levenberg-Marquardt; the stopping rules are those of Ceres, "
+                                   "and one of VARIABLE_PROJECTION.");
   KeywordConstructor<SolveOptions>(options);
   options.def_readwrite("max_iterations", &SolveOptions::max_iterations)
       .def_readwrite("threads", &SolveOptions::threads)

@@ -97,9 +97,11 @@ void BindSmoother(py::module_& module) {
           "remove", [](Smoother& smoother, const PythonVariable& v) { smoother.Remove(v.id); },
           py::arg("variable"))
       .def("remove_factor", &Smoother::RemoveFactor, py::arg("factor"))
-      .def("update", &Smoother::Update, py::call_guard<py::gil_scoped_release>(),
-           "Solves, then marginalizes what no longer fits; takes or rejects what was added since "
-           "the last call as a whole. Does not throw.")
+      .def(
+          "update", [](Smoother& smoother) { return smoother.Update(); },
+          py::call_guard<py::gil_scoped_release>(),
+          "Solves, then marginalizes what no longer fits; takes or rejects what was added since "
+          "the last call as a whole. Does not throw.")
       .def(
           "value",
           [](const Smoother& smoother, const PythonVariable& v) {

@@ -5,6 +5,7 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/factors/extrinsic_reprojection.h>
 #include <highwall/factors/line_reprojection.h>
+#include <highwall/factors/point_in_frame.h>
 #include <highwall/factors/point_reprojection.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/scaled_motion.h>
@@ -51,6 +52,10 @@ void BindNoise(py::module_& module) {
 }
 
 void BindPoints(py::module_& module) {
+  FactorClass<PointInFrame>(module, "PointInFrame",
+                            "Of a Pose T_WF and a point p_W: W (T_WF^-1 p_W - p_F), 3 rows.")
+      .def(py::init<const Eigen::Vector3d&, const Eigen::Matrix3d&>(), py::arg("p_F"),
+           py::arg("sqrt_information"));
   FactorClass<PointReprojection>(module, "PointReprojection",
                                  "Of a Pose T_WB and a point p_W: W ((u, v) - z), 2 rows.")
       .def(py::init<const Eigen::Vector2d&, const Eigen::Matrix2d&, const RgbdProjection&>(),

@@ -36,8 +36,7 @@ std::vector<Cell> CellsOf(std::span<const Eigen::Vector3f> centres, const Eigen:
     cells.push_back({index(at.x()), index(at.y()), index(at.z())});
   }
   std::ranges::sort(cells);
-  const auto repeated = std::ranges::unique(cells);
-  cells.erase(repeated.begin(), repeated.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   return cells;
 }
 

@@ -1,5 +1,6 @@
 // highwall_bench_inertial: what an IMU is worth. Generated sequences, with exact truth, run with
-// RGB-D alone and with each way to weigh the IMU, once a seed; the table gives medians.
+// RGB-D alone and with each way to weigh the IMU and to couple it, once a seed; the table gives
+// medians.
 #include <CLI/App.hpp>
 #include <cstdint>
 #include <memory>
@@ -26,6 +27,7 @@
 #include "progress.h"
 #include "run_report.h"
 #include "scores.h"
+#include "settings.h"
 #include "slam_run.h"
 
 namespace highwall::bench {
@@ -34,6 +36,7 @@ namespace {
 struct Arguments {
   std::vector<std::string> scenes{"mine", "road", "room"};
   std::vector<std::string> policies{"off", "paper", "consistent", "fixed:1"};
+  std::vector<std::string> couplings{"tight"};
   int seeds = 5;
   std::optional<double> duration;  // [s]; as long as the scene is
   double fps = 30.0;               // [Hz]
@@ -41,7 +44,8 @@ struct Arguments {
   double time_offset = 0.0;        // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
   bool hard = false;
-  double blackout = -1.0;  // [s] since the first frame; none where negative
+  double blackout = -1.0;        // [s] since the first frame; none where negative
+  std::vector<std::string> set;  // "path=value", as of highwall slam
   std::string cache;
   bool json = false;
 };
@@ -57,7 +61,28 @@ apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibratio
   return {input->calibration, std::move(input->samples)};
 }
 
-Scores RunOnce(const Sequence& sequence, const std::string& policy, const Arguments& arguments,
+// A way to use the IMU.
+struct Setting {
+  std::string policy, coupling;
+
+  // Of its row in the table.
+  std::string Name() const { return coupling == "loose" ? policy + "/loose" : policy; }
+};
+
+// Without an IMU there is nothing to couple.
+std::vector<Setting> Settings(const Arguments& arguments) {
+  std::vector<Setting> settings;
+  for (const std::string& policy : arguments.policies) {
+    if (!apps::ReadImuChoice(policy)) {
+      settings.push_back({policy, ""});
+      continue;
+    }
+    for (const std::string& coupling : arguments.couplings) settings.push_back({policy, coupling});
+  }
+  return settings;
+}
+
+Scores RunOnce(const Sequence& sequence, const Setting& setting, const Arguments& arguments,
                const std::string& label) {
   const apps::RunConfig config = apps::ResolveConfig("", sequence.folder).config;
   const std::unique_ptr<const Dataset> recorded = apps::OpenImages(sequence.folder, config.sensor);
@@ -71,10 +96,13 @@ Scores RunOnce(const Sequence& sequence, const std::string& policy, const Argume
   apps::SlamRunOptions options;
   options.dense = false;
   options.slam = Deterministic(options.slam);  // the same figures on every run
-  if (const auto weighting = apps::ReadImuChoice(policy)) {
+  if (const auto weighting = apps::ReadImuChoice(setting.policy)) {
     options.imu = MakeFeed(dataset, config.imu, arguments.time_offset);
     options.slam.inertial.weighting = *weighting;
+    options.slam.inertial.coupling =
+        setting.coupling == "loose" ? InertialCoupling::kLoose : InertialCoupling::kTight;
   }
+  for (const std::string& value : arguments.set) apps::Set(value, &options.slam);
   Judge judge(sequence, arguments.time_offset);
   apps::Progress progress(label);
   const apps::SlamRun run = apps::RunSlam(
@@ -88,7 +116,7 @@ Scores RunOnce(const Sequence& sequence, const std::string& policy, const Argume
 }
 
 void PrintHeader() {
-  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
+  fmt::print("{:<8} {:<16} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
              "scene", "imu", "APE m", "APE %", "RPE 1s m", "lost", "cover", "init s", "tilt",
              "t_d ms", "chi2", "weight", "<1");
 }
@@ -99,7 +127,7 @@ void PrintRow(const std::string& scene, const std::string& policy, const Scores&
     return found == scores.end() ? std::string("-")
                                  : fmt::format(fmt::runtime(format), found->second);
   };
-  fmt::print("{:<8} {:<12} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
+  fmt::print("{:<8} {:<16} {:>8} {:>7} {:>9} {:>5} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6} {:>5}\n",
              scene, policy, figure("ape_rmse_m", "{:.4f}"), figure("ape_percent", "{:.3f}"),
              figure("rpe_1s_rmse_m", "{:.4f}"), figure("lost_frames", "{:.0f}"),
              figure("coverage", "{:.2f}"), figure("initialized_s", "{:.1f}"),
@@ -109,7 +137,7 @@ void PrintRow(const std::string& scene, const std::string& policy, const Scores&
   for (const auto& [name, value] : scores) {  // of marked spans
     if (name.ends_with("_rpe_1s_rmse_m") || name.ends_with("_drift_percent") ||
         name.ends_with("_start_percent")) {
-      fmt::print("{:<8} {:<12} {} {:.4f}\n", "", "", name, value);
+      fmt::print("{:<8} {:<16} {} {:.4f}\n", "", "", name, value);
     }
   }
 }
@@ -122,9 +150,10 @@ void Run(const Arguments& arguments) {
   report["noise_ratio"] = arguments.noise_ratio;
   report["hard"] = arguments.hard;
   if (!arguments.json) PrintHeader();
+  const std::vector<Setting> settings = Settings(arguments);
   for (const std::string& scene : arguments.scenes) {
     const double duration = arguments.duration.value_or(DefaultDuration(scene));
-    std::vector<std::vector<Scores>> runs(arguments.policies.size());
+    std::vector<std::vector<Scores>> runs(settings.size());
     for (int seed = 1; seed <= arguments.seeds; ++seed) {
       apps::Progress progress(fmt::format("{} seed {}: rendering", scene, seed));
       Sequence sequence = MakeSequence(
@@ -137,21 +166,21 @@ void Run(const Arguments& arguments) {
         sequence.spans.push_back(
             {kBlackoutSpan, arguments.blackout, arguments.blackout + kBlackout});
       }
-      for (std::size_t i = 0; i < arguments.policies.size(); ++i) {
-        const std::string& policy = arguments.policies[i];
-        runs[i].push_back(RunOnce(sequence, policy, arguments,
-                                  fmt::format("{} seed {}: {}", scene, seed, policy)));
-        report["sequences"][scene][policy]["runs"].push_back(runs[i].back());
-        report["sequences"][scene][policy]["runs"].back()["seed"] = seed;
+      for (std::size_t i = 0; i < settings.size(); ++i) {
+        const std::string name = settings[i].Name();
+        runs[i].push_back(RunOnce(sequence, settings[i], arguments,
+                                  fmt::format("{} seed {}: {}", scene, seed, name)));
+        report["sequences"][scene][name]["runs"].push_back(runs[i].back());
+        report["sequences"][scene][name]["runs"].back()["seed"] = seed;
       }
     }
-    for (std::size_t i = 0; i < arguments.policies.size(); ++i) {
+    for (std::size_t i = 0; i < settings.size(); ++i) {
       const Scores medians = Medians(runs[i]);
-      report["sequences"][scene][arguments.policies[i]]["median"] = medians;
+      report["sequences"][scene][settings[i].Name()]["median"] = medians;
       if (arguments.json) continue;
-      PrintRow(scene, arguments.policies[i], medians);
+      PrintRow(scene, settings[i].Name(), medians);
       if (const std::string line = ConsistencyLine(runs[i]); !line.empty()) {
-        fmt::print("{:<21} squared errors at the end by their covariance: {}\n", "", line);
+        fmt::print("{:<25} squared errors at the end by their covariance: {}\n", "", line);
       }
     }
   }
@@ -164,6 +193,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
                  "off, paper, consistent, fixed:W; separated by commas")
       ->delimiter(',')
       ->check(apps::ImuChoice());
+  AddList(app, "--inertial", arguments.couplings, {"tight", "loose"});
   app.add_option("--seeds", arguments.seeds, "Sequences of each scene")
       ->check(apps::Between(1.0, 1000.0));
   app.add_option("--duration", arguments.duration, "Of a sequence [s], else a lap")
@@ -187,6 +217,9 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
                "--imu-faults hard)");
   app.add_option("--blackout", arguments.blackout, "Cover the lens for 2 s from this time on [s]")
       ->check(apps::Between(0.0, 3600.0));
+  app.add_option("--set", arguments.set,
+                 "One setting, as highwall slam --print-settings names it; may be repeated")
+      ->type_name("NAME=VALUE");
   app.add_option("--cache", arguments.cache,
                  "Keep the sequences in this folder and use those that are there; empty it when "
                  "the simulator has changed");

@@ -168,6 +168,11 @@ void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
   s["mean_weight"] = inertial.mean_weight;
   s["reduced_share"] = inertial.reduced_share;
   s["innovation_chi2_per_dof"] = inertial.mean_innovation;
+  if (inertial.tight.count > 0) {
+    s["tight_update_ms"] = inertial.tight.median;
+    s["tight_update_p95_ms"] = inertial.tight.p95;
+    s["refused_tight_updates"] = static_cast<double>(inertial.refused_updates);
+  }
   if (!inertial.initialized) return;
   s["initialized_s"] = Seconds(*inertial.initialized);
   s["time_offset_error_ms"] = 1e3 * std::abs(inertial.last.time_offset - time_offset_);

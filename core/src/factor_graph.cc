@@ -14,40 +14,14 @@
 #include <highwall/internal/quiet_glog.h>
 #include "graph_covariance.h"
 #include "guarded_factor.h"
-#include "landmark_problem.h"
-#include "variable_projection.h"
+#include "projected_problem.h"
+#include "solve_callback.h"
 
 namespace highwall {
 namespace {
 
 // Reduced systems up to this many tangent dimensions are solved densely.
 constexpr int kMaxDenseDimensions = 400;
-
-ceres::Problem::Options ProblemOptions() {
-  ceres::Problem::Options options;
-  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.enable_fast_removal = true;
-  return options;
-}
-
-// What SolveOptions asks to be told and asked between iterations.
-class SolveCallback final : public ceres::IterationCallback {
- public:
-  SolveCallback(const SolveOptions& options, const internal::FactorFaults& faults)
-      : options_(options), faults_(faults) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
-    if (faults_.must_stop) return ceres::SOLVER_ABORT;
-    if (options_.on_iteration) options_.on_iteration(iteration.iteration, iteration.cost);
-    const bool stop = options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
-    return stop ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const SolveOptions& options_;
-  const internal::FactorFaults& faults_;
-};
 
 struct VariableSlot {
   std::unique_ptr<double[]> block;  // null: free
@@ -146,7 +120,7 @@ struct FactorGraph::Impl {
   // Blocks of removed variables, by size. Ceres 2.1 remembers every address it was ever given: with
   // the same ones used again, memory stays flat.
   std::unordered_map<std::size_t, std::vector<std::unique_ptr<double[]>>> spare_blocks;
-  ceres::Problem problem{ProblemOptions()};
+  ceres::Problem problem{internal::SharedProblemOptions()};
   internal::VariableProjection::Memory projection_memory;
 
   bool Contains(const VariableId& id) const {
@@ -239,6 +213,35 @@ struct FactorGraph::Impl {
     }
     return unknown;
   }
+  struct Unknowns {
+    std::vector<double*> landmarks, others;
+  };
+  Unknowns UnknownsByKind() const {
+    Unknowns unknowns;
+    for (const VariableSlot& slot : variables) {
+      double* const block = slot.block.get();
+      if (block == nullptr || problem.IsParameterBlockConstant(block)) continue;
+      (slot.landmark ? unknowns.landmarks : unknowns.others).push_back(block);
+    }
+    return unknowns;
+  }
+  int TangentSize(const std::vector<double*>& blocks) const {
+    int size = 0;
+    for (const double* const block : blocks) size += problem.ParameterBlockTangentSize(block);
+    return size;
+  }
+  // Empty where one is a landmark that is estimated.
+  std::optional<Eigen::MatrixXd> CovarianceOf(std::span<const VariableId> ids,
+                                              const internal::ProjectedProblem& projected,
+                                              const Unknowns& unknowns) const {
+    std::vector<const double*> wanted;
+    for (const VariableId& id : ids) {
+      const double* const block = At(id).block.get();
+      if (At(id).landmark && !problem.IsParameterBlockConstant(block)) return std::nullopt;
+      wanted.push_back(block);
+    }
+    return projected.Covariance(unknowns.others, wanted);
+  }
   // The variable that the factors do not determine, with the first of them; empty where there is
   // none.
   std::string FirstUndetermined() {
@@ -251,41 +254,6 @@ struct FactorGraph::Impl {
     return name +
            " is not determined (singular): fix a variable, or add a prior; of its factors, " +
            Describe(At(slot.factors.front()));
-  }
-
-  // Ceres is given the other variables, with the landmarks' factors as one function of them.
-  void SolveProjected(const ceres::Solver::Options& solver, const std::vector<double*>& landmarks,
-                      ceres::Solver::Summary* summary) {
-    internal::SplitProblem split = internal::Split(problem, landmarks);
-    internal::VariableProjection projection(std::move(split.landmarks), &faults,
-                                            &projection_memory);
-    // Nothing that moves sees a landmark: each is a problem of its own.
-    if (projection.unknowns().empty()) {
-      ceres::Solver::Options apart = solver;
-      apart.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-      ceres::Solve(apart, &problem, summary);
-      return;
-    }
-    ceres::Problem others(ProblemOptions());
-    std::vector<double*> blocks;
-    const auto add = [&](ceres::CostFunction* cost, ceres::LossFunction* loss) {
-      for (double* const block : blocks) {
-        if (others.HasParameterBlock(block)) continue;
-        others.AddParameterBlock(block, problem.ParameterBlockSize(block),
-                                 const_cast<ceres::Manifold*>(problem.GetManifold(block)));
-        if (problem.IsParameterBlockConstant(block)) others.SetParameterBlockConstant(block);
-      }
-      others.AddResidualBlock(cost, loss, blocks);
-    };
-    for (const auto& block : projection.unknowns()) blocks.push_back(block.values);
-    add(&projection, nullptr);
-    for (const ceres::ResidualBlockId residual : split.others) {
-      problem.GetParameterBlocksForResidualBlock(residual, &blocks);
-      add(const_cast<ceres::CostFunction*>(problem.GetCostFunctionForResidualBlock(residual)),
-          const_cast<ceres::LossFunction*>(problem.GetLossFunctionForResidualBlock(residual)));
-    }
-    ceres::Solve(solver, &others, summary);
-    if (summary->IsSolutionUsable()) projection.WriteLandmarks();
   }
 
   SolveSummary Summarize(const ceres::Solver::Summary& ceres_summary) {
@@ -499,21 +467,22 @@ double FactorGraph::Cost() const {
 }
 
 SolveSummary FactorGraph::Solve(const SolveOptions& options) {
+  std::optional<Eigen::MatrixXd> none;
+  return SolveWithCovariance(options, {}, &none);
+}
+
+SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
+                                              std::span<const VariableId> variables,
+                                              std::optional<Eigen::MatrixXd>* covariance) {
   options.Validate();
+  covariance->reset();
+  const Impl::Unknowns unknowns = impl_->UnknownsByKind();
+  const bool has_landmarks = !unknowns.landmarks.empty();
+  const int dimensions = impl_->TangentSize(unknowns.others);
+  const bool project =
+      options.linear_solver == LinearSolver::kVariableProjection && has_landmarks && dimensions > 0;
   ceres::Solver::Options solver = ToCeres(options);
-  std::vector<double*> landmarks;
-  int other_dimensions = 0;
-  for (const VariableSlot& slot : impl_->variables) {
-    double* block = slot.block.get();
-    if (block == nullptr) continue;
-    if (impl_->problem.IsParameterBlockConstant(block)) continue;
-    if (slot.landmark) landmarks.push_back(block);
-    if (!slot.landmark) other_dimensions += impl_->problem.ParameterBlockTangentSize(block);
-  }
-  const bool project = options.linear_solver == LinearSolver::kVariableProjection &&
-                       !landmarks.empty() && other_dimensions > 0;
-  solver.linear_solver_type =
-      ToCeres(options.linear_solver, !landmarks.empty() && !project, other_dimensions);
+  solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks && !project, dimensions);
   // Which blocks to eliminate is left to Ceres, which finds the landmarks by itself: told, it would
   // sort them by address, and no run would repeat another to the last bit.
   if ((project || ceres::IsSchurType(solver.linear_solver_type)) &&
@@ -523,22 +492,35 @@ SolveSummary FactorGraph::Solve(const SolveOptions& options) {
     return refused;
   }
 
-  SolveCallback callback(options, impl_->faults);
+  internal::SolveCallback callback(options, impl_->faults, project);
   solver.callbacks.push_back(&callback);
+  std::optional<internal::ProjectedProblem> projected;
+  if (project) {
+    projected.emplace(impl_->problem, unknowns.landmarks, &impl_->faults,
+                      &impl_->projection_memory);
+  }
   ceres::Solver::Summary ceres_summary;
   impl_->faults.last = nullptr;
   impl_->faults.must_stop = false;
   impl_->faults.solving = true;
   {
     const internal::QuietGlog quiet;
-    if (project) {
-      impl_->SolveProjected(solver, landmarks, &ceres_summary);
+    if (projected) {
+      projected->Solve(solver, &ceres_summary);
     } else {
       ceres::Solve(solver, &impl_->problem, &ceres_summary);
     }
   }
   impl_->faults.solving = false;
-  return impl_->Summarize(ceres_summary);
+  SolveSummary summary = impl_->Summarize(ceres_summary);
+  if (callback.converged() && summary.IsUsable()) {
+    summary.status = SolveStatus::kConverged;
+    summary.message = "the last step was foretold to gain less than function_tolerance";
+  }
+  if (projected && !variables.empty() && summary.IsUsable()) {
+    *covariance = impl_->CovarianceOf(variables, *projected, unknowns);
+  }
+  return summary;
 }
 
 Eigen::MatrixXd FactorGraph::Covariance(std::span<const VariableId> variables) const {
@@ -553,6 +535,16 @@ Eigen::MatrixXd FactorGraph::Covariance(std::span<const VariableId> variables) c
                                                              ? impl_->FirstFault()
                                                              : impl_->FirstUndetermined()));
   }
+}
+
+std::optional<Eigen::MatrixXd> FactorGraph::ReducedCovariance(
+    std::span<const VariableId> variables) const {
+  const Impl::Unknowns unknowns = impl_->UnknownsByKind();
+  if (unknowns.landmarks.empty() || impl_->LandmarksDependOnEachOther()) return std::nullopt;
+  impl_->faults.last = nullptr;
+  const internal::ProjectedProblem projected(impl_->problem, unknowns.landmarks, &impl_->faults,
+                                             &impl_->projection_memory);
+  return impl_->CovarianceOf(variables, projected, unknowns);
 }
 
 const double* FactorGraph::Block(const VariableId& variable) const {

@@ -1,7 +1,8 @@
 #include "graph_covariance.h"
 
+#include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <utility>
 
 #include <ceres/crs_matrix.h>
 #include <Eigen/SparseCholesky>
@@ -14,9 +15,7 @@ namespace {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-// J^T J with unit diagonal has pivots in [0, 1]: 1 for a variable that is independent of those
-// before it, rounding for one that the factors do not determine.
-constexpr double kMinPivot = 1e-13;
+using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 SparseMatrix Linearize(ceres::Problem& problem, const std::vector<double*>& unknown) {
   ceres::Problem::EvaluateOptions options;
@@ -24,10 +23,9 @@ SparseMatrix Linearize(ceres::Problem& problem, const std::vector<double*>& unkn
   ceres::CRSMatrix J;
   const bool ok = problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
   HIGHWALL_REQUIRE(ok, "Covariance: a factor cannot be evaluated");
-  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  return Eigen::Map<const RowMajor>(J.num_rows, J.num_cols,
-                                    static_cast<Eigen::Index>(J.values.size()), J.rows.data(),
-                                    J.cols.data(), J.values.data());
+  return Eigen::Map<const RowMajorSparse>(J.num_rows, J.num_cols,
+                                          static_cast<Eigen::Index>(J.values.size()), J.rows.data(),
+                                          J.cols.data(), J.values.data());
 }
 
 // J^T J of the blocks, scaled to a unit diagonal, and factorized.
@@ -74,6 +72,18 @@ Normal::Normal(ceres::Problem& problem, const std::vector<double*>& unknown) {
 
 }  // namespace
 
+std::vector<int> ColumnsOf(const ceres::Problem& problem, const std::vector<const double*>& wanted,
+                           const std::unordered_map<const double*, int>& first_column) {
+  std::vector<int> columns;
+  for (const double* const block : wanted) {
+    const auto found = first_column.find(block);
+    for (int k = 0; k < problem.ParameterBlockTangentSize(block); ++k) {
+      columns.push_back(found == first_column.end() ? -1 : found->second + k);
+    }
+  }
+  return columns;
+}
+
 const double* FindUndetermined(ceres::Problem& problem, const std::vector<double*>& unknown) {
   return Normal(problem, unknown).undetermined;
 }
@@ -83,13 +93,7 @@ Eigen::MatrixXd TangentCovariance(ceres::Problem& problem, const std::vector<dou
   const Normal normal(problem, unknown);
   HIGHWALL_REQUIRE(normal.undetermined == nullptr,
                    "Covariance: the factors do not determine every variable");
-  std::vector<int> wanted_columns;  // -1: known
-  for (const double* block : wanted) {
-    const auto found = normal.first_column.find(block);
-    for (int k = 0; k < problem.ParameterBlockTangentSize(block); ++k) {
-      wanted_columns.push_back(found == normal.first_column.end() ? -1 : found->second + k);
-    }
-  }
+  const std::vector<int> wanted_columns = ColumnsOf(problem, wanted, normal.first_column);
   const auto size = static_cast<Eigen::Index>(wanted_columns.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index j = 0; j < size; ++j) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <unordered_set>
 
 #include <ceres/cost_function.h>
@@ -27,6 +28,16 @@ double LossWeight(const ceres::LossFunction* loss, const Eigen::VectorXd& r) {
 bool Linearization::Evaluate(const ceres::CostFunction& cost,
                              const std::vector<const double*>& parameters, bool with_jacobians,
                              Evaluation* out) {
+  try {
+    return EvaluateUnguarded(cost, parameters, with_jacobians, out);
+  } catch (const std::exception&) {  // as GuardedFactor
+    return false;
+  }
+}
+
+bool Linearization::EvaluateUnguarded(const ceres::CostFunction& cost,
+                                      const std::vector<const double*>& parameters,
+                                      bool with_jacobians, Evaluation* out) {
   out->r.resize(cost.num_residuals());
   if (!with_jacobians) return cost.Evaluate(parameters.data(), out->r.data(), nullptr);
   const std::size_t count = parameters.size();

@@ -66,6 +66,9 @@ class Linearization {
   LinearBlock MakeBlock(double* values) const;
   bool Evaluate(const ceres::CostFunction& cost, const std::vector<const double*>& parameters,
                 bool with_jacobians, Evaluation* out);
+  bool EvaluateUnguarded(const ceres::CostFunction& cost,
+                         const std::vector<const double*>& parameters, bool with_jacobians,
+                         Evaluation* out);
 
   const ceres::Problem& problem_;
   // Linearization points of the blocks under a MarginalPrior, where asked for.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string_view>
 
 #include <ceres/problem.h>
@@ -47,6 +48,7 @@ struct SlidingWindowSmoother::Impl {
   // Of the last update [s]: what to leave of the budget.
   double iteration_seconds = 0.0;
   double shrink_seconds = 0.0;
+  double covariance_seconds = 0.0;
 
   const Info& InfoOf(const VariableId& id) const { return infos[id.index]; }
   int SizeOf(const VariableId& id) const {
@@ -56,12 +58,14 @@ struct SlidingWindowSmoother::Impl {
   std::vector<VariableId> Select(Predicate predicate) const;
   std::vector<double*> Blocks(const std::vector<VariableId>& ids);
 
+  void RequireDistinct(std::span<const VariableId> ids) const;
   void Remove(const VariableId& id);
   Values Snapshot() const;
   void RollBack(const Values& values);
 
   std::string FaultOfNewFactors() const;
-  std::string Solve(const Stopwatch& update, UpdateReport* report);
+  std::string Solve(const Stopwatch& update, std::span<const VariableId> covariance_of,
+                    UpdateReport* report);
   std::string FaultOfSolution() const;
 
   MarginalizationOptions PriorOptions() const;
@@ -112,6 +116,14 @@ std::vector<double*> SlidingWindowSmoother::Impl::Blocks(const std::vector<Varia
   return blocks;
 }
 
+void SlidingWindowSmoother::Impl::RequireDistinct(std::span<const VariableId> ids) const {
+  std::set<const double*> blocks;
+  for (const VariableId& id : ids) {
+    HIGHWALL_REQUIRE(blocks.insert(graph.Block(id)).second,
+                     "SlidingWindowSmoother: a covariance is asked for with a variable twice");
+  }
+}
+
 void SlidingWindowSmoother::Impl::Remove(const VariableId& id) {
   graph.Remove(id);
   Info& info = infos[id.index];
@@ -157,12 +169,19 @@ std::string SlidingWindowSmoother::Impl::FaultOfNewFactors() const {
   return "";
 }
 
-std::string SlidingWindowSmoother::Impl::Solve(const Stopwatch& update, UpdateReport* report) {
+std::string SlidingWindowSmoother::Impl::Solve(const Stopwatch& update,
+                                               std::span<const VariableId> covariance_of,
+                                               UpdateReport* report) {
   SolveOptions solve = options.solve;
-  const double left =
-      1e-3 * options.budget_ms - update.Seconds() - shrink_seconds - iteration_seconds;
+  const double left = 1e-3 * options.budget_ms - update.Seconds() - shrink_seconds -
+                      iteration_seconds - (covariance_of.empty() ? 0.0 : covariance_seconds);
   solve.max_seconds = std::min(solve.max_seconds, std::max(left, 1e-4));
-  report->solve = graph.Solve(solve);
+  // What leaves afterwards changes nothing of it; of first estimates it is another.
+  const bool by_solver = !options.marginalization.first_estimate_jacobians;
+  if (!by_solver) covariance_of = {};
+  const Stopwatch solving;
+  report->solve = graph.SolveWithCovariance(solve, covariance_of, &report->covariance);
+  covariance_seconds = solving.Seconds() - report->solve.seconds;
   report->message = report->solve.message;
   iteration_seconds = report->solve.seconds / (1.0 + report->solve.iterations);
   return report->solve.IsUsable() ? "" : "the solver failed: " + report->solve.message;
@@ -355,15 +374,21 @@ void SlidingWindowSmoother::Fix(const VariableId& variable) {
   impl_->graph.Fix(variable);
 }
 
-UpdateReport SlidingWindowSmoother::Update() {
+UpdateReport SlidingWindowSmoother::Update(std::span<const VariableId> covariance_of) {
   const Stopwatch update;
+  impl_->RequireDistinct(covariance_of);
   UpdateReport report;
   const Impl::Values before = impl_->Snapshot();
   std::string fault;
   try {
     fault = impl_->FaultOfNewFactors();
-    if (fault.empty()) fault = impl_->Solve(update, &report);
+    if (fault.empty()) fault = impl_->Solve(update, covariance_of, &report);
     if (fault.empty()) fault = impl_->FaultOfSolution();
+    if (fault.empty() && !covariance_of.empty() && !report.covariance) {
+      const Stopwatch summarizing;
+      report.covariance = Covariance(covariance_of);
+      impl_->covariance_seconds += summarizing.Seconds();
+    }
     if (fault.empty()) {
       const Stopwatch shrinking;
       impl_->Shrink(&report);
@@ -375,6 +400,7 @@ UpdateReport SlidingWindowSmoother::Update() {
   report.accepted = fault.empty();
   if (!report.accepted) {
     report.message = fault;
+    report.covariance.reset();
     impl_->RollBack(before);
   }
   impl_->new_variables.clear();
@@ -403,6 +429,7 @@ std::optional<VariableId> SlidingWindowSmoother::FindState(Stamp stamp, const ch
 
 std::optional<Eigen::MatrixXd> SlidingWindowSmoother::Covariance(
     std::span<const VariableId> variables) const {
+  impl_->RequireDistinct(variables);
   FactorGraph& graph = impl_->graph;
   std::vector<double*> unknown;
   std::map<const double*, Eigen::Index> first_row;  // in the result
@@ -410,8 +437,7 @@ std::optional<Eigen::MatrixXd> SlidingWindowSmoother::Covariance(
   for (const VariableId& id : variables) {
     double* block = graph.MutableBlock(id);
     const int size = graph.problem().ParameterBlockTangentSize(block);
-    HIGHWALL_REQUIRE(first_row.emplace(block, total).second,
-                     "SlidingWindowSmoother::Covariance: a variable is given twice");
+    first_row.emplace(block, total);
     total += size;
     if (graph.IsFixed(id)) continue;
     unknown.push_back(block);
@@ -419,6 +445,11 @@ std::optional<Eigen::MatrixXd> SlidingWindowSmoother::Covariance(
   }
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(total, total);
   if (unknown.empty()) return covariance;
+  // By the normal equations that the solver took its steps with; where they leave something open,
+  // by what leaves open what it may. Those of first estimates are others.
+  if (!impl_->options.marginalization.first_estimate_jacobians) {
+    if (auto reduced = graph.ReducedCovariance(variables)) return reduced;
+  }
   const Marginal marginal = Summarize(graph.problem(), unknown, impl_->PriorOptions());
   if (marginal.report.rank < unknown_total) return std::nullopt;
   const MarginalPrior& prior = *marginal.prior;

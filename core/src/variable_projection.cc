@@ -5,6 +5,7 @@
 #include <exception>
 #include <limits>
 #include <numeric>
+#include <type_traits>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -18,9 +19,6 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 // landmark.
 constexpr int kMaxSteps = 10;
 constexpr double kWorthAStep = 1e-3;
-// Added to the normal equations of a landmark, scaled to a unit diagonal: keeps a landmark in its
-// place in a direction that its factors leave open.
-constexpr double kDamping = 1e-8;
 
 bool Plus(const LandmarkProblem::Block& block, const double* x, const double* delta, double* out) {
   if (block.manifold != nullptr) return block.manifold->Plus(x, delta, out);
@@ -49,41 +47,31 @@ int NumbersOf(const ceres::CostFunction& cost) {
   return cost.num_residuals() * std::accumulate(sizes.begin(), sizes.end(), 1);
 }
 
+// Visits the tangent size of an unknown, as a constant where it is that of a pose or of a number:
+// what sees a landmark is hardly ever anything else.
+template <class Visit>
+void WithSize(int tangent_size, const Visit& visit) {
+  if (tangent_size == 6) {
+    visit(std::integral_constant<int, 6>());
+  } else if (tangent_size == 1) {
+    visit(std::integral_constant<int, 1>());
+  } else {
+    visit(std::integral_constant<int, Eigen::Dynamic>());
+  }
+}
+
 // Adds weight A^T B at a block of H.
-template <int kTangent, class Left, class Right>
+template <int kLeft, int kRight, class Left, class Right>
 void AddProduct(double weight, const Left& A, const Right& B, int row, int column,
                 Eigen::MatrixXd* H) {
-  Eigen::Matrix<double, kTangent, kTangent> sum = weight * A.row(0).transpose() * B.row(0);
+  Eigen::Matrix<double, kLeft, kRight> sum = weight * A.row(0).transpose() * B.row(0);
   for (Eigen::Index i = 1; i < A.rows(); ++i) {
     sum.noalias() += weight * A.row(i).transpose() * B.row(i);
   }
-  H->block<kTangent, kTangent>(row, column, A.cols(), B.cols()) += sum;
+  H->block<kLeft, kRight>(row, column, A.cols(), B.cols()) += sum;
 }
 
 }  // namespace
-
-template <int kDim>
-struct VariableProjection::Normal {
-  explicit Normal(int dim) : H(dim, dim), inverse(dim, dim), g(dim), u(dim) {}
-
-  // Of the damped H; u = H^-1 g.
-  void Solve() {
-    const Eigen::Matrix<double, kDim, 1> scale =
-        (H.diagonal().array() + 1e-300).sqrt().inverse().matrix();
-    inverse = scale.asDiagonal() * H * scale.asDiagonal();
-    inverse.diagonal().array() += kDamping;
-    const Eigen::LLT<Eigen::Matrix<double, kDim, kDim>> factors(inverse);
-    inverse.setIdentity();
-    factors.solveInPlace(inverse);
-    inverse = (scale.asDiagonal() * inverse * scale.asDiagonal()).eval();
-    u.noalias() = inverse * g;
-  }
-  double Gain() const { return g.dot(u); }  // of sum rho, by a step of -u
-
-  Eigen::Matrix<double, kDim, kDim> H, inverse;
-  Eigen::Matrix<double, kDim, 1> g, u;
-  double cost = 0.0;
-};
 
 VariableProjection::VariableProjection(LandmarkProblem problem, FactorFaults* faults,
                                        Memory* memory)
@@ -154,7 +142,6 @@ void VariableProjection::LayOut(const LandmarkProblem::Landmark& landmark) {
     const LandmarkProblem::Block& block = problem_.unknowns[Index(coupling->unknown)];
     coupling->column = layout.coupled;
     layout.coupled += block.tangent_size;
-    layout.poses &= block.size == 7 && block.tangent_size == 6;
   }
   for_each_unknown(
       [&](int unknown, std::size_t a) { memory_.column_of[a] = find(unknown)->column; });
@@ -198,20 +185,32 @@ bool VariableProjection::Evaluate(double const* const* parameters, double* resid
   return true;
 }
 
+bool VariableProjection::AddInformation(Eigen::MatrixXd* sum) const {
+  std::vector<const double*> present;
+  for (const LandmarkProblem::Block& block : problem_.unknowns) present.push_back(block.values);
+  if (!MoveTo(present.data())) return false;
+  const Memory::State& here = memory_.trial.valid ? memory_.trial : memory_.accepted;
+  if (here.open) return false;
+  const Eigen::Index n = here.H.rows();
+  sum->topLeftCorner(n, n).triangularView<Eigen::Upper>() += here.H;
+  return true;
+}
+
+template <class State>
+bool VariableProjection::IsAt(const State& state, double const* const* parameters) const {
+  if (!state.valid) return false;
+  for (std::size_t i = 0; i < memory_.place.size(); ++i) {
+    const int size = problem_.unknowns[i].size;
+    if (!std::equal(parameters[i], parameters[i] + size, &state.x[memory_.place[i]])) return false;
+  }
+  return true;
+}
+
 // Makes the trial a state at x, or leaves it invalid where that is the accepted one.
 bool VariableProjection::MoveTo(double const* const* parameters) const {
-  const auto is_at_x = [&](const Memory::State& state) {
-    if (!state.valid) return false;
-    for (std::size_t i = 0; i < memory_.place.size(); ++i) {
-      const int size = problem_.unknowns[i].size;
-      if (!std::equal(parameters[i], parameters[i] + size, &state.x[memory_.place[i]]))
-        return false;
-    }
-    return true;
-  };
-  if (is_at_x(memory_.trial)) return true;
+  if (IsAt(memory_.trial, parameters)) return true;
   memory_.trial.valid = false;
-  if (is_at_x(memory_.accepted)) return true;
+  if (IsAt(memory_.accepted, parameters)) return true;
 
   for (std::size_t i = 0; i < memory_.place.size(); ++i) {
     std::copy_n(parameters[i], problem_.unknowns[i].size, &memory_.trial.x[memory_.place[i]]);
@@ -222,12 +221,12 @@ bool VariableProjection::MoveTo(double const* const* parameters) const {
   trial.H.setZero();
   trial.g.setZero();
   trial.cost = 0.0;
+  trial.open = false;
   for (std::size_t i = 0; i < memory_.layouts.size(); ++i) {
-    const bool poses = memory_.layouts[i].poses;
     const int dim = problem_.landmarks[i].block.tangent_size;
-    const bool done = poses && dim == 3   ? SolveLandmark<3, 7, 6>(i)
-                      : poses && dim == 4 ? SolveLandmark<4, 7, 6>(i)
-                                          : SolveLandmark<-1, -1, -1>(i);
+    const bool done = dim == 3   ? SolveLandmark<3>(i)
+                      : dim == 4 ? SolveLandmark<4>(i)
+                                 : SolveLandmark<Eigen::Dynamic>(i);
     if (!done) return false;
     trial.cost += trial.costs[i];
   }
@@ -254,21 +253,23 @@ bool VariableProjection::PrepareUnknowns() const {
   return true;
 }
 
-template <int kDim, int kSize, int kTangent>
+template <int kDim>
 bool VariableProjection::SolveLandmark(std::size_t index) const {
-  Normal<kDim> normal(problem_.landmarks[index].block.tangent_size);
+  LandmarkNormal<kDim> normal(problem_.landmarks[index].block.tangent_size);
   if (!FitLandmark<kDim>(index, &memory_.trial.landmarks[memory_.layouts[index].value], &normal))
     return false;
   memory_.trial.costs[index] = normal.cost;
-  Accumulate<kDim, kSize, kTangent>(index);
-  Eliminate<kDim, kTangent>(index, normal);
+  memory_.trial.open |= normal.open;
+  Accumulate<kDim>(index);
+  Eliminate<kDim>(index, normal);
   return true;
 }
 
 // Where the landmark goes as the unknowns have moved, and from there on by itself. Leaves its
 // factors in the scratch memory, evaluated where it is then.
 template <int kDim>
-bool VariableProjection::FitLandmark(std::size_t index, double* value, Normal<kDim>* normal) const {
+bool VariableProjection::FitLandmark(std::size_t index, double* value,
+                                     LandmarkNormal<kDim>* normal) const {
   const LandmarkProblem::Landmark& landmark = problem_.landmarks[index];
   const LandmarkProblem::Block& block = landmark.block;
   if (!memory_.accepted.valid) {
@@ -298,7 +299,7 @@ bool VariableProjection::FitLandmark(std::size_t index, double* value, Normal<kD
 // Gauss-Newton steps of the landmark alone, shortened where they lead up.
 template <int kDim>
 bool VariableProjection::Descend(const LandmarkProblem::Landmark& landmark, double* value,
-                                 Normal<kDim>* normal) const {
+                                 LandmarkNormal<kDim>* normal) const {
   const double worth =
       kWorthAStep * memory_.accepted.cost / static_cast<double>(problem_.landmarks.size());
   double* const tried = memory_.tried.data();
@@ -343,7 +344,7 @@ void VariableProjection::Follow(std::size_t index, double* value) const {
 // Evaluates its factors into the scratch memory.
 template <int kDim>
 bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
-                                   Normal<kDim>* normal) const {
+                                   LandmarkNormal<kDim>* normal) const {
   const int dim = landmark.block.tangent_size, size = landmark.block.size;
   const ceres::Manifold* const manifold = landmark.block.manifold;
   double* const plus = memory_.landmark_plus.data();
@@ -355,6 +356,8 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
   double* tangent = memory_.of_landmark.data();
   for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
     const LandmarkProblem::Factor& factor = problem_.factors[f];
+    // Factors are all over the memory: fetching one takes as long as evaluating it.
+    if (f + 2 < problem_.factors.size()) __builtin_prefetch(problem_.factors[f + 2].cost);
     const double* const ambient = EvaluateFactor(factor, value, numbers);
     if (ambient == nullptr) return Fail(factor);
     const int rows = factor.cost->num_residuals();
@@ -417,7 +420,7 @@ const double* VariableProjection::EvaluateFactor(const LandmarkProblem::Factor& 
 }
 
 // Adds H_xx and g_x of the landmark's factors, and forms H_lx.
-template <int kDim, int kSize, int kTangent>
+template <int kDim>
 void VariableProjection::Accumulate(std::size_t index) const {
   const LandmarkProblem::Landmark& landmark = problem_.landmarks[index];
   const int dim = landmark.block.tangent_size;
@@ -428,14 +431,14 @@ void VariableProjection::Accumulate(std::size_t index) const {
     const LandmarkProblem::Factor& factor = problem_.factors[f];
     const int rows = factor.cost->num_residuals();
     const ConstRows<kDim> J(of_landmark, rows, dim);
-    AccumulateFactor<kDim, kSize, kTangent>(memory_.layouts[index].coupled, factor,
-                                            memory_.weights[f - landmark.first_factor], numbers, J);
+    AccumulateFactor<kDim>(memory_.layouts[index].coupled, factor,
+                           memory_.weights[f - landmark.first_factor], numbers, J);
     numbers += NumbersOf(*factor.cost);
     of_landmark += rows * dim;
   }
 }
 
-template <int kDim, int kSize, int kTangent>
+template <int kDim>
 void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Factor& factor,
                                           double weight, const double* numbers,
                                           const ConstRows<kDim>& J_landmark) const {
@@ -449,38 +452,65 @@ void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Fa
     if (problem_.arguments[a].unknown < 0) continue;
     const std::size_t unknown = Index(problem_.arguments[a].unknown);
     const int dims = problem_.unknowns[unknown].tangent_size;
-    MutableRows<kTangent> J(tangent, rows, dims);
-    J.noalias() =
-        ConstRows<kSize>(ambient, rows, sizes[i])
-            .lazyProduct(ConstRows<kTangent, kSize>(memory_.plus[unknown].data(), sizes[i], dims));
     memory_.jacobians[i] = tangent;
-    tangent += rows * dims;
-    auto E_a = E.template middleCols<kTangent>(memory_.column_of[a], dims);
-    auto g_a = memory_.trial.g.template segment<kTangent>(memory_.column[unknown], dims);
-    for (Eigen::Index row = 0; row < rows; ++row) {
-      const Eigen::Matrix<double, 1, kTangent> j = weight * J.row(row);
-      E_a.noalias() += J_landmark.row(row).transpose() * j;
-      g_a.noalias() += numbers[row] * j.transpose();
-    }
-    for (std::size_t k = 0; k <= i; ++k) {
-      if (problem_.arguments[factor.first_argument + k].unknown < 0) continue;
-      const std::size_t other = Index(problem_.arguments[factor.first_argument + k].unknown);
-      const int other_dims = problem_.unknowns[other].tangent_size;
-      const ConstRows<kTangent> J_other(memory_.jacobians[k], rows, other_dims);
-      if (other <= unknown) {
-        AddProduct<kTangent>(weight, J_other, J, memory_.column[other], memory_.column[unknown],
-                             &memory_.trial.H);
-      } else {
-        AddProduct<kTangent>(weight, J, J_other, memory_.column[unknown], memory_.column[other],
-                             &memory_.trial.H);
+    WithSize(dims, [&](auto size) {
+      constexpr int kTangent = size;
+      ToTangent<kTangent>(unknown, ambient, rows, tangent);
+      const ConstRows<kTangent> J(tangent, rows, dims);
+      auto E_a = E.template middleCols<kTangent>(memory_.column_of[a], dims);
+      auto g_a = memory_.trial.g.template segment<kTangent>(memory_.column[unknown], dims);
+      for (Eigen::Index row = 0; row < rows; ++row) {
+        const Eigen::Matrix<double, 1, kTangent> j = weight * J.row(row);
+        E_a.noalias() += J_landmark.row(row).transpose() * j;
+        g_a.noalias() += numbers[row] * j.transpose();
       }
-    }
+      for (std::size_t k = 0; k <= i; ++k) {
+        const int other = problem_.arguments[factor.first_argument + k].unknown;
+        if (other >= 0) AddPair<kTangent>(weight, rows, i, unknown, k, Index(other));
+      }
+    });
+    tangent += rows * dims;
   }
 }
 
+// The Jacobian of a factor with respect to an unknown, in its tangent space.
+template <int kTangent>
+void VariableProjection::ToTangent(std::size_t unknown, const double* ambient, Eigen::Index rows,
+                                   double* tangent) const {
+  const LandmarkProblem::Block& block = problem_.unknowns[unknown];
+  const double* const plus = memory_.plus[unknown].data();
+  MutableRows<kTangent> J(tangent, rows, block.tangent_size);
+  if (kTangent == 6 && block.size == 7) {
+    J.noalias() = ConstRows<7>(ambient, rows, 7).lazyProduct(ConstRows<kTangent, 7>(plus, 7, 6));
+  } else {
+    J.noalias() = ConstRows<Eigen::Dynamic>(ambient, rows, block.size)
+                      .lazyProduct(ConstRows<kTangent>(plus, block.size, block.tangent_size));
+  }
+}
+
+// Adds the block of H of arguments i and k of the factor, which are these unknowns.
+template <int kTangent>
+void VariableProjection::AddPair(double weight, Eigen::Index rows, std::size_t i,
+                                 std::size_t unknown, std::size_t k, std::size_t other) const {
+  const int dims = problem_.unknowns[unknown].tangent_size;
+  const int other_dims = problem_.unknowns[other].tangent_size;
+  const ConstRows<kTangent> J(memory_.jacobians[i], rows, dims);
+  WithSize(other_dims, [&](auto other_size) {
+    constexpr int kOther = other_size;
+    const ConstRows<kOther> J_other(memory_.jacobians[k], rows, other_dims);
+    if (other <= unknown) {
+      AddProduct<kOther, kTangent>(weight, J_other, J, memory_.column[other],
+                                   memory_.column[unknown], &memory_.trial.H);
+    } else {
+      AddProduct<kTangent, kOther>(weight, J, J_other, memory_.column[unknown],
+                                   memory_.column[other], &memory_.trial.H);
+    }
+  });
+}
+
 // Minimizes over the landmark: takes away H_xl H_ll^-1 H_lx and H_xl H_ll^-1 g_l.
-template <int kDim, int kTangent>
-void VariableProjection::Eliminate(std::size_t index, const Normal<kDim>& normal) const {
+template <int kDim>
+void VariableProjection::Eliminate(std::size_t index, const LandmarkNormal<kDim>& normal) const {
   const Memory::Layout& layout = memory_.layouts[index];
   const int dim = problem_.landmarks[index].block.tangent_size;
   using Coupling = Eigen::Matrix<double, kDim, Eigen::Dynamic>;
@@ -491,20 +521,25 @@ void VariableProjection::Eliminate(std::size_t index, const Normal<kDim>& normal
   W.noalias() = normal.inverse.lazyProduct(E);
   for (std::size_t a = layout.first_coupling; a < layout.end_coupling; ++a) {
     const auto [unknown, column] = memory_.couplings[a];
-    const std::size_t first = Index(unknown);
-    const int dims = problem_.unknowns[first].tangent_size;
-    const Eigen::Matrix<double, kTangent, kDim> gain =
-        W.template middleCols<kTangent>(column, dims).transpose();
-    memory_.trial.g.template segment<kTangent>(memory_.column[first], dims).noalias() -=
-        gain.lazyProduct(normal.g);
-    for (std::size_t b = a; b < layout.end_coupling; ++b) {
-      const auto [other, other_column] = memory_.couplings[b];
-      const int others = problem_.unknowns[Index(other)].tangent_size;
-      memory_.trial.H
-          .template block<kTangent, kTangent>(memory_.column[first], memory_.column[Index(other)],
-                                              dims, others)
-          .noalias() -= gain.lazyProduct(E.template middleCols<kTangent>(other_column, others));
-    }
+    const int first = memory_.column[Index(unknown)];
+    const int dims = problem_.unknowns[Index(unknown)].tangent_size;
+    WithSize(dims, [&, c = column](auto size) {
+      constexpr int kTangent = size;
+      const Eigen::Matrix<double, kTangent, kDim> gain =
+          W.template middleCols<kTangent>(c, dims).transpose();
+      memory_.trial.g.template segment<kTangent>(first, dims).noalias() -=
+          gain.lazyProduct(normal.g);
+      for (std::size_t b = a; b < layout.end_coupling; ++b) {
+        const auto [other, other_column] = memory_.couplings[b];
+        const int others = problem_.unknowns[Index(other)].tangent_size;
+        auto E_b = E.middleCols(other_column, others);
+        WithSize(others, [&, place = memory_.column[Index(other)]](auto other_size) {
+          constexpr int kOther = other_size;
+          memory_.trial.H.template block<kTangent, kOther>(first, place, dims, others).noalias() -=
+              gain.lazyProduct(E_b.template leftCols<kOther>(others));
+        });
+      }
+    });
   }
 }
 

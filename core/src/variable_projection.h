@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "guarded_factor.h"
+#include "landmark_normal.h"
 #include "landmark_problem.h"
 
 namespace highwall::internal {
@@ -31,6 +32,11 @@ class VariableProjection final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
+  // Adds H at the blocks' present values to the upper triangle of `sum`, whose first columns are
+  // the unknowns' tangent spaces: that of the solver where it ended there and damped no landmark.
+  // False where a factor cannot be evaluated, or a landmark has a direction open.
+  bool AddInformation(Eigen::MatrixXd* sum) const;
+
   // Puts the landmarks to where they were when it was last evaluated with Jacobians.
   void WriteLandmarks() const;
 
@@ -39,41 +45,46 @@ class VariableProjection final : public ceres::CostFunction {
  private:
   // Rows over kDim columns, row by row as Ceres has them, with the sizes known or not.
   template <int kDim, int kRows = Eigen::Dynamic>
-  using Matrix = Eigen::Matrix<double, kRows, kDim, Eigen::RowMajor>;
+  using Matrix = Eigen::Matrix<double, kRows, kDim, kDim == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
   template <int kDim, int kRows = Eigen::Dynamic>
   using ConstRows = Eigen::Map<const Matrix<kDim, kRows>>;
   template <int kDim>
   using MutableRows = Eigen::Map<Matrix<kDim>>;
-  // The normal equations of a landmark alone, its unknowns held.
-  template <int kDim>
-  struct Normal;
 
   void LayOut(const LandmarkProblem::Landmark& landmark);
+  template <class State>
+  bool IsAt(const State& state, double const* const* parameters) const;
   bool MoveTo(double const* const* parameters) const;
   bool PrepareUnknowns() const;
-  template <int kDim, int kSize, int kTangent>
+  template <int kDim>
   bool SolveLandmark(std::size_t index) const;
   template <int kDim>
-  bool FitLandmark(std::size_t index, double* value, Normal<kDim>* normal) const;
+  bool FitLandmark(std::size_t index, double* value, LandmarkNormal<kDim>* normal) const;
   template <int kDim>
   bool Descend(const LandmarkProblem::Landmark& landmark, double* value,
-               Normal<kDim>* normal) const;
+               LandmarkNormal<kDim>* normal) const;
   template <int kDim>
   void Follow(std::size_t index, double* value) const;
   template <int kDim>
   bool Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
-                 Normal<kDim>* normal) const;
+                 LandmarkNormal<kDim>* normal) const;
   // Notes that it could not be evaluated; false.
   bool Fail(const LandmarkProblem::Factor& factor) const;
   const double* EvaluateFactor(const LandmarkProblem::Factor& factor, const double* landmark,
                                double* out) const;
-  template <int kDim, int kSize, int kTangent>
+  template <int kDim>
   void Accumulate(std::size_t index) const;
-  template <int kDim, int kSize, int kTangent>
+  template <int kDim>
   void AccumulateFactor(int coupled, const LandmarkProblem::Factor& factor, double weight,
                         const double* numbers, const ConstRows<kDim>& J_landmark) const;
-  template <int kDim, int kTangent>
-  void Eliminate(std::size_t index, const Normal<kDim>& normal) const;
+  template <int kTangent>
+  void ToTangent(std::size_t unknown, const double* ambient, Eigen::Index rows,
+                 double* tangent) const;
+  template <int kTangent>
+  void AddPair(double weight, Eigen::Index rows, std::size_t i, std::size_t unknown, std::size_t k,
+               std::size_t other) const;
+  template <int kDim>
+  void Eliminate(std::size_t index, const LandmarkNormal<kDim>& normal) const;
   void WriteRows(double* residuals, double** jacobians) const;
 
   LandmarkProblem problem_;
@@ -92,11 +103,11 @@ struct VariableProjection::Memory {
     std::size_t value = 0;                             // in State::landmarks
     std::size_t feedback = 0;                          // in State::feedback
     int coupled = 0;                                   // tangent dimensions of its unknowns
-    bool poses = true;  // they are blocks of 7 with 6 tangent dimensions
   };
   // The landmarks at one x, and what is left of them there.
   struct State {
     bool valid = false;
+    bool open = false;              // a landmark has a direction open
     std::vector<double> x;          // the unknowns' blocks
     std::vector<double> landmarks;  // their blocks
     std::vector<double> costs;      // sum of rho of each landmark's factors

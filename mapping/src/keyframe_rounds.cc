@@ -62,7 +62,7 @@ std::size_t KeyframeRounds::MemoryBytes() const {
 
 void KeyframeRounds::Start(RefillableMap& map) {
   map.BeginCopy();
-  round_.emplace();
+  round_ = Round();
   round_->region = orphaned_;
   for (const auto& [id, place] : places_) {
     if (!HasMoved(place)) continue;

@@ -199,7 +199,7 @@ TEST_F(RunOutputTest, SubmapsThatWereNotJoinedHaveMapsOfTheirOwn) {
   const nlohmann::json report = output.WriteRest(result, nlohmann::json::object());
   EXPECT_TRUE(output.failures().empty());
   for (const auto& [suffix, x] : {std::pair("", 1.0f), {"_2", 2.0f}, {"_3", 3.0f}}) {
-    const auto path = [&](const std::string& stem, const char* extension) {
+    const auto path = [&, suffix = suffix](const std::string& stem, const char* extension) {
       return run() / (stem + suffix + extension);
     };
     const std::vector<ColoredPoint> cloud = ReadPly(path("cloud", ".ply"));

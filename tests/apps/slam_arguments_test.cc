@@ -99,6 +99,10 @@ std::vector<Case> Cases() {
       {"--imu paper",
        json::object(),  // "imu" is "off" without readings
        [](O o) { return o.slam.inertial.weighting.policy == ImuWeighting::kPaper; }},
+      {"--inertial loose", json::object(),
+       [](O o) { return o.slam.inertial.coupling == InertialCoupling::kLoose; }},
+      {"--inertial tight", json::object(),
+       [](O o) { return o.slam.inertial.coupling == InertialCoupling::kTight; }},
       {"--imu fixed:3", json::object(),
        [](O o) {
          return o.slam.inertial.weighting.policy == ImuWeighting::kFixed &&

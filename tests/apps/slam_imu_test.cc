@@ -110,6 +110,9 @@ TEST_F(SlamWithImu, TakesTheImuByDefaultAndEachOfItsWeights) {
     const std::string policy = *choice == '\0' ? "consistent" : std::string(choice).substr(6);
     EXPECT_EQ(report["options"]["imu"], policy.substr(0, policy.find(':'))) << choice;
     EXPECT_EQ(report["lost_frames"], 0) << choice;
+    EXPECT_EQ(report["options"]["inertial"], "tight") << choice;
+    EXPECT_GT(report["imu"]["tight_updates"]["count"], 0) << choice;
+    EXPECT_EQ(report["imu"]["refused_tight_updates"], 0) << choice;
     if (policy == "fixed:2") {
       EXPECT_EQ(report["imu"]["mean_weight"], 2.0);
     }
@@ -130,6 +133,16 @@ TEST_F(SlamWithImu, TakesTheImuByDefaultAndEachOfItsWeights) {
   EXPECT_FALSE(report.contains("imu"));
   EXPECT_FALSE(fs::exists(run() / "imu.svg")) << "of the run before";
   EXPECT_EQ(report["options"]["imu"], "off");
+}
+
+TEST_F(SlamWithImu, SaysWhichWindowRan) {
+  for (const char* choice : {"--inertial loose", "--set inertial.estimate_extrinsics=true"}) {
+    const Outcome outcome = SlamOnDataset("--no-map --json " + std::string(choice));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    EXPECT_EQ(report["options"]["inertial"], "loose") << choice;
+    EXPECT_EQ(report["imu"]["tight_updates"]["count"], 0) << choice;
+  }
 }
 
 TEST_F(SlamWithImu, RefusesOtherWeightsInOneLine) {

@@ -22,7 +22,7 @@
 #include <highwall/core/relative_pose.h>
 
 #include "plane_steps.h"
-#include "random_states.h"
+#include "plane_walk.h"
 
 namespace highwall {
 namespace {
@@ -46,34 +46,6 @@ class Bad final : public ceres::SizedCostFunction<2, 2> {
 
  private:
   Kind kind_;
-};
-
-// A walk on the plane past landmarks, every quantity drawn once; feeds smoothers of any lag.
-struct Walk {
-  explicit Walk(SlidingWindowSmoother* s) : smoother(s), random(5) {}
-  void Advance() {
-    const int k = static_cast<int>(states.size());
-    states.push_back(smoother->AddState(Stamp{k} * 100, Vector2(random.Uniform(-9, 9), 0.0)));
-    const Vector2 z(1.0 + random.Uniform(-0.2, 0.2), random.Uniform(-0.2, 0.2));
-    if (k == 0) {
-      smoother->AddFactor(MakePrior(z, 2.0), states[0]);
-    } else {
-      smoother->AddFactor(MakeStep(z, 1.5), states[states.size() - 2], states.back());
-    }
-    if (k % 2 == 0) landmarks.push_back(AddLandmark(Vector2(0, 0)));
-    // Each landmark is seen from the four states after it was met.
-    for (std::size_t j = landmarks.size() - std::min<std::size_t>(2, landmarks.size());
-         j < landmarks.size(); ++j) {
-      const Vector2 seen(random.Uniform(-1, 1), random.Uniform(-1, 1));
-      smoother->AddFactor(MakeStep(seen, 0.7), states.back(), landmarks[j]);
-    }
-  }
-  virtual Variable<Vector2> AddLandmark(const Vector2& x) { return smoother->AddLandmark(x); }
-  virtual ~Walk() = default;
-
-  SlidingWindowSmoother* smoother;
-  RandomStates random;
-  std::vector<Variable<Vector2>> states, landmarks;
 };
 
 TEST(SlidingWindowSmoother, ALinearGaussianRunEqualsTheBatchSolution) {
@@ -332,24 +304,6 @@ TEST(SlidingWindowSmoother, TheOldestLeavesWhereAllOthersAreProtected) {
   ASSERT_TRUE(report.accepted) << report.message;
   EXPECT_EQ(report.left, std::vector<Stamp>{0});
   EXPECT_EQ(report.information_loss.size(), 1u);
-}
-
-TEST(SlidingWindowSmoother, CovarianceDoesNotMindOtherUnknownsAndCountsFixedOnesAsKnown) {
-  SlidingWindowSmoother smoother;
-  const auto a = smoother.AddState(0, Vector2(0, 0)), b = smoother.AddState(1, Vector2(0, 0));
-  smoother.AddState(0, Vector2(0, 0));  // nothing is known of it
-  smoother.AddFactor(MakePrior({0, 0}, 0.5), a);
-  smoother.AddFactor(MakeStep({1, 1}, 0.25), a, b);
-  ASSERT_TRUE(smoother.Update().accepted);
-  const Eigen::Matrix2d I = Eigen::Matrix2d::Identity();
-  EXPECT_LT((*smoother.NewestCovariance() - (4.0 + 16.0) * I).norm(), 1e-9);
-  const std::vector<VariableId> both = {b, a};
-  Eigen::Matrix4d expected;
-  expected << 20.0 * I, 4.0 * I, 4.0 * I, 4.0 * I;
-  EXPECT_LT((*smoother.Covariance(both) - expected).norm(), 1e-9);
-  smoother.Fix(a);
-  expected << 16.0 * I, 0.0 * I, 0.0 * I, 0.0 * I;
-  EXPECT_LT((*smoother.Covariance(both) - expected).norm(), 1e-9);
 }
 
 TEST(SlidingWindowSmoother, KeepsToItsBudget) {

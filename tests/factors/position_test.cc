@@ -38,12 +38,6 @@ struct Twin {
   }
 };
 
-Eigen::Matrix3d RandomWeight(std::mt19937& rng) {
-  Eigen::Matrix3d W;
-  W << RandomVector(rng, 3.0), RandomVector(rng, 3.0), RandomVector(rng, 3.0);
-  return W;
-}
-
 TEST(PositionFactor, ComputedByHand) {
   // A body at (1, 2, 3) that looks along y of W, its antenna 0.5 m ahead; G is W a quarter turned
   // about z and shifted: (1, 2.5, 3) -> (-2.5, 1, 3) + (10, 20, 30).

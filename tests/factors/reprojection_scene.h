@@ -51,6 +51,13 @@ inline Eigen::Vector3d RandomVector(std::mt19937& rng, double half_range) {
   return {x, y, z};
 }
 
+// A square root of an information.
+inline Eigen::Matrix3d RandomWeight(std::mt19937& rng) {
+  Eigen::Matrix3d W;
+  W << RandomVector(rng, 3.0), RandomVector(rng, 3.0), RandomVector(rng, 3.0);
+  return W;
+}
+
 // Rotations of every size up to pi.
 inline Pose RandomPose(std::mt19937& rng) {
   const Eigen::Vector3d axis = RandomVector(rng, 1.0).normalized();

@@ -13,7 +13,7 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/input/sensor.h>
 
-#include "inertial/inertial_window.h"
+#include "inertial/inertial_prior.h"
 #include "inertial/visual_pose.h"
 #include "support/imu_scene.h"
 
@@ -138,6 +138,52 @@ inline Eigen::Matrix<double, 15, 1> EstimateError(const ImuState& truth, const I
       so3::Log(estimate.state.T_WB.q().conjugate() * truth.T_WB.q()),
       truth.v_WB - estimate.state.v_WB, bias - estimate.bias;
   return error;
+}
+
+// The estimate moved by a step in the tangent of its covariance.
+inline InertialEstimate Moved(InertialEstimate estimate, const Eigen::Matrix<double, 15, 1>& step) {
+  estimate.state.T_WB = estimate.state.T_WB.Plus(step.head<6>());
+  estimate.state.v_WB += step.segment<3>(6);
+  estimate.bias += step.tail<6>();
+  return estimate;
+}
+
+// The start of a window at an image's stamp [s]; sigma [p theta v b_g b_a gravity t_d].
+struct StartSigma {
+  double p = 1e-3, theta = 1e-3, v = 0.02, b_g = 1e-3, b_a = 0.02, gravity = 2e-3, t_d = 2e-3;
+  double T_BC = 0.0;  // [m, rad]; 0: it is known
+};
+
+// As far from the truth as its own covariance says.
+inline InertialPrior Start(InertialScene& scene, double t, double t_d, const StartSigma& sigma) {
+  InertialPrior prior;
+  Eigen::Matrix<double, 15, 1> s;
+  s << Eigen::Vector3d::Constant(sigma.p), Eigen::Vector3d::Constant(sigma.theta),
+      Eigen::Vector3d::Constant(sigma.v), Eigen::Vector3d::Constant(sigma.b_g),
+      Eigen::Vector3d::Constant(sigma.b_a);
+  Eigen::Matrix<double, 15, 1> step;
+  for (int i = 0; i < 5; ++i) step.segment<3>(3 * i) = scene.Noise(s(3 * i));
+  prior.time_offset = t_d + scene.Noise(sigma.t_d).x();
+  // The state is that of the instant that the offset of the prior names.
+  prior.estimate.stamp = FromSeconds(t + prior.time_offset);
+  prior.estimate.state = scene.StateAt(ToSeconds(prior.estimate.stamp));
+  prior.estimate.bias = scene.bias();
+  prior.estimate = Moved(prior.estimate, step);
+  prior.estimate.covariance = s.cwiseProduct(s).asDiagonal();
+  const Eigen::Vector3d tilt = scene.Noise(sigma.gravity);
+  prior.gravity_W = UnitDirection(
+      Eigen::Vector3d(scene.gravity_W().normalized() + Eigen::Vector3d(tilt.x(), tilt.y(), 0.0)));
+  const Eigen::Vector3d calibration(sigma.gravity, sigma.gravity, sigma.t_d);
+  prior.calibration_covariance = calibration.cwiseProduct(calibration).asDiagonal();
+  if (sigma.T_BC == 0.0) return prior;
+  Eigen::Matrix<double, 6, 1> off;
+  off << scene.Noise(sigma.T_BC), scene.Noise(sigma.T_BC);
+  prior.T_BC = InertialScene::T_BC().Plus(off);
+  Eigen::Matrix<double, 9, 1> all;
+  all << calibration, Eigen::Matrix<double, 6, 1>::Constant(sigma.T_BC);
+  prior.calibration_covariance = all.cwiseProduct(all).asDiagonal();
+  prior.coupling = Eigen::Matrix<double, 15, 9>::Zero();
+  return prior;
 }
 
 // Angle between two vectors [rad].

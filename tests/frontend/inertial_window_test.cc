@@ -18,14 +18,9 @@ using Matrix18 = Eigen::Matrix<double, 18, 18>;
 using testing::EstimateError;
 using testing::InertialScene;
 using testing::InertialSceneOptions;
-
-// The estimate moved by a step in the tangent of its covariance.
-InertialEstimate Moved(InertialEstimate estimate, const Vector15& step) {
-  estimate.state.T_WB = estimate.state.T_WB.Plus(step.head<6>());
-  estimate.state.v_WB += step.segment<3>(6);
-  estimate.bias += step.tail<6>();
-  return estimate;
-}
+using testing::Moved;
+using testing::Start;
+using testing::StartSigma;
 
 InertialEstimate SomeEstimate() {
   const ImuState state = SinusoidalMotion(2.0).StateAt(0.0);
@@ -127,44 +122,6 @@ TEST(CameraOf, MovesTheCovarianceToTheCamera) {
 }
 
 constexpr double kImageStep = 0.1;
-
-// The start of a window at an image's stamp [s]; sigma [p theta v b_g b_a gravity t_d].
-struct StartSigma {
-  double p = 1e-3, theta = 1e-3, v = 0.02, b_g = 1e-3, b_a = 0.02, gravity = 2e-3, t_d = 2e-3;
-  double T_BC = 0.0;  // [m, rad]; 0: it is known
-};
-
-// As far from the truth as its own covariance says.
-InertialPrior Start(InertialScene& scene, double t, double t_d, const StartSigma& sigma) {
-  InertialPrior prior;
-  Vector15 s;
-  s << Eigen::Vector3d::Constant(sigma.p), Eigen::Vector3d::Constant(sigma.theta),
-      Eigen::Vector3d::Constant(sigma.v), Eigen::Vector3d::Constant(sigma.b_g),
-      Eigen::Vector3d::Constant(sigma.b_a);
-  Vector15 step;
-  for (int i = 0; i < 5; ++i) step.segment<3>(3 * i) = scene.Noise(s(3 * i));
-  prior.time_offset = t_d + scene.Noise(sigma.t_d).x();
-  // The state is that of the instant that the offset of the prior names.
-  prior.estimate.stamp = FromSeconds(t + prior.time_offset);
-  prior.estimate.state = scene.StateAt(ToSeconds(prior.estimate.stamp));
-  prior.estimate.bias = scene.bias();
-  prior.estimate = Moved(prior.estimate, step);
-  prior.estimate.covariance = s.cwiseProduct(s).asDiagonal();
-  const Eigen::Vector3d tilt = scene.Noise(sigma.gravity);
-  prior.gravity_W = UnitDirection(
-      Eigen::Vector3d(scene.gravity_W().normalized() + Eigen::Vector3d(tilt.x(), tilt.y(), 0.0)));
-  const Eigen::Vector3d calibration(sigma.gravity, sigma.gravity, sigma.t_d);
-  prior.calibration_covariance = calibration.cwiseProduct(calibration).asDiagonal();
-  if (sigma.T_BC == 0.0) return prior;
-  Eigen::Matrix<double, 6, 1> off;
-  off << scene.Noise(sigma.T_BC), scene.Noise(sigma.T_BC);
-  prior.T_BC = InertialScene::T_BC().Plus(off);
-  Eigen::Matrix<double, 9, 1> all;
-  all << calibration, Eigen::Matrix<double, 6, 1>::Constant(sigma.T_BC);
-  prior.calibration_covariance = all.cwiseProduct(all).asDiagonal();
-  prior.coupling = Eigen::Matrix<double, 15, 9>::Zero();
-  return prior;
-}
 
 struct Driven {
   std::unique_ptr<InertialWindow> window;

@@ -61,7 +61,7 @@ class FindMovingTest : public ::testing::Test {
   }
 
   const DepthGrid grid{Camera()};
-  const DepthNoise noise;
+  const DepthNoise noise{};
   std::mt19937 rng{5};
   Pose last;
 };

@@ -56,7 +56,7 @@ TEST(SensorProfile, NoiseIsThatOfTheSources) {
     EXPECT_NEAR(sigma("kinect2", z), 1e-3 * (1.5 - 0.5 * z + 0.3 * z * z), 1e-5) << z;
   }
   EXPECT_NEAR(sigma("azure", 3.5), 0.017, 5e-4);
-  EXPECT_EQ(sigma("kinect1", 2.0), DepthNoise::Kinect().Sigma(2.0));
+  EXPECT_DOUBLE_EQ(sigma("kinect1", 2.0), DepthNoise::Kinect().Sigma(2.0));
 }
 
 TEST(SensorProfile, NearReadingsOfAPhoneAreGoodEnoughForLandmarks) {

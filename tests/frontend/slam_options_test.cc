@@ -247,6 +247,11 @@ const Edge kEdges[] = {
     {"inertial.buffer.max_step", {0}},
     {"inertial.buffer.horizon", {0.1}},
     {"inertial.window_states", {1}},
+    {"inertial.tight.interval", {0}},
+    {"inertial.tight.max_points", {-1}},
+    {"inertial.tight.max_lines", {-1}},
+    {"inertial.tight.map_drift", {0}},
+    {"inertial.tight.map_turn", {0}},
     {"inertial.visual_noise.position", {0}},
     {"inertial.visual_noise.rotation", {0}},
     {"inertial.visual_noise.scale", {0, -1}},
@@ -355,7 +360,7 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 39u);
+  EXPECT_EQ(in_table.size(), 40u);
   const Fields in_headers = FieldsInHeaders();
   for (const auto& [name, fields] : in_table) {
     ASSERT_EQ(in_headers.count(name), 1u) << name;

@@ -36,6 +36,7 @@ def factors():
     yield hw.VectorPrior3(POINT, np.diag([1.0, 2, 3])), (V,)
     yield hw.VectorPrior6(bias, np.eye(6)), (2 * bias,)
     yield hw.RelativePose(SMALL, W6), (T_1, T_2)
+    yield hw.PointInFrame([0.1, 0.2, 2], np.eye(3)), (T_1, POINT)
     yield hw.PointReprojection([300, 200], np.eye(2), PROJECTION), (T_1, POINT)
     yield hw.PointReprojectionRgbd([300, 200, 14], np.eye(3), PROJECTION), (T_1, POINT)
     yield hw.PointReprojectionExtrinsics([300, 200], np.eye(2), PROJECTION), (T_1, POINT, SMALL)

@@ -136,6 +136,9 @@ class OrthonormalLineReprojectionRgbd(CostFunction):
         noise: SegmentNoise = ..., weighting: Weighting = ...
     ) -> None: ...
 
+class PointInFrame(CostFunction):
+    def __init__(self, p_F: npt.ArrayLike, sqrt_information: npt.ArrayLike) -> None: ...
+
 class PointReprojection(CostFunction):
     def __init__(
         self, uv: npt.ArrayLike, sqrt_information: npt.ArrayLike, projection: RgbdProjection

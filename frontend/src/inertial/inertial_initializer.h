@@ -9,7 +9,7 @@
 #include <highwall/frontend/inertial/options.h>
 #include <highwall/frontend/input/sensor.h>
 
-#include "inertial/inertial_window.h"
+#include "inertial/inertial_prior.h"
 #include "inertial/visual_pose.h"
 
 namespace highwall {

@@ -5,8 +5,9 @@
 namespace highwall {
 
 InertialOdometry::InertialOdometry(const ImuCalibration& calibration,
-                                   const InertialOptions& options)
-    : impl_(std::make_unique<Impl>(calibration, options)) {}
+                                   const InertialOptions& options,
+                                   const std::optional<MeasurementModel>& model)
+    : impl_(std::make_unique<Impl>(calibration, options, model)) {}
 
 InertialOdometry::~InertialOdometry() = default;
 InertialOdometry::InertialOdometry(InertialOdometry&&) noexcept = default;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -12,13 +13,15 @@
 #include <highwall/frontend/inertial/inertial_report.h>
 #include <highwall/frontend/inertial/options.h>
 #include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/map/measurement_model.h>
 
 #include "inertial/visual_pose.h"
+#include "map/seen_landmarks.h"
 #include "pose/known_pose.h"
 
 namespace highwall {
 
-// Fuses the poses that images give with an IMU: initialization, a sliding window of states, the
+// Fuses what images see of the map with an IMU: initialization, a sliding window of states, the
 // weight of the IMU, the time offset, dead reckoning where images show nothing.
 //
 //   for each image:
@@ -32,8 +35,10 @@ namespace highwall {
 // the vertical and a shift, and when it is levelled again.
 class InertialOdometry {
  public:
-  // Throws InvalidArgument on bad options.
-  explicit InertialOdometry(const ImuCalibration& calibration, const InertialOptions& options = {});
+  // model: of the camera; without one, images are poses whatever the options say. Throws
+  // InvalidArgument on bad options.
+  explicit InertialOdometry(const ImuCalibration& calibration, const InertialOptions& options = {},
+                            const std::optional<MeasurementModel>& model = std::nullopt);
 
   ~InertialOdometry();
   InertialOdometry(InertialOdometry&&) noexcept;
@@ -53,7 +58,9 @@ class InertialOdometry {
   struct Observation {
     Stamp image = 0;
     std::optional<VisualPose> visual;  // in W
-    double sharpness = 1.0;            // MotionMeasures
+    // With it, what the pose was found by: for the window of landmarks, which asks now and then.
+    std::function<SeenLandmarks()> see;
+    double sharpness = 1.0;  // MotionMeasures
     double tracked_share = 1.0;
     bool keeps_level = false;  // the map must not be levelled now: InertialReport::T_level
   };

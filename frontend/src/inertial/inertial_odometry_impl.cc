@@ -97,9 +97,11 @@ std::string Explain(const InitializationReport& report) {
 
 }  // namespace
 
-InertialOdometry::Impl::Impl(const ImuCalibration& calibration, const InertialOptions& options)
+InertialOdometry::Impl::Impl(const ImuCalibration& calibration, const InertialOptions& options,
+                             const std::optional<MeasurementModel>& model)
     : calibration_(WithFasterWalks((calibration.Validate(), calibration))),
       options_((options.Validate(), options)),
+      model_(model),
       buffer_(options.buffer),
       initializer_(calibration_, options.initializer, options.estimate_time_offset,
                    ExtrinsicsSigma(options)),
@@ -234,13 +236,27 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   reason_.clear();
 }
 
+InertialWindow InertialOdometry::Impl::MakeLoose(const InertialPrior& prior) const {
+  return InertialWindow(calibration_, {.max_states = options_.window_states}, prior,
+                        options_.estimate_time_offset);
+}
+
+void InertialOdometry::Impl::StartTight(const InertialPrior& prior) {
+  tight_.reset();
+  if (options_.coupling != InertialCoupling::kTight || !model_ || prior.T_BC) return;
+  try {
+    tight_ = std::make_unique<TightCoupling>(calibration_, *model_, options_, prior);
+  } catch (const InvalidArgument&) {  // the window of poses goes on alone
+  }
+}
+
 bool InertialOdometry::Impl::Start(const InertialPrior& prior) {
   try {
-    window_.emplace(calibration_, SlidingWindowOptions{.max_states = options_.window_states}, prior,
-                    options_.estimate_time_offset);
+    window_ = MakeLoose(prior);
   } catch (const InvalidArgument&) {  // a covariance that is none, an estimate beyond all numbers
     return false;
   }
+  StartTight(prior);
   status_ = InertialStatus::kRunning;
   return true;
 }
@@ -269,6 +285,7 @@ InitializationReport InertialOdometry::Impl::SolveWithSign(const VisualPose& vis
 }
 
 void InertialOdometry::Impl::Advance(const Observation& observation, InertialReport& report) {
+  TakeOver(&report);
   const auto imu = Between(window_->newest().stamp, ImuStamp(observation.image));
   if (!imu) {
     Suspend();
@@ -307,15 +324,66 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
     Resume(observation, report);
     return;
   }
-  bias_ = window_->newest().bias;
-  time_offset_ = window_->time_offset();
-  T_BC_ = window_->T_BC();
+  if (tight_) Couple(observation, step);
+  ReadWindow();
+  TakeOver(&report);
   if (!observation.keeps_level) report.T_level = Level();
   status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
   if (step.visual == nullptr && last_visual_ &&
       ToSeconds(observation.image - last_visual_->stamp) > options_.max_dead_reckoning) {
     Suspend();
   }
+}
+
+void InertialOdometry::Impl::Couple(const Observation& observation,
+                                    const InertialWindow::Step& step) {
+  TightCoupling::Image image{.imu = *step.imu,
+                             .weight = step.weight,
+                             .visual = std::nullopt,
+                             .time_offset = ToSeconds(step.imu->end() - observation.image),
+                             .omega_B = step.omega_B,
+                             .stationary = step.stationary};
+  if (step.visual != nullptr) image.visual = *step.visual;
+  tight_->Add(std::move(image), T_WO_.Inverse(), observation.visual ? observation.see : nullptr);
+}
+
+std::optional<InertialWindow> InertialOdometry::Impl::Follow(
+    const TightCoupling::Result& result) const {
+  if (!result.prior) return std::nullopt;
+  try {
+    InertialWindow window = MakeLoose(*result.prior);
+    for (const TightCoupling::Image& image : result.since) {
+      const bool added = window.Add({.imu = &image.imu,
+                                     .weight = image.weight,
+                                     .visual = image.visual ? &*image.visual : nullptr,
+                                     .time_offset = image.time_offset,
+                                     .omega_B = image.omega_B,
+                                     .stationary = image.stationary});
+      if (!added) return std::nullopt;
+    }
+    return window;
+  } catch (const InvalidArgument&) {  // a covariance that is none
+    return std::nullopt;
+  }
+}
+
+void InertialOdometry::Impl::TakeOver(InertialReport* report) {
+  if (!tight_) return;
+  const std::optional<TightCoupling::Result> result = tight_->Take();
+  if (!result) return;
+  report->tight = result->update;
+  if (std::optional<InertialWindow> window = Follow(*result)) {
+    window_ = std::move(window);
+  } else {
+    StartTight(window_->Prior());
+  }
+  ReadWindow();
+}
+
+void InertialOdometry::Impl::ReadWindow() {
+  bias_ = window_->newest().bias;
+  time_offset_ = window_->time_offset();
+  T_BC_ = window_->T_BC();
 }
 
 std::optional<Pose> InertialOdometry::Impl::Level() {
@@ -338,6 +406,7 @@ void InertialOdometry::Impl::Suspend() {
   known_ = window_->Prior();
   AddDoubt(*known_);
   window_.reset();
+  tight_.reset();
   status_ = InertialStatus::kWaiting;
 }
 
@@ -434,6 +503,7 @@ void InertialOdometry::Impl::MoveMap(const Pose& T_new_old) {
 void InertialOdometry::Impl::Restart() {
   if (status_ == InertialStatus::kGivenUp) return;
   window_.reset();
+  tight_.reset();
   known_.reset();
   last_visual_.reset();
   visual_motion_.reset();

@@ -12,13 +12,15 @@
 #include "inertial/inertial_initializer.h"
 #include "inertial/inertial_odometry.h"
 #include "inertial/inertial_window.h"
+#include "inertial/tight_coupling.h"
 
 namespace highwall {
 
 // The public functions have their docs in inertial_odometry.h.
 class InertialOdometry::Impl {
  public:
-  Impl(const ImuCalibration& calibration, const InertialOptions& options);
+  Impl(const ImuCalibration& calibration, const InertialOptions& options,
+       const std::optional<MeasurementModel>& model);
 
   ImuSampleStatus AddSample(const ImuSample& sample) { return buffer_.Add(sample); }
   std::optional<Eigen::Vector3d> UpInCamera(Stamp image) const;
@@ -44,8 +46,18 @@ class InertialOdometry::Impl {
   // the readings once the accelerometer's sign is turned.
   InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;
   void Advance(const Observation& observation, InertialReport& report);
-  // Starts a window; none where the prior cannot be used.
+  // Starts the windows; none where the prior cannot be used.
   bool Start(const InertialPrior& prior);
+  void StartTight(const InertialPrior& prior);
+  InertialWindow MakeLoose(const InertialPrior& prior) const;
+  // The image joins the tightly coupled window as well. step: of the other's.
+  void Couple(const Observation& observation, const InertialWindow::Step& step);
+  // The window of poses goes on from what the other one has come to know. report: is told of it.
+  void TakeOver(InertialReport* report);
+  // A window of poses from there on, with the images since; empty where that cannot be.
+  std::optional<InertialWindow> Follow(const TightCoupling::Result& result) const;
+  // What is kept over a pause.
+  void ReadWindow();
   // The turn that makes the map's z point up, where gravity has become known much better than when
   // this was asked last, and the map is off by more than that.
   std::optional<Pose> Level();
@@ -68,10 +80,12 @@ class InertialOdometry::Impl {
 
   ImuCalibration calibration_;
   InertialOptions options_;
+  std::optional<MeasurementModel> model_;
   ImuBuffer buffer_;
   InertialInitializer initializer_;
   ImuWeight weight_;
   std::optional<InertialWindow> window_;
+  std::unique_ptr<TightCoupling> tight_;
   InertialStatus status_ = InertialStatus::kWaiting;
   std::string reason_;
   int attempts_ = 0;

@@ -4,7 +4,7 @@
 
 #include <highwall/core/pose.h>
 
-#include "inertial/inertial_window.h"
+#include "inertial/inertial_prior.h"
 #include "inertial/visual_pose.h"
 
 namespace highwall {

@@ -16,8 +16,16 @@ void VisualNoise::Validate() const {
   RequireInRange(*this, "VisualNoise");
 }
 
+void TightWindowOptions::Validate() const {
+  RequireInRange(*this, "TightWindowOptions");
+}
+
 void InertialOptions::Validate() const {
   RequireInRange(*this, "InertialOptions");
+}
+
+const char* ToString(InertialCoupling coupling) {
+  return coupling == InertialCoupling::kTight ? "tight" : "loose";
 }
 
 const char* ToString(ImuWeighting policy) {

@@ -41,7 +41,11 @@ MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOp
 
 void MeasurementModel::SetExtrinsics(const Pose& T_BC) {
   T_BC_ = T_BC;
-  body_projection_ = RgbdProjection(camera_, T_BC, right_);
+  body_projection_ = ProjectionAt(T_BC);
+}
+
+RgbdProjection MeasurementModel::ProjectionAt(const Pose& T_BC) const {
+  return RgbdProjection(camera_, T_BC, right_);
 }
 
 double MeasurementModel::PointSigma(int octave) const {
@@ -114,23 +118,42 @@ std::array<ProjectionRows<2>, 2> MeasurementModel::Rows(const LineFeature& featu
 
 std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const PointFeature& feature) const {
-  if (feature.depth > 0.0) {
-    return std::make_unique<PointReprojectionRgbd>(Measurement(feature), SqrtInformation(feature),
-                                                   body_projection_);
-  }
-  return std::make_unique<PointReprojection>(
-      feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / PointSigma(feature)),
-      body_projection_);
+  return MakeFactor(feature, body_projection_);
 }
 
 std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const LineFeature& feature) const {
+  return MakeFactor(feature, body_projection_);
+}
+
+std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(const PointFeature& feature,
+                                                                  const Pose& T_BC) const {
+  return MakeFactor(feature, ProjectionAt(T_BC));
+}
+
+std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(const LineFeature& feature,
+                                                                  const Pose& T_BC) const {
+  return MakeFactor(feature, ProjectionAt(T_BC));
+}
+
+std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+    const PointFeature& feature, const RgbdProjection& projection) const {
+  if (feature.depth > 0.0) {
+    return std::make_unique<PointReprojectionRgbd>(Measurement(feature), SqrtInformation(feature),
+                                                   projection);
+  }
+  return std::make_unique<PointReprojection>(
+      feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / PointSigma(feature)), projection);
+}
+
+std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+    const LineFeature& feature, const RgbdProjection& projection) const {
   if (feature.segment_C) {
     return std::make_unique<OrthonormalLineReprojectionRgbd>(Measurement(feature), Noise(feature),
-                                                             options_.weighting, body_projection_);
+                                                             options_.weighting, projection);
   }
   return std::make_unique<OrthonormalLineReprojection>(
-      End(feature.segment.s), End(feature.segment.e), LineSigma(feature), body_projection_);
+      End(feature.segment.s), End(feature.segment.e), LineSigma(feature), projection);
 }
 
 }  // namespace highwall

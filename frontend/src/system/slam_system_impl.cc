@@ -16,6 +16,7 @@
 #include "features/row_times.h"
 #include "input/depth_unit.h"
 #include "map/covisibility.h"
+#include "map/seen_landmarks.h"
 
 namespace highwall {
 namespace {
@@ -52,7 +53,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       depth_pattern_(sensor.camera, options.depth_pattern, options.loops.bundle),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)) {
-  if (imu) inertial_.emplace(*imu, options.inertial);
+  if (imu) inertial_.emplace(*imu, options.inertial, model_);
   factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
   const PointKind& kind = builder_.point_kind();
@@ -336,6 +337,9 @@ InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& trac
 
 void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked,
                             FrameResult& result) {
+  observation.see = [&] {
+    return FindSeen(map_, tracked.frame.features, tracked.points, tracked.lines, tracked.error);
+  };
   // What has been found of a loop would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);

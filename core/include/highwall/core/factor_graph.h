@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <typeinfo>
@@ -172,6 +173,15 @@ class FactorGraph {
   // ends that too; its variables must not be removed before.
   void Suspend(const FactorId& factor);
   void Resume(const FactorId& factor);
+
+  // Covariance(), the landmarks eliminated one by one; empty where there are none, where two are
+  // joined or one is asked for, or where the factors leave a variable open.
+  std::optional<Eigen::MatrixXd> ReducedCovariance(std::span<const VariableId> variables) const;
+  // Solve(), and ReducedCovariance() of where it ended by the equations that it ended with. Empty
+  // also where it failed, or did not solve by variable projection.
+  SolveSummary SolveWithCovariance(const SolveOptions& options,
+                                   std::span<const VariableId> variables,
+                                   std::optional<Eigen::MatrixXd>* covariance);
 
   std::unique_ptr<Impl> impl_;
 };

@@ -72,6 +72,9 @@ struct UpdateReport {
   std::vector<VariableId> removed;             // variables that are gone, landmarks included
   std::vector<MarginalizationReport> reports;  // one for each stamp of `left`
   std::vector<std::pair<Stamp, double>> information_loss;  // [nats] of the candidates last compared
+  // Of the variables that Update() was asked for: as SlidingWindowSmoother::Covariance(), before
+  // any state leaves.
+  std::optional<Eigen::MatrixXd> covariance;
   int dropped_factors = 0;  // observations of landmarks that stay, by states that left
   double seconds = 0.0;     // wall time of the whole update
 };
@@ -138,9 +141,12 @@ class SlidingWindowSmoother {
   // Solves from the present values, then marginalizes what no longer fits. Rejects everything that
   // was added since the last call (those handles are stale then), and keeps the values as they
   // were, if a new factor cannot be evaluated, throws or is not finite, if the solver or a
-  // marginalization fails, or if a new factor is left beyond max_error; then nothing has left. Does
-  // not throw.
-  UpdateReport Update();
+  // marginalization fails, or if a new factor is left beyond max_error; then nothing has left.
+  //   covariance_of: variables whose joint covariance is to be in the report, for less than
+  // Covariance() costs afterwards: the solver's last equations are at hand.
+  // Throws InvalidArgument, before anything is done, if one of these is given twice or is no longer
+  // in the window; nothing else.
+  UpdateReport Update(std::span<const VariableId> covariance_of = {});
 
   template <class T>
   T Value(const Variable<T>& variable) const {
@@ -167,7 +173,8 @@ class SlidingWindowSmoother {
 
   // Joint covariance of the variables in their tangent spaces, in the order given; a fixed variable
   // has zero rows and columns. Empty if the factors do not determine these variables; whether they
-  // determine others does not matter. Throws InvalidArgument if a factor cannot be evaluated.
+  // determine others does not matter. Throws InvalidArgument if one is given twice, or if a factor
+  // cannot be evaluated.
   std::optional<Eigen::MatrixXd> Covariance(std::span<const VariableId> variables) const;
   // Of the states at the newest stamp, in the order of StatesAt. Empty if there are none.
   std::optional<Eigen::MatrixXd> NewestCovariance() const;

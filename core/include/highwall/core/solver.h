@@ -13,13 +13,13 @@ enum class LinearSolver {
   kSparseCholesky,
   kDenseSchur,  // landmarks first, dense reduced system: up to some 100 poses
   kSparseSchur,
-  // Landmarks follow the other variables at each step, eliminated one by one in blocks of fixed
-  // size: least overhead in windows of some 20 poses. One thread; losses must be concave
-  // (rho'' <= 0), as robust ones are. kAuto where there are no landmarks.
+  // Landmarks follow the others at each step, eliminated one by one in blocks of fixed size: least
+  // overhead in windows of some 20 poses. Also ends where a step was foretold to gain less than the
+  // tolerance. One thread; losses must be concave (rho'' <= 0). kAuto where there are no landmarks.
   kVariableProjection,
 };
 
-// Levenberg-Marquardt; the stopping rules are those of Ceres.
+// Levenberg-Marquardt; the stopping rules are those of Ceres, and one of kVariableProjection.
 struct SolveOptions {
   int max_iterations = 50;                   // >= 0
   int threads = 1;                           // >= 1; 1 gives bit-equal results on every run

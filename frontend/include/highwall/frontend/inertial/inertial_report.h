@@ -42,6 +42,12 @@ enum class InertialStatus {
 // "waiting", "initializing", "running", "dead reckoning", "given up".
 const char* ToString(InertialStatus status);
 
+// An update of the window of landmarks (InertialCoupling::kTight).
+struct TightUpdate {
+  bool accepted = false;      // else that window begins anew from the one of poses
+  double milliseconds = 0.0;  // that it took
+};
+
 // What became of one image.
 struct InertialReport {
   InertialStatus status = InertialStatus::kWaiting;
@@ -66,6 +72,7 @@ struct InertialReport {
   double gravity_sigma = 0.0;                         // [rad]
   double time_offset = 0.0, time_offset_sigma = 0.0;  // [s] t_d
   std::optional<ExtrinsicsEstimate> extrinsics;       // where they are estimated
+  std::optional<TightUpdate> tight;  // the last that ended since the image before, where one did
 };
 
 }  // namespace highwall

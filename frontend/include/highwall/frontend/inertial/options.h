@@ -1,5 +1,6 @@
 #pragma once
 
+#include <highwall/core/sliding_window_smoother.h>
 #include <highwall/factors/imu_buffer.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -14,6 +15,15 @@ enum class ImuWeighting {
 
 // "paper", "consistent", "fixed".
 const char* ToString(ImuWeighting policy);
+
+// What an image is to the window of states (docs/inertial_odometry.md).
+enum class InertialCoupling {
+  kTight,  // the points and lines that it sees, in one optimization with the readings
+  kLoose,  // one Gaussian, of the pose that it was given by itself
+};
+
+// "tight", "loose".
+const char* ToString(InertialCoupling coupling);
 
 // Which weight the IMU has.
 struct ImuWeightingOptions {
@@ -56,8 +66,29 @@ struct VisualNoise {
   void Validate() const;
 };
 
+// The window of landmarks (InertialCoupling::kTight).
+struct TightWindowOptions {
+  // [s] > 0; between states. Images in between are poses, as where loosely coupled, until the next.
+  double interval = 0.06;
+  int max_points = 500;  // >= 0; of one image
+  int max_lines = 100;   // >= 0
+  // Which state leaves where there are more than InertialOptions::window_states.
+  LeavingPolicy leaving = LeavingPolicy::kOldestFirst;
+  // Standard deviations of how the map's error changes at the body, which no number of landmarks
+  // tells: of its place and its direction, as a random walk.
+  double map_drift = 6e-4;  // [m/sqrt(s)] > 0
+  double map_turn = 2e-4;   // [rad/sqrt(s)] > 0
+  // On a thread of its own; else images wait for it, and a run is the same every time.
+  bool background = true;
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
 // How images and IMU are fused.
 struct InertialOptions {
+  // With T_BC as an unknown the images are poses in any case.
+  InertialCoupling coupling = InertialCoupling::kTight;
   ImuWeightingOptions weighting{};
   bool estimate_time_offset = true;
   // T_BC is an unknown, about that of the calibration; else that stands.
@@ -68,7 +99,8 @@ struct InertialOptions {
   InertialInitializerOptions initializer{};
   int max_attempts = 20;  // >= 1; that end in a contradiction, then the IMU is given up
   ImuBufferOptions buffer{};
-  int window_states = 10;  // >= 2; images that are estimated together
+  int window_states = 10;  // >= 2; that are estimated together, of either window
+  TightWindowOptions tight{};
   VisualNoise visual_noise{};
   double max_dead_reckoning = 5.0;  // [s] > 0; without any image, then the frame is lost
 

@@ -11,6 +11,13 @@ template <>
 inline constexpr std::array kChoices<ImuWeighting> = {
     ImuWeighting::kPaper, ImuWeighting::kConsistent, ImuWeighting::kFixed};
 
+template <>
+inline constexpr std::array kChoices<InertialCoupling> = {InertialCoupling::kTight,
+                                                          InertialCoupling::kLoose};
+template <>
+inline constexpr std::array kChoices<LeavingPolicy> = {LeavingPolicy::kOldestFirst,
+                                                       LeavingPolicy::kLeastInformation};
+
 void ForEachOption(OptionsOf<ImuWeightingOptions> auto& options, const auto& visit) {
   visit("policy", options.policy);
   visit("fixed_weight", options.fixed_weight, Finite(Positive()));
@@ -36,7 +43,18 @@ void ForEachOption(OptionsOf<VisualNoise> auto& options, const auto& visit) {
   visit("min_error", options.min_error, Finite(Positive()));
 }
 
+void ForEachOption(OptionsOf<TightWindowOptions> auto& options, const auto& visit) {
+  visit("interval", options.interval, Finite(Positive()).In("s"));
+  visit("max_points", options.max_points, AtLeast(0));
+  visit("max_lines", options.max_lines, AtLeast(0));
+  visit("leaving", options.leaving);
+  visit("map_drift", options.map_drift, Finite(Positive()).In("m/sqrt(s)"));
+  visit("map_turn", options.map_turn, Finite(Positive()).In("rad/sqrt(s)"));
+  visit("background", options.background);
+}
+
 void ForEachOption(OptionsOf<InertialOptions> auto& options, const auto& visit) {
+  visit("coupling", options.coupling);
   visit("weighting", options.weighting);
   visit("estimate_time_offset", options.estimate_time_offset);
   visit("estimate_extrinsics", options.estimate_extrinsics);
@@ -47,6 +65,7 @@ void ForEachOption(OptionsOf<InertialOptions> auto& options, const auto& visit) 
   visit("max_attempts", options.max_attempts, AtLeast(1));
   visit("buffer", options.buffer);
   visit("window_states", options.window_states, AtLeast(2));
+  visit("tight", options.tight);
   visit("visual_noise", options.visual_noise);
   visit("max_dead_reckoning", options.max_dead_reckoning, Finite(Positive()).In("s"));
 }

@@ -68,12 +68,22 @@ class MeasurementModel {
   std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature) const;
   // Blocks: T_WB, OrthonormalLine.
   std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
+  // The same of this camera where it sits at T_BC on another body, such as a keyframe on the map.
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature,
+                                                  const Pose& T_BC) const;
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature,
+                                                  const Pose& T_BC) const;
 
  private:
   Eigen::Matrix3d SqrtInformation(const PointFeature& feature) const;  // of one with depth
   Eigen::Vector3d Measurement(const PointFeature& feature) const;
   RgbdSegment Measurement(const LineFeature& feature) const;
   SegmentNoise Noise(const LineFeature& feature) const;
+  RgbdProjection ProjectionAt(const Pose& T_BC) const;
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature,
+                                                  const RgbdProjection& projection) const;
+  std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature,
+                                                  const RgbdProjection& projection) const;
 
   MeasurementOptions options_;
   PyramidOptions pyramid_;

@@ -1,0 +1,152 @@
+#include "projected_problem.h"
+
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include <ceres/loss_function.h>
+#include <Eigen/Cholesky>
+
+#include "graph_covariance.h"
+#include "linearization.h"
+
+namespace highwall::internal {
+namespace {
+
+// Adds that of the residuals to the upper triangle of H, factor by factor: Ceres' evaluation of a
+// part of a problem, and a sparse product of what is nearly full, take longer than all landmarks
+// do.
+void AddInformation(const ceres::Problem& problem,
+                    const std::vector<ceres::ResidualBlockId>& residuals,
+                    const std::unordered_map<const double*, int>& first_column,
+                    Eigen::MatrixXd* H) {
+  Linearization linearization(problem, {});
+  for (const ceres::ResidualBlockId residual : residuals) {
+    const Rows rows = linearization.Linearize(residual);
+    const auto J = rows.matrix.leftCols(rows.matrix.cols() - 1);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(J.cols(), J.cols());
+    sum.selfadjointView<Eigen::Upper>().rankUpdate(J.transpose());
+    std::vector<Eigen::Index> place;  // of each column
+    for (const int index : rows.blocks) {
+      const LinearBlock& block = linearization.blocks()[static_cast<std::size_t>(index)];
+      const int first = first_column.at(block.values);
+      for (int k = 0; k < block.tangent_size; ++k) place.push_back(first + k);
+    }
+    for (Eigen::Index c = 0; c < sum.cols(); ++c) {
+      for (Eigen::Index r = 0; r <= c; ++r) {
+        const Eigen::Index at_r = place[static_cast<std::size_t>(r)];
+        const Eigen::Index at_c = place[static_cast<std::size_t>(c)];
+        (*H)(std::min(at_r, at_c), std::max(at_r, at_c)) += sum(r, c);
+      }
+    }
+  }
+}
+
+// Those of `unknown`, the projection's first, as its columns are.
+std::vector<double*> InOrder(const VariableProjection& projection,
+                             const std::vector<double*>& unknown) {
+  std::vector<double*> ordered;
+  for (const LandmarkProblem::Block& block : projection.unknowns()) ordered.push_back(block.values);
+  const std::unordered_set<const double*> first(ordered.begin(), ordered.end());
+  for (double* const block : unknown) {
+    if (!first.contains(block)) ordered.push_back(block);
+  }
+  return ordered;
+}
+
+// First column of each block, and their number.
+std::unordered_map<const double*, int> FirstColumns(const ceres::Problem& problem,
+                                                    const std::vector<double*>& blocks,
+                                                    int* count) {
+  std::unordered_map<const double*, int> first;
+  *count = 0;
+  for (const double* const block : blocks) {
+    first.emplace(block, *count);
+    *count += problem.ParameterBlockTangentSize(block);
+  }
+  return first;
+}
+
+}  // namespace
+
+ceres::Problem::Options SharedProblemOptions() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.enable_fast_removal = true;
+  return options;
+}
+
+ProjectedProblem::ProjectedProblem(ceres::Problem& problem, const std::vector<double*>& landmarks,
+                                   FactorFaults* faults, VariableProjection::Memory* memory)
+    : ProjectedProblem(problem, Split(problem, landmarks), faults, memory) {}
+
+ProjectedProblem::ProjectedProblem(ceres::Problem& problem, SplitProblem split,
+                                   FactorFaults* faults, VariableProjection::Memory* memory)
+    : problem_(problem),
+      others_(std::move(split.others)),
+      projection_(std::move(split.landmarks), faults, memory) {}
+
+void ProjectedProblem::Solve(const ceres::Solver::Options& options,
+                             ceres::Solver::Summary* summary) {
+  // Nothing that moves sees a landmark: each is a problem of its own.
+  if (projection_.unknowns().empty()) {
+    ceres::Solver::Options apart = options;
+    apart.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    ceres::Solve(apart, &problem_, summary);
+    return;
+  }
+  ceres::Problem others(SharedProblemOptions());
+  std::vector<double*> blocks;
+  const auto add = [&](ceres::CostFunction* cost, ceres::LossFunction* loss) {
+    for (double* const block : blocks) {
+      if (others.HasParameterBlock(block)) continue;
+      others.AddParameterBlock(block, problem_.ParameterBlockSize(block),
+                               const_cast<ceres::Manifold*>(problem_.GetManifold(block)));
+      if (problem_.IsParameterBlockConstant(block)) others.SetParameterBlockConstant(block);
+    }
+    others.AddResidualBlock(cost, loss, blocks);
+  };
+  for (const auto& block : projection_.unknowns()) blocks.push_back(block.values);
+  add(&projection_, nullptr);
+  for (const ceres::ResidualBlockId residual : others_) {
+    problem_.GetParameterBlocksForResidualBlock(residual, &blocks);
+    add(const_cast<ceres::CostFunction*>(problem_.GetCostFunctionForResidualBlock(residual)),
+        const_cast<ceres::LossFunction*>(problem_.GetLossFunctionForResidualBlock(residual)));
+  }
+  ceres::Solve(options, &others, summary);
+  if (summary->IsSolutionUsable()) projection_.WriteLandmarks();
+}
+
+std::optional<Eigen::MatrixXd> ProjectedProblem::Covariance(
+    const std::vector<double*>& unknown, const std::vector<const double*>& wanted) const {
+  const std::vector<double*> blocks = InOrder(projection_, unknown);
+  int n = 0;
+  const auto first = FirstColumns(problem_, blocks, &n);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
+  if (!projection_.AddInformation(&H)) return std::nullopt;
+  AddInformation(problem_, others_, first, &H);
+  const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return std::nullopt;
+  H = (scale.asDiagonal() * H.eval() * scale.asDiagonal()).eval();
+  const Eigen::LLT<Eigen::MatrixXd> factors(H.transpose());  // its lower triangle
+  // Squares of its diagonal: the pivots.
+  if (factors.info() != Eigen::Success ||
+      factors.matrixLLT().diagonal().cwiseAbs2().minCoeff() <= kMinPivot) {
+    return std::nullopt;
+  }
+  const std::vector<int> columns = ColumnsOf(problem_, wanted, first);
+  const auto size = static_cast<Eigen::Index>(columns.size());
+  // L^-1 of the unit vectors: P = X^T X, scaled.
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(n, size);
+  for (Eigen::Index j = 0; j < size; ++j) {
+    const int c = columns[static_cast<std::size_t>(j)];
+    if (c >= 0) X(c, j) = scale[c];
+  }
+  factors.matrixL().solveInPlace(X);
+  return X.transpose() * X;
+}
+
+}  // namespace highwall::internal

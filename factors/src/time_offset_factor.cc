@@ -1,0 +1,91 @@
+#include <highwall/factors/time_offset_factor.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include <highwall/core/error.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+constexpr int kPose = 0, kPoseSize = 7;
+constexpr std::size_t kMostBlocks = 8;
+
+using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>>;
+
+// d(q_moved)/dq of q_moved = q step, in the order [x y z w].
+Eigen::Matrix4d RightProduct(const Eigen::Quaterniond& step) {
+  const double x = step.x(), y = step.y(), z = step.z(), w = step.w();
+  Eigen::Matrix4d m;
+  m << w, z, -y, x,   //
+      -z, w, x, y,    //
+      y, -x, w, z,    //
+      -x, -y, -z, w;  //
+  return m;
+}
+
+}  // namespace
+
+TimeOffsetFactor::TimeOffsetFactor(std::shared_ptr<const ceres::CostFunction> seen,
+                                   const Eigen::Vector3d& v_WB, const Eigen::Vector3d& omega_B,
+                                   double t_d_state)
+    : seen_(std::move(seen)), v_WB_(v_WB), omega_B_(omega_B), t_d_state_(t_d_state) {
+  HIGHWALL_REQUIRE(seen_ != nullptr && !seen_->parameter_block_sizes().empty() &&
+                       seen_->parameter_block_sizes().front() == kPoseSize &&
+                       seen_->parameter_block_sizes().size() < kMostBlocks,
+                   "TimeOffsetFactor: needs a factor whose first block is a pose");
+  HIGHWALL_REQUIRE(v_WB.allFinite() && omega_B.allFinite(),
+                   "TimeOffsetFactor: non-finite velocity");
+  HIGHWALL_REQUIRE(std::isfinite(t_d_state), "TimeOffsetFactor: non-finite t_d_state");
+  set_num_residuals(seen_->num_residuals());
+  *mutable_parameter_block_sizes() = seen_->parameter_block_sizes();
+  mutable_parameter_block_sizes()->push_back(1);
+}
+
+bool TimeOffsetFactor::Evaluate(double const* const* parameters, double* residuals,
+                                double** jacobians) const {
+  const std::size_t count = seen_->parameter_block_sizes().size();
+  const double dt = *parameters[count] - t_d_state_;
+  const Eigen::Map<const Eigen::Vector3d> p(parameters[kPose]);
+  const Eigen::Map<const Eigen::Quaterniond> q(parameters[kPose] + 3);
+  const Eigen::Quaterniond step = so3::Exp(omega_B_ * dt);
+  std::array<double, kPoseSize> moved;
+  Eigen::Map<Eigen::Vector3d>(moved.data()) = p + v_WB_ * dt;
+  const Eigen::Quaterniond q_moved = q * step;
+  Eigen::Map<Eigen::Quaterniond>(moved.data() + 3) = q_moved;
+
+  std::array<const double*, kMostBlocks> blocks;
+  std::copy_n(parameters, count, blocks.begin());
+  blocks[kPose] = moved.data();
+  if (jacobians == nullptr) return seen_->Evaluate(blocks.data(), residuals, nullptr);
+
+  // The factor's own with respect to the moved pose: wanted for t_d too.
+  std::array<double*, kMostBlocks> out;
+  std::copy_n(jacobians, count, out.begin());
+  Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor> own;
+  if (out[kPose] == nullptr && jacobians[count] != nullptr) {
+    own.resize(num_residuals(), kPoseSize);
+    out[kPose] = own.data();
+  }
+  if (!seen_->Evaluate(blocks.data(), residuals, out.data())) return false;
+  if (out[kPose] == nullptr) return true;
+  Rows J(out[kPose], num_residuals(), kPoseSize);
+  if (jacobians[count] != nullptr) {
+    // d(q Exp(omega dt))/d(dt) = q Exp(omega dt) (omega / 2)                               Eq. 3
+    const Eigen::Vector3d half = 0.5 * omega_B_;
+    const Eigen::Quaterniond rate = q_moved * Eigen::Quaterniond(0.0, half.x(), half.y(), half.z());
+    Eigen::Map<Eigen::VectorXd> J_offset(jacobians[count], num_residuals());
+    J_offset.noalias() = J.leftCols<3>() * v_WB_ + J.rightCols<4>() * rate.coeffs();
+  }
+  if (jacobians[kPose] != nullptr) {
+    J.rightCols<4>() = (J.rightCols<4>() * RightProduct(step)).eval();  // Eq. 2
+  }
+  return true;
+}
+
+}  // namespace highwall

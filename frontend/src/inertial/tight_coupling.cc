@@ -1,0 +1,56 @@
+#include "inertial/tight_coupling.h"
+
+#include <exception>
+#include <utility>
+
+#include <highwall/internal/stopwatch.h>
+
+namespace highwall {
+namespace {
+
+constexpr double kStampJitter = 5e-3;  // [s] an image this much too early is in time for a state
+
+}  // namespace
+
+TightCoupling::TightCoupling(const ImuCalibration& calibration, const MeasurementModel& model,
+                             const InertialOptions& options, const InertialPrior& prior)
+    : options_(options), window_(calibration, model, options, prior) {}
+
+void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see) {
+  pending_ = pending_ ? pending_->Joined(image.imu) : image.imu;
+  weighed_ += image.weight * image.imu.delta().duration;
+  const double seconds = pending_->delta().duration;
+  if (task_ || !see || seconds < options_.tight.interval - kStampJitter) {
+    since_.push_back(std::move(image));
+    return;
+  }
+  work_ = std::make_unique<Work>(Work{*pending_, see(), {}, {}});
+  work_->step = {.imu = &work_->imu,
+                 .weight = weighed_ / seconds,
+                 .seen = &work_->seen,
+                 .T_WM = T_WM,
+                 .time_offset = image.time_offset,
+                 .omega_B = image.omega_B,
+                 .stationary = image.stationary};
+  pending_.reset();
+  weighed_ = 0.0;
+  since_.clear();
+  task_.emplace(options_.tight.background, [this](const std::stop_token&) {
+    const Stopwatch watch;
+    try {
+      work_->update.accepted = window_.Add(work_->step);
+    } catch (const std::exception&) {  // as a step that was refused
+    }
+    work_->update.milliseconds = watch.Milliseconds();
+  });
+}
+
+std::optional<TightCoupling::Result> TightCoupling::Take() {
+  if (!task_ || !task_->IsDone()) return std::nullopt;
+  task_->Wait();
+  task_.reset();
+  if (!work_->update.accepted) return Result{work_->update, std::nullopt, {}};
+  return Result{work_->update, window_.Prior(), since_};
+}
+
+}  // namespace highwall

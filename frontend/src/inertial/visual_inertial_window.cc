@@ -1,0 +1,238 @@
+#include "inertial/visual_inertial_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/core/prior.h>
+#include <highwall/core/relative_pose.h>
+#include <highwall/core/so3.h>
+#include <highwall/factors/imu_factor.h>
+#include <highwall/factors/time_offset_factor.h>
+#include <highwall/factors/zero_velocity.h>
+
+#include "inertial/joint_prior.h"
+#include "inertial/known_point.h"
+
+namespace highwall {
+namespace {
+
+// Columns of InertialEstimate::covariance, and of gravity's direction in InertialPrior::Joint().
+constexpr int kP = 0, kTheta = 3, kV = 6, kN = 15;
+constexpr double kHuber = 2.8;  // [sigma] on the norm of a landmark's rows, as in adjustment
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// Of T_VW, about the body at p_W: what the map is off by far away does not move it here.
+Matrix6 SqrtInformationOf(double position, double rotation, const Eigen::Vector3d& p_W) {
+  Eigen::Matrix<double, 6, 1> w;
+  w << Eigen::Vector3d::Constant(1.0 / position), Eigen::Vector3d::Constant(1.0 / rotation);
+  Matrix6 about_body = Matrix6::Identity();
+  about_body.topRightCorner<3, 3>() = -so3::Hat(p_W);
+  return w.asDiagonal() * about_body;
+}
+
+SlidingWindowOptions SmootherOptions(const InertialOptions& options) {
+  return {.max_states = options.window_states,
+          .leaving = options.tight.leaving,
+          .landmarks = LandmarkPolicy::kMarginalize};
+}
+
+Point Placed(const Pose& T_VM, const SeenPoint& seen) {
+  return Point(T_VM * seen.p_W);
+}
+OrthonormalLine Placed(const Pose& T_VM, const SeenLine& seen) {
+  return OrthonormalLine(
+      PluckerLine::FromPoints(T_VM * seen.segment_W.p(), T_VM * seen.segment_W.q()));
+}
+
+}  // namespace
+
+VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
+                                           const MeasurementModel& model,
+                                           const InertialOptions& options,
+                                           const InertialPrior& prior)
+    : model_(model),
+      options_(options),
+      smoother_(SmootherOptions(options)),
+      map_loss_(std::make_shared<ceres::HuberLoss>(kHuber)),
+      newest_V_(prior.estimate),
+      newest_(prior.estimate),
+      gravity_W_(prior.gravity_W),
+      calibration_covariance_(prior.calibration_covariance),
+      coupling_(prior.coupling) {
+  HIGHWALL_REQUIRE(!prior.T_BC, "VisualInertialWindow: T_BC must be known");
+  model_.SetExtrinsics(calibration.T_BC);
+  gravity_ = smoother_.AddCalibration(prior.gravity_W);
+  time_offset_ = smoother_.AddCalibration(prior.time_offset);
+  if (!options_.estimate_time_offset) smoother_.Fix(time_offset_);
+  last_ = AddState(prior.estimate, Pose());
+  AddPrior(prior);
+  const UpdateReport report = smoother_.Update(Told());
+  HIGHWALL_REQUIRE(report.accepted,
+                   "VisualInertialWindow: the prior was refused: " + report.message);
+  HIGHWALL_REQUIRE(report.covariance, "VisualInertialWindow: the prior leaves something open");
+  ReadNewest(prior.estimate.stamp);
+  ReadCovariance(*report.covariance);
+}
+
+void VisualInertialWindow::AddPrior(const InertialPrior& prior) {
+  std::vector<VariableId> ids = {last_.pose, last_.velocity, last_.bias, gravity_};
+  if (options_.estimate_time_offset) ids.push_back(time_offset_);
+  const Eigen::Index size = options_.estimate_time_offset ? kN + 3 : kN + 2;
+  AddJointPrior(prior.Joint().topLeftCorner(size, size), ids, &smoother_);
+  const VisualNoise& noise = options_.visual_noise;
+  smoother_.AddFactor(
+      std::make_unique<PosePrior>(
+          Pose(), SqrtInformationOf(noise.position, noise.rotation, prior.estimate.state.T_WB.p())),
+      last_.T_VW);
+}
+
+VisualInertialWindow::State VisualInertialWindow::AddState(const InertialEstimate& in_V,
+                                                           const Pose& T_VW) {
+  return {smoother_.AddState(in_V.stamp, in_V.state.T_WB),
+          smoother_.AddState(in_V.stamp, in_V.state.v_WB),
+          smoother_.AddState(in_V.stamp, in_V.bias), smoother_.AddState(in_V.stamp, T_VW)};
+}
+
+void VisualInertialWindow::Tie(const State& before, const State& after, const Step& step) {
+  smoother_.AddFactor(std::make_unique<ImuGravityFactor>(*step.imu, kStandardGravity, step.weight),
+                      before.pose, before.velocity, before.bias, after.pose, after.velocity,
+                      after.bias, gravity_);
+  const double root = std::sqrt(step.imu->delta().duration);
+  const Matrix6 W = SqrtInformationOf(options_.tight.map_drift * root,
+                                      options_.tight.map_turn * root, newest_.state.T_WB.p());
+  smoother_.AddFactor(std::make_unique<RelativePose>(Pose(), W), before.T_VW, after.T_VW);
+  if (step.stationary) smoother_.AddFactor(std::make_unique<ZeroVelocity>(), after.velocity);
+}
+
+bool VisualInertialWindow::Add(const Step& step) {
+  const Eigen::Vector3d gravity_V = kStandardGravity * smoother_.Value(gravity_).vector();
+  const InertialEstimate predicted = Propagate(newest_V_, *step.imu, gravity_V);
+  const State after = AddState(predicted, smoother_.Value(last_.T_VW));
+  Tie(last_, after, step);
+  if (step.seen != nullptr) {
+    const Sight sight{step, after, LossOf(*step.seen)};
+    Observe(sight, step.seen->points, options_.tight.max_points, &points_);
+    Observe(sight, step.seen->lines, options_.tight.max_lines, &lines_);
+  }
+  const State before = std::exchange(last_, after);
+  const UpdateReport report = smoother_.Update(Told());
+  // Those that left, and those of a step that was refused.
+  std::erase_if(points_, [&](const auto& known) { return !smoother_.Contains(known.second); });
+  std::erase_if(lines_, [&](const auto& known) { return !smoother_.Contains(known.second); });
+  if (!report.accepted) {
+    last_ = before;
+    return false;
+  }
+  ReadNewest(predicted.stamp);
+  if (report.covariance) ReadCovariance(*report.covariance);
+  return report.covariance.has_value();
+}
+
+std::vector<VariableId> VisualInertialWindow::Told() const {
+  return {last_.pose, last_.velocity, last_.bias, gravity_, time_offset_, last_.T_VW};
+}
+
+// Its residuals have the variance that they show themselves.
+std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLandmarks& seen) const {
+  const double variance = std::max(seen.error, options_.visual_noise.min_error);
+  return std::make_shared<ceres::ScaledLoss>(new ceres::HuberLoss(kHuber * std::sqrt(variance)),
+                                             1.0 / variance, ceres::TAKE_OWNERSHIP);
+}
+
+// most: landmarks that one image sees.
+template <class Seen, class Landmark>
+void VisualInertialWindow::Observe(const Sight& sight, const std::vector<Seen>& seen, int most,
+                                   std::map<decltype(Seen::id), Variable<Landmark>>* known) {
+  std::vector<const Seen*> fresh;
+  for (const Seen& one : seen) {
+    const auto found = known->find(one.id);
+    if (found == known->end()) {
+      fresh.push_back(&one);
+    } else {
+      AddObservation(sight, one, found->second);
+      --most;
+    }
+  }
+  // Those that the map knows best.
+  std::stable_sort(fresh.begin(), fresh.end(),
+                   [](const Seen* a, const Seen* b) { return a->views.size() > b->views.size(); });
+  fresh.resize(std::min(fresh.size(), static_cast<std::size_t>(std::max(most, 0))));
+  const Pose T_VM = smoother_.Value(sight.state.T_VW) * sight.step.T_WM;
+  for (const Seen* one : fresh) {
+    const Variable<Landmark> landmark = smoother_.AddLandmark(Placed(T_VM, *one));
+    known->emplace(one->id, landmark);
+    TieToMap(sight, *one, landmark);
+    AddObservation(sight, *one, landmark);
+  }
+}
+
+void VisualInertialWindow::TieToMap(const Sight& sight, const SeenPoint& seen,
+                                    const Variable<Point>& point) {
+  smoother_.AddFactor(KnownPoint(seen, sight.step.T_WM, model_, kHuber), sight.state.T_VW, point);
+}
+
+// The map is a body that carries the keyframes' cameras.
+void VisualInertialWindow::TieToMap(const Sight& sight, const SeenLine& seen,
+                                    const Variable<OrthonormalLine>& line) {
+  for (const auto& [T_MC, feature] : seen.views) {
+    smoother_.AddFactorToBlocks(model_.MakeFactor(*feature, sight.step.T_WM * T_MC), map_loss_,
+                                std::vector<VariableId>{sight.state.T_VW, line});
+  }
+}
+
+template <class Seen>
+void VisualInertialWindow::AddObservation(const Sight& sight, const Seen& seen,
+                                          const VariableId& landmark) {
+  std::vector<VariableId> on = {sight.state.pose, landmark};
+  std::shared_ptr<ceres::CostFunction> factor = model_.MakeFactor(*seen.feature);
+  if (options_.estimate_time_offset) {
+    factor =
+        std::make_shared<TimeOffsetFactor>(std::move(factor), smoother_.Value(sight.state.velocity),
+                                           sight.step.omega_B, sight.step.time_offset);
+    on.push_back(time_offset_);
+  }
+  smoother_.AddFactorToBlocks(std::move(factor), sight.loss, on);
+}
+
+void VisualInertialWindow::ReadNewest(Stamp stamp) {
+  newest_V_.stamp = newest_.stamp = stamp;
+  newest_V_.state = {smoother_.Value(last_.pose), smoother_.Value(last_.velocity)};
+  newest_V_.bias = newest_.bias = smoother_.Value(last_.bias);
+  const Pose T_WV = smoother_.Value(last_.T_VW).Inverse();
+  newest_.state = {T_WV * newest_V_.state.T_WB, T_WV.q() * newest_V_.state.v_WB};
+  gravity_W_ = UnitDirection(T_WV.q() * smoother_.Value(gravity_).vector());
+}
+
+void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& of_told) {
+  // From [state, n, t_d, T_VW] in V to [state, n, t_d] in W, e being the step of T_VW's rotation:
+  //   p_W = R_VW^T (p_V - p_VW),   R_WB = Exp(-e) R_VW^T R_VB.
+  const Eigen::Index size = kN + 3;
+  const Eigen::Matrix3d R_WV = smoother_.Value(last_.T_VW).R().transpose();
+  const ImuState& in_W = newest_.state;
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(size, size + 6);
+  J.leftCols(size).setIdentity();
+  J.block<3, 3>(kP, kP) = R_WV;
+  J.block<3, 3>(kP, size) = -R_WV;
+  J.block<3, 3>(kP, size + 3) = so3::Hat(in_W.T_WB.p());
+  J.block<3, 3>(kTheta, size + 3) = -in_W.T_WB.R().transpose();
+  J.block<3, 3>(kV, kV) = R_WV;
+  J.block<3, 3>(kV, size + 3) = so3::Hat(in_W.v_WB);
+  const auto basis_W = UnitDirectionManifold::Basis(gravity_W_.data());
+  const UnitDirection gravity_V = smoother_.Value(gravity_);
+  J.block<2, 2>(kN, kN) =
+      basis_W.transpose() * R_WV * UnitDirectionManifold::Basis(gravity_V.data());
+  J.block<2, 3>(kN, size + 3) = basis_W.transpose() * so3::Hat(gravity_W_.vector());
+  const Eigen::MatrixXd joint = J * of_told * J.transpose();
+  newest_.covariance = joint.topLeftCorner<kN, kN>();
+  coupling_ = joint.topRightCorner(kN, 3);
+  calibration_covariance_ = joint.bottomRightCorner(3, 3);
+}
+
+InertialPrior VisualInertialWindow::Prior() const {
+  return {newest_, gravity_W_, time_offset(), std::nullopt, calibration_covariance_, coupling_};
+}
+
+}  // namespace highwall

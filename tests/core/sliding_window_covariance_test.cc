@@ -1,0 +1,180 @@
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include <ceres/autodiff_cost_function.h>
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+#include <highwall/core/sliding_window_smoother.h>
+
+#include "plane_steps.h"
+#include "plane_walk.h"
+#include "random_states.h"
+
+namespace highwall {
+namespace {
+
+TEST(SlidingWindowCovariance, CovarianceDoesNotMindOtherUnknownsAndCountsFixedOnesAsKnown) {
+  SlidingWindowSmoother smoother;
+  const auto a = smoother.AddState(0, Vector2(0, 0)), b = smoother.AddState(1, Vector2(0, 0));
+  smoother.AddState(0, Vector2(0, 0));  // nothing is known of it
+  smoother.AddFactor(MakePrior({0, 0}, 0.5), a);
+  smoother.AddFactor(MakeStep({1, 1}, 0.25), a, b);
+  ASSERT_TRUE(smoother.Update().accepted);
+  const Eigen::Matrix2d I = Eigen::Matrix2d::Identity();
+  EXPECT_LT((*smoother.NewestCovariance() - (4.0 + 16.0) * I).norm(), 1e-9);
+  const std::vector<VariableId> both = {b, a};
+  Eigen::Matrix4d expected;
+  expected << 20.0 * I, 4.0 * I, 4.0 * I, 4.0 * I;
+  EXPECT_LT((*smoother.Covariance(both) - expected).norm(), 1e-9);
+  smoother.Fix(a);
+  expected << 16.0 * I, 0.0 * I, 0.0 * I, 0.0 * I;
+  EXPECT_LT((*smoother.Covariance(both) - expected).norm(), 1e-9);
+}
+
+TEST(SlidingWindowCovariance, CovarianceWithLandmarksIsThatOfTheGraph) {
+  SlidingWindowSmoother smoother({.max_states = 6, .solve = Exact()});
+  Walk walk(&smoother);
+  for (int k = 0; k < 9; ++k) {
+    walk.Advance();
+    ASSERT_TRUE(smoother.Update().accepted);
+  }
+  const std::vector<VariableId> wanted = {walk.states[8], walk.states[5]};
+  const Eigen::MatrixXd expected = smoother.graph().Covariance(wanted);
+  EXPECT_LT((*smoother.Covariance(wanted) - expected).norm(), 1e-12 * expected.norm());
+  // Of a landmark, which is eliminated, and of a state that nothing else is known of.
+  const std::vector<VariableId> landmark = {walk.landmarks.back(), walk.states[8]};
+  EXPECT_LT((*smoother.Covariance(landmark) - smoother.graph().Covariance(landmark)).norm(), 1e-9);
+  smoother.AddState(700, Vector2(0, 0));
+  EXPECT_LT((*smoother.Covariance(wanted) - expected).norm(), 1e-9 * expected.norm());
+}
+
+// Eliminates landmarks as the odometry's window does.
+SlidingWindowOptions Projected() {
+  return {.max_states = 6, .landmarks = LandmarkPolicy::kMarginalize};
+}
+
+TEST(SlidingWindowCovariance, AnUpdateTellsWhatIsToldAfterwards) {
+  for (const LinearSolver solver : {LinearSolver::kVariableProjection, LinearSolver::kAuto}) {
+    SlidingWindowOptions options = Projected();
+    options.solve.linear_solver = solver;
+    SlidingWindowSmoother smoother(options);
+    Walk walk(&smoother);
+    for (int k = 0; k < 9; ++k) {
+      walk.Advance();
+      std::vector<VariableId> wanted = {walk.states.back()};
+      if (k > 0) wanted.push_back(walk.states[walk.states.size() - 2]);
+      const UpdateReport report = smoother.Update(wanted);
+      ASSERT_TRUE(report.accepted) << report.message;
+      ASSERT_TRUE(report.covariance);
+      const Eigen::MatrixXd after = *smoother.Covariance(wanted);
+      EXPECT_LT((*report.covariance - after).norm(), 1e-9 * after.norm()) << k;
+    }
+    EXPECT_FALSE(smoother.Update().covariance);
+  }
+}
+
+// Landmarks see all move along, and a prior of little weight alone holds where they are: what they
+// add to it cancels to the last digit, or seems to be known.
+TEST(SlidingWindowCovariance, LandmarksInventNothingOnWhereAllOfThemAre) {
+  for (const double sigma : {1.0, 100.0, 1e4}) {
+    SlidingWindowSmoother smoother(Projected());
+    RandomStates random(3);
+    std::vector<Variable<Vector2>> states;
+    for (int k = 0; k < 5; ++k) states.push_back(smoother.AddState(k, Vector2(k, 0)));
+    smoother.AddFactor(MakePrior({0, 0}, 1.0 / sigma), states[0]);
+    for (int j = 0; j < 300; ++j) {
+      const Vector2 x(random.Uniform(-9, 9), random.Uniform(-9, 9));
+      const auto landmark = smoother.AddLandmark(x);
+      for (int k = 0; k < 5; ++k) {
+        smoother.AddFactor(MakeStep(x - Vector2(k, 0), 100.0), states[static_cast<std::size_t>(k)],
+                           landmark);
+      }
+    }
+    const std::vector<VariableId> wanted = {states.back()};
+    const UpdateReport report = smoother.Update(wanted);
+    ASSERT_TRUE(report.accepted) << report.message;
+    ASSERT_TRUE(report.covariance);
+    // To how far rounding of 300 * 1e4 / 5 reaches beside 1e-8.
+    EXPECT_NEAR(std::sqrt((*report.covariance)(0, 0)), sigma, 0.01 * sigma);
+  }
+}
+
+// x seen along one axis alone: a landmark with an open direction, of which the solver's damping
+// must not become knowledge.
+struct Along {
+  template <class S>
+  bool operator()(const S* x_i, const S* x_j, S* r) const {
+    r[0] = x_j[0] - x_i[0];
+    return true;
+  }
+};
+
+TEST(SlidingWindowCovariance, WhatAnOpenLandmarkLeavesOpenIsNotToldAsKnown) {
+  SlidingWindowSmoother smoother(Projected());
+  const auto state = smoother.AddState(0, Vector2(1, 1));
+  smoother.AddFactor(MakePrior({0, 0}, 0.5), state);
+  const auto landmark = smoother.AddLandmark(Vector2(3, 4));
+  smoother.AddFactor(std::make_unique<ceres::AutoDiffCostFunction<Along, 1, 2, 2>>(new Along),
+                     state, landmark);
+  const std::vector<VariableId> wanted = {state};
+  const UpdateReport report = smoother.Update(wanted);
+  ASSERT_TRUE(report.accepted) << report.message;
+  ASSERT_TRUE(report.covariance);
+  EXPECT_LT((*report.covariance - 4.0 * Eigen::Matrix2d::Identity()).norm(), 1e-12);
+}
+
+TEST(SlidingWindowCovariance, OfAVariableThatIsNotThereOrTwiceIsRefusedBeforeAnythingIsDone) {
+  SlidingWindowSmoother smoother(Projected()), other(Projected());
+  Walk walk(&smoother);
+  walk.Advance();
+  const std::vector<VariableId> twice = {walk.states[0], walk.states[0]};
+  const std::vector<VariableId> foreign = {other.AddState(0, Vector2(0, 0))};
+  EXPECT_THROW(smoother.Update(twice), InvalidArgument);
+  EXPECT_THROW(smoother.Update(foreign), InvalidArgument);
+  EXPECT_THROW(smoother.Covariance(twice), InvalidArgument);
+  EXPECT_TRUE(smoother.Update().accepted);
+  EXPECT_TRUE(smoother.Contains(walk.states[0]));
+}
+
+TEST(SlidingWindowCovariance, OfAnUpdateThatIsRefusedNoneIsTold) {
+  SlidingWindowOptions options = Projected();
+  options.max_error = 3.0;
+  SlidingWindowSmoother smoother(options);
+  Walk walk(&smoother);
+  walk.Advance();
+  ASSERT_TRUE(smoother.Update().accepted);
+  smoother.AddFactor(MakePrior({100, 0}, 1.0), walk.states[0]);
+  const std::vector<VariableId> wanted = {walk.states[0]};
+  const UpdateReport report = smoother.Update(wanted);
+  EXPECT_FALSE(report.accepted);
+  EXPECT_FALSE(report.covariance);
+}
+
+// Evaluates below one alone.
+struct Below {
+  template <class S>
+  bool operator()(const S* x, S* r) const {
+    if (x[0] >= S(1.0)) throw std::runtime_error("one and more");
+    r[0] = S(1e-3) * x[0];
+    return true;
+  }
+};
+
+TEST(SlidingWindowCovariance, AFactorThatThrowsIsOneThatCannotBeEvaluated) {
+  SlidingWindowSmoother smoother(Projected());
+  Walk walk(&smoother);
+  walk.Advance();
+  const auto state = smoother.AddState(0, Vector2(0, 0));
+  smoother.AddFactor(MakePrior({0, 0}), state);
+  smoother.AddFactor(std::make_unique<ceres::AutoDiffCostFunction<Below, 1, 2>>(new Below), state);
+  ASSERT_TRUE(smoother.Update().accepted);
+  smoother.SetValue(state, Vector2(2, 0));
+  const std::vector<VariableId> wanted = {walk.states[0]};
+  EXPECT_THROW(smoother.Covariance(wanted), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace highwall

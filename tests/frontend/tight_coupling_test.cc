@@ -1,0 +1,163 @@
+#include "inertial/tight_coupling.h"
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "inertial/inertial_odometry.h"
+#include "mapped_place.h"
+
+namespace highwall {
+namespace {
+
+using testing::kImageStep;
+using testing::kStart;
+using testing::MappedPlace;
+
+// Images every kImageStep, given to the coupling with their readings.
+class TightCouplingTest : public ::testing::Test {
+ protected:
+  TightCouplingTest() : place_({}) { options_.tight.max_points = 30, options_.tight.max_lines = 5; }
+
+  void Begin() {
+    for (const ImuSample& reading : place_.scene().Readings(0.0, kStart)) buffer_.Add(reading);
+    const InertialPrior prior = testing::Start(place_.scene(), kStart, 0.0, {.t_d = 1e-6});
+    newest_ = prior.estimate.stamp;
+    coupling_.emplace(place_.scene().calibration(), place_.model(), options_, prior);
+  }
+  // The stamp of the image; dark: it shows nothing.
+  Stamp Feed(bool dark = false) {
+    const double t = kStart + kImageStep * ++image_;
+    for (const ImuSample& reading : place_.scene().Readings(read_ + 0.005, t + 0.05)) {
+      buffer_.Add(reading);
+    }
+    read_ = t + 0.05;
+    const Stamp to = FromSeconds(t);
+    const ImuPreintegration imu(buffer_.Between(newest_, to)->samples, ImuBias::Zero());
+    newest_ = to;
+    const std::function<SeenLandmarks()> see = [this, t] {
+      ++asked_;
+      return place_.See(t);
+    };
+    coupling_->Add({.imu = imu, .visual = std::nullopt}, Pose(), dark ? nullptr : see);
+    return to;
+  }
+  TightCoupling::Result Await() {
+    while (true) {
+      if (auto result = coupling_->Take()) return *std::move(result);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+  MappedPlace place_;
+  InertialOptions options_;
+  std::optional<TightCoupling> coupling_;
+  int asked_ = 0;
+
+ private:
+  ImuBuffer buffer_;
+  Stamp newest_ = 0;
+  int image_ = 0;
+  double read_ = kStart;
+};
+
+TEST_F(TightCouplingTest, InLockstepWhatAnImageTellsIsThereAtOnce) {
+  options_.tight.background = false;
+  Begin();
+  for (int k = 0; k < 3; ++k) {
+    const Stamp stamp = Feed();
+    const auto result = coupling_->Take();
+    ASSERT_TRUE(result && result->prior);
+    EXPECT_EQ(result->prior->estimate.stamp, stamp);
+    EXPECT_TRUE(result->since.empty());
+    EXPECT_FALSE(coupling_->Take()) << "once";
+  }
+}
+
+TEST_F(TightCouplingTest, LandmarksAreAskedForWhereItIsTimeForAState) {
+  options_.tight.background = false;
+  options_.tight.interval = 3 * kImageStep;
+  Begin();
+  for (int k = 1; k <= 9; ++k) {
+    const Stamp stamp = Feed();
+    const auto result = coupling_->Take();
+    EXPECT_EQ(asked_, k / 3);
+    ASSERT_EQ(result.has_value(), k % 3 == 0);
+    if (!result) continue;
+    EXPECT_EQ(result->prior->estimate.stamp, stamp);
+  }
+}
+
+TEST_F(TightCouplingTest, InTheDarkReadingsAddUp) {
+  options_.tight.background = false;
+  Begin();
+  Feed();
+  ASSERT_TRUE(coupling_->Take());
+  for (int k = 0; k < 5; ++k) {
+    Feed(true);
+    EXPECT_FALSE(coupling_->Take());
+  }
+  const Stamp light = Feed();
+  const auto result = coupling_->Take();
+  ASSERT_TRUE(result && result->prior);
+  EXPECT_EQ(result->prior->estimate.stamp, light);
+}
+
+TEST_F(TightCouplingTest, WhatComesWhileItWorksIsHandedBack) {
+  Begin();
+  const Stamp first = Feed();
+  Feed();
+  const Stamp last = Feed();
+  const TightCoupling::Result result = Await();
+  ASSERT_TRUE(result.prior);
+  EXPECT_EQ(result.prior->estimate.stamp, first);
+  ASSERT_EQ(result.since.size(), 2u);
+  EXPECT_EQ(result.since[0].imu.start(), first);
+  EXPECT_EQ(result.since[1].imu.end(), last);
+  EXPECT_EQ(asked_, 1);
+}
+
+// Odometry of a body in a mapped place, its images late.
+class CoupledOdometry : public ::testing::TestWithParam<bool> {};
+
+TEST_P(CoupledOdometry, FindsPoseVelocityAndTimeOffset) {
+  constexpr double kOffset = 0.012, kStep = 0.05;
+  MappedPlace place({.time_offset = kOffset, .seed = 5});
+  InertialOptions options;
+  options.tight.background = GetParam();
+  options.tight.max_points = 60, options.tight.max_lines = 10;
+  InertialOdometry odometry(place.scene().calibration(), options, place.model());
+  double read = -0.005;
+  Pose T_level;
+  for (int k = 1; k <= 90; ++k) {
+    const double t = kStep * k;
+    for (const ImuSample& reading : place.scene().Readings(read + 0.005, t + 0.1)) {
+      odometry.AddSample(reading);
+    }
+    read = t + 0.1;
+    InertialOdometry::Observation observation;
+    observation.image = FromSeconds(t);
+    const bool dark = k > 60 && k <= 70;
+    if (!dark) observation.visual = Moved(place.scene().See(t), T_level);
+    observation.see = [&] { return place.See(t); };
+    const InertialReport report = odometry.Update(observation);
+    if (report.T_level) {
+      T_level = *report.T_level * T_level;
+      place.MoveMap(*report.T_level);
+    }
+  }
+  ASSERT_EQ(odometry.status(), InertialStatus::kRunning);
+  const InertialEstimate estimate = *odometry.estimate();
+  const ImuState truth = place.scene().StateAt(ToSeconds(estimate.stamp));
+  EXPECT_NEAR(odometry.time_offset(), kOffset, 1e-3);
+  EXPECT_LT((T_level * truth.T_WB.p() - estimate.state.T_WB.p()).norm(), 3e-3);
+  EXPECT_LT((T_level.q() * truth.v_WB - estimate.state.v_WB).norm(), 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(InLockstepAndBeside, CoupledOdometry, ::testing::Bool());
+
+}  // namespace
+}  // namespace highwall
