@@ -156,12 +156,13 @@ struct FactorGraph::Impl {
     for (const VariableId& id : slot.variables) variables[id.index].factors.push_back(IdOf(slot));
   }
   void Detach(FactorSlot& slot) {
-    for (const VariableId& id : slot.variables) {
-      std::vector<FactorId>& list = variables[id.index].factors;
-      list.erase(std::find(list.begin(), list.end(), IdOf(slot)));
-    }
     problem.RemoveResidualBlock(slot.residual);
     slot.residual = nullptr;
+  }
+  // From what a variable knows of its factors, those that are detached.
+  void ForgetDetached(const VariableId& id) {
+    std::erase_if(variables[id.index].factors,
+                  [&](const FactorId& factor) { return !Contains(factor); });
   }
   // Of a handle that may be suspended.
   FactorSlot& AtSuspended(const FactorId& id) {
@@ -361,6 +362,7 @@ void FactorGraph::SetBlock(const VariableId& variable, std::span<const double> v
 
 void FactorGraph::Remove(const VariableId& variable) {
   const std::vector<FactorId> factors = impl_->At(variable).factors;
+  Suspend(factors);
   for (const FactorId& factor : factors) RemoveFactor(factor);
   VariableSlot& slot = impl_->variables[variable.index];
   impl_->problem.RemoveParameterBlock(slot.block.get());
@@ -401,18 +403,38 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
 }
 
 void FactorGraph::RemoveFactor(const FactorId& factor) {
-  if (impl_->Contains(factor)) Suspend(factor);
-  FactorSlot& slot = impl_->AtSuspended(factor);
+  const FactorId id = factor;  // it may be one of FactorsOf(), which changes
+  if (impl_->Contains(id)) {
+    impl_->Detach(impl_->factors[id.index]);
+    for (const VariableId& variable : impl_->factors[id.index].variables) {
+      std::erase(impl_->variables[variable.index].factors, id);
+    }
+  }
+  FactorSlot& slot = impl_->AtSuspended(id);
   slot.variables.clear();
   slot.guarded.reset();
   slot.factor.reset();
   slot.loss.reset();
-  impl_->free_factors.push_back(factor.index);
+  impl_->free_factors.push_back(id.index);
 }
 
-void FactorGraph::Suspend(const FactorId& factor) {
-  impl_->At(factor);
-  impl_->Detach(impl_->factors[factor.index]);
+std::vector<FactorId> FactorGraph::Suspend(std::span<const FactorId> factors) {
+  std::vector<FactorId> suspended;
+  std::vector<VariableId> touched;
+  std::vector<bool> known(impl_->variables.size(), false);
+  for (const FactorId& factor : factors) {
+    if (!impl_->Contains(factor)) continue;
+    FactorSlot& slot = impl_->factors[factor.index];
+    impl_->Detach(slot);
+    suspended.push_back(factor);
+    for (const VariableId& id : slot.variables) {
+      if (known[id.index]) continue;
+      known[id.index] = true;
+      touched.push_back(id);
+    }
+  }
+  for (const VariableId& id : touched) impl_->ForgetDetached(id);
+  return suspended;
 }
 
 void FactorGraph::Resume(const FactorId& factor) {

@@ -74,7 +74,7 @@ struct SlidingWindowSmoother::Impl {
   bool IsSeenFrom(const VariableId& landmark, Stamp stamp) const;
   std::vector<VariableId> LeavingLandmarks(Stamp stamp, Leaving* all, UpdateReport* report);
   void Leave(Stamp stamp, Leaving* all, UpdateReport* report);
-  void Suspend(const FactorId& factor, Leaving* all);
+  std::size_t Suspend(const std::vector<FactorId>& factors, Leaving* all);
   void TakeBack(const Leaving& all);
   void Shrink(UpdateReport* report);
 };
@@ -266,6 +266,7 @@ std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stam
     }
   }
   std::vector<VariableId> leaving;
+  std::vector<FactorId> dropped;
   for (const auto& [index, factors] : observations) {
     const VariableId landmark = infos[index].id;
     const bool stays = options.landmarks == LandmarkPolicy::kKeepTracked && stamp != newest &&
@@ -274,18 +275,18 @@ std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stam
       leaving.push_back(landmark);
       continue;
     }
-    for (const FactorId& factor : factors) {
-      if (!graph.Contains(factor)) continue;  // it touches several states of this stamp
-      Suspend(factor, all);
-      ++report->dropped_factors;
-    }
+    dropped.insert(dropped.end(), factors.begin(), factors.end());
   }
+  report->dropped_factors += static_cast<int>(Suspend(dropped, all));
   return leaving;
 }
 
-void SlidingWindowSmoother::Impl::Suspend(const FactorId& factor, Leaving* all) {
-  graph.Suspend(factor);
-  all->factors.push_back(factor);
+// Of some that may be there several times. Returns how many there are.
+std::size_t SlidingWindowSmoother::Impl::Suspend(const std::vector<FactorId>& factors,
+                                                 Leaving* all) {
+  const std::vector<FactorId> suspended = graph.Suspend(factors);
+  all->factors.insert(all->factors.end(), suspended.begin(), suspended.end());
+  return suspended.size();
 }
 
 void SlidingWindowSmoother::Impl::TakeBack(const Leaving& all) {
@@ -300,10 +301,11 @@ void SlidingWindowSmoother::Impl::Leave(Stamp stamp, Leaving* all, UpdateReport*
   std::vector<VariableId> leaving = LeavingLandmarks(stamp, all, report);
   leaving.insert(leaving.end(), states.at(stamp).begin(), states.at(stamp).end());
   Marginal marginal = Marginalize(graph.problem(), Blocks(leaving), PriorOptions());
+  std::vector<FactorId> factors;
   for (const VariableId& id : leaving) {
-    const std::vector<FactorId> factors = graph.FactorsOf(id);
-    for (const FactorId& factor : factors) Suspend(factor, all);
+    factors.insert(factors.end(), graph.FactorsOf(id).begin(), graph.FactorsOf(id).end());
   }
+  Suspend(factors, all);
   states.erase(stamp);
   all->variables.insert(all->variables.end(), leaving.begin(), leaving.end());
   report->left.push_back(stamp);

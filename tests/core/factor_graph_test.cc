@@ -253,6 +253,20 @@ TEST(FactorGraph, RemovingAVariableTakesItsFactorsAndLeavesTheOthers) {
   EXPECT_EQ(graph.problem().NumParameterBlocks(), 2);
 }
 
+// The handle is one of the list that it is taken out of.
+TEST(FactorGraph, RemovesAFactorByAHandleFromTheListOfItsVariable) {
+  FactorGraph graph;
+  const auto a = graph.AddVariable(Pose()), b = graph.AddVariable(Pose());
+  const auto make = [] { return std::make_unique<RelativePose>(Pose(), Matrix6::Identity()); };
+  const FactorId first = graph.AddFactor(make(), a, b);
+  const FactorId second = graph.AddFactor(make(), b, a);
+  graph.RemoveFactor(graph.FactorsOf(a).front());
+  EXPECT_FALSE(graph.Contains(first));
+  EXPECT_EQ(graph.FactorsOf(a), (std::vector<FactorId>{second}));
+  EXPECT_EQ(graph.FactorsOf(b), (std::vector<FactorId>{second}));
+  EXPECT_EQ(graph.problem().NumResidualBlocks(), 1);
+}
+
 TEST(FactorGraph, KeepsASharedFactorAndLossAsLongAsTheyAreInUse) {
   std::shared_ptr<VectorPrior<1>> factor = MakeScalarPrior(1.0);
   auto loss = std::make_shared<ceres::HuberLoss>(1.0);

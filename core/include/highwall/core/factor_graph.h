@@ -169,9 +169,10 @@ class FactorGraph {
                       const std::type_info& type, bool landmark);
   void SetBlock(const VariableId& variable, std::span<const double> values);
 
-  // The factor counts as removed until Resume() gives it back under the same handle. RemoveFactor()
-  // ends that too; its variables must not be removed before.
-  void Suspend(const FactorId& factor);
+  // The factors count as removed until Resume() gives each back under the same handle.
+  // RemoveFactor() ends that too; their variables must not be removed before. Returns those that
+  // were not suspended yet, in the order given.
+  std::vector<FactorId> Suspend(std::span<const FactorId> factors);
   void Resume(const FactorId& factor);
 
   // Covariance(), the landmarks eliminated one by one; empty where there are none, where two are
