@@ -79,11 +79,17 @@ bool TimeOffsetFactor::Evaluate(double const* const* parameters, double* residua
     // d(q Exp(omega dt))/d(dt) = q Exp(omega dt) (omega / 2)                               Eq. 3
     const Eigen::Vector3d half = 0.5 * omega_B_;
     const Eigen::Quaterniond rate = q_moved * Eigen::Quaterniond(0.0, half.x(), half.y(), half.z());
-    Eigen::Map<Eigen::VectorXd> J_offset(jacobians[count], num_residuals());
-    J_offset.noalias() = J.leftCols<3>() * v_WB_ + J.rightCols<4>() * rate.coeffs();
+    for (Eigen::Index row = 0; row < J.rows(); ++row) {
+      jacobians[count][row] =
+          J.row(row).head<3>().dot(v_WB_) + J.row(row).tail<4>().dot(rate.coeffs());
+    }
   }
   if (jacobians[kPose] != nullptr) {
-    J.rightCols<4>() = (J.rightCols<4>() * RightProduct(step)).eval();  // Eq. 2
+    const Eigen::Matrix4d dq_moved = RightProduct(step);
+    for (Eigen::Index row = 0; row < J.rows(); ++row) {
+      const Eigen::RowVector4d before = J.row(row).tail<4>();
+      J.row(row).tail<4>().noalias() = before * dq_moved;  // Eq. 2
+    }
   }
   return true;
 }
