@@ -135,11 +135,13 @@ std::vector<VariableId> VisualInertialWindow::Told() const {
   return {last_.pose, last_.velocity, last_.bias, gravity_, time_offset_, last_.T_VW};
 }
 
-// Its residuals have the variance that they show themselves.
+// An outlier is one by the variance that the residuals show themselves; what they tell together is
+// less, as where they are summed up as a pose: their errors are not independent.
 std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLandmarks& seen) const {
-  const double variance = std::max(seen.error, options_.visual_noise.min_error);
+  const VisualNoise& noise = options_.visual_noise;
+  const double variance = std::max(seen.error, noise.min_error);
   return std::make_shared<ceres::ScaledLoss>(new ceres::HuberLoss(kHuber * std::sqrt(variance)),
-                                             1.0 / variance, ceres::TAKE_OWNERSHIP);
+                                             1.0 / (noise.scale * variance), ceres::TAKE_OWNERSHIP);
 }
 
 // most: landmarks that one image sees.
