@@ -135,13 +135,13 @@ std::vector<VariableId> VisualInertialWindow::Told() const {
   return {last_.pose, last_.velocity, last_.bias, gravity_, time_offset_, last_.T_VW};
 }
 
-// An outlier is one by the variance that the residuals show themselves; what they tell together is
-// less, as where they are summed up as a pose: their errors are not independent.
+// Its residuals have the variance that they show themselves, times what is in it that they have in
+// common, as where they are summed up as a pose: their errors are not independent.
 std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLandmarks& seen) const {
   const VisualNoise& noise = options_.visual_noise;
-  const double variance = std::max(seen.error, noise.min_error);
+  const double variance = noise.scale * std::max(seen.error, noise.min_error);
   return std::make_shared<ceres::ScaledLoss>(new ceres::HuberLoss(kHuber * std::sqrt(variance)),
-                                             1.0 / (noise.scale * variance), ceres::TAKE_OWNERSHIP);
+                                             1.0 / variance, ceres::TAKE_OWNERSHIP);
 }
 
 // most: landmarks that one image sees.
