@@ -20,9 +20,9 @@ namespace highwall::testing {
 constexpr double kStart = 0.3, kImageStep = 1.0 / 15.0;  // [s]
 constexpr double kPixel = 0.7;                           // [px] MeasurementOptions::point_sigma
 
-// Points on all sides, and lines among them. density: 1, or as many times as many points.
-inline Scene MakeLandmarks(int density = 1) {
-  Scene scene = MakeSurroundings(1500 * static_cast<std::size_t>(density));
+// Points on all sides, and lines among them.
+inline Scene MakeLandmarks() {
+  Scene scene = MakeSurroundings();
   std::mt19937 rng(7);
   for (int i = 0; i < 200; ++i) {
     const Eigen::Vector3d p_W = UniformInBox(rng, {-4, -4, -4}, {4, 4, 4});
@@ -36,11 +36,11 @@ inline Scene MakeLandmarks(int density = 1) {
 // A place that keyframes have mapped, and a body with camera and IMU that moves in it.
 class MappedPlace {
  public:
-  // noise: of images, 1 as the sensor's. density: as MakeLandmarks().
-  explicit MappedPlace(const InertialSceneOptions& options, double noise = 1.0, int density = 1)
+  // noise: of images, 1 as the sensor's.
+  explicit MappedPlace(const InertialSceneOptions& options, double noise = 1.0)
       : scene_(options),
         noise_(noise),
-        landmarks_(MakeLandmarks(density)),
+        landmarks_(MakeLandmarks()),
         map_(landmarks_),
         seed_(1000 * options.seed) {
     for (int k = 0; k < 20; ++k) {

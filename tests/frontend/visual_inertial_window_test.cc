@@ -14,7 +14,7 @@
 
 #include "inertial_scene.h"
 #include "map/seen_landmarks.h"
-#include "mapped_drive.h"
+#include "mapped_place.h"
 
 namespace highwall {
 namespace {
@@ -24,11 +24,72 @@ using Vector15 = Eigen::Matrix<double, 15, 1>;
 using testing::EstimateError;
 using testing::InertialScene;
 using testing::InertialSceneOptions;
+using testing::kImageStep;
 using testing::kStart;
-using testing::MappedDrive;
 using testing::MappedPlace;
 using testing::Start;
 using testing::StartSigma;
+
+// A window fed with an image every kImageStep. doubt: [m] and tenths of a radian, where it is said
+// that the start is known no better.
+class Drive {
+ public:
+  Drive(const InertialSceneOptions& scene, const InertialOptions& options,
+        const StartSigma& sigma = {}, double noise = 1.0, double doubt = 0.0)
+      : place_(scene, noise), motion_(scene.motion) {
+    InertialScene& truth = place_.scene();
+    for (const ImuSample& reading : truth.Readings(0.0, kStart)) buffer_.Add(reading);
+    InertialPrior prior = Start(truth, kStart, scene.time_offset, sigma);
+    if (doubt > 0.0) {
+      const Eigen::Vector3d position = Eigen::Vector3d::Constant(doubt * doubt);
+      prior.estimate.covariance.diagonal().head<6>() << position, 0.01 * position;
+    }
+    window_.emplace(truth.calibration(), place_.model(), options, prior);
+  }
+
+  // map_drifts [m/s]: along x. blind: images show nothing.
+  void Go(int images, double map_drifts = 0.0, bool blind = false) {
+    for (int k = 0; k < images; ++k) {
+      const double t = kStart + kImageStep * ++image_;
+      InertialScene& truth = place_.scene();
+      for (const ImuSample& reading : truth.Readings(read_ + 0.005, t + 0.05)) buffer_.Add(reading);
+      read_ = t + 0.05;
+      const Stamp to = FromSeconds(t + window_->time_offset());
+      const auto interval = buffer_.Between(window_->newest().stamp, to);
+      ASSERT_TRUE(interval);
+      const ImuPreintegration imu(interval->samples, window_->newest().bias,
+                                  {.noise = truth.calibration().noise});
+      const Pose drift(Eigen::Quaterniond::Identity(), {map_drifts * kImageStep, 0, 0});
+      place_.MoveMap(drift);
+      T_MW_ = drift * T_MW_;
+      const SeenLandmarks seen = place_.See(t);
+      // The rate as the motion has it: the mean reading is a matter of RateAt().
+      const Eigen::Vector3d omega_B = motion_.SampleAt(to).gyroscope;
+      ASSERT_TRUE(window_->Add({.imu = &imu,
+                                .seen = blind ? nullptr : &seen,
+                                .time_offset = ToSeconds(to) - t,
+                                .omega_B = omega_B}));
+      EXPECT_EQ(window_->newest().stamp, to);
+    }
+  }
+
+  // In the world of the map.
+  Vector15 Error() {
+    ImuState truth = place_.scene().StateAt(ToSeconds(window_->newest().stamp));
+    truth.T_WB = T_MW_ * truth.T_WB;
+    return EstimateError(truth, place_.scene().bias(), window_->newest());
+  }
+  const VisualInertialWindow& window() const { return *window_; }
+
+ private:
+  MappedPlace place_;
+  SinusoidalMotion motion_;
+  ImuBuffer buffer_;
+  std::optional<VisualInertialWindow> window_;
+  Pose T_MW_;  // of the true world in that of the map
+  int image_ = 0;
+  double read_ = kStart;
+};
 
 // Few landmarks, so that a test of many runs is short.
 InertialOptions FewLandmarks() {
@@ -45,7 +106,7 @@ TEST(VisualInertialWindow, TracksTheTruthFromGoodImages) {
                                              .gyroscope_walk = 2e-6,
                                              .accelerometer_walk = 1e-4},
                                    .bias = (ImuBias() << 0.01, 0, -0.01, 0.1, -0.1, 0).finished()};
-  MappedDrive drive(scene, FewLandmarks(), {}, 0.0);
+  Drive drive(scene, FewLandmarks(), {}, 0.0);
   drive.Go(35);
   const Vector15 error = drive.Error();
   // What is left of the start's errors; images are without noise, and weigh as if they had some.
@@ -60,10 +121,10 @@ TEST(VisualInertialWindow, TracksTheTruthFromGoodImages) {
 
 TEST(VisualInertialWindow, PointsAloneAndLinesAloneFindTheTimeOffset) {
   for (const auto& [points, lines] : {std::pair(40, 0), std::pair(0, 40)}) {
-    InertialOptions options;
+    InertialOptions options = FewLandmarks();
     options.tight.max_points = points;
     options.tight.max_lines = lines;
-    MappedDrive drive({.time_offset = 0.008}, options, {.t_d = 5e-3});
+    Drive drive({.time_offset = 0.008}, options, {.t_d = 5e-3});
     drive.Go(30);
     const double sigma = drive.window().Prior().time_offset_sigma();
     EXPECT_LT(sigma, 7e-4) << points << " points";  // of 5 ms
@@ -74,7 +135,7 @@ TEST(VisualInertialWindow, PointsAloneAndLinesAloneFindTheTimeOffset) {
 TEST(VisualInertialWindow, AnOffsetThatIsNotFreeStaysAsItWas) {
   InertialOptions options = FewLandmarks();
   options.estimate_time_offset = false;
-  MappedDrive drive({.time_offset = 0.008}, options, {.t_d = 1e-3});
+  Drive drive({.time_offset = 0.008}, options, {.t_d = 1e-3});
   const double before = drive.window().time_offset();
   drive.Go(8);
   EXPECT_EQ(drive.window().time_offset(), before);
@@ -89,7 +150,7 @@ TEST(VisualInertialWindow, MotionIsConsistentOverThirtySeeds) {
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
     InertialOptions options = FewLandmarks();
     options.window_states = 4;
-    MappedDrive drive({.time_offset = 0.005, .seed = seed}, options);
+    Drive drive({.time_offset = 0.005, .seed = seed}, options);
     drive.Go(25);
     const Vector15 error = drive.Error();
     const Matrix15& P = drive.window().newest().covariance;
@@ -113,7 +174,7 @@ TEST(VisualInertialWindow, WhatLeavesIsNotForgotten) {
   // Nothing moves gravity: it is known better with each state.
   InertialOptions options = FewLandmarks();
   options.window_states = 4;
-  MappedDrive drive({}, options);
+  Drive drive({}, options);
   double before = drive.window().Prior().gravity_sigma();
   for (int k = 0; k < 30; ++k) {
     drive.Go(1);
@@ -152,7 +213,7 @@ TEST(VisualInertialWindow, PositionAndYawGainNoInformation) {
   options.window_states = 4;
   options.visual_noise.position = 1.0;
   options.visual_noise.rotation = 0.1;
-  MappedDrive drive({}, options, {}, 1.0, 1.0);
+  Drive drive({}, options, {}, 1.0, 1.0);
   const Eigen::Vector4d before = GaugeInformation(drive.window());
   EXPECT_NEAR(before[0], 2.0, 1e-3);  // 1 m of the body and 1 m of the map
   for (int k = 0; k < 8; ++k) {
@@ -167,9 +228,8 @@ TEST(VisualInertialWindow, FollowsAMapThatDriftsAlong) {
   InertialOptions options = FewLandmarks();
   options.tight.map_drift = 5e-3;
   options.window_states = 4;
-  MappedDrive drive({}, options, {},
-                    0.0);  // without noise of images, which moves 40 points by as much
-  drive.Go(35, 5e-3);      // the map shifts by 12 mm, which its keyframes all agree on
+  Drive drive({}, options, {}, 0.0);  // without noise of images, which moves 40 points by as much
+  drive.Go(35, 5e-3);                 // the map shifts by 12 mm, which its keyframes all agree on
   const Vector15 error = drive.Error();
   // No landmark began longer ago than the window, 0.27 s, when the map was 1.3 mm elsewhere.
   EXPECT_LT(error.head<3>().norm(), 2.5e-3);    // [m]
@@ -186,7 +246,7 @@ TEST(VisualInertialWindow, NoiseOfImagesDoesNotHoldItBackFromAMapThatDriftsOverT
     InertialOptions options = FewLandmarks();
     options.tight.map_drift = 5e-3;
     options.window_states = 4;
-    MappedDrive drive({.seed = seed}, options);
+    Drive drive({.seed = seed}, options);
     drive.Go(35, 5e-3);
     const Eigen::Vector3d error = drive.Error().head<3>();
     const Eigen::Matrix3d P = drive.window().newest().covariance.topLeftCorner<3, 3>();
@@ -198,11 +258,11 @@ TEST(VisualInertialWindow, NoiseOfImagesDoesNotHoldItBackFromAMapThatDriftsOverT
   RecordProperty("sigma_mm", std::to_string(1e3 * std::sqrt(variance)));
   RecordProperty("position", std::to_string(position));
   EXPECT_LT(behind.norm(), 1.3e-3 + 4.0 * std::sqrt(variance / kRuns));  // [m]
-  EXPECT_NEAR(position, 3.0, 4.0 * std::sqrt(2.0 * 3.0 / kRuns));        // chi-squared of three
+  EXPECT_NEAR(position, 3.0, 4.0 * std::sqrt(2.0 * 3.0 / kRuns));  // chi-squared of three
 }
 
 TEST(VisualInertialWindow, WithoutImagesTheCovarianceGrowsAndHoldsTheError) {
-  MappedDrive drive({}, FewLandmarks());
+  Drive drive({}, FewLandmarks());
   drive.Go(20);
   const Matrix15 before = drive.window().newest().covariance;
   drive.Go(15, 0.0, true);
@@ -213,7 +273,7 @@ TEST(VisualInertialWindow, WithoutImagesTheCovarianceGrowsAndHoldsTheError) {
 }
 
 TEST(VisualInertialWindow, GoesOnFromThePriorOfAnotherWindow) {
-  MappedDrive drive({}, FewLandmarks());
+  Drive drive({}, FewLandmarks());
   drive.Go(20);
   const InertialPrior prior = drive.window().Prior();
   MappedPlace place({});

@@ -86,10 +86,10 @@ inline Scene MakeScene(unsigned seed, int points, int lines) {
 }
 
 // Points on all sides of the origin, 2 to 7 m away, for a camera that turns about all of its axes.
-inline Scene MakeSurroundings(std::size_t points = 1500) {
+inline Scene MakeSurroundings() {
   std::mt19937 rng(3);
   Scene scene;
-  while (scene.points.size() < points) {
+  while (scene.points.size() < 1500) {
     const Eigen::Vector3d p_W = UniformInBox(rng, {-4, -4, -4}, {4, 4, 4});
     if (p_W.norm() < 2.0) continue;
     scene.points.push_back({p_W, RandomDescriptor(rng), Uniform(rng, 3, 9)});
