@@ -258,7 +258,25 @@ TEST(VisualInertialWindow, NoiseOfImagesDoesNotHoldItBackFromAMapThatDriftsOverT
   RecordProperty("sigma_mm", std::to_string(1e3 * std::sqrt(variance)));
   RecordProperty("position", std::to_string(position));
   EXPECT_LT(behind.norm(), 1.3e-3 + 4.0 * std::sqrt(variance / kRuns));  // [m]
-  EXPECT_NEAR(position, 3.0, 4.0 * std::sqrt(2.0 * 3.0 / kRuns));  // chi-squared of three
+  EXPECT_NEAR(position, 3.0, 4.0 * std::sqrt(2.0 * 3.0 / kRuns));        // chi-squared of three
+}
+
+// A start that is known to 0.5 m and 0.05 rad leaves the pose to the image.
+TEST(VisualInertialWindow, LandmarksWhoseErrorsAreNotIndependentCountForLess) {
+  InertialOptions options = FewLandmarks();
+  options.visual_noise.position = 1e-5;
+  options.visual_noise.rotation = 1e-6;
+  const auto variance = [&](double scale) {
+    options.visual_noise.scale = scale;
+    Drive drive({}, options, {}, 1.0, 0.5);
+    drive.Go(1);
+    return drive.window().newest().covariance.diagonal().head<6>().eval();
+  };
+  const Eigen::Array<double, 6, 1> ratio = variance(9.0).array() / variance(1.0).array();
+  // Not nine times: by any scale the landmarks' places in the map, of a few views each, are as
+  // uncertain.
+  EXPECT_GT(ratio.minCoeff(), 1.8) << ratio.transpose();
+  EXPECT_LT(ratio.maxCoeff(), 9.0) << ratio.transpose();
 }
 
 TEST(VisualInertialWindow, WithoutImagesTheCovarianceGrowsAndHoldsTheError) {

@@ -58,7 +58,8 @@ struct VisualNoise {
   // foremost: no number of landmarks makes a pose more certain than this.
   double position = 3e-4;  // [m] > 0
   double rotation = 5e-5;  // [rad] > 0
-  // Of the landmarks' own part of the covariance, > 0: their errors are not independent.
+  // > 0; by which the landmarks' own part of the covariance counts more than they show, whether
+  // each is a row of the window or they are summed up as a pose: their errors are not independent.
   double scale = 4.0;
   double min_error = 0.02;  // > 0; the least |r|^2 per degree of freedom that is believed
 
