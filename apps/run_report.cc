@@ -28,11 +28,9 @@ nlohmann::json ToJson(const StageTimes& times) {
           {"frame", ToJson(times.frame)},       {"dense", ToJson(times.dense)}};
 }
 
-// The window that runs: with the extrinsics as unknowns it is that of poses.
 std::string InertialCouplingOf(const SlamRunOptions& options) {
   if (!options.imu) return "off";
-  const InertialOptions& inertial = options.slam.inertial;
-  return ToString(inertial.estimate_extrinsics ? InertialCoupling::kLoose : inertial.coupling);
+  return ToString(options.slam.inertial.coupling);
 }
 
 nlohmann::json ToJson(const SlamRunOptions& options) {

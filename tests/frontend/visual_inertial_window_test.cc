@@ -307,12 +307,40 @@ TEST(VisualInertialWindow, GoesOnFromThePriorOfAnotherWindow) {
   EXPECT_NEAR(same.gravity_sigma(), prior.gravity_sigma(), 1e-4);
 }
 
-TEST(VisualInertialWindow, AnUnknownMountIsNotItsToFind) {
-  MappedPlace place({});
-  InertialPrior prior = Start(place.scene(), kStart, 0.0, {});
-  prior.T_BC = InertialScene::T_BC();
-  EXPECT_THROW(VisualInertialWindow(place.scene().calibration(), place.model(), {}, prior),
-               InvalidArgument);
+TEST(VisualInertialWindow, FindsWhereTheCameraSitsOverTenSeeds) {
+  constexpr int kRuns = 10;
+  constexpr double kSigma = 0.01;  // [m], [rad] of the start
+  double nees = 0.0;
+  Eigen::Array<double, 6, 1> sigma = Eigen::Array<double, 6, 1>::Zero();
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    Drive drive({.seed = seed}, FewLandmarks(), {.T_BC = kSigma});
+    drive.Go(30);
+    const InertialPrior prior = drive.window().Prior();
+    ASSERT_TRUE(prior.T_BC);
+    const Pose& T_BC = *prior.T_BC;
+    const Pose truth = InertialScene::T_BC();
+    Eigen::Matrix<double, 6, 1> error;
+    error << truth.p() - T_BC.p(), so3::Log(T_BC.q().conjugate() * truth.q());
+    const Eigen::MatrixXd P = prior.calibration_covariance.bottomRightCorner<6, 6>();
+    nees += error.dot(P.ldlt().solve(error)) / kRuns;
+    sigma += P.diagonal().array().sqrt() / kRuns;
+  }
+  RecordProperty("nees", std::to_string(nees));
+  EXPECT_LT(sigma.tail<3>().maxCoeff(), 0.3 * kSigma) << sigma.transpose();
+  EXPECT_LT(sigma.head<3>().maxCoeff(), 0.8 * kSigma) << sigma.transpose();
+  EXPECT_NEAR(nees, 6.0, 4.0 * std::sqrt(2.0 * 6.0 / kRuns));  // chi-squared of six
+}
+
+TEST(VisualInertialWindow, FindsWhereTheCameraSitsWithAClockThatIsKnown) {
+  InertialOptions options = FewLandmarks();
+  options.estimate_time_offset = false;
+  Drive drive({}, options, {.t_d = 1e-9, .T_BC = 0.01});
+  drive.Go(20);
+  const InertialPrior prior = drive.window().Prior();
+  const Pose error = InertialScene::T_BC().Inverse() * *prior.T_BC;
+  const Eigen::Vector3d sigma = prior.calibration_covariance.diagonal().tail<3>().cwiseSqrt();
+  EXPECT_LT(sigma.maxCoeff(), 0.4 * 0.01) << sigma.transpose();  // [rad]
+  EXPECT_LT(error.Angle(), 3.0 * sigma.norm());
 }
 
 }  // namespace

@@ -243,7 +243,7 @@ InertialWindow InertialOdometry::Impl::MakeLoose(const InertialPrior& prior) con
 
 void InertialOdometry::Impl::StartTight(const InertialPrior& prior) {
   tight_.reset();
-  if (options_.coupling != InertialCoupling::kTight || !model_ || prior.T_BC) return;
+  if (options_.coupling != InertialCoupling::kTight || !model_) return;
   try {
     tight_ = std::make_unique<TightCoupling>(calibration_, *model_, options_, prior);
   } catch (const InvalidArgument&) {  // the window of poses goes on alone

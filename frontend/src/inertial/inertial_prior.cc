@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <highwall/core/so3.h>
 #include <highwall/factors/imu_factor.h>
@@ -93,6 +94,14 @@ Eigen::MatrixXd InertialPrior::Joint() const {
   Eigen::MatrixXd joint(size, size);
   joint << estimate.covariance, coupling, coupling.transpose(), calibration_covariance;
   return joint;
+}
+
+Eigen::MatrixXd InertialPrior::JointWithoutTimeOffset() const {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < kN + calibration_covariance.rows(); ++i) {
+    if (i != kN + 2) rows.push_back(i);
+  }
+  return Joint()(rows, rows);
 }
 
 void InertialPrior::SetJoint(const Eigen::MatrixXd& covariance) {

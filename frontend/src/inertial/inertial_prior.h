@@ -45,6 +45,7 @@ struct InertialPrior {
 
   // 18 x 18 or 24 x 24, all of it.
   Eigen::MatrixXd Joint() const;
+  Eigen::MatrixXd JointWithoutTimeOffset() const;
   void SetJoint(const Eigen::MatrixXd& covariance);
   // Standard deviations: of gravity's direction [rad] (the larger of two), of t_d [s].
   double gravity_sigma() const;

@@ -45,11 +45,8 @@ void InertialWindow::AddPrior(const InertialPrior& prior) {
   std::vector<VariableId> ids = {state_.pose, state_.velocity, state_.bias, gravity_};
   if (free_time_offset_) ids.push_back(time_offset_);
   if (extrinsics_) ids.push_back(extrinsics_->T_BC);
-  std::vector<Eigen::Index> rows;  // of t_d none, where it is known
-  for (Eigen::Index i = 0; i < kN + prior.calibration_covariance.rows(); ++i) {
-    if (i != kN + 2 || free_time_offset_) rows.push_back(i);
-  }
-  AddJointPrior(prior.Joint()(rows, rows), ids, &smoother_);
+  AddJointPrior(free_time_offset_ ? prior.Joint() : prior.JointWithoutTimeOffset(), ids,
+                &smoother_);
 }
 
 InertialWindow::State InertialWindow::AddState(const InertialEstimate& estimate) {

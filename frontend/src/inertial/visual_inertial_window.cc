@@ -9,6 +9,7 @@
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/so3.h>
+#include <highwall/factors/extrinsic_factor.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/time_offset_factor.h>
 #include <highwall/factors/zero_velocity.h>
@@ -62,8 +63,8 @@ VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
       gravity_W_(prior.gravity_W),
       calibration_covariance_(prior.calibration_covariance),
       coupling_(prior.coupling) {
-  HIGHWALL_REQUIRE(!prior.T_BC, "VisualInertialWindow: T_BC must be known");
-  model_.SetExtrinsics(calibration.T_BC);
+  if (prior.T_BC) T_BC_ = smoother_.AddCalibration(*prior.T_BC);
+  model_.SetExtrinsics(prior.T_BC ? Pose() : calibration.T_BC);
   gravity_ = smoother_.AddCalibration(prior.gravity_W);
   time_offset_ = smoother_.AddCalibration(prior.time_offset);
   if (!options_.estimate_time_offset) smoother_.Fix(time_offset_);
@@ -80,8 +81,9 @@ VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
 void VisualInertialWindow::AddPrior(const InertialPrior& prior) {
   std::vector<VariableId> ids = {last_.pose, last_.velocity, last_.bias, gravity_};
   if (options_.estimate_time_offset) ids.push_back(time_offset_);
-  const Eigen::Index size = options_.estimate_time_offset ? kN + 3 : kN + 2;
-  AddJointPrior(prior.Joint().topLeftCorner(size, size), ids, &smoother_);
+  if (T_BC_) ids.push_back(*T_BC_);
+  AddJointPrior(options_.estimate_time_offset ? prior.Joint() : prior.JointWithoutTimeOffset(), ids,
+                &smoother_);
   const VisualNoise& noise = options_.visual_noise;
   smoother_.AddFactor(
       std::make_unique<PosePrior>(
@@ -132,7 +134,10 @@ bool VisualInertialWindow::Add(const Step& step) {
 }
 
 std::vector<VariableId> VisualInertialWindow::Told() const {
-  return {last_.pose, last_.velocity, last_.bias, gravity_, time_offset_, last_.T_VW};
+  std::vector<VariableId> told = {last_.pose, last_.velocity, last_.bias, gravity_, time_offset_};
+  if (T_BC_) told.push_back(*T_BC_);
+  told.push_back(last_.T_VW);
+  return told;
 }
 
 // Its residuals have the variance that they show themselves, times what is in it that they have in
@@ -190,6 +195,10 @@ void VisualInertialWindow::AddObservation(const Sight& sight, const Seen& seen,
                                           const VariableId& landmark) {
   std::vector<VariableId> on = {sight.state.pose, landmark};
   std::shared_ptr<ceres::CostFunction> factor = model_.MakeFactor(*seen.feature);
+  if (T_BC_) {
+    factor = std::make_shared<ExtrinsicFactor>(std::move(factor));
+    on.push_back(*T_BC_);
+  }
   if (options_.estimate_time_offset) {
     factor =
         std::make_shared<TimeOffsetFactor>(std::move(factor), smoother_.Value(sight.state.velocity),
@@ -209,9 +218,10 @@ void VisualInertialWindow::ReadNewest(Stamp stamp) {
 }
 
 void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& of_told) {
-  // From [state, n, t_d, T_VW] in V to [state, n, t_d] in W, e being the step of T_VW's rotation:
+  // From [state, n, t_d, T_BC, T_VW] in V to [state, n, t_d, T_BC] in W, where T_BC is known
+  // without it, e being the step of T_VW's rotation:
   //   p_W = R_VW^T (p_V - p_VW),   R_WB = Exp(-e) R_VW^T R_VB.
-  const Eigen::Index size = kN + 3;
+  const Eigen::Index size = of_told.rows() - 6;
   const Eigen::Matrix3d R_WV = smoother_.Value(last_.T_VW).R().transpose();
   const ImuState& in_W = newest_.state;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(size, size + 6);
@@ -229,12 +239,13 @@ void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& of_told) {
   J.block<2, 3>(kN, size + 3) = basis_W.transpose() * so3::Hat(gravity_W_.vector());
   const Eigen::MatrixXd joint = J * of_told * J.transpose();
   newest_.covariance = joint.topLeftCorner<kN, kN>();
-  coupling_ = joint.topRightCorner(kN, 3);
-  calibration_covariance_ = joint.bottomRightCorner(3, 3);
+  coupling_ = joint.topRightCorner(kN, size - kN);
+  calibration_covariance_ = joint.bottomRightCorner(size - kN, size - kN);
 }
 
 InertialPrior VisualInertialWindow::Prior() const {
-  return {newest_, gravity_W_, time_offset(), std::nullopt, calibration_covariance_, coupling_};
+  const std::optional<Pose> T_BC = T_BC_ ? std::optional(smoother_.Value(*T_BC_)) : std::nullopt;
+  return {newest_, gravity_W_, time_offset(), T_BC, calibration_covariance_, coupling_};
 }
 
 }  // namespace highwall

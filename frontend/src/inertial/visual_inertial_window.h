@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <ceres/loss_function.h>
@@ -27,15 +28,16 @@ namespace highwall {
 // The tightly coupled window (docs/inertial_odometry.md): point, line and IMU residuals in one
 // optimization, in a frame V that no correction of the map moves. A state is pose, velocity, bias
 // and T_VW, where the map with its world W lies then: what the map gets wrong changes along the
-// way. Gravity's direction and the time offset are estimated along.
+// way. Gravity's direction and the time offset are estimated along, and T_BC where the prior has it
+// as an unknown.
 //
 // Landmarks are tied to the map by what its keyframes saw of them, and go into the prior with the
 // oldest state that sees them, with all that saw them: no observation of an image is counted twice.
 // Those of keyframes are, each time that a landmark begins.
 class VisualInertialWindow {
  public:
-  // model: of the camera, its T_BC that of the calibration. Throws InvalidArgument where the prior
-  // cannot be used, or has T_BC as an unknown.
+  // model: of the camera; its T_BC is not used. Throws InvalidArgument where the prior cannot be
+  // used.
   VisualInertialWindow(const ImuCalibration& calibration, const MeasurementModel& model,
                        const InertialOptions& options, const InertialPrior& prior);
 
@@ -98,6 +100,7 @@ class VisualInertialWindow {
   SlidingWindowSmoother smoother_;
   Variable<UnitDirection> gravity_;  // in V
   Variable<double> time_offset_;
+  std::optional<Variable<Pose>> T_BC_;  // where it is an unknown
   State last_;
   std::map<PointId, Variable<Point>> points_;
   std::map<LineId, Variable<OrthonormalLine>> lines_;

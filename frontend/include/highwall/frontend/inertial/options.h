@@ -88,7 +88,7 @@ struct TightWindowOptions {
 
 // How images and IMU are fused.
 struct InertialOptions {
-  // With T_BC as an unknown the images are poses in any case.
+  // Of landmarks, with that of poses between its states, or that of poses alone.
   InertialCoupling coupling = InertialCoupling::kTight;
   ImuWeightingOptions weighting{};
   bool estimate_time_offset = true;

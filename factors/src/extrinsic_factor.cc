@@ -1,0 +1,83 @@
+#include <highwall/factors/extrinsic_factor.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/core/manifolds.h>
+#include <highwall/core/pose.h>
+#include <highwall/core/so3.h>
+
+namespace highwall {
+namespace {
+
+constexpr int kPose = 0, kPoseSize = 7;
+constexpr std::size_t kMostBlocks = 8;
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>;
+
+Pose ToPose(const double* block) {
+  Pose pose;
+  std::copy_n(block, kPoseSize, pose.data());
+  return pose;
+}
+
+// out: J x 7, so that out PlusJacobian(at) = of_camera step.
+void Chain(const Rows& of_camera, const Pose& T_WC, const Matrix6& step, const double* at,
+           double* out) {
+  Eigen::Matrix<double, kPoseSize, 6, Eigen::RowMajor> plus;
+  PoseManifold().PlusJacobian(T_WC.data(), plus.data());
+  const Eigen::Matrix<double, kPoseSize, 6> of_step = plus * step;
+  for (Eigen::Index row = 0; row < of_camera.rows(); ++row) {
+    PoseManifold::Lift<1>(at, of_camera.row(row) * of_step, out + row * kPoseSize);
+  }
+}
+
+}  // namespace
+
+ExtrinsicFactor::ExtrinsicFactor(std::shared_ptr<const ceres::CostFunction> seen)
+    : seen_(std::move(seen)) {
+  HIGHWALL_REQUIRE(seen_ != nullptr && !seen_->parameter_block_sizes().empty() &&
+                       seen_->parameter_block_sizes().front() == kPoseSize &&
+                       seen_->parameter_block_sizes().size() < kMostBlocks,
+                   "ExtrinsicFactor: needs a factor whose first block is a pose");
+  set_num_residuals(seen_->num_residuals());
+  *mutable_parameter_block_sizes() = seen_->parameter_block_sizes();
+  mutable_parameter_block_sizes()->push_back(kPoseSize);
+}
+
+bool ExtrinsicFactor::Evaluate(double const* const* parameters, double* residuals,
+                               double** jacobians) const {
+  const std::size_t last = seen_->parameter_block_sizes().size();
+  const Pose T_WB = ToPose(parameters[kPose]), T_BC = ToPose(parameters[last]);
+  const Pose T_WC = T_WB * T_BC;
+  std::array<const double*, kMostBlocks> blocks;
+  std::copy_n(parameters, last, blocks.begin());
+  blocks[kPose] = T_WC.data();
+  if (jacobians == nullptr) return seen_->Evaluate(blocks.data(), residuals, nullptr);
+
+  std::array<double*, kMostBlocks> out;
+  std::copy_n(jacobians, last, out.begin());
+  Rows of_camera;
+  if (jacobians[kPose] != nullptr || jacobians[last] != nullptr) {
+    of_camera.resize(num_residuals(), kPoseSize);
+    out[kPose] = of_camera.data();
+  }
+  if (!seen_->Evaluate(blocks.data(), residuals, out.data())) return false;
+  if (jacobians[kPose] != nullptr) {
+    Matrix6 step = Matrix6::Identity();  // Eq. 2
+    step.topRightCorner<3, 3>() = -T_WB.R() * so3::Hat(T_BC.p());
+    step.bottomRightCorner<3, 3>() = T_BC.R().transpose();
+    Chain(of_camera, T_WC, step, parameters[kPose], jacobians[kPose]);
+  }
+  if (jacobians[last] != nullptr) {
+    Matrix6 step = Matrix6::Identity();  // Eq. 3
+    step.topLeftCorner<3, 3>() = T_WB.R();
+    Chain(of_camera, T_WC, step, parameters[last], jacobians[last]);
+  }
+  return true;
+}
+
+}  // namespace highwall
