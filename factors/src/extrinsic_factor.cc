@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <utility>
+
+#include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
-#include <highwall/core/pose.h>
 #include <highwall/core/so3.h>
 
 namespace highwall {
@@ -18,17 +20,11 @@ constexpr std::size_t kMostBlocks = 8;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>;
 
-Pose ToPose(const double* block) {
-  Pose pose;
-  std::copy_n(block, kPoseSize, pose.data());
-  return pose;
-}
-
 // out: J x 7, so that out PlusJacobian(at) = of_camera step.
-void Chain(const Rows& of_camera, const Pose& T_WC, const Matrix6& step, const double* at,
+void Chain(const Rows& of_camera, const double* T_WC, const Matrix6& step, const double* at,
            double* out) {
   Eigen::Matrix<double, kPoseSize, 6, Eigen::RowMajor> plus;
-  PoseManifold().PlusJacobian(T_WC.data(), plus.data());
+  PoseManifold().PlusJacobian(T_WC, plus.data());
   const Eigen::Matrix<double, kPoseSize, 6> of_step = plus * step;
   for (Eigen::Index row = 0; row < of_camera.rows(); ++row) {
     PoseManifold::Lift<1>(at, of_camera.row(row) * of_step, out + row * kPoseSize);
@@ -51,8 +47,13 @@ ExtrinsicFactor::ExtrinsicFactor(std::shared_ptr<const ceres::CostFunction> seen
 bool ExtrinsicFactor::Evaluate(double const* const* parameters, double* residuals,
                                double** jacobians) const {
   const std::size_t last = seen_->parameter_block_sizes().size();
-  const Pose T_WB = ToPose(parameters[kPose]), T_BC = ToPose(parameters[last]);
-  const Pose T_WC = T_WB * T_BC;
+  const Eigen::Map<const Eigen::Vector3d> p_WB(parameters[kPose]), p_BC(parameters[last]);
+  const Eigen::Map<const Eigen::Quaterniond> q_WB(parameters[kPose] + 3);
+  const Eigen::Map<const Eigen::Quaterniond> q_BC(parameters[last] + 3);
+  const Eigen::Matrix3d R_WB = q_WB.toRotationMatrix();
+  std::array<double, kPoseSize> T_WC;
+  Eigen::Map<Eigen::Vector3d>(T_WC.data()) = p_WB + R_WB * p_BC;
+  Eigen::Map<Eigen::Quaterniond>(T_WC.data() + 3) = q_WB * q_BC;
   std::array<const double*, kMostBlocks> blocks;
   std::copy_n(parameters, last, blocks.begin());
   blocks[kPose] = T_WC.data();
@@ -68,14 +69,14 @@ bool ExtrinsicFactor::Evaluate(double const* const* parameters, double* residual
   if (!seen_->Evaluate(blocks.data(), residuals, out.data())) return false;
   if (jacobians[kPose] != nullptr) {
     Matrix6 step = Matrix6::Identity();  // Eq. 2
-    step.topRightCorner<3, 3>() = -T_WB.R() * so3::Hat(T_BC.p());
-    step.bottomRightCorner<3, 3>() = T_BC.R().transpose();
-    Chain(of_camera, T_WC, step, parameters[kPose], jacobians[kPose]);
+    step.topRightCorner<3, 3>() = -R_WB * so3::Hat(p_BC);
+    step.bottomRightCorner<3, 3>() = q_BC.toRotationMatrix().transpose();
+    Chain(of_camera, T_WC.data(), step, parameters[kPose], jacobians[kPose]);
   }
   if (jacobians[last] != nullptr) {
     Matrix6 step = Matrix6::Identity();  // Eq. 3
-    step.topLeftCorner<3, 3>() = T_WB.R();
-    Chain(of_camera, T_WC, step, parameters[last], jacobians[last]);
+    step.topLeftCorner<3, 3>() = R_WB;
+    Chain(of_camera, T_WC.data(), step, parameters[last], jacobians[last]);
   }
   return true;
 }

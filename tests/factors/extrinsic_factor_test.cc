@@ -1,5 +1,6 @@
 #include <highwall/factors/extrinsic_factor.h>
 
+#include <limits>
 #include <memory>
 #include <random>
 
@@ -140,6 +141,19 @@ TEST(ExtrinsicFactor, LinesFindWhereTheCameraSits) {
   const Pose error = rig.T_BC.Inverse() * graph.Value(T_BC);  // measurements are exact
   EXPECT_LT(error.p().norm(), 1e-7);
   EXPECT_LT(error.Angle(), 1e-7);
+}
+
+TEST(ExtrinsicFactor, BlocksThatAreNoneDoNotThrow) {
+  const twins::Rig rig = TestRig();
+  const ExtrinsicFactor f(SomePoint(rig, {300.0, 200.0, 15.0}));
+  const Block nothing(7, 0.0), nan(7, std::numeric_limits<double>::quiet_NaN());
+  for (const Block& pose : {nothing, nan}) {
+    const Block point = {0.0, 0.0, 2.0};
+    const double* blocks[] = {pose.data(), point.data(), pose.data()};
+    double r[3], body[21], camera[21];
+    double* jacobians[] = {body, nullptr, camera};
+    EXPECT_NO_THROW(f.Evaluate(blocks, r, jacobians));
+  }
 }
 
 TEST(ExtrinsicFactor, RefusesWhatIsNotOnAPose) {

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include <highwall/core/so3.h>
@@ -49,6 +52,22 @@ TEST(InertialExtrinsics, AreNotSeenAtRest) {
   Drive drive({.motion = 0.0}, {.estimate_extrinsics = true});
   drive.Until(6.0);
   ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  const ExtrinsicsEstimate& found = *drive.reports.back().extrinsics;
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_FALSE(found.lever_arm_seen[i]) << i;
+    EXPECT_FALSE(found.rotation_seen[i]) << i;
+  }
+}
+
+TEST(InertialExtrinsics, AreNotSeenAtRestBetweenGapsInTheReadings) {
+  Drive drive({.motion = 0.0}, {.estimate_extrinsics = true}, kOff);
+  drive.change = [](const ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    return t < 3.0 || std::fmod(t, 1.0) > 0.25;
+  };
+  drive.Until(7.9);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_GE(std::ranges::count_if(drive.reports, &InertialReport::restarted), 4);
   const ExtrinsicsEstimate& found = *drive.reports.back().extrinsics;
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_FALSE(found.lever_arm_seen[i]) << i;

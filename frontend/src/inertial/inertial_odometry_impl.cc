@@ -433,18 +433,21 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   estimate.stamp = stamp;
   estimate.state.T_WB = T_OB;
   estimate.state.v_WB = (T_OB.p() - T_OB_before.p()) / step;
-  prior.coupling.topRows<9>().setZero();
-  estimate.covariance.topLeftCorner<9, 15>().setZero();
-  estimate.covariance.bottomLeftCorner<6, 9>().setZero();
-  Eigen::Matrix<double, 9, 1> sigma;
-  sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Constant(0.005),
-      Eigen::Vector3d::Constant(kRestartVelocitySigma);
-  estimate.covariance.topLeftCorner<9, 9>() = sigma.cwiseProduct(sigma).asDiagonal();
-  Vector6 walk;
-  walk << Eigen::Vector3d::Constant(calibration_.noise.gyroscope_walk),
-      Eigen::Vector3d::Constant(calibration_.noise.accelerometer_walk);
-  estimate.covariance.bottomRightCorner<6, 6>() +=
-      Matrix6((pause * walk.cwiseProduct(walk)).asDiagonal());
+  // The image has seen the camera: what is unknown of T_BC is unknown of the body.
+  const Eigen::MatrixXd joint = prior.Joint();
+  Eigen::MatrixXd J = Eigen::MatrixXd::Identity(joint.rows(), joint.cols());
+  J.topRows<9>().setZero();
+  if (prior.T_BC) J.topRightCorner<6, 6>() = BodyByExtrinsics(T_OB, T_BC_);
+  const auto squared = [](double sigma) -> Eigen::Vector3d {
+    return Eigen::Vector3d::Constant(sigma * sigma);
+  };
+  Eigen::Matrix<double, 15, 1> variance;
+  variance << squared(0.01), squared(0.005), squared(kRestartVelocitySigma),
+      pause * squared(calibration_.noise.gyroscope_walk),
+      pause * squared(calibration_.noise.accelerometer_walk);
+  Eigen::MatrixXd anew = J * joint * J.transpose();
+  anew.diagonal().head<15>() += variance;
+  prior.SetJoint(anew);
   if (!Start(prior)) {
     report.reason = kNoStart;
     return;

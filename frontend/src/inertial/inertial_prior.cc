@@ -89,6 +89,15 @@ CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
   return camera;
 }
 
+Matrix6 BodyByExtrinsics(const Pose& T_WB, const Pose& T_BC) {
+  // T_WB = T_WC T_BC^-1.
+  Matrix6 J = Matrix6::Zero();
+  J.topLeftCorner<3, 3>() = -T_WB.R();
+  J.topRightCorner<3, 3>() = -T_WB.R() * so3::Hat(T_BC.p()) * T_BC.R();
+  J.bottomRightCorner<3, 3>() = -T_BC.R();
+  return J;
+}
+
 Eigen::MatrixXd InertialPrior::Joint() const {
   const Eigen::Index size = kN + calibration_covariance.rows();
   Eigen::MatrixXd joint(size, size);

@@ -59,6 +59,10 @@ struct InertialPrior {
 CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
                                  const ImuPreintegration& imu, double weight = 1.0);
 
+// 6 x 6, of tangents: how the body's pose follows from T_BC where it is known by its camera's
+// alone.
+Eigen::Matrix<double, 6, 6> BodyByExtrinsics(const Pose& T_WB, const Pose& T_BC);
+
 // The camera's motion, in its own frame, while its body has that state and turns at omega_B
 // [rad/s], free of bias.
 Twist CameraMotion(const ImuState& body, const Eigen::Vector3d& omega_B, const Pose& T_BC);
