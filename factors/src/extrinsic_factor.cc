@@ -20,14 +20,16 @@ constexpr std::size_t kMostBlocks = 8;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>;
 
-// out: J x 7, so that out PlusJacobian(at) = of_camera step.
-void Chain(const Rows& of_camera, const double* T_WC, const Matrix6& step, const double* at,
-           double* out) {
+// out: as many rows, so that out PlusJacobian(at) = of_camera PlusJacobian(T_WC) step; may be
+// of_camera itself.
+void Chain(const Eigen::Ref<const Rows>& of_camera, const double* T_WC, const Matrix6& step,
+           const double* at, double* out) {
   Eigen::Matrix<double, kPoseSize, 6, Eigen::RowMajor> plus;
   PoseManifold().PlusJacobian(T_WC, plus.data());
   const Eigen::Matrix<double, kPoseSize, 6> of_step = plus * step;
   for (Eigen::Index row = 0; row < of_camera.rows(); ++row) {
-    PoseManifold::Lift<1>(at, of_camera.row(row) * of_step, out + row * kPoseSize);
+    const Eigen::Matrix<double, 1, 6> tangent = of_camera.row(row) * of_step;
+    PoseManifold::Lift<1>(at, tangent, out + row * kPoseSize);
   }
 }
 
@@ -61,22 +63,24 @@ bool ExtrinsicFactor::Evaluate(double const* const* parameters, double* residual
 
   std::array<double*, kMostBlocks> out;
   std::copy_n(jacobians, last, out.begin());
-  Rows of_camera;
-  if (jacobians[kPose] != nullptr || jacobians[last] != nullptr) {
-    of_camera.resize(num_residuals(), kPoseSize);
-    out[kPose] = of_camera.data();
+  Rows own;
+  if (out[kPose] == nullptr && jacobians[last] != nullptr) {
+    own.resize(num_residuals(), kPoseSize);
+    out[kPose] = own.data();
   }
   if (!seen_->Evaluate(blocks.data(), residuals, out.data())) return false;
+  if (out[kPose] == nullptr) return true;
+  const Eigen::Map<const Rows> of_camera(out[kPose], num_residuals(), kPoseSize);
+  if (jacobians[last] != nullptr) {
+    Matrix6 step = Matrix6::Identity();  // Eq. 3
+    step.topLeftCorner<3, 3>() = R_WB;
+    Chain(of_camera, T_WC.data(), step, parameters[last], jacobians[last]);
+  }
   if (jacobians[kPose] != nullptr) {
     Matrix6 step = Matrix6::Identity();  // Eq. 2
     step.topRightCorner<3, 3>() = -R_WB * so3::Hat(p_BC);
     step.bottomRightCorner<3, 3>() = q_BC.toRotationMatrix().transpose();
     Chain(of_camera, T_WC.data(), step, parameters[kPose], jacobians[kPose]);
-  }
-  if (jacobians[last] != nullptr) {
-    Matrix6 step = Matrix6::Identity();  // Eq. 3
-    step.topLeftCorner<3, 3>() = R_WB;
-    Chain(of_camera, T_WC.data(), step, parameters[last], jacobians[last]);
   }
   return true;
 }
