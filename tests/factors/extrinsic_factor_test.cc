@@ -43,13 +43,23 @@ std::shared_ptr<const ceres::CostFunction> SomeLine(const twins::Rig& rig, const
                                                            OfCamera(rig));
 }
 
-TEST(ExtrinsicFactor, OfAPointIsItsReprojectionWithFreeExtrinsics) {
-  std::mt19937 rng(100);
+// check(rng, rig, T_WB, p_W, z) at fifty poses of a body whose camera sits anywhere; z: what it
+// sees of p_W, a pixel or two off.
+template <typename Check>
+void AtRandomMounts(unsigned seed, const Check& check) {
+  std::mt19937 rng(seed);
   twins::Rig rig = TestRig();
   AtRandomPoses(rng, [&](const Pose& T_WB) {
     rig.T_BC = RandomPose(rng);
     const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WB);
     const Eigen::Vector3d z = Observe(rig, T_WB, p_W) + Eigen::Vector3d(2.0, -1.0, 0.2);
+    check(rng, rig, T_WB, p_W, z);
+  });
+}
+
+TEST(ExtrinsicFactor, OfAPointIsItsReprojectionWithFreeExtrinsics) {
+  AtRandomMounts(100, [](std::mt19937&, const twins::Rig& rig, const Pose& T_WB,
+                         const Eigen::Vector3d& p_W, const Eigen::Vector3d& z) {
     const ExtrinsicFactor f(SomePoint(rig, z));
     const PointReprojectionRgbdExtrinsics same(z, Eigen::Matrix3d::Identity(), OfCamera(rig));
     const std::vector<Block> blocks = {ToBlock(T_WB), ToBlock(p_W), ToBlock(rig.T_BC)};
@@ -59,17 +69,13 @@ TEST(ExtrinsicFactor, OfAPointIsItsReprojectionWithFreeExtrinsics) {
 }
 
 TEST(ExtrinsicFactor, JacobiansOfPointsAndLinesMatchCentralDifferences) {
-  std::mt19937 rng(101);
-  twins::Rig rig = TestRig();
-  AtRandomPoses(rng, [&](const Pose& T_WB) {
-    rig.T_BC = RandomPose(rng);
-    const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WB);
-    const Eigen::Vector3d q_W = RandomPointInView(rng, rig, T_WB);
-    const Eigen::Vector3d z = Observe(rig, T_WB, p_W) + Eigen::Vector3d(2.0, -1.0, 0.2);
+  AtRandomMounts(101, [](std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB,
+                         const Eigen::Vector3d& p_W, const Eigen::Vector3d& z) {
     const auto of_point = testing::CheckJacobians(ExtrinsicFactor(SomePoint(rig, z)),
                                                   {ToBlock(T_WB), ToBlock(p_W), ToBlock(rig.T_BC)},
                                                   {&kPoseManifold, nullptr, &kPoseManifold});
     EXPECT_TRUE(of_point) << of_point.message;
+    const Eigen::Vector3d q_W = RandomPointInView(rng, rig, T_WB);
     if ((Observe(rig, T_WB, p_W) - Observe(rig, T_WB, q_W)).head<2>().norm() < 30.0) return;
     const OrthonormalLine line(PluckerLine::FromPoints(p_W + Eigen::Vector3d(0.01, 0, 0.02), q_W));
     const auto of_line = testing::CheckJacobians(
@@ -81,12 +87,8 @@ TEST(ExtrinsicFactor, JacobiansOfPointsAndLinesMatchCentralDifferences) {
 }
 
 TEST(ExtrinsicFactor, JacobiansMatchCentralDifferencesBehindATimeOffset) {
-  std::mt19937 rng(102);
-  twins::Rig rig = TestRig();
-  AtRandomPoses(rng, [&](const Pose& T_WB) {
-    rig.T_BC = RandomPose(rng);
-    const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WB);
-    const Eigen::Vector3d z = Observe(rig, T_WB, p_W) + Eigen::Vector3d(2.0, -1.0, 0.2);
+  AtRandomMounts(102, [](std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB,
+                         const Eigen::Vector3d& p_W, const Eigen::Vector3d& z) {
     const TimeOffsetFactor f(std::make_shared<ExtrinsicFactor>(SomePoint(rig, z)),
                              RandomVector(rng, 2.0), RandomVector(rng, 2.0), 0.005);
     const auto check =
