@@ -10,8 +10,8 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kWidth = 1240.0;  // [px], as all that follows
-constexpr double kHeight = 600.0;
+constexpr double kAllanWidth = 1240.0;  // [px], as all that follows
+constexpr double kAllanHeight = 600.0;
 constexpr PlotAxes::Box kGyroscopeBox{100.0, 84.0, 490.0, 440.0};
 constexpr PlotAxes::Box kAccelerometerBox{720.0, 84.0, 490.0, 440.0};
 
@@ -67,11 +67,11 @@ void DrawPanel(const PlotAxes::Box& box, const std::string& name, const std::str
   }
 }
 
-void DrawLegend(Svg* svg) {
+void DrawAllanLegend(Svg* svg) {
   double left = kGyroscopeBox.left;
   const auto entry = [&](const std::string& label, const SvgStroke& stroke) {
-    svg->Line({left, kHeight - 16.0}, {left + 28.0, kHeight - 16.0}, stroke);
-    svg->Text({left + 34.0, kHeight - 12.0}, label, {});
+    svg->Line({left, kAllanHeight - 16.0}, {left + 28.0, kAllanHeight - 16.0}, stroke);
+    svg->Text({left + 34.0, kAllanHeight - 12.0}, label, {});
     left += 60.0 + 6.6 * static_cast<double>(label.size());
   };
   entry("fit", kFit);
@@ -84,11 +84,11 @@ void DrawLegend(Svg* svg) {
 
 void WriteAllanPlot(const std::filesystem::path& path, const std::string& title,
                     const ImuNoiseEstimate& estimate) {
-  Svg svg(kWidth, kHeight);
+  Svg svg(kAllanWidth, kAllanHeight);
   svg.Text({kGyroscopeBox.left, 34.0}, title, {.size = 18.0, .color = "#111", .bold = true});
   DrawPanel(kGyroscopeBox, "gyroscope", "rad/s", estimate.gyroscope, &svg);
   DrawPanel(kAccelerometerBox, "accelerometer", "m/s²", estimate.accelerometer, &svg);
-  DrawLegend(&svg);
+  DrawAllanLegend(&svg);
   svg.Write(path);
 }
 

@@ -38,10 +38,6 @@ struct CalibrateArguments {
   bool json = false;
 };
 
-void Warn(const std::string& text) {
-  fmt::print(stderr, "highwall calibrate: warning: {}\n", OneLine(text));
-}
-
 struct Recording {
   std::filesystem::path dataset;
   std::string config;      // as --config
@@ -103,7 +99,7 @@ void PrintText(const CameraImuCalibration& found, bool with_scale) {
   for (const std::string& advice : found.advice) fmt::print("not seen     {}\n", advice);
 }
 
-nlohmann::ordered_json ToJson(const CameraImuCalibration& found) {
+nlohmann::ordered_json CalibrationJson(const CameraImuCalibration& found) {
   const auto list = [](const auto& v) {
     return std::vector<double>(v.data(), v.data() + v.size());
   };
@@ -144,11 +140,13 @@ std::optional<ImuInput> OpenImu(const Recording& recording, const OpenedDataset&
     return imu;
   }
   if (!opened.config.imu) {
-    Warn(recording.dataset.string() +
-         ": no calibration names the noise of the IMU: that of EuRoC's is taken (find it with "
-         "highwall imu-noise)");
+    PrintWarning(
+        "calibrate",
+        recording.dataset.string() +
+            ": no calibration names the noise of the IMU: that of EuRoC's is taken (find it with "
+            "highwall imu-noise)");
   }
-  for (const std::string& warning : imu->warnings) Warn(warning);
+  for (const std::string& warning : imu->warnings) PrintWarning("calibrate", warning);
   if (!imu->IsUsable()) throw IoError(imu->file, "cannot be used");
   return imu;
 }
@@ -198,7 +196,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
     found = FitImu(recording, poses, *imu, arguments.keep_depth);
   }
   if (arguments.json) {
-    nlohmann::ordered_json json = found ? ToJson(*found) : nlohmann::ordered_json::object();
+    nlohmann::ordered_json json = found ? CalibrationJson(*found) : nlohmann::ordered_json::object();
     if (images) AddTo(&json, *images, wanted);
     fmt::print("{}\n", json.dump());
   } else {

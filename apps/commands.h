@@ -30,6 +30,9 @@ inline std::string OneLine(std::string message) {
   return message;
 }
 
+// On standard error, as one line: "highwall eval: warning: ...".
+void PrintWarning(const std::string& command, const std::string& text);
+
 // One function per subcommand, each in its own file: adds the subcommand and its options to `app`,
 // and sets `action` when the user chose it. CLI::ParseError means wrong usage. `action` must
 // outlive the parsing.

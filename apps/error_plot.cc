@@ -16,16 +16,16 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kWidth = 1240.0;  // [px], as all that follows
-constexpr double kHeight = 580.0;
-constexpr PlotAxes::Box kMapBox{80.0, 96.0, 430.0, 420.0};
+constexpr double kErrorWidth = 1240.0;  // [px], as all that follows
+constexpr double kErrorHeight = 580.0;
+constexpr PlotAxes::Box kPathBox{80.0, 96.0, 430.0, 420.0};
 constexpr PlotAxes::Box kColorBarBox{530.0, 96.0, 14.0, 420.0};
-constexpr PlotAxes::Box kErrorBox{720.0, 96.0, 490.0, 420.0};
+constexpr PlotAxes::Box kErrorsBox{720.0, 96.0, 490.0, 420.0};
 constexpr double kLegendHeight = 84.0;
 constexpr int kColorLevels = 64;
 constexpr std::size_t kFew = 80;  // so few poses or errors are drawn as dots too
 
-const SvgStroke kReferenceStroke{.color = "#b4b4b4", .width = 1.6};
+const SvgStroke kTruthStroke{.color = "#b4b4b4", .width = 1.6};
 const SvgStroke kErrorStroke{.color = "#4a6fa5", .width = 1.2};
 const SvgStroke kLeftStroke{.color = "#e08a1e", .width = 1.2};
 const SvgStroke kMeanStroke{.color = "#1b7f5c", .width = 1.6, .dashes = "7 4"};
@@ -109,13 +109,13 @@ void DrawMap(const ErrorPlotText& text, const Trajectory& reference, const Traje
              Svg* svg) {
   const std::array both = {&reference, &result.estimate};
   const MapProjection projection(both);
-  const PlotAxes axes = projection.MakeAxes(kMapBox);
+  const PlotAxes axes = projection.MakeAxes(kPathBox);
   axes.Draw(projection.HorizontalLabel(), projection.VerticalLabel(), svg);
-  DrawTrajectory(projection, axes, reference, result.max_gap, kReferenceStroke, svg);
+  DrawTrajectory(projection, axes, reference, result.max_gap, kTruthStroke, svg);
   DrawEstimate(projection, axes, result, svg);
   DrawColorBar(text, result.statistics, svg);
   const double next =
-      DrawLegendEntry({kMapBox.left, kLegendHeight}, "reference", kReferenceStroke, svg);
+      DrawLegendEntry({kPathBox.left, kLegendHeight}, "reference", kTruthStroke, svg);
   DrawLegendEntry({next, kLegendHeight}, "estimate, coloured by error",
                   {.color = Color(0.25), .width = 2.4}, svg);
 }
@@ -142,7 +142,7 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
   const ErrorStatistics& s = result.statistics;
   PlotRange time{0.0, ToSeconds(result.estimate.back().stamp - result.estimate.front().stamp)};
   if (time.Width() < 1e-9) time.Widen(1.0);
-  const PlotAxes axes(kErrorBox, time, {0.0, s.max > 0.0 ? 1.06 * s.max : 1.0});
+  const PlotAxes axes(kErrorsBox, time, {0.0, s.max > 0.0 ? 1.06 * s.max : 1.0});
   axes.Draw("time [s]", ErrorLabel(text), svg);
   DrawErrorCurve(axes, result, result.errors, kErrorStroke, svg);
   DrawErrorCurve(axes, result, text.left, kLeftStroke, svg);
@@ -152,7 +152,7 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
     return DrawLegendEntry({left, kLegendHeight},
                            fmt::format("{} {:.4g} {}", name, value, text.unit), stroke, svg);
   };
-  const double next = draw_level(kErrorBox.left, "mean", s.mean, kMeanStroke);
+  const double next = draw_level(kErrorsBox.left, "mean", s.mean, kMeanStroke);
   const double last = draw_level(next, "rmse", s.rmse, kRmseStroke);
   if (!text.left.empty())
     DrawLegendEntry({last, kLegendHeight}, "without shift, scale, lever arm", kLeftStroke, svg);
@@ -162,10 +162,10 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
 
 void WriteErrorPlot(const std::filesystem::path& path, const ErrorPlotText& text,
                     const Trajectory& reference, const TrajectoryError& result) {
-  Svg svg(kWidth, kHeight);
-  svg.Text({kMapBox.left, 30.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
+  Svg svg(kErrorWidth, kErrorHeight);
+  svg.Text({kPathBox.left, 30.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
   svg.Text(
-      {kMapBox.left, 52.0},
+      {kPathBox.left, 52.0},
       fmt::format("{}; {} poses matched over {:.1f} % of the time, scale {:.4f}", text.subtitle,
                   result.estimate.size(), 100.0 * result.time_covered, result.scale),
       {.size = 13.0});

@@ -8,7 +8,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
+constexpr double kDegreesPerRadian = 57.29577951308232;
 
 std::string ShiftText(const ErrorCause& cause) {
   return fmt::format("{:+.2f} +- {:.2f} ms", 1e3 * cause.time_shift, 2e3 * cause.time_shift_sigma);
@@ -49,7 +49,8 @@ std::string ExplanationTable(const ErrorExplanation& explanation) {
   };
   const auto cause = [&](const char* name, const std::optional<ErrorCause>& found,
                          const auto& describe) {
-    if (!found) return fmt::format("  {:<26} not told by this motion, or a shift too large\n", name);
+    if (!found)
+      return fmt::format("  {:<26} not told by this motion, or a shift too large\n", name);
     return row(name, describe(*found), found->rmse);
   };
   std::string text = fmt::format("\n  {:<26} {:<44} {:>10} {:>9}\n", "without",
@@ -70,9 +71,11 @@ std::string ExplanationTable(const ErrorExplanation& explanation) {
   text += fmt::format(
       "  rotation {:.3f} deg, {:.3f} deg without a turn of [{:.3f} {:.3f} {:.3f}] +- {:.3f} deg "
       "between the bodies\n",
-      kDegrees * explanation.angle_rmse, kDegrees * explanation.angle_rmse_without,
-      kDegrees * explanation.hand_eye.x(), kDegrees * explanation.hand_eye.y(),
-      kDegrees * explanation.hand_eye.z(), 2.0 * kDegrees * explanation.hand_eye_sigma.maxCoeff());
+      kDegreesPerRadian * explanation.angle_rmse,
+      kDegreesPerRadian * explanation.angle_rmse_without,
+      kDegreesPerRadian * explanation.hand_eye.x(), kDegreesPerRadian * explanation.hand_eye.y(),
+      kDegreesPerRadian * explanation.hand_eye.z(),
+      2.0 * kDegreesPerRadian * explanation.hand_eye_sigma.maxCoeff());
   return text;
 }
 

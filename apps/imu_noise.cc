@@ -38,14 +38,10 @@ struct ImuNoiseArguments {
   std::optional<std::filesystem::path> plot;
 };
 
-constexpr double kLongest = 1e9;  // [s]
+constexpr double kLongestRecording = 1e9;  // [s]
 
 // Nothing is filmed beside the readings: they meet any video.
 constexpr VideoSpan kAnyTime{std::numeric_limits<Stamp>::min(), std::numeric_limits<Stamp>::max()};
-
-void Warn(const std::string& text) {
-  fmt::print(stderr, "highwall imu-noise: warning: {}\n", OneLine(text));
-}
 
 // Of what concerns readings at rest; the rest is about a video.
 bool Matters(ImuFindingKind kind) {
@@ -65,12 +61,12 @@ std::filesystem::path FileOf(const std::filesystem::path& input) {
 std::vector<ImuSample> LoadSamples(const ImuNoiseArguments& arguments) {
   const std::filesystem::path file = FileOf(arguments.input);
   const ImuRecording recording = ReadImu(file, kAnyTime);
-  if (!recording.warning.empty()) Warn(recording.warning);
+  if (!recording.warning.empty()) PrintWarning("imu-noise", recording.warning);
   const auto [first, last] = std::ranges::minmax(recording.samples, {}, &ImuSample::stamp);
   const auto findings = CheckImu(recording.samples, {first.stamp, last.stamp});
   for (const ImuFinding& finding : findings) {
     if (finding.severity == ImuSeverity::kFatal) throw IoError(file, finding.text);
-    if (Matters(finding.kind)) Warn(file.string() + ": " + finding.text);
+    if (Matters(finding.kind)) PrintWarning("imu-noise", file.string() + ": " + finding.text);
   }
   std::vector<ImuSample> samples = RepairImu(recording.samples, findings);
   if (samples.size() < 2) throw IoError(file, "has fewer than two readings that can be used");
@@ -125,13 +121,13 @@ Findings Find(const ImuNoiseArguments& arguments) {
 }
 
 // The figures with the keys of calibration.yaml.
-struct Line {
+struct ReportLine {
   const char* key;
   const char* unit;
   const NoiseDensity NoiseDensities::*part;
   const SensorNoise ImuNoiseEstimate::*sensor;
 };
-constexpr Line kLines[] = {
+constexpr ReportLine kLines[] = {
     {"gyroscope_noise", "rad/s/sqrt(Hz)", &NoiseDensities::white, &ImuNoiseEstimate::gyroscope},
     {"accelerometer_noise", "m/s^2/sqrt(Hz)", &NoiseDensities::white,
      &ImuNoiseEstimate::accelerometer},
@@ -147,7 +143,7 @@ constexpr std::size_t kOfCalibration = 4;  // the first of them
 // What was seen, as calibration.yaml takes it, and what was not.
 void PrintCalibration(const ImuNoiseEstimate& estimate) {
   std::string yaml, missing;
-  for (const Line& line : std::span(kLines).first(kOfCalibration)) {
+  for (const ReportLine& line : std::span(kLines).first(kOfCalibration)) {
     const NoiseDensity& density = (estimate.*line.sensor).all.*line.part;
     if (density.IsSeen()) {
       yaml += fmt::format("{}{}: {:.3g}", yaml.empty() ? "" : ", ", line.key, density.value);
@@ -168,7 +164,7 @@ void PrintText(const ImuNoiseArguments& arguments, const Findings& found) {
              arguments.input.string(), found.samples.size(), 1.0 / found.estimate.step, found.Sum(),
              found.Longest());
   fmt::print("  {:26} {:>9}  {:21} {:>9} {:>9} {:>9}\n", "", "all axes", "95 %", "x", "y", "z");
-  for (const Line& line : kLines) {
+  for (const ReportLine& line : kLines) {
     const SensorNoise& noise = found.estimate.*line.sensor;
     const NoiseDensity& all = noise.all.*line.part;
     fmt::print("  {:26} {:>9}  {:21}", line.key,
@@ -240,9 +236,9 @@ void AddImuNoiseCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<ImuNoiseArguments>();
   command->add_option("input", arguments->input, "imu.csv, or the folder of a dataset")->required();
   command->add_option("--from", arguments->from, "Only readings from here on [s], from the first")
-      ->check(Between(0.0, kLongest));
+      ->check(Between(0.0, kLongestRecording));
   command->add_option("--to", arguments->to, "Only readings before [s]")
-      ->check(Between(0.0, kLongest));
+      ->check(Between(0.0, kLongestRecording));
   command->add_flag("--assume-rest", arguments->assume_rest,
                     "All of them are at rest: do not look where");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");

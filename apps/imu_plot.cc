@@ -13,7 +13,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kWidth = 1240.0, kHeight = 640.0;  // [px], as all that follows
+constexpr double kImuWidth = 1240.0, kImuHeight = 640.0;  // [px], as all that follows
 constexpr PlotAxes::Box kWeightBox{100.0, 84.0, 1100.0, 200.0};
 constexpr PlotAxes::Box kInnovationBox{100.0, 364.0, 1100.0, 200.0};
 constexpr double kLeast = 1e-3, kMost = 1e3;  // of the logarithms that are drawn
@@ -52,7 +52,7 @@ void WriteImuPlot(const std::filesystem::path& path, const InertialSummary& iner
     weights.push_back(interval.weight);
     innovations.push_back(interval.innovation.value_or(0.0));
   }
-  Svg svg(kWidth, kHeight);
+  Svg svg(kImuWidth, kImuHeight);
   svg.Text({kWeightBox.left, 34.0}, "The IMU from image to image",
            {.size = 18.0, .color = "#111", .bold = true});
   DrawPanel(kWeightBox, "weight of its residuals", seconds, weights, &svg);

@@ -58,6 +58,10 @@ void AddCommands(CLI::App& app, CommandAction& action) {
 
 }  // namespace
 
+void PrintWarning(const std::string& command, const std::string& text) {
+  fmt::print(stderr, "highwall {}: warning: {}\n", command, OneLine(text));
+}
+
 int RunCommand(std::vector<std::string> words) {
   CLI::App app("RGB-D-inertial SLAM with points and lines, and the tools around it.", "highwall");
   app.set_version_flag("--version", "highwall " HIGHWALL_VERSION);

@@ -15,7 +15,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kWidth = 1240.0;  // [px], as all that follows
+constexpr double kOverlayWidth = 1240.0;  // [px], as all that follows
 constexpr double kTop = 96.0, kPanel = 420.0;
 constexpr PlotAxes::Box kMapBox{80.0, kTop, 500.0, kPanel};
 constexpr PlotAxes::Box kErrorBox{680.0, kTop, 530.0, kPanel};
@@ -80,7 +80,7 @@ void DrawErrors(const std::string& quantity, const std::vector<NamedError>& esti
 
 void WriteOverlayPlot(const std::filesystem::path& path, const OverlayText& text,
                       const Trajectory& reference, const std::vector<NamedError>& estimates) {
-  Svg svg(kWidth, kLegendTop + kLegendRow * static_cast<double>(estimates.size() + 1));
+  Svg svg(kOverlayWidth, kLegendTop + kLegendRow * static_cast<double>(estimates.size() + 1));
   svg.Text({kMapBox.left, 34.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
   svg.Text({kMapBox.left, 58.0}, text.subtitle, {.size = 13.0});
   DrawMap(reference, estimates, &svg);

@@ -8,7 +8,7 @@
 namespace highwall::apps {
 namespace {
 
-const SvgStroke kGrid{.color = "#e6e6e6", .width = 1.0};
+const SvgStroke kGridStroke{.color = "#e6e6e6", .width = 1.0};
 const SvgStroke kFrame{.color = "#888", .width = 1.0};
 constexpr double kTickLabelSize = 12.0;  // [px]
 constexpr double kAxisLabelSize = 13.0;  // [px]
@@ -98,7 +98,7 @@ void PlotAxes::DrawXAxis(const std::string& label, Svg* svg) const {
   const PlotTicks ticks = Ticks(x_, box_.width);
   for (std::size_t i = 0; i < ticks.values.size(); ++i) {
     const double x = Map(ticks.values[i], y_.min).x;
-    svg->Line({x, box_.top}, {x, bottom}, kGrid);
+    svg->Line({x, box_.top}, {x, bottom}, kGridStroke);
     svg->Line({x, bottom}, {x, bottom + 5.0}, kFrame);
     svg->Text({x, bottom + 18.0}, ticks.labels[i],
               {.size = kTickLabelSize, .anchor = SvgAnchor::kMiddle});
@@ -112,7 +112,7 @@ void PlotAxes::DrawYAxis(const std::string& label, Svg* svg) const {
   std::size_t longest = 0;
   for (std::size_t i = 0; i < ticks.values.size(); ++i) {
     const double y = Map(x_.min, ticks.values[i]).y;
-    svg->Line({box_.left, y}, {box_.left + box_.width, y}, kGrid);
+    svg->Line({box_.left, y}, {box_.left + box_.width, y}, kGridStroke);
     svg->Line({box_.left - 5.0, y}, {box_.left, y}, kFrame);
     svg->Text({box_.left - 8.0, y + 4.0}, ticks.labels[i],
               {.size = kTickLabelSize, .anchor = SvgAnchor::kEnd});

@@ -12,8 +12,8 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kWidth = 1240.0;  // [px], as all that follows
-constexpr double kHeight = 640.0;
+constexpr double kGraphWidth = 1240.0;  // [px], as all that follows
+constexpr double kGraphHeight = 640.0;
 constexpr PlotAxes::Box kBeforeBox{80.0, 96.0, 500.0, 480.0};
 constexpr PlotAxes::Box kAfterBox{710.0, 96.0, 500.0, 480.0};
 
@@ -67,11 +67,11 @@ void DrawPanel(const PlotAxes::Box& box, const std::array<int, 2>& view, const P
   draw(kOdometryStroke, false, false);
 }
 
-void DrawLegend(Svg* svg) {
+void DrawGraphLegend(Svg* svg) {
   double left = kBeforeBox.left;
   const auto entry = [&](const std::string& label, const SvgStroke& stroke) {
-    svg->Line({left, kHeight - 18.0}, {left + 28.0, kHeight - 18.0}, stroke);
-    svg->Text({left + 34.0, kHeight - 14.0}, label, {});
+    svg->Line({left, kGraphHeight - 18.0}, {left + 28.0, kGraphHeight - 18.0}, stroke);
+    svg->Text({left + 34.0, kGraphHeight - 14.0}, label, {});
     left += 60.0 + 6.6 * static_cast<double>(label.size());
   };
   entry("odometry", kOdometryStroke);
@@ -84,7 +84,7 @@ void DrawLegend(Svg* svg) {
 void WritePoseGraphPlot(const std::filesystem::path& path, const PoseGraphPlotText& text,
                         const PoseGraph& before, const PoseGraph& after,
                         const PoseGraphSummary& summary) {
-  Svg svg(kWidth, kHeight);
+  Svg svg(kGraphWidth, kGraphHeight);
   svg.Text({kBeforeBox.left, 30.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
   svg.Text({kBeforeBox.left, 76.0}, text.before, {.size = 13.0});
   svg.Text({kAfterBox.left, 76.0}, text.after, {.size = 13.0});
@@ -93,7 +93,7 @@ void WritePoseGraphPlot(const std::filesystem::path& path, const PoseGraphPlotTe
   const std::array<int, 2> view = ChooseView(after);
   DrawPanel(kBeforeBox, view, before, rejected, &svg);
   DrawPanel(kAfterBox, view, after, rejected, &svg);
-  DrawLegend(&svg);
+  DrawGraphLegend(&svg);
   svg.Write(path);
 }
 

@@ -39,7 +39,7 @@ using simulate::SensorNoise;
 using simulate::Simulation;
 using simulate::SimulationOptions;
 
-constexpr double kLongest = 3600.0;  // [s]
+constexpr double kLongestSimulation = 3600.0;  // [s]
 
 // What is not given depends on the scene.
 struct SimulateArguments {
@@ -147,7 +147,7 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   options.imu.ideal = ideal;
   options.imu.enabled = arguments.imu != "off";
   if (!arguments.trajectory.empty()) {
-    options.duration = arguments.duration.value_or(kLongest);
+    options.duration = arguments.duration.value_or(kLongestSimulation);
     options.imu.noise = ImuNoise();
     if (!arguments.imu_noise.empty()) options.imu.noise = NoiseOf(arguments.imu_noise);
   }
@@ -160,21 +160,17 @@ bool IsFile(const std::string& imu) {
   return imu != "on" && imu != "off";
 }
 
-void Warn(const std::string& text) {
-  fmt::print(stderr, "highwall simulate: warning: {}\n", OneLine(text));
-}
-
 simulate::RecordedMotion FitMotion(const SimulateArguments& arguments) {
   const Trajectory captured = ReadTumTrajectory(arguments.trajectory);
   if (captured.empty()) throw IoError(arguments.trajectory, "holds no pose");
   const ImuRecording recording =
       ReadImu(arguments.imu, {captured.front().stamp, captured.back().stamp});
-  if (!recording.warning.empty()) Warn(recording.warning);
+  if (!recording.warning.empty()) PrintWarning("simulate", recording.warning);
   const auto findings =
       CheckImu(recording.samples, {captured.front().stamp, captured.back().stamp});
   for (const ImuFinding& finding : findings) {
     if (finding.severity == ImuSeverity::kFatal) throw IoError(arguments.imu, finding.text);
-    Warn(arguments.imu + ": " + finding.text);
+    PrintWarning("simulate", arguments.imu + ": " + finding.text);
   }
   const auto samples = RepairImu(recording.samples, findings);
   simulate::RecordedMotionOptions options;
@@ -377,7 +373,7 @@ void AddSimulateCommand(CLI::App& app, CommandAction& action) {
           "--duration", arguments->duration,
           "Length of the sequence [s] [default: mine 90, road 35, drive 60, room 10, all of a "
           "recorded motion]")
-      ->check(Between(1e-3, kLongest));
+      ->check(Between(1e-3, kLongestSimulation));
   command
       ->add_option("--rest", arguments->rest,
                    "How long the camera stands still at first [s] [default: 1, room 0]")

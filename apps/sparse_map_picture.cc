@@ -10,7 +10,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kMargin = 0.04;  // of the size
+constexpr double kPictureMargin = 0.04;  // of the size
 // BGR: green, orange and blue as the report's page has them, told apart by every kind of colour
 // vision.
 const cv::Scalar kWhite(255, 255, 255), kInk(60, 60, 60), kPoint(40, 40, 40), kLine(94, 128, 0),
@@ -22,7 +22,7 @@ class Sheet {
  public:
   Sheet(const Eigen::AlignedBox2d& box, int size)
       : low_(box.min()),
-        margin_(kMargin * size),
+        margin_(kPictureMargin * size),
         scale_((size - 2.0 * margin_) / std::max(box.sizes().maxCoeff(), 1e-3)) {
     const Eigen::Vector2i pixels =
         (scale_ * box.sizes().array() + 2.0 * margin_).round().cast<int>();

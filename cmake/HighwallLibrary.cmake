@@ -9,13 +9,23 @@ function(highwall_warnings target)
   target_compile_definitions(${target} PRIVATE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 endfunction()
 
-# highwall_precompile(target header ...): headers that most sources of a target include are parsed
-# once, under the sanitizers (HIGHWALL_PRECOMPILE). Elsewhere they are not: there a source that
-# leaves out what it needs does not compile.
-function(highwall_precompile target)
-  if(HIGHWALL_PRECOMPILE)
-    target_precompile_headers(${target} PRIVATE <string> <vector> ${ARGN})
+# highwall_unity(target): where CMAKE_UNITY_BUILD is on (the presets), up to eight sources of a folder
+# are compiled as one, which parses headers and instantiates Eigen's templates once for all of them.
+# So a name in an unnamed namespace is used once in a folder. A source with options of its own stays alone.
+function(highwall_unity target)
+  if(NOT CMAKE_UNITY_BUILD)
+    return()
   endif()
+  get_target_property(sources ${target} SOURCES)
+  foreach(source IN LISTS sources)
+    get_filename_component(folder ${source} DIRECTORY)
+    string(MAKE_C_IDENTIFIER "in_${folder}" folder)
+    list(APPEND ${folder} ${source})
+    list(LENGTH ${folder} count)
+    math(EXPR batch "(${count} - 1) / 8")
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${target}_${folder}_${batch})
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
 endfunction()
 
 # highwall_library(name SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
@@ -40,7 +50,7 @@ function(highwall_library name)
   set_target_properties(highwall_${name} PROPERTIES EXPORT_NAME ${name}
     VERSION ${PROJECT_VERSION} SOVERSION ${HIGHWALL_SOVERSION})
   highwall_warnings(highwall_${name})
-  highwall_precompile(highwall_${name} <Eigen/Core> <Eigen/Geometry>)
+  highwall_unity(highwall_${name})
   install(TARGETS highwall_${name} EXPORT highwall_${name}
           LIBRARY COMPONENT runtime NAMELINK_COMPONENT ${name} ARCHIVE COMPONENT ${name}
           FILE_SET HEADERS COMPONENT ${name})

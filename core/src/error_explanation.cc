@@ -16,12 +16,13 @@ namespace highwall {
 namespace {
 
 // Columns of the linear model: six of a turn and a shift of everything, then the causes.
-constexpr int kTime = 6, kScale = 7, kLever = 8, kColumns = 11;
-using Vector = Eigen::Matrix<double, kColumns, 1>;
-using Matrix = Eigen::Matrix<double, kColumns, kColumns>;
+constexpr int kTime = 6, kScale = 7, kLever = 8, kUnknowns = 11;
+using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 constexpr int kIterations = 10;
 constexpr double kTold = 1e-9;  // least eigenvalue of the scaled information that tells a cause
-constexpr double kStep = 0.05;  // [s] over which the reference's velocity is taken, to both sides
+constexpr double kVelocityStep =
+    0.05;  // [s] over which the reference's velocity is taken, to both sides
 
 // Which causes take part, by their columns.
 struct Causes {
@@ -62,7 +63,7 @@ class Model {
       if (!step) return std::nullopt;
       Apply(*step, &cause);
       if (std::abs(cause.time_shift) > options_.max_time_shift) return std::nullopt;
-      if (step->tail<kColumns - kTime>().cwiseAbs().maxCoeff() < 1e-10) break;
+      if (step->tail<kUnknowns - kTime>().cwiseAbs().maxCoeff() < 1e-10) break;
     }
     const Evaluation last = Evaluate(cause);
     cause.rmse = Rms(last.residuals);
@@ -99,7 +100,7 @@ class Model {
 
   Evaluation Evaluate(const ErrorCause& cause) const {
     const std::size_t n = error_.estimate.size();
-    const Stamp shift = FromSeconds(cause.time_shift), step = FromSeconds(kStep);
+    const Stamp shift = FromSeconds(cause.time_shift), step = FromSeconds(kVelocityStep);
     Eigen::Matrix3Xd a(3, static_cast<Eigen::Index>(n)), b = a, velocity = a;
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < n; ++i) {
@@ -111,7 +112,7 @@ class Model {
       const Pose& T = error_.estimate[i].pose;
       a.col(k) = *at;
       b.col(k) = cause.scale * T.p() + T.q() * cause.lever_arm;
-      velocity.col(k) = (*after - *before) / (2.0 * kStep);
+      velocity.col(k) = (*after - *before) / (2.0 * kVelocityStep);
       used.push_back(i);
     }
     const auto count = static_cast<Eigen::Index>(used.size());
@@ -127,7 +128,7 @@ class Model {
       const Eigen::Vector3d r = a.col(k) - p;
       const Pose& T = error_.estimate[i].pose;
       // r = turn x p + move - v d(shift) + d(scale) R p_estimate + R R_i d(lever).
-      Eigen::Matrix<double, 3, kColumns> J;
+      Eigen::Matrix<double, 3, kUnknowns> J;
       J << -so3::Hat(p), Eigen::Matrix3d::Identity(), -velocity.col(k), S.T_AB.q() * T.p(),
           S.T_AB.R() * T.R();
       result.residuals[i] = r;

@@ -23,7 +23,7 @@
 namespace highwall {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\v\f";
+constexpr std::string_view kWhitespace = " \t\r\v\f";
 
 // The words of one line, and where it stands, for the messages.
 class Line {
@@ -33,13 +33,13 @@ class Line {
 
   [[noreturn]] void Fail(const std::string& what) const { throw IoError(path_, number_, what); }
   std::int64_t number() const { return number_; }
-  bool AtEnd() const { return rest_.find_first_not_of(kBlanks) == std::string_view::npos; }
+  bool AtEnd() const { return rest_.find_first_not_of(kWhitespace) == std::string_view::npos; }
 
   // Empty at the end.
   std::string_view Word() {
-    const std::size_t begin = std::min(rest_.find_first_not_of(kBlanks), rest_.size());
+    const std::size_t begin = std::min(rest_.find_first_not_of(kWhitespace), rest_.size());
     rest_.remove_prefix(begin);
-    const std::size_t length = std::min(rest_.find_first_of(kBlanks), rest_.size());
+    const std::size_t length = std::min(rest_.find_first_of(kWhitespace), rest_.size());
     const std::string_view word = rest_.substr(0, length);
     rest_.remove_prefix(length);
     return word;

@@ -7,7 +7,7 @@
 namespace highwall::internal {
 namespace {
 
-constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+constexpr std::size_t kNoComponent = static_cast<std::size_t>(-1);
 
 // Nodes that share a factor, by node.
 using Partners = std::vector<std::vector<std::size_t>>;
@@ -34,7 +34,7 @@ void FillComponent(std::size_t start, std::size_t name, const Partners& partners
     const std::size_t node = open.back();
     open.pop_back();
     const auto reach = [&](std::size_t next) {
-      if (topology->component[next] != kNone) return;
+      if (topology->component[next] != kNoComponent) return;
       topology->component[next] = name;
       open.push_back(next);
     };
@@ -47,7 +47,7 @@ void FillComponent(std::size_t start, std::size_t name, const Partners& partners
 
 PoseGraphTopology::PoseGraphTopology(const PoseGraph& graph)
     : neighbours(graph.nodes.size()),
-      component(graph.nodes.size(), kNone),
+      component(graph.nodes.size(), kNoComponent),
       held(graph.nodes.size(), false) {
   index_of.reserve(graph.nodes.size());
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
@@ -68,7 +68,7 @@ PoseGraphTopology::PoseGraphTopology(const PoseGraph& graph)
   const Partners partners = PartnersByFactors(graph, *this);
   std::vector<bool> has_gauge;
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
-    if (component[n] == kNone) {
+    if (component[n] == kNoComponent) {
       FillComponent(n, components++, partners, this);
       has_gauge.push_back(false);
     }

@@ -24,7 +24,7 @@ constexpr std::string_view kBlanks = " \t\r";
 constexpr std::string_view kTitle = "# stamp tx ty tz qx qy qz qw\n";
 
 // One line of a TUM file, and where it stands, for the messages.
-struct Line {
+struct TrajectoryLine {
   const std::filesystem::path& path;
   std::int64_t number;
   std::string_view text;
@@ -32,7 +32,7 @@ struct Line {
   [[noreturn]] void Fail(const std::string& what) const { throw IoError(path, number, what); }
 };
 
-std::array<std::string_view, 8> SplitColumns(const Line& line) {
+std::array<std::string_view, 8> SplitColumns(const TrajectoryLine& line) {
   std::array<std::string_view, 8> columns;
   std::size_t count = 0;
   std::string_view rest = line.text;
@@ -51,7 +51,7 @@ std::array<std::string_view, 8> SplitColumns(const Line& line) {
   return columns;
 }
 
-double ParseFinite(const Line& line, const char* column, std::string_view text) {
+double ParseFinite(const TrajectoryLine& line, const char* column, std::string_view text) {
   const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
   double value = 0.0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
@@ -65,7 +65,7 @@ double ParseFinite(const Line& line, const char* column, std::string_view text) 
   return value;
 }
 
-StampedPose ParseStampedPose(const Line& line) {
+StampedPose ParseStampedPose(const TrajectoryLine& line) {
   const auto columns = SplitColumns(line);
   const std::optional<Stamp> stamp = ParseStamp(columns[0]);
   if (!stamp) line.Fail("stamp '" + std::string(columns[0]) + "' is not a time in seconds");
@@ -142,7 +142,7 @@ Trajectory ReadTumTrajectory(const std::filesystem::path& path) {
   for (std::int64_t number = 1; std::getline(file, text); ++number) {
     const std::size_t begin = text.find_first_not_of(kBlanks);
     if (begin == std::string::npos || text[begin] == '#') continue;
-    const Line line{path, number, text};
+    const TrajectoryLine line{path, number, text};
     const StampedPose pose = ParseStampedPose(line);
     if (!trajectory.empty() && pose.stamp < trajectory.back().stamp) {
       line.Fail("stamp " + FormatStamp(pose.stamp) + " goes back in time, behind " +

@@ -11,11 +11,14 @@
 #include <highwall/core/manifolds.h>
 #include <highwall/core/so3.h>
 
+#include "wrapped_factor.h"
+
 namespace highwall {
 namespace {
 
-constexpr int kPose = 0, kPoseSize = 7;
-constexpr std::size_t kMostBlocks = 8;
+using internal::kMostBlocks;
+using internal::kPoseBlock;
+using internal::kPoseSize;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>;
@@ -49,8 +52,8 @@ ExtrinsicFactor::ExtrinsicFactor(std::shared_ptr<const ceres::CostFunction> seen
 bool ExtrinsicFactor::Evaluate(double const* const* parameters, double* residuals,
                                double** jacobians) const {
   const std::size_t last = seen_->parameter_block_sizes().size();
-  const Eigen::Map<const Eigen::Vector3d> p_WB(parameters[kPose]), p_BC(parameters[last]);
-  const Eigen::Map<const Eigen::Quaterniond> q_WB(parameters[kPose] + 3);
+  const Eigen::Map<const Eigen::Vector3d> p_WB(parameters[kPoseBlock]), p_BC(parameters[last]);
+  const Eigen::Map<const Eigen::Quaterniond> q_WB(parameters[kPoseBlock] + 3);
   const Eigen::Map<const Eigen::Quaterniond> q_BC(parameters[last] + 3);
   const Eigen::Matrix3d R_WB = q_WB.toRotationMatrix();
   std::array<double, kPoseSize> T_WC;
@@ -58,29 +61,29 @@ bool ExtrinsicFactor::Evaluate(double const* const* parameters, double* residual
   Eigen::Map<Eigen::Quaterniond>(T_WC.data() + 3) = q_WB * q_BC;
   std::array<const double*, kMostBlocks> blocks;
   std::copy_n(parameters, last, blocks.begin());
-  blocks[kPose] = T_WC.data();
+  blocks[kPoseBlock] = T_WC.data();
   if (jacobians == nullptr) return seen_->Evaluate(blocks.data(), residuals, nullptr);
 
   std::array<double*, kMostBlocks> out;
   std::copy_n(jacobians, last, out.begin());
   Rows own;
-  if (out[kPose] == nullptr && jacobians[last] != nullptr) {
+  if (out[kPoseBlock] == nullptr && jacobians[last] != nullptr) {
     own.resize(num_residuals(), kPoseSize);
-    out[kPose] = own.data();
+    out[kPoseBlock] = own.data();
   }
   if (!seen_->Evaluate(blocks.data(), residuals, out.data())) return false;
-  if (out[kPose] == nullptr) return true;
-  const Eigen::Map<const Rows> of_camera(out[kPose], num_residuals(), kPoseSize);
+  if (out[kPoseBlock] == nullptr) return true;
+  const Eigen::Map<const Rows> of_camera(out[kPoseBlock], num_residuals(), kPoseSize);
   if (jacobians[last] != nullptr) {
     Matrix6 step = Matrix6::Identity();  // Eq. 3
     step.topLeftCorner<3, 3>() = R_WB;
     Chain(of_camera, T_WC.data(), step, parameters[last], jacobians[last]);
   }
-  if (jacobians[kPose] != nullptr) {
+  if (jacobians[kPoseBlock] != nullptr) {
     Matrix6 step = Matrix6::Identity();  // Eq. 2
     step.topRightCorner<3, 3>() = -R_WB * so3::Hat(p_BC);
     step.bottomRightCorner<3, 3>() = q_BC.toRotationMatrix().transpose();
-    Chain(of_camera, T_WC.data(), step, parameters[kPose], jacobians[kPose]);
+    Chain(of_camera, T_WC.data(), step, parameters[kPoseBlock], jacobians[kPoseBlock]);
   }
   return true;
 }

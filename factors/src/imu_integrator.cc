@@ -5,7 +5,7 @@
 namespace highwall {
 namespace {
 
-constexpr int kPhi = 0, kV = 3, kP = 6;                     // rows of x
+constexpr int kPhi = 0, kVelocity = 3, kPosition = 6;       // rows of x
 constexpr int kCovariance = 0, kCross = 9, kJacobian = 15;  // columns of the panel
 
 double Square(double x) {
@@ -20,15 +20,16 @@ void ApplyTransition(double h, const Eigen::Vector3d& dv, const Eigen::Vector3d&
   const auto phi_y = m->template block<1, kCols>(kPhi + 1, 0);
   const auto phi_z = m->template block<1, kCols>(kPhi + 2, 0);
   for (int i = 0; i < 3; ++i) {
-    m->template block<1, kCols>(kP + i, 0) += h * m->template block<1, kCols>(kV + i, 0);
+    m->template block<1, kCols>(kPosition + i, 0) +=
+        h * m->template block<1, kCols>(kVelocity + i, 0);
   }
   const auto subtract_cross = [&](int row, const Eigen::Vector3d& d) {
     m->template block<1, kCols>(row, 0) -= d.y() * phi_z - d.z() * phi_y;
     m->template block<1, kCols>(row + 1, 0) -= d.z() * phi_x - d.x() * phi_z;
     m->template block<1, kCols>(row + 2, 0) -= d.x() * phi_y - d.y() * phi_x;
   };
-  subtract_cross(kP, dp);
-  subtract_cross(kV, dv);
+  subtract_cross(kPosition, dp);
+  subtract_cross(kVelocity, dv);
 }
 
 // The columns of [d]x m.
@@ -88,7 +89,7 @@ void ImuIntegrator::PropagateErrors(double h, const Eigen::Vector3d& dv, const E
   const auto add_noise = [&] {
     for (int i = 0; i < 3; ++i) {
       panel_(kPhi + i, kPhi + i) += gyroscope;
-      panel_(kV + i, kV + i) += accelerometer;
+      panel_(kVelocity + i, kVelocity + i) += accelerometer;
     }
   };
   add_noise();

@@ -10,13 +10,16 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
+#include "wrapped_factor.h"
+
 namespace highwall {
 namespace {
 
-constexpr int kPose = 0, kPoseSize = 7;
-constexpr std::size_t kMostBlocks = 8;
+using internal::kMostBlocks;
+using internal::kPoseBlock;
+using internal::kPoseSize;
 
-using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>>;
+using RowsMap = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>>;
 
 // d(q_moved)/dq of q_moved = q step, in the order [x y z w].
 Eigen::Matrix4d RightProduct(const Eigen::Quaterniond& step) {
@@ -51,8 +54,8 @@ bool TimeOffsetFactor::Evaluate(double const* const* parameters, double* residua
                                 double** jacobians) const {
   const std::size_t count = seen_->parameter_block_sizes().size();
   const double dt = *parameters[count] - t_d_state_;
-  const Eigen::Map<const Eigen::Vector3d> p(parameters[kPose]);
-  const Eigen::Map<const Eigen::Quaterniond> q(parameters[kPose] + 3);
+  const Eigen::Map<const Eigen::Vector3d> p(parameters[kPoseBlock]);
+  const Eigen::Map<const Eigen::Quaterniond> q(parameters[kPoseBlock] + 3);
   const Eigen::Quaterniond step = so3::Exp(omega_B_ * dt);
   std::array<double, kPoseSize> moved;
   Eigen::Map<Eigen::Vector3d>(moved.data()) = p + v_WB_ * dt;
@@ -61,20 +64,20 @@ bool TimeOffsetFactor::Evaluate(double const* const* parameters, double* residua
 
   std::array<const double*, kMostBlocks> blocks;
   std::copy_n(parameters, count, blocks.begin());
-  blocks[kPose] = moved.data();
+  blocks[kPoseBlock] = moved.data();
   if (jacobians == nullptr) return seen_->Evaluate(blocks.data(), residuals, nullptr);
 
   // The factor's own with respect to the moved pose: wanted for t_d too.
   std::array<double*, kMostBlocks> out;
   std::copy_n(jacobians, count, out.begin());
   Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor> own;
-  if (out[kPose] == nullptr && jacobians[count] != nullptr) {
+  if (out[kPoseBlock] == nullptr && jacobians[count] != nullptr) {
     own.resize(num_residuals(), kPoseSize);
-    out[kPose] = own.data();
+    out[kPoseBlock] = own.data();
   }
   if (!seen_->Evaluate(blocks.data(), residuals, out.data())) return false;
-  if (out[kPose] == nullptr) return true;
-  Rows J(out[kPose], num_residuals(), kPoseSize);
+  if (out[kPoseBlock] == nullptr) return true;
+  RowsMap J(out[kPoseBlock], num_residuals(), kPoseSize);
   if (jacobians[count] != nullptr) {
     // d(q Exp(omega dt))/d(dt) = q Exp(omega dt) (omega / 2)                               Eq. 3
     const Eigen::Vector3d half = 0.5 * omega_B_;
@@ -84,7 +87,7 @@ bool TimeOffsetFactor::Evaluate(double const* const* parameters, double* residua
           J.row(row).head<3>().dot(v_WB_) + J.row(row).tail<4>().dot(rate.coeffs());
     }
   }
-  if (jacobians[kPose] != nullptr) {
+  if (jacobians[kPoseBlock] != nullptr) {
     const Eigen::Matrix4d dq_moved = RightProduct(step);
     for (Eigen::Index row = 0; row < J.rows(); ++row) {
       const Eigen::RowVector4d before = J.row(row).tail<4>();

@@ -16,9 +16,10 @@ namespace {
 constexpr int kBlock = 8;          // [px] over which contrast is judged
 constexpr float kFlat = 2.5f;      // [grey levels] of contrast below which matches begin to fail
 constexpr float kFlatLoss = 0.7f;  // share of them that fails where there is none at all
-constexpr float kGrazingSure = 0.05f, kGrazingPossible = 0.13f;  // cosines: nothing, everything
-constexpr int kGrain = 4;        // [px] spacing of the noise that neighbours share
-constexpr float kShared = 0.8f;  // share of the variance
+constexpr float kStereoGrazingSure = 0.05f,
+                kStereoGrazingPossible = 0.13f;  // cosines: nothing, everything
+constexpr int kGrain = 4;                        // [px] spacing of the noise that neighbours share
+constexpr float kShared = 0.8f;                  // share of the variance
 
 // Standard deviation of the grey levels within each block, row by row.
 cv::Mat BlockContrast(const cv::Mat& bgr) {
@@ -95,9 +96,9 @@ cv::Mat StereoDepth::Measure(const Rendering& rendering, const CounterRandom& ra
       const std::uint64_t bits = own.Bits(static_cast<std::uint64_t>(v * w + u));
       const float uniform = static_cast<float>(bits & 0xffff) * 0x1p-16f;
       const float flat = std::max(0.0f, 1.0f - contrast.at<float>(v / kBlock, u / kBlock) / kFlat);
-      const bool lost = ideal[u] == 0.0f || hidden[static_cast<std::size_t>(u)] ||
-                        uniform < kFlatLoss * flat ||
-                        uniform * (kGrazingPossible - kGrazingSure) > cosine[u] - kGrazingSure;
+      const bool lost =
+          ideal[u] == 0.0f || hidden[static_cast<std::size_t>(u)] || uniform < kFlatLoss * flat ||
+          uniform * (kStereoGrazingPossible - kStereoGrazingSure) > cosine[u] - kStereoGrazingSure;
       if (lost) {
         out.at<float>(v, u) = 0.0f;
         continue;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kMaxJitter = 0.2;  // of a period: stamps keep their order
-enum Purpose : std::uint64_t { kScales, kAxes, kGravity, kDrift, kJitter, kDropped, kBlows };
+enum FaultPurpose : std::uint64_t { kScales, kAxes, kGravity, kDrift, kJitter, kDropped, kBlows };
 
 struct Field {
   const char* name;

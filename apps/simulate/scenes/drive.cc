@@ -23,7 +23,7 @@ constexpr double kRight = -2.6, kLeft = 3.4;  // [m] of the walls
 constexpr double kWall = 3.2;                 // [m] their height
 
 // A ring with bends, hills of 4 m, of that length.
-Course MakeCourse(std::uint64_t seed) {
+Course DriveCourse(std::uint64_t seed) {
   constexpr int kPoints = 200;
   RandomSequence random(Mix(seed));
   const double a = random.Uniform(0.0, 2.0 * std::numbers::pi);
@@ -93,7 +93,7 @@ void AddWall(bool left, Terrain* terrain) {
 
 Simulation SimulateDrive(const SimulationOptions& options) {
   options.Validate();
-  Terrain terrain(MakeCourse(options.seed), {}, {.speed = 2.0}, Mix(options.seed + 2));
+  Terrain terrain(DriveCourse(options.seed), {}, {.speed = 2.0}, Mix(options.seed + 2));
   terrain.scene.sky = {.horizon = Rgb(0.8, 0.8, 0.8), .zenith = Rgb(0.5, 0.62, 0.8)};
   AddGround(&terrain);
   AddWall(false, &terrain);

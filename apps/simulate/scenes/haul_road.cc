@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kStraight = 8.0, kBend = 4.7;  // [m] length, radius
 
-Course MakeCourse() {
+Course RoadCourse() {
   // Points of a stadium, evenly spaced; the spline rounds the change from straight to bend.
   constexpr double kStep = 1.0;  // [m]
   constexpr double kHalfLap = kStraight + std::numbers::pi * kBend;
@@ -53,7 +53,7 @@ std::vector<Stretch> MakeStretches(double speed, double length) {
 Simulation SimulateRoad(const SimulationOptions& options) {
   options.Validate();
   const VehicleOptions vehicle;
-  const Course course = MakeCourse();
+  const Course course = RoadCourse();
   Terrain terrain(course, MakeStretches(vehicle.speed, course.length()), vehicle,
                   Mix(options.seed));
   const RoadSurface& surface = terrain.surface;
@@ -78,7 +78,7 @@ Simulation SimulateRoad(const SimulationOptions& options) {
 }
 
 std::vector<Stretch> RoadStretches(const SimulationOptions& options) {
-  const double speed = VehicleOptions().speed, length = MakeCourse().length();
+  const double speed = VehicleOptions().speed, length = RoadCourse().length();
   return LayOut(MakeStretches(speed, length), length / speed, options);
 }
 

@@ -18,9 +18,9 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
-constexpr double kKnotInterval = 0.8;  // [s]
+using std::numbers::pi;
+constexpr double kDegree = pi / 180.0;
+constexpr double kTurnInterval = 0.8;  // [s]
 
 // A walk round the middle of a room, the camera looking outwards, leg by leg.
 class Walk {
@@ -42,24 +42,24 @@ class Walk {
   // Stands still while it is carried into another room and turned; the curve on either side of the
   // way knows nothing of that.
   Interval Carry(double angle, const Eigen::Vector3d& middle, const Eigen::Vector2d& half) {
-    const Interval before = Turn(0.0, 2 * kKnotInterval);
+    const Interval before = Turn(0.0, 2 * kTurnInterval);
     Place there = turns_.back();
     there.azimuth += angle;
     there.middle = middle;
     there.half = half;
     turns_.push_back(there);
-    return {before.begin, Turn(0.0, 2 * kKnotInterval).end};
+    return {before.begin, Turn(0.0, 2 * kTurnInterval).end};
   }
 
   // As a hand holds the camera. The curve goes on beyond the duration, and closes only there.
   SplineTrajectory Trajectory(RandomSequence* random) const {
-    const int knots = static_cast<int>(std::ceil(duration() / kKnotInterval)) + 4;
-    const double phase = random->Uniform(-kPi, kPi), period = random->Uniform(9.0, 12.0);
+    const int knots = static_cast<int>(std::ceil(duration() / kTurnInterval)) + 4;
+    const double phase = random->Uniform(-pi, pi), period = random->Uniform(9.0, 12.0);
     std::vector<Pose> control;
     for (int i = 0; i < knots; ++i) {
-      const double t = (i - 1) * kKnotInterval;  // where the curve comes nearest to this knot
+      const double t = (i - 1) * kTurnInterval;  // where the curve comes nearest to this knot
       const Place place = At(t);
-      const double wave = std::sin(2 * kPi * t / period + phase);
+      const double wave = std::sin(2 * pi * t / period + phase);
       const Eigen::Vector2d axes = (0.31 + 0.09 * wave) * place.half;
       const Eigen::Vector3d p_WC =
           place.middle + Eigen::Vector3d(axes.x() * std::cos(place.azimuth) + Hand(0.03, random),
@@ -69,7 +69,7 @@ class Walk {
                                 -0.2 + Hand(0.08, random), Hand(0.05, random)),
                            p_WC);
     }
-    return SplineTrajectory(std::move(control), knots * kKnotInterval);
+    return SplineTrajectory(std::move(control), knots * kTurnInterval);
   }
 
  private:
@@ -128,13 +128,13 @@ PartedSimulation SimulateKidnap(const SimulationOptions& options) {
   constexpr double kInto = 50.0 * kDegree;
   constexpr double kWay = 3.0, kLongWay = 4.0;  // [s]
   RandomSequence random(Mix(options.seed ^ 0x6b69646eu));
-  Walk walk(random.Uniform(-kPi, kPi), Eigen::Vector3d::Zero(), {3.0, 2.5});
+  Walk walk(random.Uniform(-pi, pi), Eigen::Vector3d::Zero(), {3.0, 2.5});
   const double sense = random.Index(2) == 0 ? 1.0 : -1.0;
   // What lies between the parts is wider than a view.
   const double first = random.Uniform(85.0, 105.0) * kDegree;
   const double gap = random.Uniform(75.0, 85.0) * kDegree;
   const double last_gap = random.Uniform(80.0, 100.0) * kDegree;
-  const double second = 2 * kPi - first - gap - last_gap;
+  const double second = 2 * pi - first - gap - last_gap;
   walk.Turn(sense * first, random.Uniform(6.0, 8.0));
   std::vector<Interval> ways = {walk.Turn(sense * gap, kWay)};
   const double while_there = random.Uniform(5.0, 8.0);
@@ -161,12 +161,12 @@ PartedSimulation SimulateKidnap(const SimulationOptions& options) {
 PartedSimulation SimulateTwinRooms(const SimulationOptions& options) {
   RandomSequence random(Mix(options.seed ^ 0x7477696eu));
   TwinRooms twins = MakeTwinRooms(options.seed);
-  Walk walk(random.Uniform(-kPi, kPi), twins.rooms[0].middle, twins.rooms[0].half);
+  Walk walk(random.Uniform(-pi, pi), twins.rooms[0].middle, twins.rooms[0].half);
   const double sense = random.Index(2) == 0 ? 1.0 : -1.0;
   const auto sweep = [&] { return sense * random.Uniform(200.0, 280.0) * kDegree; };
   walk.Turn(sweep(), random.Uniform(11.0, 13.0));
   const Interval way =
-      walk.Carry(random.Uniform(-kPi, kPi), twins.rooms[1].middle, twins.rooms[1].half);
+      walk.Carry(random.Uniform(-pi, pi), twins.rooms[1].middle, twins.rooms[1].half);
   walk.Turn(sweep(), random.Uniform(11.0, 13.0));
   return MakeParted(std::move(twins.scene), walk, {way}, options, &random);
 }

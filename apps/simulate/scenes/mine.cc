@@ -25,7 +25,7 @@ constexpr double kBench = 2.4;    // [m] height of a face
 constexpr double kLedge = 1.6;    // [m] width of the ledge above it
 
 // A kidney that climbs 1.1 m over a ramp and comes down again.
-Course MakeCourse() {
+Course MineCourse() {
   constexpr int kPoints = 40;
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < kPoints; ++i) {
@@ -97,7 +97,7 @@ void AddHighwall(const Course& course, const RoadSurface& surface, const Strata&
 Simulation SimulateMine(const SimulationOptions& options) {
   options.Validate();
   const VehicleOptions vehicle;
-  Terrain terrain(MakeCourse(), MakeStretches(vehicle.speed), vehicle, Mix(options.seed + 1));
+  Terrain terrain(MineCourse(), MakeStretches(vehicle.speed), vehicle, Mix(options.seed + 1));
   const Course& course = terrain.course;
   const RoadSurface& surface = terrain.surface;
   Scene* const scene = &terrain.scene;
@@ -117,7 +117,7 @@ Simulation SimulateMine(const SimulationOptions& options) {
 
 std::vector<Stretch> MineStretches(const SimulationOptions& options) {
   const double speed = VehicleOptions().speed;
-  return LayOut(MakeStretches(speed), MakeCourse().length() / speed, options);
+  return LayOut(MakeStretches(speed), MineCourse().length() / speed, options);
 }
 
 }  // namespace highwall::simulate

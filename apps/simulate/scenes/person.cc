@@ -28,7 +28,7 @@ BoxTextures MakeVest(Scene* scene) {
   return {vest, vest, vest};
 }
 
-Pose At(const Vector3d& p) {
+Pose MovedTo(const Vector3d& p) {
   return Pose(Eigen::Quaterniond::Identity(), p);
 }
 
@@ -40,11 +40,11 @@ void AddPerson(const Pose& T_WB, double stride, Scene* scene) {
   for (const double side : {-1.0, 1.0}) {
     const Eigen::Quaterniond q(
         Eigen::AngleAxisd(side * kSwing * std::sin(stride), Vector3d::UnitY()));
-    const Pose T_WL = T_WB * Pose(q, Vector3d(0, 0.1 * side, kHip)) * At({0, 0, -kHip});
+    const Pose T_WL = T_WB * Pose(q, Vector3d(0, 0.1 * side, kHip)) * MovedTo({0, 0, -kHip});
     scene->AddBox(T_WL, {0.15, 0.14, kHip}, trousers);
   }
-  scene->AddBox(T_WB * At({0, 0, kHip}), {0.24, 0.42, 0.6}, MakeVest(scene));
-  scene->AddBox(T_WB * At({0, 0, kHip + 0.62}), {0.2, 0.18, 0.24},
+  scene->AddBox(T_WB * MovedTo({0, 0, kHip}), {0.24, 0.42, 0.6}, MakeVest(scene));
+  scene->AddBox(T_WB * MovedTo({0, 0, kHip + 0.62}), {0.2, 0.18, 0.24},
                 Paint(Rgb(0.75, 0.72, 0.2), 0.2f, scene));
 }
 

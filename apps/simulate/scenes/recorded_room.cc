@@ -11,7 +11,7 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kMargin = 0.6;                    // [s] before the first frame
+constexpr double kLeadIn = 0.6;                    // [s] before the first frame
 const Eigen::Vector3d kFree(2.3, 1.8, 2.8);        // [m] half, half and all of the free room
 constexpr double kClearance = 0.3, kLowest = 0.5;  // [m]
 
@@ -52,7 +52,7 @@ Eigen::Quaterniond LevelCamera(const RecordedMotion& motion) {
 }
 
 Simulation SimulateRecordedRoom(const RecordedMotion& motion, SimulationOptions options) {
-  const auto lead = static_cast<std::size_t>(std::ceil(kMargin / motion.interval));
+  const auto lead = static_cast<std::size_t>(std::ceil(kLeadIn / motion.interval));
   HIGHWALL_REQUIRE(motion.states.size() > 3 * lead, "the recorded motion is too short");
   const double duration = motion.interval * static_cast<double>(motion.states.size() - 2 * lead);
   options.duration = std::min(options.duration, duration);

@@ -7,10 +7,10 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr float kSharp = 1e-3f;  // [m] footprint of a noise that shapes geometry
+constexpr float kFinest = 1e-3f;  // [m] footprint of a noise that shapes geometry
 
-double Noise(const ValueNoise& noise, double s, double t) {
-  return static_cast<double>(noise(Eigen::Vector2d(s, t).cast<float>(), kSharp));
+double RockNoise(const ValueNoise& noise, double s, double t) {
+  return static_cast<double>(noise(Eigen::Vector2d(s, t).cast<float>(), kFinest));
 }
 
 }  // namespace
@@ -23,11 +23,13 @@ void AddRockWall(const Course& course, const RoadSurface& surface, const Strata&
       .wavelength = 2.5f, .octaves = 4, .seed = strata.seed() + 31, .period = strata.period()};
   const ValueNoise rough{
       .wavelength = 0.7f, .octaves = 4, .seed = strata.seed() + 32, .period = strata.period()};
-  const auto top = [&](double s) { return options.top + options.top_swing * Noise(crest, s, 0.0); };
+  const auto top = [&](double s) {
+    return options.top + options.top_swing * RockNoise(crest, s, 0.0);
+  };
   // Of the wall at height z, [m] from the course; dust smooths it.
   const auto distance = [&](const Course::Frame& frame, double s, double z, double dust) {
     const Strata::Place place = strata.At(Eigen::Vector2d(s, z).cast<float>());
-    const double relief = static_cast<double>(place.recess) + 0.14 * Noise(rough, s, z);
+    const double relief = static_cast<double>(place.recess) + 0.14 * RockNoise(rough, s, z);
     return options.toe + options.lean * (z - frame.p_W.z()) + relief * (1.0 - 0.75 * dust);
   };
   const auto dust_at = [&](double s) {
@@ -63,7 +65,7 @@ void AddRockWall(const Course& course, const RoadSurface& surface, const Strata&
         const int outwards = options.left ? j : ledge - 1 - j;
         const double out = options.bench * outwards / (ledge - 1);
         Eigen::Vector3d p_W = frame.Point(side * (distance(frame, s, z, dust) + out), 0.0);
-        p_W.z() = z + (outwards == 0 ? 0.0 : 0.1 * out + 0.12 * Noise(rough, s, out));
+        p_W.z() = z + (outwards == 0 ? 0.0 : 0.1 * out + 0.12 * RockNoise(rough, s, out));
         return {p_W, {.st = p_W.head<2>().cast<float>(), .dust = 0.2f}};
       },
       scene);

@@ -21,8 +21,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kHalfX = 3.0, kHalfY = 2.5, kHeight = 3.0;  // [m]
+using std::numbers::pi;
+constexpr double kHalfX = 3.0, kHalfY = 2.5, kRoomHeight = 3.0;  // [m]
 
 class RoomBuilder : private Furnisher {
  public:
@@ -58,13 +58,13 @@ class RoomBuilder : private Furnisher {
                                     .contrast = 0.3f,
                                     .noise = {.wavelength = 0.03f, .octaves = 2}});
     scene_.AddRectangle({-kHalfX, -kHalfY, 0}, {2 * kHalfX, 0, 0}, {0, 2 * kHalfY, 0}, floor);
-    scene_.AddRectangle({-kHalfX, kHalfY, kHeight}, {2 * kHalfX, 0, 0}, {0, -2 * kHalfY, 0},
+    scene_.AddRectangle({-kHalfX, kHalfY, kRoomHeight}, {2 * kHalfX, 0, 0}, {0, -2 * kHalfY, 0},
                         ceiling);
-    AddWall(bricks_, kHeight,
+    AddWall(bricks_, kRoomHeight,
             AddMasonry({.contrast = 0.5f, .noise = {.wavelength = 0.06f, .octaves = 4}}));
-    AddWall(desk_, kHeight, AddNoise(Rgb(0.72, 0.74, 0.66), 0.12, 0.25, 6));
-    AddWall(plaster_, kHeight, AddNoise(Rgb(0.74, 0.7, 0.62), 0.16, 0.25, 6));
-    AddWall(shelf_, kHeight,
+    AddWall(desk_, kRoomHeight, AddNoise(Rgb(0.72, 0.74, 0.66), 0.12, 0.25, 6));
+    AddWall(plaster_, kRoomHeight, AddNoise(Rgb(0.74, 0.7, 0.62), 0.16, 0.25, 6));
+    AddWall(shelf_, kRoomHeight,
             AddMasonry({.cell = {0.24f, 4.0f},
                         .joint = 0.012f,
                         .shift = 0.0f,
@@ -158,10 +158,10 @@ class RoomBuilder : private Furnisher {
     AddCardboardBox(bricks_, {0.35, 0.3, 0.0}, {0.6, 0.4, 0.4});
   }
 
-  const Wall bricks_ = MakeWall(0.0, kHalfY, 2 * kHalfX);       // +y
-  const Wall desk_ = MakeWall(-0.5 * kPi, kHalfX, 2 * kHalfY);  // +x
-  const Wall plaster_ = MakeWall(kPi, kHalfY, 2 * kHalfX);      // -y
-  const Wall shelf_ = MakeWall(0.5 * kPi, kHalfX, 2 * kHalfY);  // -x
+  const Wall bricks_ = MakeWall(0.0, kHalfY, 2 * kHalfX);      // +y
+  const Wall desk_ = MakeWall(-0.5 * pi, kHalfX, 2 * kHalfY);  // +x
+  const Wall plaster_ = MakeWall(pi, kHalfY, 2 * kHalfX);      // -y
+  const Wall shelf_ = MakeWall(0.5 * pi, kHalfX, 2 * kHalfY);  // -x
 };
 
 }  // namespace
@@ -175,15 +175,15 @@ SplineTrajectory MakeRoomTrajectory(double duration, std::uint64_t seed, double 
   constexpr double kShortestLap = 10.0;  // [s]
   constexpr double kKnotInterval = 0.8;  // [s]
   const double period = std::max(kShortestLap, duration / std::ceil(duration / longest_lap));
-  const double radius = kSpeed * period / (2 * kPi);
+  const double radius = kSpeed * period / (2 * pi);
   const Vector2d axes(1.1 * radius, 0.9 * radius);  // the room is longer than wide
 
   RandomSequence random(Mix(seed));
-  const double start = random.Uniform(-kPi, kPi);
+  const double start = random.Uniform(-pi, pi);
   const int knots = static_cast<int>(std::lround(period / kKnotInterval));
   std::vector<Pose> control;
   for (int i = 0; i < knots; ++i) {
-    const double azimuth = start + 2 * kPi * i / knots;
+    const double azimuth = start + 2 * pi * i / knots;
     const Vector3d p_WC(axes.x() * std::cos(azimuth) + random.Uniform(-0.03, 0.03),
                         axes.y() * std::sin(azimuth) + random.Uniform(-0.03, 0.03),
                         1.3 + random.Uniform(-0.08, 0.08));

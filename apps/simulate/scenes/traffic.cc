@@ -29,7 +29,7 @@ Paints AddPaints(Scene* scene) {
           .glass = paint(Rgb(0.2, 0.25, 0.3), 0.2f)};
 }
 
-Pose At(const Vector3d& p) {
+Pose Placed(const Vector3d& p) {
   return Pose(Eigen::Quaterniond::Identity(), p);
 }
 
@@ -38,13 +38,13 @@ void AddTruck(const Pose& T_WB, const Paints& paints, Scene* scene) {
   const BoxTextures yellow{paints.yellow, paints.yellow, paints.yellow};
   const BoxTextures dark{paints.dark, paints.dark, paints.dark};
   const BoxTextures glass{paints.glass, paints.glass, paints.glass};
-  scene->AddBox(T_WB * At({0.0, 0.0, 0.3}), {2.0, 0.6, 0.2}, dark);
-  scene->AddBox(T_WB * At({-0.3, 0.0, 0.5}), {1.3, 0.85, 0.5}, yellow);
-  scene->AddBox(T_WB * At({0.7, 0.0, 0.5}), {0.5, 0.8, 0.45}, yellow);
-  scene->AddBox(T_WB * At({0.68, 0.0, 0.95}), {0.44, 0.74, 0.3}, glass);
+  scene->AddBox(T_WB * Placed({0.0, 0.0, 0.3}), {2.0, 0.6, 0.2}, dark);
+  scene->AddBox(T_WB * Placed({-0.3, 0.0, 0.5}), {1.3, 0.85, 0.5}, yellow);
+  scene->AddBox(T_WB * Placed({0.7, 0.0, 0.5}), {0.5, 0.8, 0.45}, yellow);
+  scene->AddBox(T_WB * Placed({0.68, 0.0, 0.95}), {0.44, 0.74, 0.3}, glass);
   for (const double x : {-0.65, 0.65}) {
     for (const double y : {-0.36, 0.36}) {
-      scene->AddBox(T_WB * At({x, y, -0.02}), {0.5, 0.16, 0.5}, dark);
+      scene->AddBox(T_WB * Placed({x, y, -0.02}), {0.5, 0.16, 0.5}, dark);
     }
   }
 }

@@ -15,11 +15,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kHeight = 2.8;     // [m]
-constexpr double kApart = 30.0;     // [m]
-constexpr double kPassage = 0.5;    // [m] that stays free in the corners
-constexpr double kPictures = 1.62;  // [m] height of their middles, above all furniture
+using std::numbers::pi;
+constexpr double kWallHeight = 2.8;  // [m]
+constexpr double kApart = 30.0;      // [m]
+constexpr double kPassage = 0.5;     // [m] that stays free in the corners
+constexpr double kPictures = 1.62;   // [m] height of their middles, above all furniture
 
 // How wide the models are [m]; see TwinRoomsBuilder::AddModel().
 constexpr std::array kWidths = {1.0, 0.6, 0.8, 1.1, 0.5, 0.9};
@@ -43,7 +43,7 @@ class TwinRoomsBuilder : private Furnisher {
       BuildShell(room);
       for (int side = 0; side < 4; ++side) {
         const bool along_x = side % 2 == 0;
-        const Wall wall = MakeWall(0.5 * kPi * side, along_x ? room.half.y() : room.half.x(),
+        const Wall wall = MakeWall(0.5 * pi * side, along_x ? room.half.y() : room.half.x(),
                                    2.0 * (along_x ? room.half.x() : room.half.y()), room.middle);
         Furnish(wall, paper);
       }
@@ -66,12 +66,12 @@ class TwinRoomsBuilder : private Furnisher {
                                   .noise = {.wavelength = 0.12f, .octaves = 4}});
     const int ceiling = AddNoise(Rgb(0.8, 0.8, 0.78), 0.1, 0.1, 4);
     const Vector3d corner = room.middle - Vector3d(room.half.x(), room.half.y(), 0.0);
-    const Vector3d x(2.0 * room.half.x(), 0, 0), y(0, 2.0 * room.half.y(), 0), z(0, 0, kHeight);
+    const Vector3d x(2.0 * room.half.x(), 0, 0), y(0, 2.0 * room.half.y(), 0), z(0, 0, kWallHeight);
     scene_.AddRectangle(corner, x, y, floor);
     scene_.AddRectangle(corner + y + z, x, -y, ceiling);
     for (const Vector2d& share : {Vector2d(-0.5, -0.4), Vector2d(0.5, -0.4), Vector2d(0.0, 0.5)}) {
       const Vector2d xy = room.half.cwiseProduct(share);
-      scene_.lights.push_back({room.middle + Vector3d(xy.x(), xy.y(), kHeight - 0.2), 1.9});
+      scene_.lights.push_back({room.middle + Vector3d(xy.x(), xy.y(), kWallHeight - 0.2), 1.9});
     }
   }
 
@@ -93,7 +93,7 @@ class TwinRoomsBuilder : private Furnisher {
   // Models side by side along the foot of the wall, pictures side by side above.
   void Furnish(const Wall& wall, int paper) {
     random_ = RandomSequence(arrangement_.Bits());
-    AddWall(wall, kHeight, AddPaper(paper));
+    AddWall(wall, kWallHeight, AddPaper(paper));
     const double end = 0.5 * wall.length - kPassage;
     // Nothing begins where it begins on another wall: a corner with what stands in it would be one
     // piece that is the same in both rooms.

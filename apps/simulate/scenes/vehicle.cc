@@ -12,7 +12,7 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kKnotInterval = 0.05;  // [s] bumps of 3 Hz keep most of their height
+constexpr double kBumpInterval = 0.05;  // [s] bumps of 3 Hz keep most of their height
 constexpr int kWaves = 5;               // of the driver's unsteadiness in a lap
 
 // A sum of a few sines that repeats every lap, about +-1.
@@ -45,7 +45,7 @@ class Unsteadiness {
 SplineTrajectory Drive(const Course& course, const RoadSurface& surface,
                        const VehicleOptions& options, std::uint64_t seed) {
   const double period = course.length() / options.speed;
-  const auto knots = static_cast<int>(std::lround(period / kKnotInterval));
+  const auto knots = static_cast<int>(std::lround(period / kBumpInterval));
   RandomSequence random(Mix(seed));
   const Unsteadiness sway(&random), gaze(&random);
 

@@ -17,7 +17,7 @@
 namespace highwall {
 namespace {
 
-constexpr int kMinSide = 16;  // [px] of an image that is searched at all
+constexpr int kMinImageSide = 16;  // [px] of an image that is searched at all
 // Largest gap between fragments of one edge that are joined, as a share of the longer image side;
 // kEnds at least.
 constexpr double kMergeGap = 0.015625;
@@ -99,7 +99,7 @@ LineFeatures LineExtractor::Extract(const cv::Mat& gray) {
   HIGHWALL_REQUIRE(!gray.empty() && gray.type() == CV_8UC1,
                    "LineExtractor::Extract: the image must be CV_8UC1 and not empty");
   LineFeatures features;
-  if (std::min(gray.cols, gray.rows) < kMinSide) return features;
+  if (std::min(gray.cols, gray.rows) < kMinImageSide) return features;
 
   const LineExtractorOptions& options = impl_->options;
   const internal::ImageGradient gradient(gray);

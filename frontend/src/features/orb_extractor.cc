@@ -24,7 +24,7 @@ constexpr int kPatchSize = 31;    // [px] of the descriptor
 constexpr int kBorder = 17;       // [px] corners closer to the edge of a level are not used
 constexpr int kFastRadius = 3;    // [px] cv::FAST leaves out this border of its image
 constexpr int kCellSize = 32;     // [px of the level] searched again where FAST finds nothing
-constexpr int kMinSide = 2 * kBorder + 8;  // [px] of a level that is searched at all
+constexpr int kMinLevelSide = 2 * kBorder + 8;  // [px] of a level that is searched at all
 
 // Half the chord of the circular patch in each row.
 std::array<int, kPatchRadius + 1> PatchHalfWidths() {
@@ -60,7 +60,7 @@ cv::Rect SearchArea(const cv::Mat& image) {
 }
 
 bool IsSearched(const cv::Mat& image) {
-  return std::min(image.cols, image.rows) >= kMinSide;
+  return std::min(image.cols, image.rows) >= kMinLevelSide;
 }
 
 void AppendFast(const cv::Mat& image, const cv::Rect& area, int threshold,
@@ -171,7 +171,7 @@ struct OrbExtractor::Impl {
     for (int i = 1; i < options.pyramid.levels; ++i) {
       const double scale = scales[static_cast<std::size_t>(i)];
       const cv::Size size(cvRound(gray.cols / scale), cvRound(gray.rows / scale));
-      if (std::min(size.width, size.height) < kMinSide) break;
+      if (std::min(size.width, size.height) < kMinLevelSide) break;
       cv::Mat image;
       cv::resize(pyramid.back(), image, size, 0, 0, cv::INTER_LINEAR_EXACT);
       pyramid.push_back(std::move(image));

@@ -11,7 +11,7 @@ namespace highwall {
 namespace {
 
 // Columns of InertialEstimate::covariance, and of gravity's direction in InertialPrior::Joint().
-constexpr int kP = 0, kTheta = 3, kV = 6, kB = 9, kN = 15;
+using namespace state_rows;
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 

@@ -13,6 +13,12 @@
 
 namespace highwall {
 
+// Rows of position, rotation, velocity, biases and, behind the 15 of the state, gravity's direction
+// in a joint covariance of an inertial state.
+namespace state_rows {
+inline constexpr int kP = 0, kTheta = 3, kV = 6, kB = 9, kN = 15;
+}
+
 // The same after the motion that an IMU measured, its noise added (Forster et al. 2017); that is
 // larger where the IMU's residual weighs less than 1 (weight > 0).
 InertialEstimate Propagate(const InertialEstimate& from, const ImuPreintegration& imu,

@@ -14,7 +14,7 @@
 namespace highwall {
 namespace {
 
-constexpr int kN = 15;  // column of gravity's direction in InertialPrior::Joint()
+using state_rows::kN;
 
 }  // namespace
 

@@ -21,7 +21,7 @@ namespace highwall {
 namespace {
 
 // Columns of InertialEstimate::covariance, and of gravity's direction in InertialPrior::Joint().
-constexpr int kP = 0, kTheta = 3, kV = 6, kN = 15;
+using namespace state_rows;
 constexpr double kHuber = 2.8;  // [sigma] on the norm of a landmark's rows, as in adjustment
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 

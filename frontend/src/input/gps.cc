@@ -50,7 +50,7 @@ class LocalFrame {
   Eigen::Matrix3d R_GE_;
 };
 
-std::vector<std::string_view> Fields(std::string_view line) {
+std::vector<std::string_view> SplitFields(std::string_view line) {
   constexpr std::string_view kBetween = ", \t\r";
   std::vector<std::string_view> fields;
   while (true) {
@@ -76,7 +76,7 @@ bool IsHeading(std::string_view line) {
 
 // Whether a column of this heading is a latitude, whatever its unit is written as.
 bool NamesLatitude(std::string_view heading) {
-  for (const std::string_view field : Fields(heading)) {
+  for (const std::string_view field : SplitFields(heading)) {
     std::string word;
     for (const char c : field) {
       if (c == '#' && word.empty()) continue;
@@ -89,7 +89,7 @@ bool NamesLatitude(std::string_view heading) {
 }
 
 GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::string_view line) {
-  const std::vector<std::string_view> fields = Fields(line);
+  const std::vector<std::string_view> fields = SplitFields(line);
   if (fields.size() != 4 && fields.size() != 7) {
     throw IoError(path, number, "has " + std::to_string(fields.size()) + " fields; " + kForm);
   }

@@ -9,7 +9,7 @@
 namespace highwall {
 namespace {
 
-constexpr double kMetresPerG = 9.80665;  // [m/s^2]
+constexpr double kStandardGravity = 9.80665;  // [m/s^2]
 
 }  // namespace
 
@@ -26,7 +26,7 @@ void ImuCalibration::Validate() const {
       gyroscope_range > 0.0 && (std::isinf(gyroscope_range) || gyroscope_range <= kMaxAngularRate),
       "ImuCalibration::gyroscope_range must be positive and at most 70 rad/s, got " +
           std::to_string(gyroscope_range) + "; 1 deg/s is 0.0174533 rad/s");
-  HIGHWALL_REQUIRE(accelerometer_range >= kMetresPerG,
+  HIGHWALL_REQUIRE(accelerometer_range >= kStandardGravity,
                    "ImuCalibration::accelerometer_range must be at least 9.80665 m/s^2, got " +
                        std::to_string(accelerometer_range) + "; 1 g is 9.80665 m/s^2");
 }

@@ -21,18 +21,18 @@
 namespace highwall {
 namespace {
 
-constexpr const char* kBlank = " \t\r";
+constexpr const char* kListBlank = " \t\r";
 
 // The next field of the line, cut off its front; empty at the end.
 std::string_view NextField(std::string_view* line) {
-  const std::size_t begin = std::min(line->find_first_not_of(kBlank), line->size());
-  const std::size_t end = std::min(line->find_first_of(kBlank, begin), line->size());
+  const std::size_t begin = std::min(line->find_first_not_of(kListBlank), line->size());
+  const std::size_t end = std::min(line->find_first_of(kListBlank, begin), line->size());
   const std::string_view field = line->substr(begin, end - begin);
   line->remove_prefix(end);
   return field;
 }
 
-std::string Number(double value) {
+std::string FourDigits(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.4g", value);
   return text.data();
@@ -155,7 +155,7 @@ TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetO
   frames_ = AssociateNearest(colour_, depth_, FromSeconds(options_.max_stamp_difference));
   if (frames_.empty()) {
     throw IoError(directory_, "no stamp of rgb.txt has one of depth.txt within " +
-                                  Number(options_.max_stamp_difference) + " s");
+                                  FourDigits(options_.max_stamp_difference) + " s");
   }
   imu_file_ = FindImuFile(directory_);
   const std::filesystem::path groundtruth = directory_ / "groundtruth.txt";
@@ -188,9 +188,9 @@ void TumDataset::Probe() {
   }
   median_depth_ = UpperMedian(std::move(depths));
   if (const auto factor = LikelyDepthFactor(median_depth_, options_.depth_factor)) {
-    AddWarning(directory_.string() + ": the median depth is " + Number(median_depth_) +
-               " m with depth factor " + Number(options_.depth_factor) +
-               (*factor > 0.0 ? "; the factor is likely " + Number(*factor)
+    AddWarning(directory_.string() + ": the median depth is " + FourDigits(median_depth_) +
+               " m with depth factor " + FourDigits(options_.depth_factor) +
+               (*factor > 0.0 ? "; the factor is likely " + FourDigits(*factor)
                               : "; no usual factor makes it plausible"));
   }
 }

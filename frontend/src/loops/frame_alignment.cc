@@ -19,8 +19,9 @@
 namespace highwall {
 namespace {
 
-constexpr std::size_t kMost = 200;  // factors that take part, evenly spread: a way tells enough
-constexpr int kHeadings = 8;        // that the search starts from
+constexpr std::size_t kMaxFactors =
+    200;                      // factors that take part, evenly spread: a way tells enough
+constexpr int kHeadings = 8;  // that the search starts from
 
 std::vector<const MapFactor*> FactorsOf(const Map& map, ReferenceFrameId frame, SubmapId submap) {
   std::vector<const MapFactor*> all, some;
@@ -30,7 +31,7 @@ std::vector<const MapFactor*> FactorsOf(const Map& map, ReferenceFrameId frame, 
     });
     if (factor.frame == frame && inside) all.push_back(&factor);
   }
-  const std::size_t count = std::min(all.size(), kMost);
+  const std::size_t count = std::min(all.size(), kMaxFactors);
   for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
   return some;
 }

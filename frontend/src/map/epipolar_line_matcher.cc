@@ -13,8 +13,7 @@
 namespace highwall {
 namespace {
 
-constexpr double kNoBaseline = 1e-6;  // [m]
-constexpr double kMinOverlap = 0.5;   // of the shorter of the two pieces of a line that were seen
+constexpr double kMinOverlap = 0.5;  // of the shorter of the two pieces of a line that were seen
 
 // A segment of b: along, and across its line as a row on (u, v, 1) [px].
 struct ImageLine {

@@ -11,8 +11,6 @@
 namespace highwall {
 namespace {
 
-constexpr double kNoBaseline = 1e-6;  // [m]
-
 // The line in b's image [px], of unit normal, on which what is along the ray of `uv` is seen.
 class EpipolarLines {
  public:

@@ -16,6 +16,9 @@ struct EpipolarView {
   const std::vector<bool>& wanted;
 };
 
+// [m] between two views, below which they have no epipolar lines.
+inline constexpr double kNoBaseline = 1e-6;
+
 struct EpipolarMatchOptions {
   int max_hamming = 50;  // [bit] of a pair
   double ratio = 0.8;    // (0, 1]: best against second best on the line

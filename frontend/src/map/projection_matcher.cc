@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kNoHamming = std::numeric_limits<int>::max();
 
-struct Candidate {
+struct ScoredFeature {
   int feature = -1;
   int hamming = kNoHamming;
 };
@@ -23,13 +23,13 @@ double AngleDifference(double a, double b) {
 }
 
 // The best feature in the window, -1 where none passes. window, candidates: memory to work in.
-Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projection,
-                   const std::vector<bool>& taken, const ProjectionMatchOptions& options,
-                   std::vector<int>& window, std::vector<Candidate>& candidates) {
+ScoredFeature FindBest(const FrameFeatures& features, const ProjectedPoint& projection,
+                       const std::vector<bool>& taken, const ProjectionMatchOptions& options,
+                       std::vector<int>& window, std::vector<ScoredFeature>& candidates) {
   features.point_grid.Query(projection.uv, projection.radius, projection.min_octave,
                             projection.max_octave, &window);
   candidates.clear();
-  Candidate best;
+  ScoredFeature best;
   for (const int i : window) {
     const auto index = static_cast<std::size_t>(i);
     if (taken[index]) continue;
@@ -46,10 +46,10 @@ Candidate FindBest(const FrameFeatures& features, const ProjectedPoint& projecti
   }
   if (best.feature < 0 || best.hamming > options.max_hamming) return {};
   // A corner repeats on neighbouring levels; only a rival of the same level makes it ambiguous.
-  const auto octave = [&](const Candidate& candidate) {
+  const auto octave = [&](const ScoredFeature& candidate) {
     return features.points[static_cast<std::size_t>(candidate.feature)].octave;
   };
-  for (const Candidate& rival : candidates) {
+  for (const ScoredFeature& rival : candidates) {
     if (rival.feature != best.feature && octave(rival) == octave(best) &&
         best.hamming > options.ratio * rival.hamming) {
       return {};
@@ -67,9 +67,10 @@ std::vector<ProjectionMatch> MatchProjections(const FrameFeatures& features,
   // Per feature the projection that has it so far.
   std::vector<ProjectionMatch> owner(features.points.size(), {-1, -1, kNoHamming});
   std::vector<int> window;
-  std::vector<Candidate> candidates;
+  std::vector<ScoredFeature> candidates;
   for (std::size_t j = 0; j < projections.size(); ++j) {
-    const Candidate best = FindBest(features, projections[j], taken, options, window, candidates);
+    const ScoredFeature best =
+        FindBest(features, projections[j], taken, options, window, candidates);
     if (best.feature < 0) continue;
     ProjectionMatch& match = owner[static_cast<std::size_t>(best.feature)];
     if (best.hamming < match.hamming) match = {best.feature, static_cast<int>(j), best.hamming};

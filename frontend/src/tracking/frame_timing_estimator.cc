@@ -14,7 +14,7 @@ namespace {
 // [s] of what is not known of a camera: read-outs take up to an image's interval, some 33 ms; the
 // two images are of the same interval.
 const Eigen::Vector3d kPriorSigma(0.015, 0.015, 0.01);
-const Eigen::Vector3d kLeast(0.0, 0.0, -0.03), kMost(0.05, 0.05, 0.03);  // [s]
+const Eigen::Vector3d kLeastTiming(0.0, 0.0, -0.03), kMostTiming(0.05, 0.05, 0.03);  // [s]
 // Standard deviations by which an estimate must differ from what is known to replace it.
 constexpr double kTold = 2.0;
 constexpr double kMemory = 5.0;  // [s] of the filter
@@ -140,7 +140,8 @@ void FrameTimingEstimator::Add(const TrackedFrame& tracked, const Map& map, cons
   const Matrix covariance = Covariance();
   // The residuals are those of what was gone by.
   const Vector gradient = g + N * (estimate_ - AsVector(timing_));
-  estimate_ = (estimate_ - covariance * gradient / kAlike).cwiseMax(kLeast).cwiseMin(kMost);
+  estimate_ =
+      (estimate_ - covariance * gradient / kAlike).cwiseMax(kLeastTiming).cwiseMin(kMostTiming);
   const Eigen::Array3d told = kTold * covariance.diagonal().array().sqrt();
   timing_ = AsTiming(((estimate_ - known_).array().abs() > told).select(estimate_, known_));
 }

@@ -20,8 +20,8 @@ constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to tel
 // What all views of a landmark share is in none of their residuals: what a calibration leaves of a
 // camera's pixels [px], and pattern and bias of depth, half of its variance.
 constexpr double kSharedPixels = 0.4, kSharedDepth = 0.7;
-constexpr double kMost = 10.0;  // a factor: beyond, the model is wrong
-constexpr double kEdge = 1.2;   // of the noise of depth, where readings about a corner differ
+constexpr double kMaxFactor = 10.0;  // a factor: beyond, the model is wrong
+constexpr double kEdge = 1.2;        // of the noise of depth, where readings about a corner differ
 
 // Medians of chi-square with 1 and 2 degrees of freedom.
 double Median(int dof) {
@@ -109,8 +109,8 @@ void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point,
   const double redundancy = Redundancy(point.observations.size());
   const auto square = [&](double factor) { return factor * factor / redundancy; };
   Group& px = groups_[feature.refined ? kRefinedPx : kPointPx];
-  px.kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(
-      square(feature.noise.px) * r.head<2>().squaredNorm());
+  px.kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(square(feature.noise.px) *
+                                                                       r.head<2>().squaredNorm());
   Group& depth = groups_[IsAtEdge(feature) ? kEdgeDepth : kPointDepth];
   depth.kinds[DepthBand(feature.depth)].squared.push_back(square(feature.noise.depth) * r.z() *
                                                           r.z());
@@ -158,7 +158,7 @@ void NoiseEstimator::Update(Group* group) {
   for (const Kind& kind : group->kinds) {
     const double log_var =
         (kind.weight * kind.log_var + kPrior * of_group) / (kind.weight + kPrior);
-    *kind.factor = std::min(std::hypot(std::exp(0.5 * log_var), kind.shared), kMost);
+    *kind.factor = std::min(std::hypot(std::exp(0.5 * log_var), kind.shared), kMaxFactor);
   }
 }
 
