@@ -42,9 +42,9 @@ double RmseOf(const Trajectory& truth, const Trajectory& estimate) {
 }
 
 // One system on its way through a scene.
-class Walk {
+class ReturnWalk {
  public:
-  Walk(const simulate::Simulation& scene, bool loops, bool imu) : scene_(scene) {
+  ReturnWalk(const simulate::Simulation& scene, bool loops, bool imu) : scene_(scene) {
     SlamOptions options = Deterministic({});
     options.loops.enabled = loops;
     std::optional<ImuCalibration> calibration;
@@ -98,8 +98,8 @@ nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds)
     const simulate::Simulation simulation =
         room ? MakeRoom(seed, seconds)
              : Simulate(scene, SmallFieldTestOptions(seed, OnceRound(scene)));
-    Walk with(simulation, true, !room);
-    std::optional<Walk> without;  // in rooms: elsewhere it would double the time
+    ReturnWalk with(simulation, true, !room);
+    std::optional<ReturnWalk> without;  // in rooms: elsewhere it would double the time
     if (room) without.emplace(simulation, false, false);
     Trajectory truth;
     double path = 0.0;

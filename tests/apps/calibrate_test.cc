@@ -24,8 +24,9 @@
 #include "support/imu_scene.h"
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::calibrate_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -33,7 +34,7 @@ using nlohmann::json;
 using testing::Outcome;
 
 Outcome Calibrate(const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BINARY, "calibrate " + options);
+  return testing::RunProgram(testing::kHighwallProgram, "calibrate " + options);
 }
 
 // A room that is filmed by a camera on a body that turns about all of its axes, with a clock that
@@ -310,8 +311,8 @@ TEST(SlamCommand, MendsAPatternOfDepthThatItFinds) {
   simulate::WriteTum(simulate::SimulateRoom(options), dataset);
   const auto run = [&](const std::string& name, const std::string& more) {
     const Outcome outcome = testing::RunProgram(
-        HIGHWALL_BINARY, "slam --deterministic --no-map --dataset " + dataset.string() + " --out " +
-                             (folder / name).string() + more);
+        testing::kHighwallProgram, "slam --deterministic --no-map --dataset " + dataset.string() +
+                                       " --out " + (folder / name).string() + more);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     const double error = AbsolutePoseError(ReadTumTrajectory(dataset / "groundtruth.txt"),
                                            ReadTumTrajectory(folder / name / "trajectory.txt"))
@@ -347,4 +348,4 @@ TEST(CalibrateCommand, RefusesARecordingOfAMomentAndOneThatIsNone) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::calibrate_test

@@ -17,7 +17,7 @@
 #include "simulate/camera/simulation.h"
 #include "simulate/camera/stretch.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::camera_effects_test {
 namespace {
 
 PinholeCamera SmallCamera() {
@@ -318,4 +318,4 @@ TEST(Simulation, RefusesEffectsOutOfRangeByName) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::camera_effects_test

@@ -14,7 +14,7 @@
 #include "support/message_of.h"
 #include "yaml_reader.h"
 
-namespace highwall::apps {
+namespace highwall::apps::config_test {
 namespace {
 
 using testing::MessageOf;
@@ -374,4 +374,4 @@ TEST(WriteConfig, IsReadBack) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::config_test

@@ -7,8 +7,9 @@
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::demo_test {
 namespace {
 
 TEST(Demo, MapsItsRecordingTellsTheErrorAndWhereTheResultsAre) {
@@ -21,7 +22,7 @@ TEST(Demo, MapsItsRecordingTellsTheErrorAndWhereTheResultsAre) {
   std::filesystem::create_directory(folder.path() / "out");
   simulate::WriteTum(simulate::SimulateRoom(options), folder.path() / "out" / "mine");
   const testing::Outcome outcome =
-      testing::RunProgram(HIGHWALL_BINARY, "demo --out out", folder.path());
+      testing::RunProgram(testing::kHighwallProgram, "demo --out out", folder.path());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* text :
        {"$ highwall slam --dataset out/mine --out out/run", "frames      12 (0 lost",
@@ -40,11 +41,11 @@ TEST(Demo, EndsWithTheStepThatFails) {
   const testing::TemporaryDirectory folder("demo");
   std::filesystem::create_directories(folder.path() / "out" / "mine");
   const testing::Outcome outcome =
-      testing::RunProgram(HIGHWALL_BINARY, "demo --out out", folder.path());
+      testing::RunProgram(testing::kHighwallProgram, "demo --out out", folder.path());
   EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
   EXPECT_TRUE(testing::Contains(outcome.err, "highwall slam: out/mine")) << outcome.err;
   EXPECT_FALSE(testing::Contains(outcome.out, "$ highwall eval")) << outcome.out;
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::demo_test

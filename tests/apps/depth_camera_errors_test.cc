@@ -18,7 +18,7 @@
 
 // What cheap depth cameras do: images that are read row by row, depth that comes later than colour
 // and reads too long.
-namespace highwall::simulate {
+namespace highwall::simulate::depth_camera_errors_test {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
@@ -274,4 +274,4 @@ TEST(DepthCameraErrors, OutOfRangeAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::depth_camera_errors_test

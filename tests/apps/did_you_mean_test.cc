@@ -6,7 +6,7 @@
 
 #include "support/temporary_directory.h"
 
-namespace highwall::apps {
+namespace highwall::apps::did_you_mean_test {
 namespace {
 
 TEST(EditDistance, CountsInsertionsDeletionsAndReplacements) {
@@ -38,4 +38,4 @@ TEST(DidYouMean, NamesThePathThatIsMeant) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::did_you_mean_test

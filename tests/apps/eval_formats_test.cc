@@ -16,9 +16,10 @@
 
 #include "support/crc32.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 #include "trajectory_file.h"
 
-namespace highwall {
+namespace highwall::eval_formats_test {
 namespace {
 
 using nlohmann::json;
@@ -117,7 +118,7 @@ class EvalFormats : public ::testing::Test {
     testing::WriteText(folder_ / name, text);
   }
   Outcome Eval(const std::string& arguments) const {
-    return testing::RunProgram(HIGHWALL_BINARY, "eval " + arguments, folder_.path());
+    return testing::RunProgram(testing::kHighwallProgram, "eval " + arguments, folder_.path());
   }
   apps::TrajectoryFile Read(const std::string& name, const std::string& text) const {
     Write(name, text);
@@ -340,4 +341,4 @@ TEST_F(EvalFormats, OfSeveralEstimatesEachHasAFileForEvo) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::eval_formats_test

@@ -8,8 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::eval_test {
 namespace {
 
 using testing::Outcome;
@@ -41,7 +42,7 @@ class EvalCommand : public ::testing::Test {
 
   // In the folder, so that names need no path.
   Outcome Run(const std::string& arguments) const {
-    return testing::RunProgram(HIGHWALL_BINARY, arguments, folder_.path());
+    return testing::RunProgram(testing::kHighwallProgram, arguments, folder_.path());
   }
 
   // Exit code, one line on standard error that contains `text`, nothing on standard output.
@@ -101,7 +102,8 @@ TEST_F(EvalCommand, AlignsAbsoluteErrorsBySe3UnlessToldOtherwise) {
 TEST_F(EvalCommand, TextShowsTheFigures) {
   const Outcome outcome = Run("eval ape reference.txt estimate.txt --align none");
   EXPECT_EQ(outcome.exit_code, 0);
-  for (const char* text : {"rmse", "0.250000", "over 100.0 % of the time", "100 poses", "estimate.txt"}) {
+  for (const char* text :
+       {"rmse", "0.250000", "over 100.0 % of the time", "100 poses", "estimate.txt"}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << outcome.out;
   }
 }
@@ -235,4 +237,4 @@ TEST_F(EvalCommand, HelpHasAnExampleAndTheProgramAVersion) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::eval_test

@@ -11,7 +11,7 @@
 #include "simulate/scenes/mine.h"
 #include "support/grid_planner.h"
 
-namespace highwall {
+namespace highwall::haul_road_plan_test {
 namespace {
 
 TEST(HaulRoad, APlannerReachesItsGoalAlongIt) {
@@ -48,4 +48,4 @@ TEST(HaulRoad, APlannerReachesItsGoalAlongIt) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::haul_road_plan_test

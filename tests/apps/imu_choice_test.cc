@@ -7,7 +7,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall::apps {
+namespace highwall::apps::imu_choice_test {
 namespace {
 
 TEST(ImuChoice, NamesThePolicyAndTheWeight) {
@@ -30,4 +30,4 @@ TEST(ImuChoice, RefusesWhatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::imu_choice_test

@@ -15,7 +15,7 @@
 #include "simulate/motion/imu_simulator.h"
 #include "simulate/motion/spline_trajectory.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::imu_faults_test {
 namespace {
 
 constexpr double kRate = 200.0;
@@ -211,4 +211,4 @@ TEST(ImuSimulator, TheTrueBiasWarmsUpWithTheSensor) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::imu_faults_test

@@ -10,8 +10,9 @@
 #include "support/noise_at_rest.h"
 #include "support/run_program.h"
 #include "support/temporary_directory.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::imu_noise_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,7 +40,7 @@ class ImuNoiseCommand : public ::testing::Test {
     }
   }
   Outcome Run(const std::string& options) const {
-    return testing::RunProgram(HIGHWALL_BINARY, "imu-noise " + options);
+    return testing::RunProgram(testing::kHighwallProgram, "imu-noise " + options);
   }
 
   const testing::TemporaryDirectory folder_;
@@ -99,4 +100,4 @@ TEST_F(ImuNoiseCommand, RefusesReadingsInMotionMissingOnesAndWrongUsage) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_noise_test

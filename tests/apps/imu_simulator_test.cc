@@ -15,7 +15,7 @@
 
 #include "simulate/scenes/room.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::imu_simulator_test {
 namespace {
 
 constexpr Stamp kBegin = 1'000'000'000;
@@ -350,4 +350,4 @@ TEST(ImuSimulator, RefusesOptionsOutOfRangeByName) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::imu_simulator_test

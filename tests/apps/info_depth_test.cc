@@ -9,8 +9,9 @@
 
 #include "support/generated_tum.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::info_depth_test {
 namespace {
 
 using nlohmann::json;
@@ -60,7 +61,8 @@ class InfoDepthTest : public ::testing::Test {
   void WriteKinect() const { Write(580.0 * 0.075, 1.0 / 8.0, 5); }
 
   static json Info(const std::filesystem::path& dataset) {
-    const Outcome run = testing::RunProgram(HIGHWALL_BINARY, "info --json " + dataset.string());
+    const Outcome run =
+        testing::RunProgram(testing::kHighwallProgram, "info --json " + dataset.string());
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return json::parse(run.out);
   }
@@ -132,7 +134,7 @@ TEST_F(InfoDepthTest, CountsColourImagesThatRepeat) {
 }
 
 TEST_F(InfoDepthTest, NamesTheSensorsOfRealRecordings) {
-  const std::filesystem::path shared = HIGHWALL_SHARED_DATA;
+  const std::filesystem::path shared = testing::kSharedData;
   const std::filesystem::path d435 = shared / "d435_desk";
   if (!std::filesystem::exists(d435 / "rgb.txt")) GTEST_SKIP() << d435 << ": no shared/data here";
   const json given = Info(d435);
@@ -149,4 +151,4 @@ TEST_F(InfoDepthTest, NamesTheSensorsOfRealRecordings) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::info_depth_test

@@ -6,8 +6,9 @@
 
 #include "support/generated_tum.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::info_test {
 namespace {
 
 using nlohmann::json;
@@ -35,7 +36,7 @@ class InfoTest : public ::testing::Test {
   const std::filesystem::path& dataset() const { return folder_.path(); }
 
   static Outcome Highwall(const std::string& arguments) {
-    return testing::RunProgram(HIGHWALL_BINARY, arguments);
+    return testing::RunProgram(testing::kHighwallProgram, arguments);
   }
 
   Outcome Info(const std::string& options = "") const {
@@ -228,4 +229,4 @@ TEST_F(InfoTest, ExitsWithOneForWrongUsageAndZeroForHelp) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::info_test

@@ -12,7 +12,7 @@
 #include "simulate/scenes/twin_rooms.h"
 #include "support/seen_surface.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::kidnap_test {
 namespace {
 
 using testing::SeenSurface;
@@ -138,4 +138,4 @@ TEST(TwinRooms, AreClosedAndTheWalkStaysInThem) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::kidnap_test

@@ -9,7 +9,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 
-namespace highwall::apps {
+namespace highwall::apps::live_replay_test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -71,4 +71,4 @@ TEST(LiveReplay, PassesOnWhatStoppedTheReader) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::live_replay_test

@@ -14,8 +14,9 @@
 
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::map_test {
 namespace {
 
 using nlohmann::json;
@@ -33,7 +34,7 @@ class MapCommand : public ::testing::Test {
     return Map(Dataset() + " --resolution 0.05 --every 2 --json --out " + Out());
   }
   static Outcome Map(const std::string& arguments) {
-    return testing::RunProgram(HIGHWALL_BINARY, "map " + arguments);
+    return testing::RunProgram(testing::kHighwallProgram, "map " + arguments);
   }
   // Exit code, one line that says why, nothing else.
   static void ExpectRefused(const std::string& arguments, int code, const std::string& why) {
@@ -160,11 +161,11 @@ TEST_F(MapCommand, MapsARunWithTheCalibrationThatItWasMadeWith) {
   const std::string told = Path("told.yaml"), run = Path("run");
   std::ofstream(told) << testing::ReadText(Dataset() + "/calibration.yaml")
                       << "depth: {inverse_offset: -0.1}\n";
-  ASSERT_EQ(
-      testing::RunProgram(HIGHWALL_BINARY, "slam --deterministic --no-map --dataset " + Dataset() +
-                                               " --config " + told + " --out " + run)
-          .exit_code,
-      0);
+  ASSERT_EQ(testing::RunProgram(testing::kHighwallProgram,
+                                "slam --deterministic --no-map --dataset " + Dataset() +
+                                    " --config " + told + " --out " + run)
+                .exit_code,
+            0);
   const auto leaves = [&](const std::string& options) {
     const Outcome outcome = Map(run + " --resolution 0.05 --json --out " + Out() + options);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -258,4 +259,4 @@ TEST_F(MapCommand, RefusesTruncatedMaps) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_test

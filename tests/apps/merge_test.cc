@@ -18,8 +18,9 @@
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::merge_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -87,7 +88,7 @@ class MergeTest : public ::testing::Test {
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   }
   static Outcome In(const std::string& arguments) {
-    return testing::RunProgram(HIGHWALL_BINARY, arguments, folder_->path());
+    return testing::RunProgram(testing::kHighwallProgram, arguments, folder_->path());
   }
   static Trajectory Read(const std::string& file) { return ReadTumTrajectory(*folder_ / file); }
   static json Report(const std::string& folder) {
@@ -299,4 +300,4 @@ TEST_F(MergeTest, MapsOfAnotherCameraOrOtherPointsAndLocalizationsAreRefused) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::merge_test

@@ -13,7 +13,7 @@
 #include "simulate/scenes/haul_road.h"
 #include "simulate/scenes/mine.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::open_pit_test {
 namespace {
 
 // Building a scene takes most of a second, and every test runs alone: few tests that look at much.
@@ -146,4 +146,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, OpenPit, ::testing::Values("road", "mine"),
                          [](const auto& test) { return test.param; });
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::open_pit_test

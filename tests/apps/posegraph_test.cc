@@ -10,8 +10,9 @@
 #include "support/false_loops.h"
 #include "support/pose_graph_scenes.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::posegraph_test {
 namespace {
 
 using testing::Outcome;
@@ -31,7 +32,7 @@ class PosegraphCommand : public ::testing::Test {
 
   // In the folder, so that names need no path.
   Outcome Run(const std::string& arguments) const {
-    return testing::RunProgram(HIGHWALL_BINARY, "posegraph " + arguments, folder_.path());
+    return testing::RunProgram(testing::kHighwallProgram, "posegraph " + arguments, folder_.path());
   }
 
   nlohmann::json RunJson(const std::string& arguments) const {
@@ -153,4 +154,4 @@ TEST_F(PosegraphCommand, HelpHasAnExample) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::posegraph_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall::apps {
+namespace highwall::apps::progress_test {
 namespace {
 
 TEST(Progress, ShowsShareRateAndTimeLeft) {
@@ -61,4 +61,4 @@ TEST(Progress, IsSilentForTheFirstSecondsWhereStandardErrorIsNoTerminal) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::progress_test

@@ -12,7 +12,7 @@
 #include "simulate/scenes/recorded_room.h"
 #include "support/imu_scene.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::recorded_motion_test {
 namespace {
 
 constexpr double kHertz = 200.0, kDuration = 12.0;
@@ -200,4 +200,4 @@ TEST(RecordedRoom, IsAsLargeAsTheMotionNeeds) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::recorded_motion_test

@@ -21,7 +21,7 @@
 #include "report/report_scene.h"
 #include "report/report_words.h"
 
-namespace highwall::apps {
+namespace highwall::apps::report_data_test {
 namespace {
 
 using nlohmann::json;
@@ -312,4 +312,4 @@ TEST(ReportPage, AsksNoNetworkForAnything) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::report_data_test

@@ -12,8 +12,9 @@
 #include "report/html_report.h"
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::report_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,7 +38,7 @@ class ReportCommand : public ::testing::Test {
   static void TearDownTestSuite() { folder_.reset(); }
 
   static Outcome Highwall(const std::string& arguments) {
-    return RunProgram(HIGHWALL_BINARY, arguments, folder_->path());
+    return RunProgram(testing::kHighwallProgram, arguments, folder_->path());
   }
   static json DataOf(const fs::path& page) {
     const std::string text = ReadText(page), begin = "id=\"data\">";
@@ -234,4 +235,4 @@ TEST_F(ReportCommand, ABrowserDrawsTwoRunsSideBySide) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::report_test

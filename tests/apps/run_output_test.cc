@@ -15,7 +15,7 @@
 #include "support/file_size_limit.h"
 #include "support/temporary_directory.h"
 
-namespace highwall::apps {
+namespace highwall::apps::run_output_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -261,4 +261,4 @@ TEST_F(RunOutputTest, TheFolderOfASavedMapIsMade) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::run_output_test

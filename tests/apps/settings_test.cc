@@ -13,7 +13,7 @@
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 
-namespace highwall::apps {
+namespace highwall::apps::settings_test {
 namespace {
 
 using testing::MessageOf;
@@ -154,4 +154,4 @@ TEST_F(SettingsTest, SomethingMustBeTracked) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::settings_test

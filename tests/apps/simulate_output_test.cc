@@ -22,8 +22,9 @@
 #include "simulate/scenes/room.h"
 #include "support/imu_scene.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::simulate_output_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,7 +45,7 @@ std::ptrdiff_t CountEntries(const fs::path& folder) {
 }
 
 Outcome Highwall(const std::string& arguments) {
-  return testing::RunProgram(HIGHWALL_BINARY, arguments);
+  return testing::RunProgram(testing::kHighwallProgram, arguments);
 }
 
 TEST(WriteTum, TheProjectsOwnReaderFindsTheFramesAsTheyWereRendered) {
@@ -454,4 +455,4 @@ TEST(SimulateCommand, UnknownScenesNoisesAndNumbersAreUsageErrors) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::simulate_output_test

@@ -18,7 +18,7 @@
 #include "simulate/camera/simulation.h"
 #include "simulate/scenes/room.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::simulate_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -322,4 +322,4 @@ TEST(Room, IsRichInCornersAndSegmentsAllAround) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::simulate_test

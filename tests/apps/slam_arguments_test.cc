@@ -14,7 +14,7 @@
 #include "run_report.h"
 #include "support/temporary_directory.h"
 
-namespace highwall::apps {
+namespace highwall::apps::slam_arguments_test {
 namespace {
 
 using nlohmann::json;
@@ -217,4 +217,4 @@ TEST(SlamArguments, TheReadingsOfTheImuAreWantedUnlessTheyAreOffOrTheMapStaysAsI
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::slam_arguments_test

@@ -8,8 +8,9 @@
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_depth_scale_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,7 +43,7 @@ class SlamDepthScale : public ::testing::Test {
     testing::WriteText(file, text.replace(begin, end - begin, std::to_string(factor / kTooLong)));
   }
   Outcome Slam() const {
-    return testing::RunProgram(HIGHWALL_BINARY,
+    return testing::RunProgram(testing::kHighwallProgram,
                                "slam --no-map --no-loops --deterministic --dataset " +
                                    dataset().string() + " --out " + run().string());
   }
@@ -82,4 +83,4 @@ TEST_F(SlamDepthScale, SaysNothingOfACameraAtRest) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_depth_scale_test

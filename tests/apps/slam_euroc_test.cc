@@ -12,19 +12,20 @@
 
 #include "support/run_program.h"
 #include "support/temporary_directory.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_euroc_test {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::Outcome;
 
-const fs::path kShared = HIGHWALL_SHARED_DATA;
+const fs::path kShared = testing::kSharedData;
 
 Outcome Slam(const fs::path& dataset, const fs::path& out, const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BINARY, "slam --no-map --deterministic --dataset " +
-                                                  dataset.string() + " --out " + out.string() +
-                                                  " " + options);
+  return testing::RunProgram(testing::kHighwallProgram, "slam --no-map --deterministic --dataset " +
+                                                            dataset.string() + " --out " +
+                                                            out.string() + " " + options);
 }
 
 // Poses of the IMU; over the clip the camera, 7 cm away, turns by some degrees only.
@@ -66,9 +67,9 @@ TEST(SlamOfEuroc, TakesNoOtherCalibration) {
   const testing::TemporaryDirectory folder;
   testing::ExpectRefused(Slam(clip, folder / "run", "--config tum1"), 2,
                          {clip.string(), "leave --config out"});
-  testing::ExpectRefused(testing::RunProgram(HIGHWALL_BINARY, "info " + clip.string()), 2,
+  testing::ExpectRefused(testing::RunProgram(testing::kHighwallProgram, "info " + clip.string()), 2,
                          {clip.string(), "EuRoC"});
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_euroc_test

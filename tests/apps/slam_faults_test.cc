@@ -20,8 +20,9 @@
 #include "simulate/scenes/room.h"
 #include "support/faulty_readings.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_faults_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -118,9 +119,9 @@ TEST(SlamProgramFaults, LoseNoOutputAndAreSaidOnce) {
                          (FormatStamp(walk.StampOf(i)) + ".png"));
     }
 
-    const Outcome outcome =
-        testing::RunProgram(HIGHWALL_BINARY, "slam --dataset " + dataset.string() + " --out " +
-                                                 run.string() + " --no-map --deterministic --json");
+    const Outcome outcome = testing::RunProgram(
+        testing::kHighwallProgram, "slam --dataset " + dataset.string() + " --out " + run.string() +
+                                       " --no-map --deterministic --json");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     for (const char* name : {"trajectory.txt", "trajectory_causal.txt", "keyframes.txt"}) {
       EXPECT_FALSE(ReadTumTrajectory(run / name).empty()) << name;
@@ -136,4 +137,4 @@ TEST(SlamProgramFaults, LoseNoOutputAndAreSaidOnce) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_faults_test

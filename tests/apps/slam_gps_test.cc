@@ -14,8 +14,9 @@
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/drive.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_gps_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,9 +43,9 @@ class SlamWithGps : public ::testing::Test {
   static fs::path dataset() { return folder_->path() / "dataset"; }
   static fs::path run(const std::string& name) { return folder_->path() / name; }
   static Outcome Slam(const std::string& name, const std::string& options) {
-    return testing::RunProgram(HIGHWALL_BINARY, "slam --dataset " + dataset().string() + " --out " +
-                                                    run(name).string() +
-                                                    " --no-map --deterministic " + options);
+    return testing::RunProgram(testing::kHighwallProgram,
+                               "slam --dataset " + dataset().string() + " --out " +
+                                   run(name).string() + " --no-map --deterministic " + options);
   }
 
   static std::unique_ptr<testing::TemporaryDirectory> folder_;
@@ -125,4 +126,4 @@ TEST_F(SlamWithGps, TheSimulatorWritesFixesOfTheTruth) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_gps_test

@@ -19,8 +19,9 @@
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_imu_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -49,8 +50,9 @@ class SlamWithImu : public ::testing::Test {
   fs::path dataset() const { return folder_.path() / "dataset"; }
   fs::path run() const { return folder_.path() / "run"; }
   Outcome SlamOnDataset(const std::string& options) const {
-    return testing::RunProgram(HIGHWALL_BINARY, "slam --dataset " + dataset().string() + " --out " +
-                                                    run().string() + " " + options);
+    return testing::RunProgram(
+        testing::kHighwallProgram,
+        "slam --dataset " + dataset().string() + " --out " + run().string() + " " + options);
   }
 
   fs::path imu_file() const { return dataset() / "imu.csv"; }
@@ -318,4 +320,4 @@ TEST_F(SlamWithImu, RefusesAMalformedImu) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_imu_test

@@ -22,8 +22,9 @@
 #include "support/file_size_limit.h"
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_output_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -68,7 +69,7 @@ class SlamOutput : public ::testing::Test {
   Outcome Slam(const std::string& options = "") const {
     std::string text;
     for (const std::string& argument : Arguments()) text += argument + " ";
-    return testing::RunProgram(HIGHWALL_BINARY, text + options);
+    return testing::RunProgram(testing::kHighwallProgram, text + options);
   }
   std::map<std::string, std::string> Results() const {
     std::map<std::string, std::string> results;
@@ -152,7 +153,7 @@ TEST_F(SlamOutput, AKilledRunLeavesItsPosesAndKeyframesAndNothingElse) {
 
     const WithheldFile image(ColorImage(poses));
     const fs::path log = run() / "trajectory_causal.txt", keyframes = run() / "keyframes.txt";
-    BackgroundProgram program(HIGHWALL_BINARY, Arguments());
+    BackgroundProgram program(testing::kHighwallProgram, Arguments());
     const auto lines = [](const fs::path& file) { return CountLines(ReadText(file)); };
     // The first line is a comment. The keyframe of the first frame is written after its pose.
     while (program.IsRunning() && (lines(log) != 1 + poses || lines(keyframes) < 2)) {
@@ -182,7 +183,7 @@ TEST_F(SlamOutput, WhereThereIsAReportTheRunIsComplete) {
   for (int moment = 0; moment < 10; ++moment) {
     SCOPED_TRACE(moment);
     {
-      BackgroundProgram program(HIGHWALL_BINARY, Arguments());
+      BackgroundProgram program(testing::kHighwallProgram, Arguments());
       std::this_thread::sleep_for(duration * moment / 9);
       program.Kill();
     }
@@ -200,4 +201,4 @@ TEST_F(SlamOutput, WhereThereIsAReportTheRunIsComplete) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_output_test

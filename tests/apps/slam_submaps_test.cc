@@ -12,7 +12,7 @@
 #include "simulate/scenes/room.h"
 #include "slam_run.h"
 
-namespace highwall::apps {
+namespace highwall::apps::slam_submaps_test {
 namespace {
 
 constexpr double kFps = 20.0;
@@ -125,4 +125,4 @@ TEST(SlamOfSubmaps, MapsEachInItsOwnWorldAndNothingOfThoseThatWereDropped) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::slam_submaps_test

@@ -10,8 +10,9 @@
 
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_switch_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -26,8 +27,8 @@ class SlamSwitch : public ::testing::Test {
   fs::path Run(const std::string& options) {
     const fs::path run = folder_ / ("run" + std::to_string(++runs_));
     const testing::Outcome outcome = testing::RunProgram(
-        HIGHWALL_BINARY, "slam --deterministic --dataset " + dataset().string() + " --out " +
-                             run.string() + " " + options);
+        testing::kHighwallProgram, "slam --deterministic --dataset " + dataset().string() +
+                                       " --out " + run.string() + " " + options);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return run;
   }
@@ -90,4 +91,4 @@ TEST_F(SlamSwitch, LoopsAreClosedUnlessTheyAreOff) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_switch_test

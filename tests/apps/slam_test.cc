@@ -20,8 +20,9 @@
 #include "support/generated_tum.h"
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -50,7 +51,7 @@ class SlamCommand : public ::testing::Test {
   fs::path run() const { return folder_.path() / "run"; }
 
   static Outcome Slam(const std::string& options) {
-    return testing::RunProgram(HIGHWALL_BINARY, "slam " + options);
+    return testing::RunProgram(testing::kHighwallProgram, "slam " + options);
   }
   Outcome SlamOnDataset(const std::string& options = "") const {
     return Slam("--dataset " + dataset().string() + " --out " + run().string() + " " + options);
@@ -302,7 +303,7 @@ TEST_F(SlamCommand, LocalizesInASavedMapThatStaysAsItIs) {
   EXPECT_FALSE(fs::exists(run() / "cloud.ply"));
   EXPECT_TRUE(ReadText(map) == bytes);
   const std::string make_map = "map " + run().string() + " --out " + (run() / "map").string();
-  testing::ExpectRefused(testing::RunProgram(HIGHWALL_BINARY, make_map), 2,
+  testing::ExpectRefused(testing::RunProgram(testing::kHighwallProgram, make_map), 2,
                          {"is a localization", "give --trajectory"});
   const Trajectory second = ReadTumTrajectory(run() / "trajectory.txt");
   ASSERT_EQ(second.size(), first.size());
@@ -343,17 +344,18 @@ TEST_F(SlamCommand, AWallThatRepeatsItselfMovesNoCamera) {
   // The slower the sequence, the farther the first prediction from the truth.
   for (const char* sequence : {"--duration 0.3 --fps 10", "--duration 0.5 --fps 8"}) {
     fs::remove_all(dataset());
-    ASSERT_EQ(testing::RunProgram(HIGHWALL_BINARY, "simulate room " + std::string(sequence) +
-                                                       " --out " + dataset().string())
-                  .exit_code,
-              0);
+    ASSERT_EQ(
+        testing::RunProgram(testing::kHighwallProgram, "simulate room " + std::string(sequence) +
+                                                           " --out " + dataset().string())
+            .exit_code,
+        0);
     for (const char* weighting : {"covariance", "paper"}) {
       ASSERT_EQ(
           SlamOnDataset("--no-map --deterministic --weighting " + std::string(weighting)).exit_code,
           0);
       const Outcome error = testing::RunProgram(
-          HIGHWALL_BINARY, "eval rpe --json " + (dataset() / "groundtruth.txt").string() + " " +
-                               (run() / "trajectory.txt").string());
+          testing::kHighwallProgram, "eval rpe --json " + (dataset() / "groundtruth.txt").string() +
+                                         " " + (run() / "trajectory.txt").string());
       ASSERT_EQ(error.exit_code, 0) << error.err;
       // A brick further on is 0.25 m; the right pose is good to some millimetres.
       EXPECT_LT(json::parse(error.out)["stats"]["max"], 0.01) << sequence << ", " << weighting;
@@ -564,4 +566,4 @@ TEST_F(SlamCommand, WrongUsageExitsWithOneAndHelpHasAnExample) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_test

@@ -1,16 +1,17 @@
-// Runs `highwall slam` with every thread it has: reader, features, tracking, local mapping, loops and
-// dense mapping. Two seconds, so that ThreadSanitizer can watch.
+// Runs `highwall slam` with every thread it has: reader, features, tracking, local mapping, loops
+// and dense mapping. Two seconds, so that ThreadSanitizer can watch.
 #include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "support/run_program.h"
-#include "simulate/scenes/room.h"
 #include "simulate/output/tum_writer.h"
+#include "simulate/scenes/room.h"
+#include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::slam_threads_test {
 namespace {
 
 using nlohmann::json;
@@ -23,9 +24,8 @@ TEST(SlamWithAllThreads, TracksEveryFrame) {
   options.fps = 6.0;
   options.duration = 2.0;
   simulate::WriteTum(simulate::SimulateRoom(options), folder.path() / "dataset");
-  const testing::Outcome outcome =
-      testing::RunProgram(HIGHWALL_BINARY, "slam --dataset dataset --out run --json",
-                          folder.path());
+  const testing::Outcome outcome = testing::RunProgram(
+      testing::kHighwallProgram, "slam --dataset dataset --out run --json", folder.path());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
   EXPECT_EQ(report["frames"], 12);
@@ -37,4 +37,4 @@ TEST(SlamWithAllThreads, TracksEveryFrame) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_threads_test

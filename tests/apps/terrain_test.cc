@@ -24,7 +24,7 @@
 #include "simulate/scenes/road_surface.h"
 #include "simulate/scenes/sunlight.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::terrain_test {
 namespace {
 
 PinholeCamera SmallCamera() {
@@ -256,4 +256,4 @@ TEST(RoadSurface, IsRoughWhereItsStretchesSayAndClosesAfterALap) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::terrain_test

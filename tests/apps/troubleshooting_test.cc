@@ -29,8 +29,9 @@
 #include "support/generated_tum.h"
 #include "support/message_of.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall::apps {
+namespace highwall::apps::troubleshooting_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -47,7 +48,8 @@ std::vector<std::string> Lines(const std::string& text) {
 // What stands between backticks in the first column of the tables.
 std::vector<std::string> QuotedMessages() {
   std::vector<std::string> messages;
-  for (const std::string& line : Lines(testing::ReadText(HIGHWALL_TROUBLESHOOTING))) {
+  for (const std::string& line :
+       Lines(testing::ReadText(std::string(testing::kSourceFolder) + "/docs/troubleshooting.md"))) {
     if (!line.starts_with("| `")) continue;
     messages.push_back(line.substr(3, line.find("` |") - 3));
   }
@@ -77,7 +79,7 @@ class Troubleshooting : public ::testing::Test {
  protected:
   void Highwall(const std::string& arguments) {
     const testing::Outcome outcome =
-        testing::RunProgram(HIGHWALL_BINARY, arguments, folder_.path());
+        testing::RunProgram(testing::kHighwallProgram, arguments, folder_.path());
     for (const std::string& line : Lines(outcome.err + outcome.out)) said_.push_back(line);
   }
   // Frames that show nothing, with a calibration.
@@ -500,4 +502,4 @@ TEST(TroubleshootingPage, SaysMatchesWhatVaries) {
 }
 
 }  // namespace
-}  // namespace highwall::apps
+}  // namespace highwall::apps::troubleshooting_test

@@ -5,8 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::usage_test {
 namespace {
 
 using testing::Contains;
@@ -14,7 +15,7 @@ using testing::ExpectRefused;
 using testing::Outcome;
 
 Outcome Highwall(const std::string& arguments) {
-  return testing::RunProgram(HIGHWALL_BINARY, arguments);
+  return testing::RunProgram(testing::kHighwallProgram, arguments);
 }
 
 TEST(Usage, WithoutAnythingItSaysWhatToDoFirst) {
@@ -68,4 +69,4 @@ TEST(Usage, SettingsArePrintedAndReadBack) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::usage_test

@@ -9,7 +9,7 @@
 #include "simulate/scenes/room.h"
 #include "simulate/scenes/visitor.h"
 
-namespace highwall::simulate {
+namespace highwall::simulate::visitor_test {
 namespace {
 
 constexpr double kHalfWidth = 0.21;  // [m] of the shoulders, the widest of a person
@@ -99,4 +99,4 @@ TEST(Visitor, IsNearerThanTheRoomWhereTheImageChanges) {
 }
 
 }  // namespace
-}  // namespace highwall::simulate
+}  // namespace highwall::simulate::visitor_test

@@ -23,7 +23,7 @@
 #include "frame_order.h"
 #include "image_changes.h"
 
-namespace highwall::bench {
+namespace highwall::bench::abuses_test {
 namespace {
 
 constexpr Stamp kInterval = 100'000'000;  // [ns]
@@ -479,4 +479,4 @@ TEST(AllAbuses, ThatAreRandomDifferFromSeedToSeed) {
 }
 
 }  // namespace
-}  // namespace highwall::bench
+}  // namespace highwall::bench::abuses_test

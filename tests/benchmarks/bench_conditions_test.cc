@@ -5,15 +5,16 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_conditions_test {
 namespace {
 
 using nlohmann::json;
 using testing::Outcome;
 
 Outcome Bench(const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BENCH_CONDITIONS, options);
+  return testing::RunProgram(testing::kBenchConditions, options);
 }
 
 TEST(BenchConditions, JsonHoldsEverySeedAndTheMediansOfEachRun) {
@@ -57,4 +58,4 @@ TEST(BenchConditions, RefusesToBeginBeyondTheSequence) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_conditions_test

@@ -14,15 +14,16 @@
 
 #include "support/imu_scene.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_imu_test {
 namespace {
 
 using nlohmann::json;
 using testing::Outcome;
 
 Outcome Bench(const std::filesystem::path& folder, const std::string& options = "--json") {
-  return testing::RunProgram(HIGHWALL_BENCH_IMU, "--data " + folder.string() + " " + options);
+  return testing::RunProgram(testing::kBenchImu, "--data " + folder.string() + " " + options);
 }
 
 std::ostream& operator<<(std::ostream& stream, const Eigen::Vector3d& v) {
@@ -126,7 +127,7 @@ TEST(BenchImu, FindsBiasesAndVelocitiesWhereThereArePosesAlone) {
 }
 
 TEST(BenchImu, ExplainsTheErrorsOnRealRecordings) {
-  const std::filesystem::path shared = HIGHWALL_SHARED_DATA;
+  const std::filesystem::path shared = testing::kSharedData;
   if (!std::filesystem::exists(shared / "real_imu")) GTEST_SKIP() << "needs shared/data";
   const auto expect_explained = [&](const char* folder, const char* noise, double most) {
     const json report = json::parse(Bench(shared / folder, std::string("--json") + noise).out);
@@ -155,4 +156,4 @@ TEST(BenchImu, NamesTheLineItCannotRead) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_imu_test

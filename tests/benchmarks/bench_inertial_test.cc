@@ -6,8 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_inertial_test {
 namespace {
 
 using nlohmann::json;
@@ -15,7 +16,7 @@ using testing::Outcome;
 using testing::TemporaryDirectory;
 
 Outcome Bench(const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BENCH_INERTIAL, options);
+  return testing::RunProgram(testing::kBenchInertial, options);
 }
 
 TEST(BenchInertial, JsonHoldsEverySeedAndTheMediansOfEachPolicy) {
@@ -61,4 +62,4 @@ TEST(BenchInertial, ACacheThatCannotBeMadeIsOneLineAndExitCodeTwo) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_inertial_test

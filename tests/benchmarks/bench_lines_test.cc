@@ -6,14 +6,15 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_lines_test {
 namespace {
 
 using nlohmann::json;
 
 testing::Outcome Bench(const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BENCH_LINES, options);
+  return testing::RunProgram(testing::kBenchLines, options);
 }
 
 json Rows(const std::string& options) {
@@ -69,4 +70,4 @@ TEST(BenchLines, WrongUsageExitsWithOne) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_lines_test

@@ -5,15 +5,16 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_loops_test {
 namespace {
 
 using nlohmann::json;
 using testing::Outcome;
 
 Outcome Bench(const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BENCH_LOOPS, options);
+  return testing::RunProgram(testing::kBenchLoops, options);
 }
 
 TEST(BenchLoops, ComparesIndexesAndClosesALoop) {
@@ -57,4 +58,4 @@ TEST(BenchLoops, RefusesWhatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_loops_test

@@ -7,8 +7,9 @@
 
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_octomap_test {
 namespace {
 
 using nlohmann::json;
@@ -17,7 +18,7 @@ TEST(BenchOctomap, MeasuresEachModeOfStockInOneRunAndItsFastestIsNamed) {
   const testing::TemporaryDirectory folder;
   testing::WriteSmallRoom(folder / "room", 6);
   const testing::Outcome outcome = testing::RunProgram(
-      HIGHWALL_BENCH_OCTOMAP, "--dataset " + (folder / "room").string() +
+      testing::kBenchOctomap, "--dataset " + (folder / "room").string() +
                                   " --resolution 0.05 --stride 2 --rounds 0 --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
@@ -42,4 +43,4 @@ TEST(BenchOctomap, MeasuresEachModeOfStockInOneRunAndItsFastestIsNamed) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_octomap_test

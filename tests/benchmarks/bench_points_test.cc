@@ -5,14 +5,15 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_points_test {
 namespace {
 
 using nlohmann::json;
 
 testing::Outcome Bench(const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BENCH_POINTS, options);
+  return testing::RunProgram(testing::kBenchPoints, options);
 }
 
 TEST(BenchPoints, MostMatchesOfNearViewsAreRightInEitherMetric) {
@@ -35,4 +36,4 @@ TEST(BenchPoints, WrongUsageExitsWithOne) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_points_test

@@ -6,15 +6,16 @@
 
 #include "support/run_program.h"
 #include "support/temporary_directory.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_relocation_test {
 namespace {
 
 using nlohmann::json;
 using testing::Outcome;
 
 Outcome Bench(const std::string& options) {
-  return testing::RunProgram(HIGHWALL_BENCH_RELOCATION, options);
+  return testing::RunProgram(testing::kBenchRelocation, options);
 }
 
 TEST(BenchRelocation, JsonHoldsEverySeedOfEachPart) {
@@ -47,4 +48,4 @@ TEST(BenchRelocation, WrongUsageExitsWithOne) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_relocation_test

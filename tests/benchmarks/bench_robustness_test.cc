@@ -11,8 +11,9 @@
 
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_robustness_test {
 namespace {
 
 using nlohmann::json;
@@ -28,7 +29,7 @@ class BenchRobustness : public ::testing::Test {
   std::filesystem::path Folder(const std::string& sequence) const { return folder_ / sequence; }
   // The figures go to Table(), unless told otherwise.
   Outcome Bench(const std::string& options, const std::string& file = "table.json") const {
-    return testing::RunProgram(HIGHWALL_BENCH_ROBUSTNESS, options + " --json " + file,
+    return testing::RunProgram(testing::kBenchRobustness, options + " --json " + file,
                                folder_.path());
   }
   json Table() const { return json::parse(testing::ReadText(folder_ / "table.json")); }
@@ -181,4 +182,4 @@ TEST_F(BenchRobustness, WrongUsageExitsWithOne) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_robustness_test

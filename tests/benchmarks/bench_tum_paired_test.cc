@@ -10,8 +10,9 @@
 
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_tum_paired_test {
 namespace {
 
 using nlohmann::json;
@@ -33,7 +34,7 @@ class BenchTumPaired : public ::testing::Test {
     return "--config too_near.yaml";
   }
   Outcome Bench(const std::string& options) const {
-    return testing::RunProgram(HIGHWALL_BENCH_TUM, "--data . " + options, folder_.path());
+    return testing::RunProgram(testing::kBenchTum, "--data . " + options, folder_.path());
   }
   json Report(const std::string& options) const {
     const Outcome outcome = Bench(options + " --json");
@@ -115,8 +116,9 @@ TEST_F(BenchTumPaired, AnotherBuildRunsTheSecondSettingFromTheSameBeginning) {
   WriteSequence("room", 8);
   const std::string options = "--sequences room --runs 2 --step 3 --paired '' ";
   const json here = Report(options + "'--features points'")["sequences"]["room"];
-  const json there = Report(options + "'--features points' --paired-program " HIGHWALL_BINARY);
-  EXPECT_EQ(there["program_of_b"], HIGHWALL_BINARY);
+  const json there = Report(options + "'--features points' --paired-program " +
+                            std::string(testing::kHighwallProgram));
+  EXPECT_EQ(there["program_of_b"], testing::kHighwallProgram);
   for (std::size_t i = 0; i < 2; ++i) {
     const json &mine = here["pairs"][i], &other = there["sequences"]["room"]["pairs"][i];
     EXPECT_EQ(other["common_frames"], 8 - 3 * i);
@@ -142,8 +144,8 @@ TEST_F(BenchTumPaired, ARunThatIsLostIsNamedAndCounted) {
   EXPECT_EQ(report["all"]["sequences"], 0);
   EXPECT_TRUE(report["sequences"]["room"]["ratio"].is_null());
   EXPECT_FALSE(report["sequences"]["room"]["a"].contains("ape_rmse_m"));
-  const json pair =
-      Report(options + " --paired-program " HIGHWALL_BINARY)["sequences"]["room"]["pairs"][0];
+  const json pair = Report(options + " --paired-program " +
+                           std::string(testing::kHighwallProgram))["sequences"]["room"]["pairs"][0];
   EXPECT_TRUE(Contains(pair["not_compared"], "no frame could be tracked")) << pair;
   EXPECT_EQ(pair["b"]["lost_frames"], 5);
 }
@@ -171,7 +173,8 @@ TEST_F(BenchTumPaired, WhatCannotBeRunIsOneLineBeforeAnythingIsRun) {
     testing::ExpectRefused(Bench("--sequences room --runs 2 " + options), 2, parts);
   };
   refused("--paired '' '' --paired-program ./none", {"./none: cannot be run"});
-  refused("--paired '' '--nope' --paired-program " HIGHWALL_BINARY, {"highwall slam", "--nope"});
+  refused("--paired '' '--nope' --paired-program " + std::string(testing::kHighwallProgram),
+          {"highwall slam", "--nope"});
   refused("--paired '' '--imu paper'", {"has no IMU"});
   refused("--paired '' '' --step 6", {"has 6 frames, too few"});
   std::filesystem::remove(Folder("room") / "groundtruth.txt");
@@ -179,4 +182,4 @@ TEST_F(BenchTumPaired, WhatCannotBeRunIsOneLineBeforeAnythingIsRun) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_tum_paired_test

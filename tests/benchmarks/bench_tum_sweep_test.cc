@@ -10,8 +10,9 @@
 
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_tum_sweep_test {
 namespace {
 
 using nlohmann::json;
@@ -29,7 +30,7 @@ class BenchTumSweep : public ::testing::Test {
   Outcome Run(const std::string& program, const std::string& arguments) const {
     return testing::RunProgram(program, arguments, folder_.path());
   }
-  Outcome Bench(const std::string& options) const { return Run(HIGHWALL_BENCH_TUM, options); }
+  Outcome Bench(const std::string& options) const { return Run(testing::kBenchTum, options); }
   std::string Printed(const std::string& options) const {
     const Outcome outcome = Bench(options);
     EXPECT_EQ(outcome.exit_code, 0) << options << ": " << outcome.err;
@@ -97,8 +98,8 @@ TEST_F(BenchTumSweep, ShardsOfGnuParallelInOneFolderAreTheWholeSweep) {
   const std::string sweep =
       "--data . --sequences room --runs 2 --features points,both --deterministic";
   const json whole = Report(sweep + " --out whole");
-  const Outcome parts =
-      Run("parallel", "-j 2 " HIGHWALL_BENCH_TUM " " + sweep + " --out parts --shard {}/2 ::: 1 2");
+  const Outcome parts = Run("parallel", "-j 2 " + std::string(testing::kBenchTum) + " " + sweep +
+                                            " --out parts --shard {}/2 ::: 1 2");
   EXPECT_EQ(parts.exit_code, 0) << parts.err;
   EXPECT_EQ(WithoutTimes(Report("merge parts --out parts")), WithoutTimes(whole));
   EXPECT_EQ(testing::CountLines(ReadText(File("parts/runs.csv"))), 1U + 4U);
@@ -237,4 +238,4 @@ TEST_F(BenchTumSweep, WhatMakesNoSweepIsOneLine) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_tum_sweep_test

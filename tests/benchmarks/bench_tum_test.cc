@@ -12,8 +12,9 @@
 
 #include "support/run_program.h"
 #include "support/small_room.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::bench_tum_test {
 namespace {
 
 using nlohmann::json;
@@ -27,7 +28,7 @@ class BenchTum : public ::testing::Test {
 
   std::filesystem::path Folder(const std::string& sequence) const { return folder_ / sequence; }
   Outcome Bench(const std::string& options) const {
-    return testing::RunProgram(HIGHWALL_BENCH_TUM,
+    return testing::RunProgram(testing::kBenchTum,
                                "--data " + folder_.path().string() + " " + options);
   }
 
@@ -172,4 +173,4 @@ TEST_F(BenchTum, WrongUsageExitsWithOne) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bench_tum_test

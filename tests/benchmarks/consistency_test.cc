@@ -9,7 +9,7 @@
 
 #include <highwall/core/so3.h>
 
-namespace highwall::bench {
+namespace highwall::bench::consistency_test {
 namespace {
 
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
@@ -77,4 +77,4 @@ TEST(Consistency, TellsTheMeanOfTheRunsAndWhatChanceAllows) {
 }
 
 }  // namespace
-}  // namespace highwall::bench
+}  // namespace highwall::bench::consistency_test

@@ -6,8 +6,9 @@
 
 #include "support/generated_tum.h"
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::get_tum_test {
 namespace {
 
 using testing::Contains;
@@ -30,8 +31,8 @@ class GetTum : public ::testing::Test {
   }
   Outcome Get(const std::string& options) const {
     return testing::RunProgram(
-        HIGHWALL_GET_TUM, "--to data --mirror file://" + server_.path().string() + " " + options,
-        work_.path());
+        std::string(testing::kSourceFolder) + "/scripts/get_tum",
+        "--to data --mirror file://" + server_.path().string() + " " + options, work_.path());
   }
   std::filesystem::path File(const std::string& name) const { return work_ / name; }
 
@@ -133,11 +134,11 @@ TEST_F(GetTum, WhatIsNoSequenceIsOneLine) {
 }
 
 TEST(Datasets, TheTableHoldsAll47SequencesOfTum) {
-  const std::string page = ReadText(HIGHWALL_DOCS "/datasets.md");
+  const std::string page = ReadText(std::string(testing::kSourceFolder) + "/docs/datasets.md");
   int rows = 0;
   for (std::size_t at = 0; (at = page.find("\n| fr", at)) != std::string::npos; ++at) ++rows;
   EXPECT_EQ(rows, 47);
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::get_tum_test

@@ -11,7 +11,7 @@
 
 #include "paired_statistics.h"
 
-namespace highwall::bench {
+namespace highwall::bench::paired_test {
 namespace {
 
 TEST(PairedStatistics, BoundsOfStudentsTAreThoseOfTheTables) {
@@ -133,4 +133,4 @@ TEST(MeanLogRatio, OnlyPairsThatAreComparedCount) {
 }
 
 }  // namespace
-}  // namespace highwall::bench
+}  // namespace highwall::bench::paired_test

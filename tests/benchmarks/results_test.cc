@@ -6,14 +6,16 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::results_test {
 namespace {
 
 using testing::Contains;
 
 TEST(Results, ACellIsWhatItsCommandGives) {
-  const std::string page = testing::ReadText(HIGHWALL_DOCS "/results.md");
+  const std::string page =
+      testing::ReadText(std::string(testing::kSourceFolder) + "/docs/results.md");
   const std::string scene =
       "--scenes room --duration 3 --fps 15 --scale 0.5 --runs 1 --deterministic";
   const std::string setting = "--setting lsd=\"--line-detector lsd\"";
@@ -26,7 +28,7 @@ TEST(Results, ACellIsWhatItsCommandGives) {
 
   const testing::TemporaryDirectory folder;
   const testing::Outcome outcome = testing::RunProgram(
-      HIGHWALL_BENCH_TUM, "--data . " + scene + " " + setting + " --json", folder.path());
+      testing::kBenchTum, "--data . " + scene + " " + setting + " --json", folder.path());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const nlohmann::json report = nlohmann::json::parse(outcome.out)["sequences"];
   const double measured =
@@ -36,4 +38,4 @@ TEST(Results, ACellIsWhatItsCommandGives) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::results_test

@@ -9,8 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::snakemake_test {
 namespace {
 
 using nlohmann::json;
@@ -28,25 +29,27 @@ class Snakemake : public ::testing::Test {
       GTEST_SKIP() << "snakemake is not installed";
     }
     WriteText(folder_ / "sweep.yaml",
-              "bench: " HIGHWALL_BENCH_TUM
-              "\n"
-              "highwall: " HIGHWALL_BINARY
-              "\n"
-              "data: data\n"
-              "out: out\n"
-              "sequences: []\n"
-              "generated: {room_a: room --duration 1 --fps 5 --scale 0.25 --imu off}\n"
-              "settings: {points: --features points, both: --no-loops}\n"
-              "runs: 2\n"
-              "lockstep: true\n"
-              "references: {same: other}\n"
-              "memory_mb: 1000\n");
+              "bench: " + std::string(testing::kBenchTum) +
+                  "\n"
+                  "highwall: " +
+                  std::string(testing::kHighwallProgram) +
+                  "\n"
+                  "data: data\n"
+                  "out: out\n"
+                  "sequences: []\n"
+                  "generated: {room_a: room --duration 1 --fps 5 --scale 0.25 --imu off}\n"
+                  "settings: {points: --features points, both: --no-loops}\n"
+                  "runs: 2\n"
+                  "lockstep: true\n"
+                  "references: {same: other}\n"
+                  "memory_mb: 1000\n");
     std::filesystem::create_directories(folder_ / "other");
     WriteText(folder_ / "other/room_a_1.txt", "");
   }
   Outcome Run(const std::string& before, const std::string& options) const {
     return testing::RunProgram(before + "snakemake",
-                               "-s " HIGHWALL_SWEEP "/Snakefile --configfile sweep.yaml " + options,
+                               "-s " + std::string(testing::kSourceFolder) + "/benchmarks/sweep" +
+                                   "/Snakefile --configfile sweep.yaml " + options,
                                folder_.path());
   }
   // The figures in the folder that do not depend on time.
@@ -63,7 +66,7 @@ class Snakemake : public ::testing::Test {
   // What the benchmark comes to without Snakemake.
   json FiguresOfTheBenchmark() const {
     const Outcome outcome = testing::RunProgram(
-        HIGHWALL_BENCH_TUM,
+        testing::kBenchTum,
         "--data data --sequences room_a --setting points='--features points' --setting "
         "both=--no-loops --runs 2 --deterministic --json --out alone",
         folder_.path());
@@ -92,7 +95,9 @@ TEST_F(Snakemake, TwoCoresGiveTheTableOfTheBenchmark) {
 
 TEST_F(Snakemake, SlurmGivesTheTableOfTheBenchmark) {
   const Outcome outcome =
-      Run(HIGHWALL_WITH_SLURM " slurm ", "--profile " HIGHWALL_SWEEP "/slurm --latency-wait 20");
+      Run(std::string(testing::kSourceFolder) + "/tests/benchmarks/with_slurm" + " slurm ",
+          "--profile " + std::string(testing::kSourceFolder) + "/benchmarks/sweep" +
+              "/slurm --latency-wait 20");
   if (outcome.exit_code == kCannotRunHere) GTEST_SKIP() << outcome.err;
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(Contains(outcome.err, "with external jobid")) << outcome.err;
@@ -100,4 +105,4 @@ TEST_F(Snakemake, SlurmGivesTheTableOfTheBenchmark) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::snakemake_test

@@ -15,7 +15,7 @@
 #include "sweep.h"
 #include "sweep_tables.h"
 
-namespace highwall::bench {
+namespace highwall::bench::sweep_test {
 namespace {
 
 using highwall::testing::TemporaryDirectory;
@@ -229,4 +229,4 @@ TEST(Figures, ASettingOfASequenceMayHaveTolerancesOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace highwall::bench
+}  // namespace highwall::bench::sweep_test

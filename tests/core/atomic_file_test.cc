@@ -19,7 +19,7 @@
 #include "support/file_size_limit.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::atomic_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -199,4 +199,4 @@ TEST_F(AtomicFileTest, APathThatIsAFolderThrowsAtCommit) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::atomic_file_test

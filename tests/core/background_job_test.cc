@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall {
+namespace highwall::background_job_test {
 namespace {
 
 // Goes on until it is told to end.
@@ -62,4 +62,4 @@ TEST(JobSlot, IsEmptyOnceItsJobIsCancelledAndTheJobEnds) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::background_job_test

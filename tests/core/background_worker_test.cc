@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::background_worker_test {
 namespace {
 
 using Stop = const std::stop_token&;
@@ -176,4 +176,4 @@ TEST(BackgroundWorker, RefusesWorkAfterItsEndAndABacklogOfNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::background_worker_test

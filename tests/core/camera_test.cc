@@ -10,7 +10,7 @@
 #include "random_states.h"
 #include "support/message_of.h"
 
-namespace highwall {
+namespace highwall::camera_test {
 namespace {
 
 // The distortion that the TUM RGB-D benchmark publishes for freiburg1.
@@ -125,4 +125,4 @@ TEST(VirtualRightCamera, DisparityAndDepthAreInverse) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::camera_test

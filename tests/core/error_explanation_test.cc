@@ -10,7 +10,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-namespace highwall {
+namespace highwall::error_explanation_test {
 namespace {
 
 constexpr double kNoise = 1e-3;  // [m] of an axis, white
@@ -198,4 +198,4 @@ TEST(ExplainError, RefusesWhatItCannotExplain) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::error_explanation_test

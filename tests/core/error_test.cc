@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall {
+namespace highwall::error_test {
 namespace {
 
 TEST(Error, RequireThrowsTheMessageAndNothingOfTheCode) {
@@ -47,4 +47,4 @@ TEST(Error, CanBeCaughtAsTheStandardKinds) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::error_test

@@ -24,7 +24,7 @@
 #include "random_states.h"
 #include "support/message_of.h"
 
-namespace highwall {
+namespace highwall::factor_graph_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -562,4 +562,4 @@ TEST(FactorGraph, CovarianceOfAFreeGaugeThrows) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::factor_graph_test

@@ -11,7 +11,7 @@
 #include "support/pose_graph_scenes.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::g2o_io_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -176,4 +176,4 @@ TEST_F(G2oFile, ABadGraphIsNotWritten) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::g2o_io_test

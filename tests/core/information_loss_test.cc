@@ -9,7 +9,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::information_loss_test {
 namespace {
 
 // r = w (x_i - x_j), through the square-root prior, which takes any linear row.
@@ -107,4 +107,4 @@ TEST(InformationLoss, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::information_loss_test

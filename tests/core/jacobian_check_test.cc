@@ -13,7 +13,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/so3.h>
 
-namespace highwall {
+namespace highwall::jacobian_check_test {
 namespace {
 
 using testing::CheckJacobians;
@@ -155,4 +155,4 @@ TEST(JacobianCheck, ThrowsOnBadOptions) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::jacobian_check_test

@@ -9,7 +9,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::line3_test {
 namespace {
 
 TEST(PluckerLine, FromPointsByHand) {
@@ -119,4 +119,4 @@ TEST(Segment3, TrimToPutsTheEndsOnTheLine) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::line3_test

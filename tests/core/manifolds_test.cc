@@ -12,7 +12,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::manifolds_test {
 namespace {
 
 constexpr double kTolerance = 1e-9;  // of differences of 1e-16 over steps down to 1e-5
@@ -197,4 +197,4 @@ TEST(UnitDirection, IsNormalisedAndPointsDownUnlessTold) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::manifolds_test

@@ -22,7 +22,7 @@
 #include "point_observation.h"
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::marginalization_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -459,4 +459,4 @@ TEST(MarginalPrior, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::marginalization_test

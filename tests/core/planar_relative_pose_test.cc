@@ -10,7 +10,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::planar_relative_pose_test {
 namespace {
 
 using internal::PlanarRelativePose;
@@ -74,4 +74,4 @@ TEST(PlanarRelativePose, ReturnsFalseOnNonFiniteStates) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::planar_relative_pose_test

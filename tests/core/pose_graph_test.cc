@@ -17,7 +17,7 @@
 #include "support/pose_graph_scenes.h"
 #include "support/position_in_frame.h"
 
-namespace highwall {
+namespace highwall::pose_graph_test {
 namespace {
 
 using Initialization = PoseGraphInitialization;
@@ -497,4 +497,4 @@ TEST(PoseGraph, NothingMovesWhereEverythingIsFixed) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::pose_graph_test

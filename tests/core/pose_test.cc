@@ -10,7 +10,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::pose_test {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -103,4 +103,4 @@ TEST(Pose, KnowsWhetherItIsFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::pose_test

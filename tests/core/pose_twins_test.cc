@@ -11,7 +11,7 @@
 #include "random_states.h"
 
 // The analytic factors on poses against their autodiff twins.
-namespace highwall {
+namespace highwall::pose_twins_test {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
@@ -53,4 +53,4 @@ TEST(PoseTwins, FactorsEqualTheirTwinsToRounding) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::pose_twins_test

@@ -15,7 +15,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::prior_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -280,4 +280,4 @@ TEST(VectorPrior, RefusesNonFiniteArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::prior_test

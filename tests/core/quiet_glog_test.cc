@@ -6,7 +6,7 @@
 #include <glog/logging.h>
 #include <gtest/gtest.h>
 
-namespace highwall::internal {
+namespace highwall::internal::quiet_glog_test {
 namespace {
 
 TEST(QuietGlog, IsQuietWhileOneLivesAndLeavesTheLevelAsItWas) {
@@ -35,4 +35,4 @@ TEST(QuietGlog, SeveralThreadsLeaveTheLevelAsItWas) {
 }
 
 }  // namespace
-}  // namespace highwall::internal
+}  // namespace highwall::internal::quiet_glog_test

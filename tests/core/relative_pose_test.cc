@@ -15,7 +15,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::relative_pose_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -144,4 +144,4 @@ TEST(RelativePose, RefusesNonFiniteArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::relative_pose_test

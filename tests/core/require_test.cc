@@ -7,7 +7,7 @@
 
 #include "support/message_of.h"
 
-namespace highwall {
+namespace highwall::require_test {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -57,4 +57,4 @@ TEST(Require, RefusesNanEverywhere) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::require_test

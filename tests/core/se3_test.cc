@@ -9,7 +9,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::se3_test {
 namespace {
 
 using se3::Matrix6;
@@ -79,4 +79,4 @@ TEST(Se3, RightJacobianInverseIsContinuousWhereTheSeriesTakesOver) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::se3_test

@@ -12,8 +12,9 @@
 
 #include "support/false_loops.h"
 #include "support/pose_graph_scenes.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::shared_pose_graphs_test {
 namespace {
 
 using Initialization = PoseGraphInitialization;
@@ -34,7 +35,7 @@ class SharedPoseGraphs : public ::testing::Test {
     return reference.at("pose_graph_chi2").get<std::map<std::string, double>>();
   }
 
-  inline static const std::filesystem::path kShared = HIGHWALL_SHARED_DATA;
+  inline static const std::filesystem::path kShared = testing::kSharedData;
 };
 
 TEST_F(SharedPoseGraphs, ReachTheKnownOptimumFromChordalInitialization) {
@@ -73,4 +74,4 @@ TEST_F(SharedPoseGraphs, KeepTheirOptimumAmongFalseLoops) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::shared_pose_graphs_test

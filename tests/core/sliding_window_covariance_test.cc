@@ -13,7 +13,7 @@
 #include "plane_walk.h"
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::sliding_window_covariance_test {
 namespace {
 
 TEST(SlidingWindowCovariance, CovarianceDoesNotMindOtherUnknownsAndCountsFixedOnesAsKnown) {
@@ -177,4 +177,4 @@ TEST(SlidingWindowCovariance, AFactorThatThrowsIsOneThatCannotBeEvaluated) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::sliding_window_covariance_test

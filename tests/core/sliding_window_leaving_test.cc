@@ -11,7 +11,7 @@
 
 #include "plane_steps.h"
 
-namespace highwall {
+namespace highwall::sliding_window_leaving_test {
 namespace {
 
 // A prior at (0, 0) that cannot be evaluated once it is told so.
@@ -105,4 +105,4 @@ TEST_F(LeavingStates, AnUpdateWhoseMarginalizationFailsChangesNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::sliding_window_leaving_test

@@ -24,7 +24,7 @@
 #include "plane_steps.h"
 #include "plane_walk.h"
 
-namespace highwall {
+namespace highwall::sliding_window_smoother_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -501,4 +501,4 @@ TEST_F(SavedWindow, AQuaternionThatIsNoRotationIsRefused) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::sliding_window_smoother_test

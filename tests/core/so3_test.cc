@@ -8,7 +8,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::so3_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -111,4 +111,4 @@ TEST(So3, RightJacobianInverseIsTheInverseToRounding) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::so3_test

@@ -9,7 +9,7 @@
 
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::sqrt_information_test {
 namespace {
 
 TEST(SqrtInformation, OfADiagonalIsOneOverSigma) {
@@ -45,4 +45,4 @@ TEST(SqrtInformation, RefusesWhatIsNoCovariance) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::sqrt_information_test

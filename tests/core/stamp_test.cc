@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall {
+namespace highwall::stamp_test {
 namespace {
 
 TEST(Stamp, ParsesADatasetStampExactly) {
@@ -67,4 +67,4 @@ TEST(Stamp, SecondsOfADurationAndBack) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::stamp_test

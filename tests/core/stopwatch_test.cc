@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall {
+namespace highwall::stopwatch_test {
 namespace {
 
 // No upper bound but that of the test's own clock: a busy machine may pause a thread for long.
@@ -31,4 +31,4 @@ TEST(Stopwatch, StartsAnewWhenANewOneIsAssigned) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::stopwatch_test

@@ -9,11 +9,13 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
 
-namespace highwall {
+#include "support/test_paths.h"
+
+namespace highwall::trajectory_error_evo_test {
 namespace {
 
 TEST(TrajectoryErrorAgainstEvo, AllCasesAgreeToTheSixthDecimal) {
-  const std::filesystem::path folder = std::filesystem::path(HIGHWALL_SHARED_DATA) / "trajectories";
+  const std::filesystem::path folder = std::filesystem::path(testing::kSharedData) / "trajectories";
   if (!std::filesystem::exists(folder / "expected_evo.json")) {
     GTEST_SKIP() << "shared/data/trajectories/expected_evo.json is not there";
   }
@@ -68,4 +70,4 @@ TEST(TrajectoryErrorAgainstEvo, AllCasesAgreeToTheSixthDecimal) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::trajectory_error_evo_test

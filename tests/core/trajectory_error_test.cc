@@ -10,7 +10,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-namespace highwall {
+namespace highwall::trajectory_error_test {
 namespace {
 
 // Rounding of a few products of poses of size 10.
@@ -271,9 +271,9 @@ TEST(TimeCovered, LeavesOutTheTimeInWhichTheReferenceIsBlind) {
     if (i % 5 == 0 && i <= 1600) estimate.push_back(stamped);
   }
   // The reference sees 5 + 8 s, of which the estimate covers 5 + 4 s.
-  EXPECT_NEAR(
-      AbsolutePoseError(reference, estimate, {.alignment = TrajectoryAlignment::kNone}).time_covered,
-      9.0 / 13.0, 0.01);
+  EXPECT_NEAR(AbsolutePoseError(reference, estimate, {.alignment = TrajectoryAlignment::kNone})
+                  .time_covered,
+              9.0 / 13.0, 0.01);
 }
 
 TEST(TrajectoryError, SaysWhyNothingMatches) {
@@ -309,4 +309,4 @@ TEST(TrajectoryError, OptionsOutOfRangeAreNamed) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::trajectory_error_test

@@ -16,7 +16,7 @@
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::trajectory_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -261,4 +261,4 @@ TEST_F(TrajectoryFile, ALogOnAFullDiskSaysWhatIsWrongWithWhichFile) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::trajectory_test

@@ -22,7 +22,7 @@
 #include "point_observation.h"
 #include "random_states.h"
 
-namespace highwall {
+namespace highwall::variable_projection_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -431,4 +431,4 @@ TEST(VariableProjection, AFactorThatCannotBeEvaluatedIsNamedAndLeavesAllAsItWas)
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::variable_projection_test

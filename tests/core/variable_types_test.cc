@@ -39,6 +39,9 @@ struct VariableTraits<Eigen::Quaterniond> {
   }
 };
 
+}  // namespace highwall
+
+namespace highwall::variable_types_test {
 namespace {
 
 template <class Graph>
@@ -175,4 +178,4 @@ TEST(VariableTypes, AManifoldOfAnotherSizeIsRefusedBeforeCeresSeesIt) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::variable_types_test

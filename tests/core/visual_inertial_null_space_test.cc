@@ -18,7 +18,7 @@
 
 // A visual-inertial window of poses, velocities and points, without any absolute measurement:
 // gravity gives roll and pitch; position and yaw stay unobservable for ever.
-namespace highwall {
+namespace highwall::visual_inertial_null_space_test {
 namespace {
 
 const Eigen::Vector3d kGravity(0, 0, -9.81);
@@ -196,4 +196,4 @@ TEST(VisualInertialNullSpace, LeaksYawWithoutFirstEstimateJacobians) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::visual_inertial_null_space_test

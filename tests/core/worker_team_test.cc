@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall {
+namespace highwall::worker_team_test {
 namespace {
 
 TEST(WorkerTeam, DoesEveryTaskOnceInEveryRound) {
@@ -95,4 +95,4 @@ TEST(WorkerTeam, EndsWithoutWork) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::worker_team_test

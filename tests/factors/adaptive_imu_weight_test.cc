@@ -8,7 +8,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::adaptive_imu_weight_test {
 namespace {
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -242,4 +242,4 @@ TEST(ConsistentImuWeight, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::adaptive_imu_weight_test

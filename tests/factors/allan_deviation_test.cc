@@ -10,7 +10,7 @@
 
 #include "support/noise_at_rest.h"
 
-namespace highwall {
+namespace highwall::allan_deviation_test {
 namespace {
 
 std::vector<AllanPoint> CurveOf(const std::vector<double>& readings, double step) {
@@ -149,4 +149,4 @@ TEST(FitAllanCurve, RefusesTooFewPointsAndBadOptions) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::allan_deviation_test

@@ -16,7 +16,7 @@
 #include "support/calibration_twins.h"
 #include "support/imu_scene.h"
 
-namespace highwall {
+namespace highwall::camera_pose_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -205,4 +205,4 @@ TEST(CameraPose, FailsWhereAValueIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::camera_pose_test

@@ -8,7 +8,7 @@
 #include <highwall/core/error.h>
 #include <highwall/factors/depth_noise.h>
 
-namespace highwall {
+namespace highwall::depth_noise_test {
 namespace {
 
 TEST(DepthNoise, KinectMatchesThePublishedPolynomial) {
@@ -109,4 +109,4 @@ TEST(Weighting, HasNames) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_noise_test

@@ -7,7 +7,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::depth_pattern_test {
 namespace {
 
 constexpr int kWidth = 641, kHeight = 481;  // nodes every 160 pixels
@@ -71,4 +71,4 @@ TEST(DepthPattern, RefusesNodesThatAreNone) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_pattern_test

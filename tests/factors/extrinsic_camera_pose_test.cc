@@ -14,7 +14,7 @@
 #include "support/calibration_twins.h"
 #include "support/imu_scene.h"
 
-namespace highwall {
+namespace highwall::extrinsic_camera_pose_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -121,4 +121,4 @@ TEST(ExtrinsicCameraPose, RefusesWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::extrinsic_camera_pose_test

@@ -18,7 +18,7 @@
 
 #include "reprojection_scene.h"
 
-namespace highwall {
+namespace highwall::extrinsic_factor_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -164,4 +164,4 @@ TEST(ExtrinsicFactor, RefusesWhatIsNotOnAPose) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::extrinsic_factor_test

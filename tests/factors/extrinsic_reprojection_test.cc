@@ -14,7 +14,7 @@
 #include "reprojection_scene.h"
 #include "support/calibration_twins.h"
 
-namespace highwall {
+namespace highwall::extrinsic_reprojection_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -152,4 +152,4 @@ TEST(ExtrinsicReprojection, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::extrinsic_reprojection_test

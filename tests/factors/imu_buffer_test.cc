@@ -6,7 +6,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::imu_buffer_test {
 namespace {
 
 constexpr Stamp kMs = 1'000'000;
@@ -150,4 +150,4 @@ TEST(ImuBuffer, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_buffer_test

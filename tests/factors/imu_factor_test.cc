@@ -17,7 +17,7 @@
 #include "support/imu_scene.h"
 #include "support/imu_twins.h"
 
-namespace highwall {
+namespace highwall::imu_factor_test {
 namespace {
 
 const PoseManifold kPose;
@@ -310,4 +310,4 @@ TEST(ImuFactor, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_factor_test

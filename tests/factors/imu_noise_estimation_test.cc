@@ -9,7 +9,7 @@
 
 #include "support/noise_at_rest.h"
 
-namespace highwall {
+namespace highwall::imu_noise_estimation_test {
 namespace {
 
 const ImuNoise kNoise{
@@ -160,4 +160,4 @@ TEST(EstimateImuNoise, RefusesTooFewReadingsStretchesOutsideAndBadOptions) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_noise_estimation_test

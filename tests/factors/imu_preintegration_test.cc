@@ -30,7 +30,7 @@ std::size_t allocations = 0;
   std::free(p);
 }
 
-namespace highwall {
+namespace highwall::imu_preintegration_test {
 namespace {
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
@@ -347,4 +347,4 @@ TEST(ImuPreintegration, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_preintegration_test

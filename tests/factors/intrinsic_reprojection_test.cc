@@ -12,7 +12,7 @@
 
 #include "reprojection_scene.h"
 
-namespace highwall {
+namespace highwall::intrinsic_reprojection_test {
 namespace {
 
 Eigen::Matrix3d TestWeight() {
@@ -123,4 +123,4 @@ TEST(IntrinsicReprojection, RefusesRowsThatAreNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::intrinsic_reprojection_test

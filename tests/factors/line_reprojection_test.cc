@@ -19,7 +19,7 @@
 #include "reprojection_scene.h"
 #include "solve_exactly.h"
 
-namespace highwall {
+namespace highwall::line_reprojection_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -509,4 +509,4 @@ TEST(LineReprojection, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::line_reprojection_test

@@ -15,7 +15,7 @@
 
 #include "reprojection_scene.h"
 
-namespace highwall {
+namespace highwall::point_in_frame_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -114,4 +114,4 @@ TEST(PointInFrame, FailsWhereAValueIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::point_in_frame_test

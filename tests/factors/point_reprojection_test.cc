@@ -16,7 +16,7 @@
 #include "reprojection_scene.h"
 #include "solve_exactly.h"
 
-namespace highwall {
+namespace highwall::point_reprojection_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -211,4 +211,4 @@ TEST(PointReprojection, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::point_reprojection_test

@@ -13,7 +13,7 @@
 
 #include "reprojection_scene.h"
 
-namespace highwall {
+namespace highwall::point_to_plane_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -134,4 +134,4 @@ TEST(PointToPlane, FailsWhereAValueIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::point_to_plane_test

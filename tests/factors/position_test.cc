@@ -16,7 +16,7 @@
 
 #include "reprojection_scene.h"
 
-namespace highwall {
+namespace highwall::position_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -139,4 +139,4 @@ TEST(PositionFactor, FailsWhereAValueIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::position_test

@@ -10,7 +10,7 @@
 
 #include "reprojection_scene.h"
 
-namespace highwall {
+namespace highwall::rgbd_projection_test {
 namespace {
 
 TEST(RgbdProjection, DisparityIsTheShiftBetweenTheTwoImages) {
@@ -92,4 +92,4 @@ TEST(RgbdProjection, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::rgbd_projection_test

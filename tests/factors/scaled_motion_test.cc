@@ -16,7 +16,7 @@
 #include "reprojection_scene.h"
 #include "support/calibration_twins.h"
 
-namespace highwall {
+namespace highwall::scaled_motion_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -162,4 +162,4 @@ TEST(ScaledMotion, FailsWhereAValueIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::scaled_motion_test

@@ -12,7 +12,7 @@
 // covariance that the smoother states (NEES), is chi-squared with six degrees of freedom. Source:
 // Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and navigation", 2001,
 // section 5.4.2.
-namespace highwall {
+namespace highwall::smoother_consistency_test {
 namespace {
 
 constexpr int kRuns = 40;
@@ -128,4 +128,4 @@ TEST(SmootherConsistency, TheSameRunGivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::smoother_consistency_test

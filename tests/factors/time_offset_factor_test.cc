@@ -18,7 +18,7 @@
 #include "reprojection_scene.h"
 #include "support/imu_scene.h"
 
-namespace highwall {
+namespace highwall::time_offset_factor_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -143,4 +143,4 @@ TEST(TimeOffsetFactor, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::time_offset_factor_test

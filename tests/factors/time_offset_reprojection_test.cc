@@ -15,7 +15,7 @@
 #include "support/calibration_twins.h"
 #include "support/imu_scene.h"
 
-namespace highwall {
+namespace highwall::time_offset_reprojection_test {
 namespace {
 
 const PoseManifold kPoseManifold;
@@ -151,4 +151,4 @@ TEST(TimeOffsetReprojection, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::time_offset_reprojection_test

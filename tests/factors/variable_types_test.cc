@@ -20,7 +20,7 @@
 
 #include "support/can_add.h"
 
-namespace highwall {
+namespace highwall::variable_types_test {
 namespace {
 
 template <class F, class... Ts>
@@ -78,4 +78,4 @@ TEST(VariableTypes, AnImuFactorTakesTwoStatesInTheirOrder) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::variable_types_test

@@ -15,7 +15,7 @@
 #include "support/imu_scene.h"
 #include "support/imu_twins.h"
 
-namespace highwall {
+namespace highwall::zero_velocity_test {
 namespace {
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -117,4 +117,4 @@ TEST(ZeroVelocity, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::zero_velocity_test

@@ -9,7 +9,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::bundle_adjustment_test {
 namespace {
 
 using testing::AngleError;
@@ -425,4 +425,4 @@ TEST_F(BundleAdjustmentOfLines, NeedsNoPoints) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::bundle_adjustment_test

@@ -12,7 +12,7 @@
 
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::camera_calibration_test {
 namespace {
 
 using testing::IdealSensor;
@@ -273,4 +273,4 @@ TEST(CameraCalibration, RefusesAMapThatTellsNothingAndBadOptions) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::camera_calibration_test

@@ -14,7 +14,7 @@
 #include "inertial/axes_alignment.h"
 #include "support/imu_scene.h"
 
-namespace highwall {
+namespace highwall::camera_imu_calibration_test {
 namespace {
 
 constexpr double kHertz = 200.0, kFps = 20.0;
@@ -300,4 +300,4 @@ TEST(CameraImuCalibration, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::camera_imu_calibration_test

@@ -4,7 +4,7 @@
 
 #include "tracking/constant_velocity.h"
 
-namespace highwall {
+namespace highwall::constant_velocity_test {
 namespace {
 
 const Pose kStep =
@@ -83,4 +83,4 @@ TEST(ConstantVelocity, ForgetsWhenReset) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::constant_velocity_test

@@ -14,7 +14,7 @@
 
 #include "local/corner_refiner.h"
 
-namespace highwall {
+namespace highwall::corner_patch_test {
 namespace {
 
 constexpr PyramidOptions kPyramid{};
@@ -229,7 +229,7 @@ TEST(CornerRefiner, TakesNoPatchAcrossAnEdgeOfDepth) {
   for (std::size_t i = 0; i < has.size(); ++i) {
     // Half a patch and a cell of 4 px away from the edge it is seen, or not.
     const double u = wall.corners[i].x(), v = wall.corners[i].y();
-    const bool apart = u < 160 - 9 || v < 90 - 9, beside = u > 160 - 4 && v > 90 + 9;
+    const bool apart = u < 160 - 9 || v<90 - 9, beside = u> 160 - 4 && v > 90 + 9;
     EXPECT_TRUE(has[i] || !apart) << u << ", " << v;
     EXPECT_FALSE(has[i] && beside) << u << ", " << v;
   }
@@ -247,4 +247,4 @@ TEST(CornerRefiner, TakesNoPatchThatSpansTooWideAnAngle) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::corner_patch_test

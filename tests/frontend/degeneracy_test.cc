@@ -10,7 +10,7 @@
 #include "pose/pose_solver.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::degeneracy_test {
 namespace {
 
 using testing::IdealSensor;
@@ -126,4 +126,4 @@ TEST_F(Degeneracy, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::degeneracy_test

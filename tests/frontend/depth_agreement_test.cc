@@ -4,7 +4,7 @@
 
 #include "pose/depth_agreement.h"
 
-namespace highwall {
+namespace highwall::depth_agreement_test {
 namespace {
 
 PinholeCamera Camera() {
@@ -81,4 +81,4 @@ TEST_F(DepthComparisonTest, NoiseAndASmallErrorOfThePoseContradictNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_agreement_test

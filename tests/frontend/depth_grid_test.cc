@@ -8,7 +8,7 @@
 
 #include "features/depth_grid.h"
 
-namespace highwall {
+namespace highwall::depth_grid_test {
 namespace {
 
 const PinholeCamera kCamera{.k1 = 0.26, .k2 = -0.95, .p1 = -0.005, .p2 = 0.003, .k3 = 1.16};
@@ -133,4 +133,4 @@ TEST(FindSurfaces, PartsThemAtStepsAndWhereNothingIsMeasured) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_grid_test

@@ -11,7 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/depth_survey.h>
 
-namespace highwall {
+namespace highwall::depth_identification_test {
 namespace {
 
 // From the depth of a surface [m] to what is stored; 0 where nothing is measured.
@@ -166,4 +166,4 @@ TEST(IdentifyDepthSensor, ProbabilitiesAddUpToOne) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_identification_test

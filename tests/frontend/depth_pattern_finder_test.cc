@@ -13,7 +13,7 @@
 #include "local/bundle_adjustment.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::depth_pattern_finder_test {
 namespace {
 
 using testing::IdealSensor;
@@ -251,4 +251,4 @@ TEST(DepthPatternOptions, AreValidated) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_pattern_finder_test

@@ -14,7 +14,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::depth_scale_test {
 namespace {
 
 using testing::InertialScene;
@@ -184,4 +184,4 @@ TEST(DepthScale, RefusesOptionsByName) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_scale_test

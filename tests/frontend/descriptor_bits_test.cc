@@ -12,7 +12,7 @@
 
 #include "features/orb_matcher.h"
 
-namespace highwall {
+namespace highwall::descriptor_bits_test {
 namespace {
 
 constexpr int kPairs = 400;
@@ -138,4 +138,4 @@ TEST(DescriptorBits, OfNothingAreNone) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::descriptor_bits_test

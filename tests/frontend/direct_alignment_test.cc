@@ -10,7 +10,7 @@
 #include "pose/direct_alignment.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::direct_alignment_test {
 namespace {
 
 using testing::kBoxes;
@@ -123,4 +123,4 @@ TEST(DirectAligner, IsNoFartherOffThanItsInformationSays) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::direct_alignment_test

@@ -14,7 +14,7 @@
 
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::euroc_dataset_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -175,4 +175,4 @@ TEST_F(Euroc, RefusesWhatItCannotUseNamingTheFile) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::euroc_dataset_test

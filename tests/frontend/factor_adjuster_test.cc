@@ -22,7 +22,7 @@
 #include "support/position_in_frame.h"
 #include "support/ring_map.h"
 
-namespace highwall {
+namespace highwall::factor_adjuster_test {
 namespace {
 
 using testing::PositionInFrame;
@@ -342,4 +342,4 @@ TEST(OwnFactorOptions, AreValidated) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::factor_adjuster_test

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::frame_queue_test {
 namespace {
 
 TEST(FrameQueue, GivesImagesInTheOrderInWhichTheyCame) {
@@ -79,4 +79,4 @@ TEST(FrameQueue, RefusesToHoldNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::frame_queue_test

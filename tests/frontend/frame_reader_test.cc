@@ -10,7 +10,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::frame_reader_test {
 namespace {
 
 // Ten frames, of which the fourth and the last cannot be used; frame `fatal` throws bad_alloc.
@@ -99,4 +99,4 @@ TEST(FrameReader, PassesOnWhatIsNotAMatterOfOneFile) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::frame_reader_test

@@ -8,7 +8,7 @@
 #include "tracker_fixture.h"
 #include "tracking/landmark_observations.h"
 
-namespace highwall {
+namespace highwall::frame_refiner_test {
 namespace {
 
 using testing::IdealSensor;
@@ -188,4 +188,4 @@ TEST_F(FrameRefinerTest, ADroppedFrameIsPassedOver) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::frame_refiner_test

@@ -12,7 +12,7 @@
 #include "features/orb_extractor.h"
 #include "support/message_of.h"
 
-namespace highwall {
+namespace highwall::frame_test {
 namespace {
 
 RgbdSensor SmallSensor() {
@@ -259,4 +259,4 @@ TEST(FrameBuilderOptions, PointsOrLinesAreWanted) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::frame_test

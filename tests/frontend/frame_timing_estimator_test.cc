@@ -7,7 +7,7 @@
 #include "support/synthetic_scene.h"
 #include "tracking/keyframe_row_times.h"
 
-namespace highwall {
+namespace highwall::frame_timing_estimator_test {
 namespace {
 
 // A wall that faces the camera, 2 m away.
@@ -52,4 +52,4 @@ TEST(FrameTimingEstimator, WhatTheStampsOfDepthSayIsNoneOfTheCamerasDelay) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::frame_timing_estimator_test

@@ -10,7 +10,7 @@
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::gps_test {
 namespace {
 
 class GpsTest : public ::testing::Test {
@@ -93,4 +93,4 @@ TEST_F(GpsTest, WhatIsWrongIsSaidWithItsLine) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::gps_test

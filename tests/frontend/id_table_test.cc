@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace highwall {
+namespace highwall::id_table_test {
 namespace {
 
 using ThingId = Id<struct Thing>;
@@ -77,4 +77,4 @@ TEST(IdTable, ACopyGoesItsOwnWay) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::id_table_test

@@ -7,7 +7,7 @@
 
 #include "features/image_noise.h"
 
-namespace highwall::internal {
+namespace highwall::internal::image_noise_test {
 namespace {
 
 // Grey levels of a slope, with boxes on it where asked, and noise.
@@ -58,4 +58,4 @@ TEST(NoiseSigma, IsNoneOfFlatAndOfTinyImages) {
 }
 
 }  // namespace
-}  // namespace highwall::internal
+}  // namespace highwall::internal::image_noise_test

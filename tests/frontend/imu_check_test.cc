@@ -13,7 +13,9 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-namespace highwall {
+#include "support/test_paths.h"
+
+namespace highwall::imu_check_test {
 namespace {
 
 using Kind = ImuFindingKind;
@@ -279,7 +281,7 @@ TEST(CheckImu, LeavesTheSignOfGravityToTheEstimator) {
 
 TEST(CheckImu, FindsNothingInARealRecording) {
   const std::filesystem::path file =
-      std::filesystem::path(HIGHWALL_SHARED_DATA) / "euroc_v101" / "imu.csv";
+      std::filesystem::path(testing::kSharedData) / "euroc_v101" / "imu.csv";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "shared/data has no euroc_v101";
   constexpr VideoSpan kV101{1403715273262142976, 1403715300000000000};
   const ImuRecording imu = ReadImu(file, kV101);
@@ -335,4 +337,4 @@ TEST(CheckImu, RefusesBadOptions) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_check_test

@@ -10,7 +10,7 @@
 
 #include "support/generated_tum.h"
 
-namespace highwall {
+namespace highwall::imu_reader_test {
 namespace {
 
 using testing::TemporaryDirectory;
@@ -183,4 +183,4 @@ TEST(FindImuFile, KnowsTheNamesInUse) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_reader_test

@@ -6,7 +6,7 @@
 #include "inertial/imu_saturation.h"
 #include "support/imu_scene.h"
 
-namespace highwall {
+namespace highwall::imu_saturation_test {
 namespace {
 
 constexpr double kGyroscopeRange = 8.0, kAccelerometerRange = 20.0;  // [rad/s], [m/s^2]
@@ -81,4 +81,4 @@ TEST(ImuSaturation, TheGyroscopeHasAnEndOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_saturation_test

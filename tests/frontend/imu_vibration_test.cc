@@ -7,7 +7,7 @@
 #include "inertial/imu_vibration.h"
 #include "support/imu_scene.h"
 
-namespace highwall {
+namespace highwall::imu_vibration_test {
 namespace {
 
 // White noise of one sigma on every axis of the accelerometer.
@@ -160,4 +160,4 @@ TEST(ShakenNoise, TakesNoShortStepAtTheEndsForAGap) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_vibration_test

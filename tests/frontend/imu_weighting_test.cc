@@ -3,7 +3,7 @@
 
 #include "inertial/imu_weighting.h"
 
-namespace highwall {
+namespace highwall::imu_weighting_test {
 namespace {
 
 const ImuWeightInput kRapid{.motion = {.angular_rate = 5.0}, .squared_innovation = 6.0, .dof = 6};
@@ -52,4 +52,4 @@ TEST(ImuWeighting, PoliciesHaveNames) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_weighting_test

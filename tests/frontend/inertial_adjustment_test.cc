@@ -15,7 +15,7 @@
 #include "support/synthetic_scene.h"
 
 // The IMU in adjustments: around a keyframe, of all of a map, and after a loop.
-namespace highwall {
+namespace highwall::inertial_adjustment_test {
 namespace {
 
 using testing::AngleBetween;
@@ -258,4 +258,4 @@ TEST(LoopWithAnImu, LeavesTheMapWithTheVelocitiesBiasesAndGravityOfItsAdjustment
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::inertial_adjustment_test

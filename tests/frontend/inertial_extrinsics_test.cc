@@ -7,7 +7,7 @@
 
 #include "inertial_drive.h"
 
-namespace highwall {
+namespace highwall::inertial_extrinsics_test {
 namespace {
 
 using testing::Drive;
@@ -76,4 +76,4 @@ TEST(InertialExtrinsics, AreNotSeenAtRestBetweenGapsInTheReadings) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::inertial_extrinsics_test

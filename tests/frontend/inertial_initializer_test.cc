@@ -6,7 +6,7 @@
 #include "inertial/inertial_initializer.h"
 #include "inertial_scene.h"
 
-namespace highwall {
+namespace highwall::inertial_initializer_test {
 namespace {
 
 using testing::AngleBetween;
@@ -313,4 +313,4 @@ TEST(InitializationStatus, HasNames) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::inertial_initializer_test

@@ -11,7 +11,7 @@
 
 #include "inertial_drive.h"
 
-namespace highwall {
+namespace highwall::inertial_odometry_test {
 namespace {
 
 using testing::AngleBetween;
@@ -582,4 +582,4 @@ TEST(InertialOdometry, AFixedWeightIsThatOfTheReadings) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::inertial_odometry_test

@@ -6,7 +6,7 @@
 
 #include "inertial_drive.h"
 
-namespace highwall {
+namespace highwall::inertial_prediction_test {
 namespace {
 
 using testing::Drive;
@@ -56,4 +56,4 @@ TEST(InertialPrediction, TellsTheMotionAtTheImageNotThatOfTheStepToIt) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::inertial_prediction_test

@@ -6,7 +6,7 @@
 
 #include "inertial/inertial_odometry.h"
 
-namespace highwall {
+namespace highwall::inertial_report_test {
 namespace {
 
 TEST(ImuCalibration, NeedsARateThatIsFinite) {
@@ -23,4 +23,4 @@ TEST(InertialStatus, HasNames) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::inertial_report_test

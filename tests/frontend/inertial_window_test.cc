@@ -9,7 +9,7 @@
 #include "inertial/inertial_window.h"
 #include "inertial_scene.h"
 
-namespace highwall {
+namespace highwall::inertial_window_test {
 namespace {
 
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
@@ -443,4 +443,4 @@ TEST(InertialWindow, AnOffsetThatIsNotFreeStaysAsItWas) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::inertial_window_test

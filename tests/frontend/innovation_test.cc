@@ -3,12 +3,12 @@
 #include <cmath>
 #include <random>
 
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
+#include <Eigen/Cholesky>
 
 #include <highwall/core/sqrt_information.h>
 
-namespace highwall {
+namespace highwall::innovation_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -74,4 +74,4 @@ TEST(AreReadingsContradicted, LessIsEnoughWhereTheIntervalBeforeWas) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::innovation_test

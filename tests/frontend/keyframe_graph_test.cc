@@ -6,7 +6,7 @@
 #include "support/id_literals.h"
 #include "support/loop_scene.h"
 
-namespace highwall {
+namespace highwall::keyframe_graph_test {
 namespace {
 
 using testing::LoopScene;
@@ -91,4 +91,4 @@ TEST_F(KeyFrameGraphTest, NeedsTwoKeyFrames) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::keyframe_graph_test

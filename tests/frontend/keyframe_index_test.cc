@@ -9,7 +9,7 @@
 #include "support/message_of.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::keyframe_index_test {
 namespace {
 
 using testing::AppendDescriptor;
@@ -123,4 +123,4 @@ TEST(KeyFrameIndexOptions, ErrorsNameTheField) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::keyframe_index_test

@@ -4,7 +4,7 @@
 #include "support/synthetic_scene.h"
 #include "tracking/keyframe_policy.h"
 
-namespace highwall {
+namespace highwall::keyframe_policy_test {
 namespace {
 
 using testing::operator""_kf;
@@ -119,4 +119,4 @@ TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::keyframe_policy_test

@@ -6,7 +6,7 @@
 #include "support/synthetic_scene.h"
 #include "tracking/keyframe_row_times.h"
 
-namespace highwall {
+namespace highwall::keyframe_row_times_test {
 namespace {
 
 using testing::IdealSensor;
@@ -133,4 +133,4 @@ TEST_F(KeyframeRowTimesTest, AKeyframeThatWasRemovedIsForgotten) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::keyframe_row_times_test

@@ -8,7 +8,7 @@
 
 #include "mapped_place.h"
 
-namespace highwall {
+namespace highwall::known_point_test {
 namespace {
 
 using testing::MappedPlace;
@@ -111,4 +111,4 @@ TEST(KnownPoint, AnOutlierWeighsLittle) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::known_point_test

@@ -4,7 +4,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::landmark_fusion_test {
 namespace {
 
 using testing::IdealSensor;
@@ -112,4 +112,4 @@ TEST_F(LandmarkFusionTest, AReadingWhoseDepthDeniesTheLandmarkIsNoObservationOfI
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::landmark_fusion_test

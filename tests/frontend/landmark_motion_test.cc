@@ -7,7 +7,7 @@
 #include "pose/landmark_motion.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::landmark_motion_test {
 namespace {
 
 using testing::IdealSensor;
@@ -119,4 +119,4 @@ TEST_F(LandmarkMotion, WhatTheOthersLeaveOpenContradictsNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::landmark_motion_test

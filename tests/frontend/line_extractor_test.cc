@@ -16,7 +16,7 @@
 #include "features/line_refinement.h"
 #include "features/orb_matcher.h"
 
-namespace highwall {
+namespace highwall::line_extractor_test {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -339,7 +339,7 @@ TEST_P(LineExtractorTest, DoesNotDependOnEarlierImages) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::line_extractor_test
 
 // LeakSanitizer: OpenCV 4.6's EdgeDrawing leaks some 90 bytes when it is destroyed.
 extern "C" const char* __lsan_default_suppressions();

@@ -8,7 +8,7 @@
 
 #include "features/line_matcher.h"
 
-namespace highwall {
+namespace highwall::line_matcher_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -265,4 +265,4 @@ TEST(LineMatcherOptions, NamesTheFieldThatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::line_matcher_test

@@ -14,7 +14,7 @@
 #include "map/epipolar_line_matcher.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::line_triangulation_test {
 namespace {
 
 using testing::IdealSensor;
@@ -349,4 +349,4 @@ TEST_F(DepthlessLinesTest, AreAsCertainAsTheNoiseOfTheirSegments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::line_triangulation_test

@@ -7,7 +7,7 @@
 
 #include "local_mapper_fixture.h"
 
-namespace highwall {
+namespace highwall::local_mapper_depthless_test {
 namespace {
 
 using testing::At;
@@ -112,4 +112,4 @@ TEST_F(LocalMapperDepthlessTest, SegmentsAreTriangulatedOnlyWherePointsAreScarce
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::local_mapper_depthless_test

@@ -16,7 +16,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::local_mapper_test {
 namespace {
 
 using testing::AngleError;
@@ -491,4 +491,4 @@ TEST_F(LocalMapperTest, WithoutWaitingAnAdjustmentEndsEarlyAndIsApplied) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::local_mapper_test

@@ -7,7 +7,7 @@
 #include "loops/loop_correction.h"
 #include "support/ring_map.h"
 
-namespace highwall {
+namespace highwall::loop_acceptance_test {
 namespace {
 
 using testing::OdometryDrift;
@@ -122,4 +122,4 @@ TEST_F(LoopAcceptance, TheDriftOfTheWayAloneSaysHowFarALoopMayBeOff) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::loop_acceptance_test

@@ -10,7 +10,7 @@
 #include "loops/loop_closer.h"
 #include "support/loop_scene.h"
 
-namespace highwall {
+namespace highwall::loop_closer_test {
 namespace {
 
 using testing::LoopScene;
@@ -313,4 +313,4 @@ TEST(LoopCorrection, WithoutGravityRollAndPitchAreFree) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::loop_closer_test

@@ -5,7 +5,7 @@
 #include "support/id_literals.h"
 #include "support/loop_scene.h"
 
-namespace highwall {
+namespace highwall::loop_detector_test {
 namespace {
 
 using testing::AngleError;
@@ -86,4 +86,4 @@ TEST_F(LoopDetectorTest, WhatTheMapConnectsIsNoLoop) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::loop_detector_test

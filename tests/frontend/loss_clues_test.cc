@@ -2,7 +2,7 @@
 
 #include "tracking/loss_clues.h"
 
-namespace highwall {
+namespace highwall::loss_clues_test {
 namespace {
 
 constexpr FeatureNeeds kNeeds{
@@ -75,4 +75,4 @@ TEST(LossReason, EachHasAName) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::loss_clues_test

@@ -4,7 +4,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::map_correction_test {
 namespace {
 
 using testing::IdealSensor;
@@ -149,4 +149,4 @@ TEST_F(MapCorrectionTest, ACloneOfSomeKeyframesHasThemAndWhatTheySeeUnderTheSame
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_correction_test

@@ -14,7 +14,7 @@
 
 #include <highwall/frontend/map/map.h>
 
-namespace highwall {
+namespace highwall::map_ids_test {
 namespace {
 
 template <class To, class From>
@@ -145,4 +145,4 @@ TEST(MapIds, AreCountedHashedAndPrintedAsTheirNumbers) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_ids_test

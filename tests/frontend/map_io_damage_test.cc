@@ -14,7 +14,7 @@
 #include "features/depth_grid.h"
 #include "support/saved_map.h"
 
-namespace highwall {
+namespace highwall::map_io_damage_test {
 namespace {
 
 using testing::AddFactors;
@@ -232,4 +232,4 @@ TEST_F(MapIoDamageTest, RefusesAnotherVersion) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_io_damage_test

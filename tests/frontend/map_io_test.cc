@@ -15,7 +15,7 @@
 #include "support/saved_map.h"
 #include "tracking/relocalizer.h"
 
-namespace highwall {
+namespace highwall::map_io_test {
 namespace {
 
 using testing::AddFactors;
@@ -314,4 +314,4 @@ TEST_F(MapIoTest, AFailedSaveLeavesTheOldFile) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_io_test

@@ -7,7 +7,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::map_matcher_test {
 namespace {
 
 using testing::IdealSensor;
@@ -246,4 +246,4 @@ TEST_F(MapMatcherTest, EmptyFeaturesMatchNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_matcher_test

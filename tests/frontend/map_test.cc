@@ -11,7 +11,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::map_test {
 namespace {
 
 using testing::operator""_kf;
@@ -400,4 +400,4 @@ TEST(Map, OrdersObserversByCountThenId) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_test

@@ -7,7 +7,7 @@
 
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::measurement_model_test {
 namespace {
 
 using testing::IdealSensor;
@@ -180,4 +180,4 @@ TEST(MeasurementModel, RefusesABadPyramid) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::measurement_model_test

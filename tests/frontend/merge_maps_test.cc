@@ -18,7 +18,7 @@
 #include "support/message_of.h"
 #include "support/position_in_frame.h"
 
-namespace highwall {
+namespace highwall::merge_maps_test {
 namespace {
 
 using testing::LoopScene;
@@ -238,4 +238,4 @@ TEST(MergeMaps, RefusesMapsOfOtherPoints) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::merge_maps_test

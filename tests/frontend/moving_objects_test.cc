@@ -6,7 +6,7 @@
 #include "box_world.h"
 #include "tracking/moving_objects.h"
 
-namespace highwall {
+namespace highwall::moving_objects_test {
 namespace {
 
 using testing::AddNoise;
@@ -340,4 +340,4 @@ TEST_F(MovingObjectsTest, FindsNothingWhenTurnedOff) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::moving_objects_test

@@ -15,8 +15,9 @@
 #include "support/message_of.h"
 #include "support/run_program.h"
 #include "support/temporary_directory.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::network_points_test {
 namespace {
 
 constexpr int kCell = 8, kDescriptor = 64;
@@ -149,13 +150,14 @@ TEST_F(NetworkPointsTest, AFileThatIsNoSuchNetworkIsRefusedByName) {
 }
 
 TEST_F(NetworkPointsTest, TheProgramOfTheExampleSaysWhatItWantsAndWhatIsWrong) {
-  const testing::Outcome usage = testing::RunProgram(NETWORK_POINTS, "");
+  const testing::Outcome usage = testing::RunProgram(testing::kNetworkPointsExample, "");
   EXPECT_EQ(usage.exit_code, 1);
   EXPECT_TRUE(testing::Contains(usage.err, "usage: network_points tum1|tum2|tum3"));
-  const testing::Outcome wrong = testing::RunProgram(NETWORK_POINTS, "tum1 d none.onnx out.txt");
+  const testing::Outcome wrong =
+      testing::RunProgram(testing::kNetworkPointsExample, "tum1 d none.onnx out.txt");
   EXPECT_EQ(wrong.exit_code, 3);
   EXPECT_TRUE(testing::Contains(wrong.err, "none.onnx: cannot be read")) << wrong.err;
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::network_points_test

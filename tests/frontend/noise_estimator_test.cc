@@ -12,7 +12,7 @@
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::noise_estimator_test {
 namespace {
 
 using testing::IdealSensor;
@@ -113,8 +113,8 @@ class NoiseOfAMap {
     sensor.depth_noise.quadratic *= depth;
     return sensor;
   }
-  // With the true noise, told as what is known beforehand. Every other corner is a refined one where
-  // they are, with half of it.
+  // With the true noise, told as what is known beforehand. Every other corner is a refined one
+  // where they are, with half of it.
   SyntheticView See(const Pose& T_WC, unsigned seed) const {
     const auto look = [&](double px) {
       return Look(scene_, IdealSensor(), T_WC, {.px = px, .depth = true, .seed = seed});
@@ -213,4 +213,4 @@ TEST(NoiseEstimator, WithoutResidualsNoiseIsAsItIsKnownAndWhatViewsShare) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::noise_estimator_test

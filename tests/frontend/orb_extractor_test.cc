@@ -14,7 +14,7 @@
 #include "features/orb_extractor.h"
 #include "features/orb_matcher.h"
 
-namespace highwall {
+namespace highwall::orb_extractor_test {
 namespace {
 
 // Smoothed noise: corners everywhere, at every scale up to a few pixels.
@@ -294,4 +294,4 @@ TEST_F(OrbExtractorUnderRotation, SubPixelCornersAreCloserToTheTruth) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::orb_extractor_test

@@ -8,7 +8,7 @@
 
 #include "features/orb_matcher.h"
 
-namespace highwall {
+namespace highwall::orb_matcher_test {
 namespace {
 
 cv::Mat RandomDescriptors(int rows, unsigned seed) {
@@ -162,4 +162,4 @@ TEST_F(FeatureGridTest, RejectsBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::orb_matcher_test

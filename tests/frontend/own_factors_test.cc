@@ -19,7 +19,7 @@
 #include "support/synthetic_scene.h"
 #include "system/pending_factors.h"
 
-namespace highwall {
+namespace highwall::own_factors_test {
 namespace {
 
 using testing::IdealSensor;
@@ -297,4 +297,4 @@ TEST_F(PendingFactorsTest, AreRefusedBeforeTheFirstFrameInGapsAndBetweenWorlds) 
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::own_factors_test

@@ -17,7 +17,7 @@
 #include "features/orb_extractor.h"
 #include "support/message_of.h"
 
-namespace highwall {
+namespace highwall::point_extractor_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -154,4 +154,4 @@ TEST(PointExtractor, AKindThatNoneIsIsRefusedAtOnce) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::point_extractor_test

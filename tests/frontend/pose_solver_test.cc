@@ -11,7 +11,7 @@
 #include "pose/pose_solver.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::pose_solver_test {
 namespace {
 
 using testing::AngleError;
@@ -477,4 +477,4 @@ TEST(TrimToObservation, IsEmptyBehindTheCameraAndAlongTheRay) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::pose_solver_test

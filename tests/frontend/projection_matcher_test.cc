@@ -3,7 +3,7 @@
 #include "map/projection_matcher.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::projection_matcher_test {
 namespace {
 
 // `count` of the 256 bits set.
@@ -182,4 +182,4 @@ TEST_F(ProjectSegmentTest, CutsAtTheNearPlane) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::projection_matcher_test

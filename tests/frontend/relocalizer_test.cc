@@ -4,7 +4,7 @@
 #include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
 
-namespace highwall {
+namespace highwall::relocalizer_test {
 namespace {
 
 using testing::AngleError;
@@ -271,4 +271,4 @@ TEST_F(RelocalizerTest, NothingFromNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::relocalizer_test

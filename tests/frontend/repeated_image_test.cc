@@ -9,7 +9,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::repeated_image_test {
 namespace {
 
 // Rectangles of all sizes and colours, shifted by a part of a pixel; with the noise of a sensor.
@@ -128,4 +128,4 @@ TEST(RepeatedImage, RefusesWhatIsNoColourImage) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::repeated_image_test

@@ -10,7 +10,7 @@
 #include "features/row_times.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::row_times_test {
 namespace {
 
 using testing::Look;
@@ -246,4 +246,4 @@ TEST(AtMiddleRow, PointsWithoutDepthTurnWithTheCamera) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::row_times_test

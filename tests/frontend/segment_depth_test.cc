@@ -8,7 +8,7 @@
 
 #include "features/segment_depth.h"
 
-namespace highwall {
+namespace highwall::segment_depth_test {
 namespace {
 
 PinholeCamera DistortedCamera() {
@@ -236,4 +236,4 @@ TEST(FitSegmentDepth, RejectsBadArguments) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::segment_depth_test

@@ -7,7 +7,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::sensor_profile_test {
 namespace {
 
 TEST(SensorProfile, KnowsTheCamerasThatPeopleHave) {
@@ -76,4 +76,4 @@ TEST(SensorPreset, HasTheDepthOfAKinect) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::sensor_profile_test

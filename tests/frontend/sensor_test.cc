@@ -6,7 +6,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::sensor_test {
 namespace {
 
 TEST(SensorPreset, KnowsTheThreeSensorsOfTumRgbd) {
@@ -38,4 +38,4 @@ TEST(RgbdSensor, RefusesARangeThatHoldsNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::sensor_test

@@ -20,7 +20,7 @@
 #include "tracking/relocalizer.h"
 #include "tracking/tracker.h"
 
-namespace highwall {
+namespace highwall::shared_options_test {
 namespace {
 
 using testing::IdealSensor;
@@ -232,4 +232,4 @@ TEST_F(SharedOptions, EachFieldReachesEveryStageThatUsesIt) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::shared_options_test

@@ -10,7 +10,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::sift_extractor_test {
 namespace {
 
 // A bright spot on grey. centre, sigma: [px]
@@ -98,4 +98,4 @@ TEST(SiftExtractor, RefusesWhatItCannotTake) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::sift_extractor_test

@@ -17,7 +17,7 @@
 #include "support/faulty_readings.h"
 #include "support/rendered_walk.h"
 
-namespace highwall {
+namespace highwall::slam_faults_test {
 namespace {
 
 using testing::Fault;
@@ -198,4 +198,4 @@ TEST(SlamFaults, OfReadingsAndImagesNeverThrow) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_faults_test

@@ -15,7 +15,7 @@
 
 #include "inertial/inertial_odometry.h"
 
-namespace highwall {
+namespace highwall::slam_inertial_test {
 namespace {
 
 using testing::RenderedWalk;
@@ -231,4 +231,4 @@ TEST_F(SlamInertialTest, WithoutAnImuItTakesNoReadings) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_inertial_test

@@ -10,7 +10,7 @@
 
 #include "support/rendered_walk.h"
 
-namespace highwall {
+namespace highwall::slam_loop_test {
 namespace {
 
 using testing::RenderedWalk;
@@ -125,4 +125,4 @@ TEST_F(SlamLoopTest, TheCameraNeedNotWaitForTheLoop) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_loop_test

@@ -31,11 +31,12 @@
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "support/message_of.h"
+#include "support/test_paths.h"
 #include "tracking/frame_refiner.h"
 #include "tracking/keyframe_policy.h"
 #include "tracking/tracker.h"
 
-namespace highwall {
+namespace highwall::slam_options_test {
 namespace {
 
 // visit(path, field) of those that are no structs themselves, such as "tracker.pose.rounds".
@@ -57,8 +58,8 @@ Fields FieldsInHeaders() {
   static const std::regex kField("  [\\w:]+ (\\w+)( = .*|\\{.*|;.*)");
   Fields fields;
   for (const char* module : {"/factors/include", "/frontend/include"}) {
-    for (const auto& file :
-         std::filesystem::recursive_directory_iterator(std::string(HIGHWALL_SOURCE) + module)) {
+    for (const auto& file : std::filesystem::recursive_directory_iterator(
+             std::string(testing::kSourceFolder) + module)) {
       std::ifstream lines(file.path());
       std::string name;
       std::smatch match;
@@ -421,4 +422,4 @@ TEST(SlamOptions, DeterministicChangesThreadsAlone) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_options_test

@@ -19,7 +19,7 @@
 
 #include "support/rendered_walk.h"
 
-namespace highwall {
+namespace highwall::slam_own_factors_test {
 namespace {
 
 constexpr double kSigma = 0.02;  // [m] of a position, by axis
@@ -178,4 +178,4 @@ TEST_F(SlamOwnFactorsTest, WhatFitsNoFrameIsRefused) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_own_factors_test

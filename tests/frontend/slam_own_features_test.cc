@@ -16,7 +16,7 @@
 #include "support/rendered_walk.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::slam_own_features_test {
 namespace {
 
 using testing::RenderedWalk;
@@ -216,4 +216,4 @@ TEST_F(SlamOwnFeaturesTest, WhatAnExtractorThrowsComesOutOfTrack) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_own_features_test

@@ -9,7 +9,7 @@
 #include <highwall/frontend/system/slam_system.h>
 #include <simulate/scenes/room.h>
 
-namespace highwall {
+namespace highwall::slam_sizes_test {
 namespace {
 
 struct Images {
@@ -69,4 +69,4 @@ INSTANTIATE_TEST_SUITE_P(Images, SlamSizesTest,
                          [](const auto& images) { return std::string(images.param.name); });
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_sizes_test

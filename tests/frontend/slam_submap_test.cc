@@ -14,7 +14,7 @@
 #include <highwall/frontend/system/slam_system.h>
 #include <simulate/scenes/room.h>
 
-namespace highwall {
+namespace highwall::slam_submap_test {
 namespace {
 
 constexpr double kLap = 10.0, kFps = 10.0;
@@ -257,4 +257,4 @@ TEST_F(SlamSubmapTest, RepeatedColourImagesCostNoTrack) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_submap_test

@@ -13,7 +13,7 @@
 #include "support/message_of.h"
 #include "support/rendered_walk.h"
 
-namespace highwall {
+namespace highwall::slam_system_test {
 namespace {
 
 using testing::RenderedWalk;
@@ -280,4 +280,4 @@ TEST_F(SlamSystemTest, LocalizingNeedsAMapAndNoImu) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::slam_system_test

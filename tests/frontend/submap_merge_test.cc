@@ -9,7 +9,7 @@
 #include "support/id_literals.h"
 #include "support/loop_scene.h"
 
-namespace highwall {
+namespace highwall::submap_merge_test {
 namespace {
 
 using testing::LoopScene;
@@ -199,4 +199,4 @@ TEST_F(PlanMergeTest, WhatWasSeenToMoveContradictsNoPlace) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::submap_merge_test

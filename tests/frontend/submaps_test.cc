@@ -8,7 +8,7 @@
 
 #include "support/id_literals.h"
 
-namespace highwall {
+namespace highwall::submaps_test {
 namespace {
 
 using testing::operator""_kf;
@@ -130,4 +130,4 @@ TEST_F(SubmapsTest, RefusesOnesThatAreNot) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::submaps_test

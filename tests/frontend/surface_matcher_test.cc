@@ -9,7 +9,7 @@
 #include "box_world.h"
 #include "pose/surface_matcher.h"
 
-namespace highwall {
+namespace highwall::surface_matcher_test {
 namespace {
 
 const PinholeCamera kCamera = RgbdSensor{}.camera;
@@ -106,4 +106,4 @@ TEST(SurfaceMatcher, RefusesBadOptions) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::surface_matcher_test

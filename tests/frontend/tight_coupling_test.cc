@@ -10,7 +10,7 @@
 #include "inertial/inertial_odometry.h"
 #include "mapped_place.h"
 
-namespace highwall {
+namespace highwall::tight_coupling_test {
 namespace {
 
 using testing::kImageStep;
@@ -188,4 +188,4 @@ TEST_P(CoupledOdometry, FindsWhereTheCameraSits) {
 INSTANTIATE_TEST_SUITE_P(InLockstepAndBeside, CoupledOdometry, ::testing::Bool());
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::tight_coupling_test

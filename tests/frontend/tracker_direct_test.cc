@@ -5,7 +5,7 @@
 #include "painted_world.h"
 #include "tracker_fixture.h"
 
-namespace highwall {
+namespace highwall::tracker_direct_test {
 namespace {
 
 using testing::Look;
@@ -122,4 +122,4 @@ TEST_F(TrackerDirectTest, TheNextSharpFrameFindsTheLandmarksAgain) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::tracker_direct_test

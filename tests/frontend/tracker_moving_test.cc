@@ -9,7 +9,7 @@
 #include "features/depth_grid.h"
 #include "tracker_fixture.h"
 
-namespace highwall {
+namespace highwall::tracker_moving_test {
 namespace {
 
 using testing::IdealSensor;
@@ -87,9 +87,9 @@ TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
   }
 }
 
-// The box stands, and the landmarks, which are all behind it, say a pose that is 5.5 cm off: the box
-// seems to have come nearer, by more than the 5 cm that noise and pose are allowed. Surfaces tell
-// that it has not.
+// The box stands, and the landmarks, which are all behind it, say a pose that is 5.5 cm off: the
+// box seems to have come nearer, by more than the 5 cm that noise and pose are allowed. Surfaces
+// tell that it has not.
 TEST_F(TrackerWithABox, NothingMovesWhereSurfacesLeaveAllInPlace) {
   for (const bool surfaces : {true, false}) {
     Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8},
@@ -171,4 +171,4 @@ TEST_F(TrackerWithABox, KeepsThemWhenTurnedOff) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::tracker_moving_test

@@ -11,7 +11,7 @@
 #include "features/depth_grid.h"
 #include "tracker_fixture.h"
 
-namespace highwall {
+namespace highwall::tracker_recognition_test {
 namespace {
 
 using testing::BoxWorld;
@@ -118,4 +118,4 @@ TEST_F(RecognitionTest, AFrameThatFollowsIsRefusedOnlyWhereItFindsLittleAndDepth
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::tracker_recognition_test

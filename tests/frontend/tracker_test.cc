@@ -11,7 +11,7 @@
 #include "support/id_literals.h"
 #include "tracker_fixture.h"
 
-namespace highwall {
+namespace highwall::tracker_test {
 namespace {
 
 using testing::AngleError;
@@ -442,4 +442,4 @@ TEST_F(TrackerTest, WhereThereIsEnoughToSeeSurfacesAreNotAsked) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::tracker_test

@@ -10,7 +10,7 @@
 #include "features/row_times.h"
 #include "tracker_fixture.h"
 
-namespace highwall {
+namespace highwall::tracker_timing_test {
 namespace {
 
 using testing::AngleError;
@@ -257,4 +257,4 @@ TEST_F(TrackerTiming, ACameraAtRestTellsNothing) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::tracker_timing_test

@@ -10,7 +10,7 @@
 #include "map/epipolar_matcher.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall {
+namespace highwall::triangulation_test {
 namespace {
 
 using testing::IdealSensor;
@@ -197,4 +197,4 @@ TEST_F(DepthlessPointsTest, AViewThatDeniesThePointIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::triangulation_test

@@ -11,8 +11,9 @@
 #include "input/image_io.h"
 #include "support/generated_tum.h"
 #include "support/message_of.h"
+#include "support/test_paths.h"
 
-namespace highwall {
+namespace highwall::tum_dataset_test {
 namespace {
 
 using testing::GeneratedTum;
@@ -342,7 +343,7 @@ TEST(ImageIo, RefusesADepthImageOfEightBits) {
 }
 
 TEST(TumDataset, ReadsARealSequence) {
-  const std::filesystem::path folder = std::filesystem::path(HIGHWALL_SHARED_DATA) / "tum/fr1_xyz";
+  const std::filesystem::path folder = std::filesystem::path(testing::kSharedData) / "tum/fr1_xyz";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << ": no shared/data here";
   const TumDataset dataset(folder);
   EXPECT_EQ(dataset.colour_files().size(), 798U);
@@ -379,4 +380,4 @@ TEST(TumDataset, RefusesFramesWithoutAnyDepthEvenWithAnImu) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::tum_dataset_test

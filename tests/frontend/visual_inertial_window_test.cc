@@ -16,7 +16,7 @@
 #include "map/seen_landmarks.h"
 #include "mapped_place.h"
 
-namespace highwall {
+namespace highwall::visual_inertial_window_test {
 namespace {
 
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
@@ -344,4 +344,4 @@ TEST(VisualInertialWindow, FindsWhereTheCameraSitsWithAClockThatIsKnown) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::visual_inertial_window_test

@@ -8,7 +8,7 @@
 #include "support/synthetic_scene.h"
 #include "tracking/tracker.h"
 
-namespace highwall {
+namespace highwall::visual_pose_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -156,4 +156,4 @@ TEST(VisualPose, TheFitOfTheLandmarksScalesTheirCovariance) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::visual_pose_test

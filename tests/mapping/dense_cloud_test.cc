@@ -9,7 +9,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-namespace highwall {
+namespace highwall::dense_cloud_test {
 namespace {
 
 using Points = std::vector<ColoredPoint>;
@@ -217,4 +217,4 @@ TEST(DenseCloud, RefusesUnknownKeyframesAndPosesThatAreNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::dense_cloud_test

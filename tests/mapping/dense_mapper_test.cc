@@ -18,7 +18,7 @@
 #include "box_room.h"
 #include "same_map.h"
 
-namespace highwall {
+namespace highwall::dense_mapper_test {
 namespace {
 
 using Poses = std::map<std::int64_t, KeyframePose>;
@@ -140,4 +140,4 @@ TEST(DenseMapOptions, RefusesWhatMakesNoSenseNamingTheField) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::dense_mapper_test

@@ -5,7 +5,7 @@
 
 #include "box_room.h"
 
-namespace highwall {
+namespace highwall::depth_filter_test {
 namespace {
 
 // A wall at z [m] in front of a camera that stands still.
@@ -97,4 +97,4 @@ TEST(DepthFilter, RefusesACameraWhoseNoiseNobodyKnows) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_filter_test

@@ -9,7 +9,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::depth_smoothing_test {
 namespace {
 
 constexpr double kFocal = 100.0;  // [px]
@@ -126,4 +126,4 @@ TEST(SmoothDepth, RefusesOtherImagesAndOptionsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::depth_smoothing_test

@@ -10,7 +10,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-namespace highwall {
+namespace highwall::keyframe_cloud_test {
 namespace {
 
 PinholeCamera SmallCamera() {
@@ -284,4 +284,4 @@ TEST(FilterVoxels, DropsWhatIsNotFiniteOrTooFar) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::keyframe_cloud_test

@@ -9,7 +9,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-namespace highwall {
+namespace highwall::keyframe_octree_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
@@ -273,4 +273,4 @@ TEST(KeyframeOctree, RefusesPosesThatAreNotFiniteAndUnknownKeyframes) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::keyframe_octree_test

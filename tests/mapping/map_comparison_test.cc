@@ -9,7 +9,7 @@
 
 #include <highwall/core/error.h>
 
-namespace highwall {
+namespace highwall::map_comparison_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
@@ -122,4 +122,4 @@ TEST(OccupiedCentres, AreThoseOfTheSmallestVoxels) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_comparison_test

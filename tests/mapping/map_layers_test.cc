@@ -17,7 +17,7 @@
 #include "box_room.h"
 #include "same_map.h"
 
-namespace highwall {
+namespace highwall::map_layers_test {
 namespace {
 
 constexpr std::int32_t kFirst = 0, kSecond = 7;
@@ -180,4 +180,4 @@ TEST_P(LayersOfARoom, WithoutKeyframesThereIsNoMap) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::map_layers_test

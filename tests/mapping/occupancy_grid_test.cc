@@ -11,7 +11,7 @@
 #include "support/file_size_limit.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::occupancy_grid_test {
 namespace {
 
 using testing::ReadText;
@@ -193,4 +193,4 @@ TEST(WriteOccupancyGrid, FailedWriteLeavesTheOldFiles) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::occupancy_grid_test

@@ -14,7 +14,7 @@
 
 #include "support/stock_octree.h"
 
-namespace highwall {
+namespace highwall::octomap_builder_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
@@ -364,4 +364,4 @@ TEST(OctomapBuilderOptions, RefusesValuesOutOfRange) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::octomap_builder_test

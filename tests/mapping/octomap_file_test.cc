@@ -15,7 +15,7 @@
 #include "support/file_size_limit.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::octomap_file_test {
 namespace {
 
 using testing::ReadText;
@@ -201,4 +201,4 @@ TEST(WriteColorOctree, IsAColorOcTreeOfTheSameSpaceWithTheColoursOfThePoints) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::octomap_file_test

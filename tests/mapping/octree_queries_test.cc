@@ -11,7 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/mapping/map_comparison.h>
 
-namespace highwall {
+namespace highwall::octree_queries_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
@@ -143,4 +143,4 @@ TEST(OctreeQueries, RefuseWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::octree_queries_test

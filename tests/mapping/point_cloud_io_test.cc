@@ -11,7 +11,7 @@
 #include "support/file_size_limit.h"
 #include "support/temporary_directory.h"
 
-namespace highwall {
+namespace highwall::point_cloud_io_test {
 namespace {
 
 using testing::FileSizeLimit;
@@ -244,4 +244,4 @@ TEST(PointCloudIo, FailedWriteLeavesTheOldFile) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::point_cloud_io_test

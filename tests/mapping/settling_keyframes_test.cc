@@ -11,7 +11,7 @@
 
 #include "box_room.h"
 
-namespace highwall {
+namespace highwall::settling_keyframes_test {
 namespace {
 
 constexpr double kWait = 2.0;
@@ -140,4 +140,4 @@ TEST_F(SettlingKeyframesOfARoom, RefuseNobodyToAskAndTimeThatRunsBackwards) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::settling_keyframes_test

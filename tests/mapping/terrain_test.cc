@@ -17,7 +17,7 @@
 #include "ground_plane.h"
 #include "support/grid_planner.h"
 
-namespace highwall {
+namespace highwall::terrain_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
@@ -237,4 +237,4 @@ TEST(PredictOctreeBytes, IsRightWithinAFactorOfTwo) {
 }
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::terrain_test
