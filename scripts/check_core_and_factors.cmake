@@ -32,7 +32,7 @@ run("the configuration" ${CMAKE_COMMAND} -S ${ROOT} -B ${BUILD}/alone -G Ninja
     -DHIGHWALL_MODULES=core,factors ${absent})
 run("the configuration of a project with both" ${CMAKE_COMMAND}
     -S ${ROOT}/tests/consumer/add_subdirectory -B ${BUILD} -G Ninja
-    -DHIGHWALL_BUILD_TESTS=ON -DHIGHWALL_TESTS=${TESTS} ${absent})
+    -DHIGHWALL_BUILD_TESTS=ON -DHIGHWALL_TESTS=${TESTS} -DCMAKE_UNITY_BUILD=ON ${absent})
 run("the build" ${CMAKE_COMMAND} --build ${BUILD} --target highwall_tests use_core use_factors)
 run("a test" ${CMAKE_CTEST_COMMAND} --test-dir ${BUILD}/highwall --output-on-failure
     --no-tests=error -R "^(core|factors)/")
