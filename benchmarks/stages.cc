@@ -10,9 +10,9 @@
 #include <CLI/App.hpp>
 #include <opencv2/core/mat.hpp>
 
+#include <highwall/core/crc32.h>
 #include <highwall/core/error.h>
 #include <highwall/frontend/system/slam_system.h>
-#include <highwall/core/crc32.h>
 
 #include "bench_main.h"
 #include "config.h"
