@@ -10,12 +10,12 @@
 namespace highwall::apps {
 namespace {
 
-struct Words {
+struct LossWords {
   const char* what;
   const char* helps;
 };
 
-Words Explain(LossReason reason) {
+LossWords Explain(LossReason reason) {
   switch (reason) {
     case LossReason::kDark:
       return {"the image is too dark to find features in", "more light, or a longer exposure"};
@@ -62,7 +62,7 @@ std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::s
   const auto& [name, count] = *most;
   for (const LossReason reason : kReasons) {
     if (name != ToString(reason)) continue;
-    const Words words = Explain(reason);
+    const LossWords words = Explain(reason);
     return fmt::format("{} of {} frames without a pose: {}; what helps: {}", count, lost,
                        words.what, words.helps);
   }

@@ -4,7 +4,7 @@
 # be; by itself Highwall is configured only.
 # Usage: cmake -D ROOT=<project> -D BUILD=<folder, made anew> [-D TESTS=<regular expression>]
 #              -P scripts/check_core_and_factors.cmake
-# TESTS: the test programs that are built and run; "." are all of them.
+# TESTS: the sources of tests that are built and run; "." are all of them.
 cmake_minimum_required(VERSION 3.23)
 if(NOT TESTS)
   set(TESTS "^(core_pose|core_variable_types|factors_variable_types|factors_zero_velocity)_test$")

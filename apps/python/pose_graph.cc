@@ -49,7 +49,7 @@ void BindGraph(py::module_& module) {
       .def_readonly("has_poses", &PoseGraph::has_poses);
 }
 
-void BindOptions(py::module_& module) {
+void BindGraphOptions(py::module_& module) {
   py::enum_<PoseGraphInitialization>(module, "PoseGraphInitialization")
       .value("GIVEN", PoseGraphInitialization::kGiven)
       .value("ODOMETRY", PoseGraphInitialization::kOdometry)
@@ -83,7 +83,7 @@ void BindOptions(py::module_& module) {
 
 void BindPoseGraph(py::module_& module) {
   BindGraph(module);
-  BindOptions(module);
+  BindGraphOptions(module);
   module.def(
       "read_g2o", [](const py::object& path) { return ReadG2o(Path(path)); }, py::arg("path"));
   module.def(

@@ -171,7 +171,7 @@ void BindDataset(py::module_& module) {
           "The readings of its IMU, in the order of the file; empty where it has none.");
 }
 
-void BindOptions(py::module_& module) {
+void BindSlamOptions(py::module_& module) {
   py::class_<SlamOptions> options(module, "SlamOptions", "What a SlamSystem is told.");
   options.def(
       py::init([](bool points, bool lines, bool loops, bool submaps, bool moving_objects, bool wait,
@@ -284,7 +284,7 @@ Rows6 MapLines(const SlamSystem& slam) {
 void BindSlam(py::module_& module) {
   BindSensor(module);
   BindDataset(module);
-  BindOptions(module);
+  BindSlamOptions(module);
   BindResults(module);
   BindEstimates(module);
   using Unlocked = py::call_guard<py::gil_scoped_release>;

@@ -21,7 +21,7 @@ Smoother Load(const std::filesystem::path& path, const SlidingWindowOptions& opt
                         Eigen::Matrix<double, kIndex + 1, 1>...>(path, options);
 }
 
-void BindOptions(py::module_& module) {
+void BindSmootherOptions(py::module_& module) {
   py::enum_<LeavingPolicy>(module, "LeavingPolicy")
       .value("OLDEST_FIRST", LeavingPolicy::kOldestFirst)
       .value("LEAST_INFORMATION", LeavingPolicy::kLeastInformation);
@@ -58,7 +58,7 @@ PythonVariable AddTo(const py::object& object, const Add& add) {
 }  // namespace
 
 void BindSmoother(py::module_& module) {
-  BindOptions(module);
+  BindSmootherOptions(module);
   py::class_<Smoother>(module, "SlidingWindowSmoother",
                        "The newest states stay in the window, those before leave behind a prior.")
       .def(py::init<const SlidingWindowOptions&>(), py::arg("options") = SlidingWindowOptions{})

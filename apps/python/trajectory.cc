@@ -71,7 +71,7 @@ void BindTrajectoryClass(py::module_& module) {
 
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-void BindOptions(py::module_& module) {
+void BindErrorOptions(py::module_& module) {
   py::enum_<TrajectoryAlignment>(module, "TrajectoryAlignment")
       .value("NONE", TrajectoryAlignment::kNone)
       .value("SE3", TrajectoryAlignment::kSe3)
@@ -121,7 +121,7 @@ void BindErrors(py::module_& module) {
 
 void BindTrajectory(py::module_& module) {
   BindTrajectoryClass(module);
-  BindOptions(module);
+  BindErrorOptions(module);
   BindErrors(module);
   const AbsolutePoseErrorOptions absolute;
   module.def(

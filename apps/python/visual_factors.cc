@@ -86,7 +86,7 @@ void BindPoints(py::module_& module) {
            py::arg("t_d_state") = 0.0);
 }
 
-void BindLines(py::module_& module) {
+void BindLineFactors(py::module_& module) {
   FactorClass<LineReprojection>(module, "LineReprojection",
                                 "Of T_WB and a Segment3: distances of its ends to the line through "
                                 "s and e [px], 2 rows.")
@@ -159,7 +159,7 @@ void BindVisualFactors(py::module_& module) {
       .def_readwrite("disparity_s", &SegmentNoise::disparity_s)
       .def_readwrite("disparity_e", &SegmentNoise::disparity_e);
   BindPoints(module);
-  BindLines(module);
+  BindLineFactors(module);
   BindPoses(module);
 }
 

@@ -38,7 +38,7 @@ struct Causes {
 };
 
 // The information and the right-hand side of a piece of the trajectory.
-struct Normal {
+struct NormalEquations {
   Matrix H = Matrix::Zero();
   Vector b = Vector::Zero();
 };
@@ -85,7 +85,7 @@ class Model {
  private:
   struct Evaluation {
     std::vector<std::optional<Eigen::Vector3d>> residuals;
-    std::vector<Normal> pieces;
+    std::vector<NormalEquations> pieces;
   };
 
   // Empty in a hole of the reference.
@@ -121,7 +121,7 @@ class Model {
                          " poses meet the reference without a hole, too few");
     const Similarity S = AlignUmeyama(a.leftCols(count), b.leftCols(count), false);
     Evaluation result{std::vector<std::optional<Eigen::Vector3d>>(n),
-                      std::vector<Normal>(static_cast<std::size_t>(options_.pieces))};
+                      std::vector<NormalEquations>(static_cast<std::size_t>(options_.pieces))};
     for (Eigen::Index k = 0; k < count; ++k) {
       const std::size_t i = used[static_cast<std::size_t>(k)];
       const Eigen::Vector3d p = S.T_AB * Eigen::Vector3d(b.col(k));
@@ -132,23 +132,24 @@ class Model {
       J << -so3::Hat(p), Eigen::Matrix3d::Identity(), -velocity.col(k), S.T_AB.q() * T.p(),
           S.T_AB.R() * T.R();
       result.residuals[i] = r;
-      Normal& piece = result.pieces[static_cast<std::size_t>(k * options_.pieces / count)];
+      NormalEquations& piece = result.pieces[static_cast<std::size_t>(k * options_.pieces / count)];
       piece.H += J.transpose() * J;
       piece.b += J.transpose() * r;
     }
     return result;
   }
 
-  static Normal Sum(const std::vector<Normal>& pieces) {
-    Normal sum;
-    for (const Normal& piece : pieces) {
+  static NormalEquations Sum(const std::vector<NormalEquations>& pieces) {
+    NormalEquations sum;
+    for (const NormalEquations& piece : pieces) {
       sum.H += piece.H;
       sum.b += piece.b;
     }
     return sum;
   }
 
-  static std::optional<Vector> Step(const Normal& normal, const std::vector<int>& columns) {
+  static std::optional<Vector> Step(const NormalEquations& normal,
+                                    const std::vector<int>& columns) {
     const Eigen::MatrixXd H = normal.H(columns, columns);
     const Eigen::VectorXd unit = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = unit.asDiagonal() * H * unit.asDiagonal();
@@ -167,11 +168,11 @@ class Model {
   }
 
   // Efron: each piece left out once. Infinite where one piece alone tells the causes.
-  static void Jackknife(const std::vector<Normal>& pieces, const std::vector<int>& columns,
+  static void Jackknife(const std::vector<NormalEquations>& pieces, const std::vector<int>& columns,
                         ErrorCause* cause) {
-    const Normal all = Sum(pieces);
+    const NormalEquations all = Sum(pieces);
     std::vector<Vector> steps;
-    for (const Normal& piece : pieces) {
+    for (const NormalEquations& piece : pieces) {
       const auto step = Step({all.H - piece.H, all.b - piece.b}, columns);
       steps.push_back(step.value_or(Vector::Constant(std::numeric_limits<double>::infinity())));
     }

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -63,6 +64,7 @@ class FailurePrinter : public testing::EmptyTestEventListener {
     if (result.passed()) return;
     std::printf("%s:%d: %s\n", result.file_name() != nullptr ? result.file_name() : "",
                 result.line_number(), result.message());
+    std::fflush(stdout);  // the test may crash yet
   }
 };
 
@@ -84,7 +86,11 @@ int RunInChild(const std::string& name) {
     std::exit(RunTogether());
   }
   int status = 0;
-  ::waitpid(child, &status, 0);
+  while (::waitpid(child, &status, 0) != child) {
+    if (errno == EINTR) continue;
+    std::perror("waitpid");
+    return 1;
+  }
   if (WIFSIGNALED(status)) std::printf("ended by signal %d\n", WTERMSIG(status));
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
