@@ -49,10 +49,10 @@ std::vector<Stretch> MakeStretches(double speed) {
 // The floor inside the lap, with a stockpile in its middle.
 void AddFloor(const Course& course, const RoadSurface& surface, int texture, std::uint32_t seed,
               Scene* scene) {
-  constexpr double kSpacing = 0.1;  // [m]
+  constexpr double kFloorSpacing = 0.1;  // [m]
   const ValueNoise rough{.wavelength = 1.7f, .octaves = 5, .seed = seed};
   const Eigen::Vector3d middle(0.3, 0.0, 0.0);
-  const int rows = static_cast<int>(course.length() / kSpacing) + 1;
+  const int rows = static_cast<int>(course.length() / kFloorSpacing) + 1;
   constexpr int kColumns = 56;
   AddSheet(
       rows, kColumns, texture,

@@ -10,10 +10,10 @@ float LineSegment::Length() const {
 }
 
 float LineSegment::Angle() const {
-  constexpr float kPi = std::numbers::pi_v<float>;
+  constexpr float kHalfTurn = std::numbers::pi_v<float>;
   const float angle = std::atan2(e.y() - s.y(), e.x() - s.x());
-  const float wrapped = angle < 0.0F ? angle + kPi : angle;
-  return wrapped < kPi ? wrapped : 0.0F;
+  const float wrapped = angle < 0.0F ? angle + kHalfTurn : angle;
+  return wrapped < kHalfTurn ? wrapped : 0.0F;
 }
 
 Eigen::Vector2f LineSegment::Midpoint() const {

@@ -121,10 +121,10 @@ class Problem {
         biases_.front());
     dof_ += 6 + 1;  // a t_d that is fixed is no unknown
     if (free) {
-      using Scalar = Eigen::Matrix<double, 1, 1>;
+      using Offset = Eigen::Matrix<double, 1, 1>;
       graph_.AddFactor(
-          std::make_unique<VectorPrior<1>>(Scalar::Constant(time_offset),
-                                           Scalar::Constant(1.0 / options.time_offset_sigma)),
+          std::make_unique<VectorPrior<1>>(Offset::Constant(time_offset),
+                                           Offset::Constant(1.0 / options.time_offset_sigma)),
           time_offset_);
     } else {
       graph_.Fix(time_offset_);
