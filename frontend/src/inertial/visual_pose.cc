@@ -14,17 +14,18 @@ VisualPose MakeVisualPose(const Pose& T_WC, const Eigen::Matrix<double, 6, 6>& i
                           const VisualNoise& noise) {
   constexpr double kOpen = 1e-6;       // of the common noise's information: too little for a step
   constexpr double kRounding = 1e-12;  // of the largest eigenvalue: all that rounding leaves of 0
-  using Twist = Eigen::Matrix<double, 6, 1>;
-  using Information = Eigen::Matrix<double, 6, 6>;
+  using TangentVector = Eigen::Matrix<double, 6, 1>;
+  using TangentMatrix = Eigen::Matrix<double, 6, 6>;
   // In units of the common noise, where that has the covariance I.
-  Twist unit;
+  TangentVector unit;
   unit << Eigen::Vector3d::Constant(noise.position), Eigen::Vector3d::Constant(noise.rotation);
   const double scale = noise.scale * std::max(error, noise.min_error);
-  const Information H = unit.asDiagonal() * information * unit.asDiagonal() / scale;
-  const Eigen::SelfAdjointEigenSolver<Information> eigen(H);
-  const Twist slope = eigen.eigenvectors().transpose() * (unit.cwiseProduct(gradient) / scale);
+  const TangentMatrix H = unit.asDiagonal() * information * unit.asDiagonal() / scale;
+  const Eigen::SelfAdjointEigenSolver<TangentMatrix> eigen(H);
+  const TangentVector slope =
+      eigen.eigenvectors().transpose() * (unit.cwiseProduct(gradient) / scale);
   const double nothing = kRounding * eigen.eigenvalues()(5);  // they ascend
-  Twist step, sqrt_information;
+  TangentVector step, sqrt_information;
   for (int i = 0; i < 6; ++i) {
     const double h = eigen.eigenvalues()(i);
     step(i) = h > kOpen ? -slope(i) / h : 0.0;
