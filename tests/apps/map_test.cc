@@ -156,14 +156,14 @@ TEST_F(MapCommand, MapsARunByItsKeyframes) {
 }
 
 // Its world stands as its first camera did, whichever of its files the poses are from.
-// A run that was told of depth that reads too long: its map is of depth as it was told.
+// A run whose calibration has a depth offset: its map is of depth corrected by it.
 TEST_F(MapCommand, MapsARunWithTheCalibrationThatItWasMadeWith) {
-  const std::string told = Path("told.yaml"), run = Path("run");
-  std::ofstream(told) << testing::ReadText(Dataset() + "/calibration.yaml")
-                      << "depth: {inverse_offset: -0.1}\n";
+  const std::string corrected = Path("corrected.yaml"), run = Path("run");
+  std::ofstream(corrected) << testing::ReadText(Dataset() + "/calibration.yaml")
+                           << "depth: {inverse_offset: -0.1}\n";
   ASSERT_EQ(testing::RunProgram(testing::kHighwallProgram,
                                 "slam --deterministic --no-map --dataset " + Dataset() +
-                                    " --config " + told + " --out " + run)
+                                    " --config " + corrected + " --out " + run)
                 .exit_code,
             0);
   const auto leaves = [&](const std::string& options) {
@@ -172,9 +172,9 @@ TEST_F(MapCommand, MapsARunWithTheCalibrationThatItWasMadeWith) {
     return json::parse(outcome.out)["octree"]["occupied_leaves"].get<int>();
   };
   const int by_default = leaves("");
-  EXPECT_EQ(by_default, leaves(" --config " + told));
+  EXPECT_EQ(by_default, leaves(" --config " + corrected));
   EXPECT_LT(by_default, 0.95 * leaves(" --config " + Dataset() + "/calibration.yaml"));
-  std::filesystem::remove(told);  // then the dataset's counts
+  std::filesystem::remove(corrected);  // then the dataset's counts
   EXPECT_GT(leaves(""), by_default);
 }
 

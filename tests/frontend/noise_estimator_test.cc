@@ -113,7 +113,7 @@ class NoiseOfAMap {
     sensor.depth_noise.quadratic *= depth;
     return sensor;
   }
-  // With the true noise, told as what is known beforehand. Every other corner is a refined one
+  // With the true noise as prior knowledge. Every other corner is a refined one
   // where they are, with half of it.
   SyntheticView See(const Pose& T_WC, unsigned seed) const {
     const auto look = [&](double px) {
