@@ -8,7 +8,7 @@
 #include "evaluate_bench.h"
 #include "support/calibration_twins.h"
 
-namespace highwall {
+namespace highwall::calibration_bench {
 namespace {
 
 template <int kRows>
@@ -67,4 +67,4 @@ const bool registered = [] {
 }();
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::calibration_bench

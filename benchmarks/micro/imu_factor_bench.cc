@@ -8,7 +8,7 @@
 #include "support/imu_scene.h"
 #include "support/imu_twins.h"
 
-namespace highwall {
+namespace highwall::imu_factor_bench {
 namespace {
 
 const bool registered = [] {
@@ -32,4 +32,4 @@ const bool registered = [] {
 }();
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_factor_bench

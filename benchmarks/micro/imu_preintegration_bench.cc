@@ -4,7 +4,7 @@
 
 #include <highwall/factors/imu_preintegration.h>
 
-namespace highwall {
+namespace highwall::imu_preintegration_bench {
 namespace {
 
 // Nanoseconds per sample: an interval of `range` samples at 200 Hz, with the 15 x 15 covariance and
@@ -25,4 +25,4 @@ void Preintegrate(benchmark::State& state) {
 BENCHMARK(Preintegrate)->Arg(7)->Arg(40)->Arg(100);
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::imu_preintegration_bench

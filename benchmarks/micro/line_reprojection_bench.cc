@@ -6,7 +6,7 @@
 #include "evaluate_bench.h"
 #include "support/reprojection_twins.h"
 
-namespace highwall {
+namespace highwall::line_reprojection_bench {
 namespace {
 
 const bool registered = [] {
@@ -46,4 +46,4 @@ const bool registered = [] {
 }();
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::line_reprojection_bench

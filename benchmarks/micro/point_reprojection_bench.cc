@@ -6,7 +6,7 @@
 #include "evaluate_bench.h"
 #include "support/reprojection_twins.h"
 
-namespace highwall {
+namespace highwall::point_reprojection_bench {
 namespace {
 
 const bool registered = [] {
@@ -31,4 +31,4 @@ const bool registered = [] {
 }();
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::point_reprojection_bench

@@ -7,7 +7,7 @@
 #include "evaluate_bench.h"
 #include "support/pose_twins.h"
 
-namespace highwall {
+namespace highwall::pose_bench {
 namespace {
 
 const bool registered = [] {
@@ -24,9 +24,9 @@ const bool registered = [] {
                    twins::Make(twins::RelativePose{a, W}), {block_a, block_b});
   const Vector6 x_0 = Vector6::Constant(0.1);
   RegisterEvaluate("VectorPrior<6>", std::make_shared<VectorPrior<6>>(x_0, W),
-                   twins::Make(twins::VectorPrior<6>{x_0, W}), {std::vector<double>(6, 0.2)});
+                   twins::Make(twins::Vector6Prior{x_0, W}), {std::vector<double>(6, 0.2)});
   return true;
 }();
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::pose_bench

@@ -16,7 +16,7 @@
 
 #include "support/simulated_window.h"
 
-namespace highwall {
+namespace highwall::smoother_bench {
 namespace {
 
 // What the update takes of one core, whatever else the machine does.
@@ -175,4 +175,4 @@ BENCHMARK(LeavingPolicies)
 BENCHMARK(CompareCandidates)->Args({5, 100})->Args({10, 500})->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace highwall
+}  // namespace highwall::smoother_bench

@@ -4,6 +4,7 @@
 #include <memory>
 #include <random>
 
+#include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>

@@ -2,13 +2,13 @@
 
 #include <memory>
 
-#include <ceres/autodiff_cost_function.h>
+#include <ceres/cost_function.h>
 #include <Eigen/Core>
 
-#include "support/imu_twins.h"
 #include "support/reprojection_twins.h"
 
-// Autodiff twins of the factors with a calibration block.
+// Autodiff twins of the factors with a calibration block; what they compute is compiled once, in
+// the library highwall_factors_twins.
 namespace highwall::twins {
 
 template <int kRows>
@@ -18,12 +18,7 @@ struct TimeOffset {
   double t_d_state;
 
   template <typename T>
-  bool operator()(const T* T_WB, const T* p_W, const T* t_d, T* residuals) const {
-    point(T_WB, p_W, residuals);
-    Eigen::Map<Eigen::Matrix<T, kRows, 1>> r(residuals);
-    r += point.W.template cast<T>() * velocity.template cast<T>() * (*t_d - T(t_d_state));
-    return true;
-  }
+  bool operator()(const T* T_WB, const T* p_W, const T* t_d, T* residuals) const;
 };
 
 template <int kRows>
@@ -31,18 +26,7 @@ struct Extrinsics {
   Point<kRows> point;
 
   template <typename T>
-  bool operator()(const T* T_WB, const T* p_W, const T* T_BC, T* residuals) const {
-    const Eigen::Map<const Vector3<T>> p_WB(T_WB), p_BC(T_BC), p(p_W);
-    const Eigen::Map<const Eigen::Quaternion<T>> q_WB(T_WB + 3), q_BC(T_BC + 3);
-    const Vector3<T> p_B = q_WB.conjugate() * (p - p_WB);
-    const Vector3<T> p_C = q_BC.conjugate() * (p_B - p_BC);
-    Eigen::Matrix<T, kRows, 1> y;
-    y.template head<2>() = point.rig.template Pixel<T>(p_C);
-    if constexpr (kRows == 3) y(2) = point.rig.template Disparity<T>(p_C);
-    Eigen::Map<Eigen::Matrix<T, kRows, 1>> r(residuals);
-    r = point.W.template cast<T>() * (y - point.z.template cast<T>());
-    return true;
-  }
+  bool operator()(const T* T_WB, const T* p_W, const T* T_BC, T* residuals) const;
 };
 
 struct CameraPose {
@@ -53,19 +37,7 @@ struct CameraPose {
   double t_d_state;
 
   template <typename T>
-  bool operator()(const T* T_WB, const T* v_WB, const T* t_d, T* residuals) const {
-    const Eigen::Map<const Vector3<T>> p(T_WB), v(v_WB);
-    const Eigen::Map<const Eigen::Quaternion<T>> q(T_WB + 3);
-    const T d = *t_d - T(t_d_state);
-    const Eigen::Quaternion<T> q_d = q * Rotation<T>(omega_B.cast<T>() * d);
-    const Vector3<T> p_C = p + v * d + q_d * T_BC.p().cast<T>();
-    Eigen::Matrix<T, 6, 1> e;
-    e << p_C - T_WC_0.p().cast<T>(),
-        RotationVector<T>(T_WC_0.q().conjugate().cast<T>() * q_d * T_BC.q().cast<T>());
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
-    r = W.cast<T>() * e;
-    return true;
-  }
+  bool operator()(const T* T_WB, const T* v_WB, const T* t_d, T* residuals) const;
 };
 
 struct ExtrinsicCameraPose {
@@ -76,19 +48,7 @@ struct ExtrinsicCameraPose {
 
   template <typename T>
   bool operator()(const T* T_WB, const T* v_WB, const T* t_d, const T* T_BC, const T* s,
-                  T* residuals) const {
-    const Eigen::Map<const Vector3<T>> p(T_WB), v(v_WB), p_BC(T_BC);
-    const Eigen::Map<const Eigen::Quaternion<T>> q(T_WB + 3), q_BC(T_BC + 3);
-    const T d = *t_d - T(t_d_state);
-    const Eigen::Quaternion<T> q_d = q * Rotation<T>(omega_B.cast<T>() * d);
-    const Vector3<T> p_C = p + v * d + q_d * p_BC;
-    Eigen::Matrix<T, 6, 1> e;
-    e << p_C / *s - T_WC_0.p().cast<T>(),
-        RotationVector<T>(T_WC_0.q().conjugate().cast<T>() * q_d * q_BC);
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
-    r = W.cast<T>() * e;
-    return true;
-  }
+                  T* residuals) const;
 };
 
 struct ScaledMotion {
@@ -97,47 +57,15 @@ struct ScaledMotion {
   highwall::Pose T_BC;
 
   template <typename T>
-  bool operator()(const T* T_WB_i, const T* T_WB_j, const T* s, T* residuals) const {
-    const Eigen::Map<const Vector3<T>> p_i(T_WB_i), p_j(T_WB_j);
-    const Eigen::Map<const Eigen::Quaternion<T>> q_i(T_WB_i + 3), q_j(T_WB_j + 3);
-    const Vector3<T> p_BC = T_BC.p().cast<T>();
-    const Eigen::Quaternion<T> q_WCi = q_i * T_BC.q().cast<T>(), q_WCj = q_j * T_BC.q().cast<T>();
-    const Vector3<T> p_CiCj = q_WCi.conjugate() * (p_j + q_j * p_BC - p_i - q_i * p_BC);
-    Eigen::Matrix<T, 6, 1> e;
-    e << p_CiCj / *s - Z.p().cast<T>(),
-        RotationVector<T>(Z.q().conjugate().cast<T>() * q_WCi.conjugate() * q_WCj);
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
-    r = W.cast<T>() * e;
-    return true;
-  }
+  bool operator()(const T* T_WB_i, const T* T_WB_j, const T* s, T* residuals) const;
 };
 
-template <int kRows>
-std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<kRows>& twin) {
-  using Cost = ceres::AutoDiffCostFunction<TimeOffset<kRows>, kRows, 7, 3, 1>;
-  return std::make_unique<Cost>(new TimeOffset<kRows>(twin));
-}
-
-template <int kRows>
-std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twin) {
-  using Cost = ceres::AutoDiffCostFunction<Extrinsics<kRows>, kRows, 7, 3, 7>;
-  return std::make_unique<Cost>(new Extrinsics<kRows>(twin));
-}
-
-inline std::unique_ptr<ceres::CostFunction> MakeCameraPose(const CameraPose& twin) {
-  using Cost = ceres::AutoDiffCostFunction<CameraPose, 6, 7, 3, 1>;
-  return std::make_unique<Cost>(new CameraPose(twin));
-}
-
-inline std::unique_ptr<ceres::CostFunction> MakeExtrinsicCameraPose(
-    const ExtrinsicCameraPose& twin) {
-  using Cost = ceres::AutoDiffCostFunction<ExtrinsicCameraPose, 6, 7, 3, 1, 7, 1>;
-  return std::make_unique<Cost>(new ExtrinsicCameraPose(twin));
-}
-
-inline std::unique_ptr<ceres::CostFunction> MakeScaledMotion(const ScaledMotion& twin) {
-  using Cost = ceres::AutoDiffCostFunction<ScaledMotion, 6, 7, 7, 1>;
-  return std::make_unique<Cost>(new ScaledMotion(twin));
-}
+template <int kRows>  // 2 or 3
+std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<kRows>& twin);
+template <int kRows>  // 2 or 3
+std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twin);
+std::unique_ptr<ceres::CostFunction> MakeCameraPose(const CameraPose& twin);
+std::unique_ptr<ceres::CostFunction> MakeExtrinsicCameraPose(const ExtrinsicCameraPose& twin);
+std::unique_ptr<ceres::CostFunction> MakeScaledMotion(const ScaledMotion& twin);
 
 }  // namespace highwall::twins

@@ -2,40 +2,24 @@
 
 #include <memory>
 
-#include <ceres/autodiff_cost_function.h>
+#include <ceres/cost_function.h>
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include <highwall/core/pose.h>
 
-// Autodiff twins of the factors on poses. For tests and benchmarks.
+// Autodiff twins of the factors on poses, for tests and benchmarks. What they compute is compiled
+// once, in the library highwall_core_twins.
 namespace highwall::twins {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-// Rotation vector of a quaternion that is no identity.
-template <typename T>
-Eigen::Matrix<T, 3, 1> RotationVector(const Eigen::Quaternion<T>& q) {
-  using std::atan2;
-  const T sine = q.vec().norm();
-  return q.vec() * (T(2.0) * atan2(sine, q.w()) / sine);
-}
+using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 struct PosePrior {
   Pose T_0;
   Matrix6 W;
 
   template <typename T>
-  bool operator()(const T* pose, T* residuals) const {
-    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> p(pose);
-    const Eigen::Map<const Eigen::Quaternion<T>> q(pose + 3);
-    Eigen::Matrix<T, 6, 1> e;
-    e << p - T_0.p().cast<T>(),
-        RotationVector<T>(Eigen::Quaternion<T>(T_0.q().conjugate().cast<T>() * q));
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
-    r = W.cast<T>() * e;
-    return true;
-  }
+  bool operator()(const T* pose, T* residuals) const;
 };
 
 struct RelativePose {
@@ -43,54 +27,19 @@ struct RelativePose {
   Matrix6 W;
 
   template <typename T>
-  bool operator()(const T* T_i, const T* T_j, T* residuals) const {
-    using std::cos;
-    using std::sin;
-    using Vector = Eigen::Matrix<T, 3, 1>;
-    const Eigen::Map<const Vector> p_i(T_i), p_j(T_j);
-    const Eigen::Map<const Eigen::Quaternion<T>> q_i(T_i + 3), q_j(T_j + 3);
-    const Eigen::Quaternion<T> Z_inverse = Z.q().conjugate().cast<T>();
-    const Vector p_ij = q_i.conjugate() * (p_j - p_i);
-    const Vector p = Z_inverse * (p_ij - Z.p().cast<T>());
-    const Vector theta =
-        RotationVector<T>(Eigen::Quaternion<T>(Z_inverse * (q_i.conjugate() * q_j)));
-    // J_l^-1(theta) p of SO(3) (Sola et al. 2018, Eq. 146).
-    const T angle = theta.norm();
-    const T c = T(1.0) / (angle * angle) - (T(1.0) + cos(angle)) / (T(2.0) * angle * sin(angle));
-    const Vector theta_p = theta.cross(p);
-    Eigen::Matrix<T, 6, 1> e;
-    e << p - T(0.5) * theta_p + c * theta.cross(theta_p), theta;
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residuals);
-    r = W.cast<T>() * e;
-    return true;
-  }
+  bool operator()(const T* T_i, const T* T_j, T* residuals) const;
 };
 
-template <int N>
-struct VectorPrior {
-  Eigen::Matrix<double, N, 1> x_0;
-  Eigen::Matrix<double, N, N> W;
+struct Vector6Prior {
+  Vector6 x_0;
+  Matrix6 W;
 
   template <typename T>
-  bool operator()(const T* block, T* residuals) const {
-    const Eigen::Map<const Eigen::Matrix<T, N, 1>> x(block);
-    Eigen::Map<Eigen::Matrix<T, N, 1>> r(residuals);
-    r = W.template cast<T>() * (x - x_0.template cast<T>());
-    return true;
-  }
+  bool operator()(const T* block, T* residuals) const;
 };
 
-inline std::unique_ptr<ceres::CostFunction> Make(const PosePrior& twin) {
-  return std::make_unique<ceres::AutoDiffCostFunction<PosePrior, 6, 7>>(new PosePrior(twin));
-}
-inline std::unique_ptr<ceres::CostFunction> Make(const RelativePose& twin) {
-  return std::make_unique<ceres::AutoDiffCostFunction<RelativePose, 6, 7, 7>>(
-      new RelativePose(twin));
-}
-template <int N>
-std::unique_ptr<ceres::CostFunction> Make(const VectorPrior<N>& twin) {
-  return std::make_unique<ceres::AutoDiffCostFunction<VectorPrior<N>, N, N>>(
-      new VectorPrior<N>(twin));
-}
+std::unique_ptr<ceres::CostFunction> Make(const PosePrior& twin);
+std::unique_ptr<ceres::CostFunction> Make(const RelativePose& twin);
+std::unique_ptr<ceres::CostFunction> Make(const Vector6Prior& twin);
 
 }  // namespace highwall::twins
