@@ -31,6 +31,12 @@ function(highwall_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
 endfunction()
 
+# highwall_compile_quickly(target): for tests and for what reads options, calls the libraries and writes
+# results. With -O1 they compile in three quarters of the time that -O3 takes.
+function(highwall_compile_quickly target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
+
 # highwall_library(name SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
 # One module: target highwall_<name>, alias highwall::<name>, installed with its headers in the
 # export set highwall_<name> and the install component <name>. Headers are what lies below include/:
