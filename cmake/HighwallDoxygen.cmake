@@ -7,6 +7,11 @@ if(NOT DOXYGEN_FOUND OR NOT Python3_FOUND)
   return()
 endif()
 set(HIGHWALL_MANUAL ${PROJECT_BINARY_DIR}/manual)
+# The interpreter itself, begun once for a file: what is found may be a script that chooses one, and
+# takes longer than the filter.
+execute_process(COMMAND ${Python3_EXECUTABLE} -c "import sys; print(sys.executable)"
+                OUTPUT_VARIABLE HIGHWALL_PYTHON OUTPUT_STRIP_TRAILING_WHITESPACE
+                COMMAND_ERROR_IS_FATAL ANY)
 configure_file(${CMAKE_CURRENT_LIST_DIR}/Doxyfile.in ${PROJECT_BINARY_DIR}/Doxyfile @ONLY)
 # A warning is an error, see there.
 set(HIGHWALL_MANUAL_COMMAND ${CMAKE_COMMAND} -D DOXYGEN=${DOXYGEN_EXECUTABLE}
