@@ -1,6 +1,5 @@
-// SlamSystem with images of other sizes, fields of view and rates than it was grown with, in a
-// room that is rendered: nothing that is told in pixels or frames may hold for one of them alone.
-// Takes two minutes.
+// SlamSystem with images of other sizes, fields of view and rates than it was developed with, in a
+// rendered room: no constant in pixels or frames may suit one of them alone.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -34,7 +33,7 @@ TEST_P(SlamSizesTest, LosesNoFrame) {
   simulate::SimulationOptions options;
   options.seed = 3;
   options.fps = GetParam().fps;
-  options.duration = 4.0;
+  options.duration = 2.5;
   options.camera = CameraOf(GetParam());
   options.sensor.noise = simulate::SensorNoise::kKinect;
   options.sensor.noise_ratio = 1.0;
