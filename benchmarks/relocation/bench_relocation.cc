@@ -176,7 +176,7 @@ void RequireEach(const RelocationScores& scores, Verdict* verdict) {
 
 // A sequence, and what became of it.
 struct Shown {
-  Shown(const Sequence& sequence, Ways ways, const std::string& label)
+  Shown(const WalkInParts& sequence, Ways ways, const std::string& label)
       : parted(sequence, ways), run(RunWithProgress(parted, label)) {}
 
   PartedSequence parted;
@@ -185,7 +185,7 @@ struct Shown {
 
 // A walk through one room whose ways are not shown, against others in which nobody is kidnapped:
 // the whole of it, which may close a loop more, and the same images in another order.
-void RunKidnap(const Sequence& sequence, Ways ways, const Shown& whole, const Shown& ordered,
+void RunKidnap(const WalkInParts& sequence, Ways ways, const Shown& whole, const Shown& ordered,
                int seed, const std::string& label, Table* table) {
   const auto [parted, run] = Shown(sequence, ways, label);
   const RelocationScores scores = ScoreRun(parted, run);
@@ -222,23 +222,23 @@ void RunKidnap(const Sequence& sequence, Ways ways, const Shown& whole, const Sh
   table->Add(seed, scores, verdict, std::move(figures), more);
 }
 
-Sequence Render(const Arguments& arguments, bool twins, int seed, const CacheFolder& cache) {
+WalkInParts Render(const Arguments& arguments, bool twins, int seed, const CacheFolder& cache) {
   apps::Progress progress(fmt::format("{} {}: rendering", twins ? "twins" : "kidnap", seed));
-  return Sequence({.twins = twins,
-                   .seed = static_cast<std::uint64_t>(seed),
-                   .fps = arguments.fps,
-                   .scale = arguments.scale},
-                  cache.path(), [&progress](int done, int total) {
-                    progress.Update(static_cast<std::size_t>(done),
-                                    static_cast<std::size_t>(total));
-                  });
+  return WalkInParts({.twins = twins,
+                      .seed = static_cast<std::uint64_t>(seed),
+                      .fps = arguments.fps,
+                      .scale = arguments.scale},
+                     cache.path(), [&progress](int done, int total) {
+                       progress.Update(static_cast<std::size_t>(done),
+                                       static_cast<std::size_t>(total));
+                     });
 }
 
 void BenchKidnaps(const Arguments& arguments, const std::set<std::string>& wanted,
                   const CacheFolder& cache, nlohmann::json* report) {
   Table cut("kidnap"), covered("covered");
   for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed) {
-    const Sequence sequence = Render(arguments, false, seed, cache);
+    const WalkInParts sequence = Render(arguments, false, seed, cache);
     const Shown whole(sequence, Ways::kShown, fmt::format("kidnap {}: without", seed));
     const Shown ordered(sequence, Ways::kNotNeeded, fmt::format("kidnap {}: in order", seed));
     if (wanted.contains("kidnap")) {
@@ -257,7 +257,7 @@ void BenchKidnaps(const Arguments& arguments, const std::set<std::string>& wante
 nlohmann::json BenchTwins(const Arguments& arguments, const CacheFolder& cache) {
   Table table("twins");
   for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed) {
-    const Sequence sequence = Render(arguments, true, seed, cache);
+    const WalkInParts sequence = Render(arguments, true, seed, cache);
     const PartedSequence parted(sequence, Ways::kLeftOut);
     const Run run = RunWithProgress(parted, fmt::format("twins {}", seed));
     const RelocationScores scores = ScoreRun(parted, run);

@@ -17,7 +17,7 @@
 namespace highwall::bench {
 namespace {
 
-simulate::PartedSimulation Simulate(const SequenceOptions& options) {
+simulate::PartedSimulation Simulate(const WalkOptions& options) {
   simulate::SimulationOptions simulation;
   simulation.seed = options.seed;
   simulation.fps = options.fps;
@@ -29,13 +29,13 @@ simulate::PartedSimulation Simulate(const SequenceOptions& options) {
 
 }  // namespace
 
-Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
-                   const std::function<void(int, int)>& progress)
-    : Sequence(options, cache, progress, Simulate(options)) {}
+WalkInParts::WalkInParts(const WalkOptions& options, const std::filesystem::path& cache,
+                         const std::function<void(int, int)>& progress)
+    : WalkInParts(options, cache, progress, Simulate(options)) {}
 
-Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
-                   const std::function<void(int, int)>& progress,
-                   simulate::PartedSimulation simulation)
+WalkInParts::WalkInParts(const WalkOptions& options, const std::filesystem::path& cache,
+                         const std::function<void(int, int)>& progress,
+                         simulate::PartedSimulation simulation)
     : parted_(std::move(simulation)),
       folder_(cache / fmt::format("{}_seed{}_{}fps_scale{}", options.twins ? "twins" : "kidnap",
                                   options.seed, options.fps, options.scale)) {
@@ -45,21 +45,21 @@ Sequence::Sequence(const SequenceOptions& options, const std::filesystem::path& 
   images_ = apps::OpenImages(folder_, sensor());
 }
 
-RgbdSensor Sequence::sensor() const {
+RgbdSensor WalkInParts::sensor() const {
   return {.camera = options().camera, .depth_noise = options().sensor.Noise()};
 }
 
-RgbdImage Sequence::Load(std::size_t frame) const {
+RgbdImage WalkInParts::Load(std::size_t frame) const {
   std::optional<RgbdImage> image = images_->Load(frame);
   if (!image) throw IoError(folder_, fmt::format("frame {} cannot be used", frame));
   return *std::move(image);
 }
 
-std::optional<int> Sequence::PartOf(std::size_t frame) const {
+std::optional<int> WalkInParts::PartOf(std::size_t frame) const {
   return parted_.PartAt(ToSeconds(stamp(frame) - stamp(0)));
 }
 
-PartedSequence::PartedSequence(const Sequence& sequence, Ways ways)
+PartedSequence::PartedSequence(const WalkInParts& sequence, Ways ways)
     : sequence_(sequence), ways_(ways) {
   Stamp left_out = 0;
   for (std::size_t i = 0; i < sequence.size(); ++i) {

@@ -17,7 +17,7 @@
 
 namespace highwall::bench {
 
-struct SequenceOptions {
+struct WalkOptions {
   bool twins = false;  // two rooms that look alike, else parts of one room
   std::uint64_t seed = 1;
   double fps = 30.0;   // [Hz] > 0
@@ -25,13 +25,13 @@ struct SequenceOptions {
 };
 
 // A walk in parts: the images on disk, the truth in memory.
-class Sequence {
+class WalkInParts {
  public:
   // Renders the images into a folder of `cache`, unless an earlier run has done so. The folder's
   // name tells the options, not the version of the simulator. progress(done, total). Throws
   // IoError.
-  Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
-           const std::function<void(int, int)>& progress);
+  WalkInParts(const WalkOptions& options, const std::filesystem::path& cache,
+              const std::function<void(int, int)>& progress);
 
   // What an estimator should take the camera for.
   RgbdSensor sensor() const;
@@ -44,9 +44,9 @@ class Sequence {
   std::optional<int> PartOf(std::size_t frame) const;
 
  private:
-  explicit Sequence(const SequenceOptions& options, const std::filesystem::path& cache,
-                    const std::function<void(int, int)>& progress,
-                    simulate::PartedSimulation simulation);
+  explicit WalkInParts(const WalkOptions& options, const std::filesystem::path& cache,
+                       const std::function<void(int, int)>& progress,
+                       simulate::PartedSimulation simulation);
 
   const simulate::SimulationOptions& options() const { return parted_.simulation.options(); }
 
@@ -83,9 +83,9 @@ struct PartedFrame {
 class PartedSequence {
  public:
   // sequence: must outlive this.
-  PartedSequence(const Sequence& sequence, Ways ways);
+  PartedSequence(const WalkInParts& sequence, Ways ways);
 
-  const Sequence& sequence() const { return sequence_; }
+  const WalkInParts& sequence() const { return sequence_; }
   const std::vector<PartedFrame>& frames() const { return frames_; }
   RgbdImage Load(const PartedFrame& frame) const;
   Cover cover() const { return static_cast<Cover>(sequence_.seed() % 3); }
@@ -96,7 +96,7 @@ class PartedSequence {
   void PutInKnownOrder();
   RgbdImage Covered(const PartedFrame& frame) const;
 
-  const Sequence& sequence_;
+  const WalkInParts& sequence_;
   Ways ways_;
   std::vector<PartedFrame> frames_;
 };

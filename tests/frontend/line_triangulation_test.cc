@@ -45,7 +45,7 @@ LineView View(const Segment3& segment_W, const Pose& T_WC,
   return {T_WC, {(s + noise[0] * across).cast<float>(), (e + noise[1] * across).cast<float>()}};
 }
 
-// The line as the view's segment would have it: SeenLine's offsets and inverse depths.
+// The line as the view's segment would have it: LineInView's offsets and inverse depths.
 Eigen::Vector4d Truth(const Segment3& segment_W, const LineView& view) {
   const PluckerLine line =
       view.T_WC.Inverse() * PluckerLine::FromPoints(segment_W.p(), segment_W.q());
@@ -63,7 +63,7 @@ Eigen::Vector4d Truth(const Segment3& segment_W, const LineView& view) {
   return truth;
 }
 
-Eigen::Vector4d Numbers(const SeenLine& line) {
+Eigen::Vector4d Numbers(const LineInView& line) {
   Eigen::Vector4d x;
   x << line.offset, line.inverse_depth;
   return x;

@@ -26,7 +26,7 @@ std::vector<bool> WithoutLandmark(const KeyFrame& keyframe) {
 }
 
 // The distance of both ends is known.
-bool IsSound(const SeenLine& line, double max_depth_sigma) {
+bool IsSound(const LineInView& line, double max_depth_sigma) {
   const Eigen::Array2d sigma = line.covariance.diagonal().tail<2>().array().sqrt();
   return (sigma <= max_depth_sigma * line.inverse_depth.array()).all();
 }

@@ -22,7 +22,7 @@ struct LineView {
 
 // A line as its first view has it: how far from the segment's ends s and e its image passes, along
 // (-d_y, d_x) of the unit direction d from s to e, and how far away it is there.
-struct SeenLine {
+struct LineInView {
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();         // [px] at s, at e
   Eigen::Vector2d inverse_depth = Eigen::Vector2d::Zero();  // [1/m] 1/z at s, at e
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();     // of both, in this order
@@ -30,7 +30,7 @@ struct SeenLine {
 
 struct TriangulatedLine {
   Segment3 segment_W;  // [m] what the first view saw of it
-  SeenLine seen;       // by the first view; its covariance is that of the segments' noise alone
+  LineInView seen;     // by the first view; its covariance is that of the segments' noise alone
   std::vector<double> squared_errors;  // |r|^2 of the two rows of each view; the sum is chi-square
                                        // of 2 n - 4
 };
