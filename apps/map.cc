@@ -27,6 +27,7 @@
 #include "commands.h"
 #include "dataset_report.h"
 #include "depth_camera.h"
+#include "depth_of_run.h"
 #include "map_compare.h"
 #include "map_pictures.h"
 #include "opened_dataset.h"
@@ -61,10 +62,12 @@ struct MapArguments {
 // The frames one after the other.
 class FrameSource {
  public:
-  // voxel: [m] of the cloud. raw: depth as it was measured.
+  // voxel: [m] of the cloud. raw: depth as it was measured. run: whose poses these are, if any.
   FrameSource(const Dataset& dataset, const std::vector<PosedFrame>& frames,
-              const RgbdSensor& sensor, double voxel, bool raw)
-      : dataset_(dataset), frames_(frames), sensor_(sensor), voxel_(voxel), raw_(raw) {}
+              const RgbdSensor& sensor, double voxel, bool raw, const std::filesystem::path& run)
+      : dataset_(dataset), frames_(frames), sensor_(sensor), voxel_(voxel), raw_(raw) {
+    if (!run.empty() && !raw) depth_of_run_.emplace(run);
+  }
 
   // visit(frame): its depth filtered.
   template <typename Visit>
@@ -91,7 +94,9 @@ class FrameSource {
   std::optional<KeyframeImage> Load(std::size_t i) const {
     auto image = dataset_.Load(frames_[i].index);
     if (!image) return std::nullopt;
-    return KeyframeImage{static_cast<std::int64_t>(i), image->stamp, image->depth, image->bgr,
+    const cv::Mat depth =
+        depth_of_run_ ? depth_of_run_->Correct(*image, sensor_.camera) : image->depth;
+    return KeyframeImage{static_cast<std::int64_t>(i), image->stamp, depth, image->bgr,
                          frames_[i].T_WC};
   }
 
@@ -100,6 +105,7 @@ class FrameSource {
   const RgbdSensor& sensor_;
   double voxel_;
   bool raw_;
+  std::optional<DepthOfRun> depth_of_run_;
 };
 
 // Before the work, and not by the kernel in the middle of it.
@@ -208,7 +214,7 @@ int RunMap(const MapArguments& arguments) {
   const std::vector<PosedFrame> posed = PosedFrames(dataset, trajectory, every);
   if (posed.empty()) throw IoError(source.trajectory, "has no pose at any frame of the dataset");
   const DepthUnprojector unprojector(sensor.camera);
-  const FrameSource frames(dataset, posed, sensor, arguments.voxel, arguments.raw);
+  const FrameSource frames(dataset, posed, sensor, arguments.voxel, arguments.raw, source.run);
   const DenseMapOptions options = MapOptions(arguments, sensor);
   const DenseMap dense = [&] {
     Progress progress("predicting the size of the octree");

@@ -66,6 +66,7 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
                         (source / "trajectory.txt").string());
     }
     resolved.dataset = dataset.empty() ? DatasetOfRun(source, report) : dataset;
+    resolved.run = source;
     resolved.config = ConfigOfRun(CalibrationOfRun(report));
     resolved.trajectory = source / "keyframes.txt";
     resolved.keyframes = true;

@@ -15,6 +15,7 @@ namespace highwall::apps {
 // run (with run.json), which names its dataset.
 struct MapSource {
   std::filesystem::path dataset;
+  std::filesystem::path run;         // whose depth is to be corrected alike; empty: of no run
   std::filesystem::path trajectory;  // TUM file of T_WC
   std::string config;                // that the run was made with, as OpenDataset() takes it
   bool keyframes = false;            // the trajectory holds keyframes alone

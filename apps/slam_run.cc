@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <exception>
 #include <map>
 #include <numeric>
 #include <set>
@@ -16,9 +15,9 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/point_kind_clash.h>
 #include <highwall/internal/stopwatch.h>
-#include <highwall/mapping/dense_mapper.h>
 
-#include "depth_camera.h"
+#include "attempt.h"
+#include "dense_stage.h"
 #include "finished_run.h"
 #include "live_replay.h"
 
@@ -222,11 +221,6 @@ void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
   }
 }
 
-// Whether any of the loops moved keyframes.
-bool MovesMap(const std::vector<LoopReport>& reports) {
-  return std::ranges::any_of(reports, &LoopReport::accepted);
-}
-
 // As the run has found it, where it was asked to.
 Pose ExtrinsicsOf(const SlamRunOptions& options, const SlamRun& run) {
   if (!options.imu) return Pose();
@@ -247,32 +241,6 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
   const std::optional<DepthScale> scale =
       EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), model.T_BC());
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
-}
-
-// What is not joined is in layers of its own.
-KeyframePose PoseInLayer(const KeyFrame& keyframe, const Map& map) {
-  return {keyframe.T_WC, map.Root(keyframe.submap).value()};
-}
-
-std::map<std::int64_t, KeyframePose> KeyFramePoses(const Map& map) {
-  std::map<std::int64_t, KeyframePose> poses;
-  for (const KeyFrameId id : map.keyframe_ids()) {
-    poses[id.value()] = PoseInLayer(*map.keyframe(id), map);
-  }
-  return poses;
-}
-
-// Goes on without what fails, and says so: to lose a part is better than to lose all. False where
-// it failed.
-template <class Work>
-bool Attempt(const char* what, std::vector<std::string>* failures, const Work& work) {
-  try {
-    work();
-    return true;
-  } catch (const std::exception& error) {
-    failures->push_back(std::string(what) + ": " + error.what());
-    return false;
-  }
 }
 
 // Adds up what the frames of a run have come to.
@@ -340,89 +308,6 @@ class RunTally {
   std::map<SubmapId, Trajectory> causal_;
   StageSamples samples_;
   InertialTally inertial_;
-};
-
-// Takes the keyframes of a run to its dense map.
-class KeyframeMapping {
- public:
-  KeyframeMapping(const SlamSystem& slam, const RgbdSensor& sensor, const SlamRunOptions& options)
-      : slam_(slam),
-        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)),
-        settling_(
-            mapper_, [this](std::int64_t id) { return Settled(KeyFrameId(id)); },
-            options.slam.tracker.moving.enabled ? kSettlingTime : 0.0) {}
-
-  void Follow(const FrameResult& result, const RgbdImage& image) {
-    if (result.mapping) {
-      settling_.Add(
-          {result.mapping->keyframe.value(), image.stamp, image.depth, image.bgr, result.T_WC},
-          result.moving);
-      for (const KeyFrameId culled : result.mapping->culled_keyframes) {
-        settling_.Remove(culled.value());
-      }
-    }
-    const bool levelled = result.inertial && result.inertial->T_level;
-    const bool follows_gps = result.factors && result.factors->accepted;
-    if (levelled || result.drops_submap || follows_gps || MovesMap(result.loops)) {
-      mapper_.SetPoses(KeyFramePoses(slam_.map()));
-    }
-    settling_.HandOver(image.stamp);  // as the map stands now
-  }
-
-  // The map of each submap.
-  void Finish(SlamRun* run) {
-    settling_.HandOverAll();
-    mapper_.SetPoses(KeyFramePoses(slam_.map()));
-    std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
-    const auto take = [&maps](SubmapRun& submap) {
-      const auto map = maps.find(submap.submap.value());
-      if (map != maps.end()) submap.dense = std::move(map->second);
-    };
-    take(run->largest);
-    for (SubmapRun& submap : run->others) take(submap);
-    run->times.dense = Summarize(mapper_.keyframe_ms());
-  }
-
- private:
-  static DenseMapOptions MapOptions(const SlamRunOptions& options, const RgbdSensor& sensor) {
-    DenseMapOptions map = options.map;
-    LimitToRange(sensor, &map);
-    if (options.imu) map.level = true;
-    return map;
-  }
-  std::optional<SettledKeyframe> Settled(KeyFrameId id) const {
-    const KeyFrame* const live = slam_.map().keyframe(id);
-    if (live == nullptr) return std::nullopt;
-    return SettledKeyframe{PoseInLayer(*live, slam_.map()), slam_.MovingIn(id)};
-  }
-
-  const SlamSystem& slam_;
-  DenseMapper mapper_;
-  SettlingKeyframes settling_;
-};
-
-// The dense map of a run, where one is wanted; a run goes on without one that fails.
-class DenseStage {
- public:
-  DenseStage(const SlamSystem& slam, const RgbdSensor& sensor, const SlamRunOptions& options) {
-    if (options.dense) mapping_.emplace(slam, sensor, options);
-  }
-
-  void Follow(const FrameResult& result, const RgbdImage& image) {
-    if (!mapping_) return;
-    if (!Attempt(kName, &failures_, [&] { mapping_->Follow(result, image); })) mapping_.reset();
-  }
-  // Call once, last.
-  void Finish(SlamRun* run) {
-    if (mapping_) Attempt(kName, &failures_, [&] { mapping_->Finish(run); });
-    for (std::string& failure : failures_) run->failures.push_back(std::move(failure));
-  }
-
- private:
-  static constexpr const char* kName = "dense map";
-
-  std::optional<KeyframeMapping> mapping_;
-  std::vector<std::string> failures_;
 };
 
 // What comes of the map when tracking is over.
@@ -499,7 +384,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   SlamSystem slam = MakeSystem(sensor, options);
   ImuReplay imu(options.imu);
   GpsReplay gps(options.gps, slam);
-  DenseStage mapping(slam, sensor, options);
+  DenseStage mapping(slam, dataset, sensor, options);
   FrameSource reader(dataset, options);
 
   RunTally tally;
@@ -509,7 +394,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     const FrameResult result = slam.Track(*image);
     tally.Add(result);
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
-    mapping.Follow(result, *image);
+    mapping.Follow(result);
   }
   std::vector<LoopReport> last;
   std::vector<std::string> failures;

@@ -11,7 +11,7 @@
 #include <highwall/frontend/input/sensor.h>
 
 #include "features/depth_grid.h"
-#include "features/twist.h"
+#include <highwall/frontend/features/twist.h>
 
 namespace highwall {
 

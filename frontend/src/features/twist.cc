@@ -1,4 +1,4 @@
-#include "features/twist.h"
+#include <highwall/frontend/features/twist.h>
 
 #include <highwall/core/so3.h>
 

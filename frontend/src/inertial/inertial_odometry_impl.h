@@ -7,7 +7,7 @@
 
 #include <highwall/core/trajectory.h>
 
-#include "features/twist.h"
+#include <highwall/frontend/features/twist.h>
 #include "inertial/imu_weighting.h"
 #include "inertial/inertial_initializer.h"
 #include "inertial/inertial_odometry.h"

@@ -9,7 +9,7 @@
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/inertial_report.h>
 
-#include "features/twist.h"
+#include <highwall/frontend/features/twist.h>
 
 namespace highwall {
 

@@ -6,7 +6,7 @@
 
 #include <highwall/core/pose.h>
 
-#include "features/twist.h"
+#include <highwall/frontend/features/twist.h>
 
 namespace highwall {
 

@@ -50,6 +50,10 @@ cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const {
   return impl_->MovingIn(keyframe);
 }
 
+cv::Mat SlamSystem::CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const {
+  return impl_->CorrectedDepth(keyframe, depth);
+}
+
 std::vector<LoopReport> SlamSystem::Finish() {
   return impl_->Finish();
 }

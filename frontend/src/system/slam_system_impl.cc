@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/features/depth_correction.h>
 #include <highwall/frontend/map/point_kind_clash.h>
 #include <highwall/internal/stopwatch.h>
 
@@ -27,14 +28,6 @@ constexpr double kBlind = 0.48;
 constexpr double kFarOff = 4.0;
 // Keyframes whose residuals tell the noise: those that an adjustment has moved together.
 constexpr int kLearnedFrom = 10;
-
-// [s] by which the stamp of its depth is later; none where it is so far off that nobody knows how
-// the camera moved, or of another clock.
-double DepthDelay(const RgbdImage& image) {
-  constexpr double kLongest = 0.1;
-  const double delay = ToSeconds(image.depth_stamp.value_or(image.stamp) - image.stamp);
-  return std::abs(delay) <= kLongest ? delay : 0.0;
-}
 
 }  // namespace
 
@@ -140,25 +133,29 @@ bool SlamSystem::Impl::MendDepth(FrameResult& result) {
 }
 
 FrameBuilder::DepthChange SlamSystem::Impl::ToOneTime(const RgbdImage& image) const {
-  FrameBuilder::DepthChange without_pattern;
-  if (!depth_pattern_.pattern().IsZero()) {
-    without_pattern = [pattern = depth_pattern_.pattern()](const cv::Mat& depth) {
-      return MetricDepth(depth, 1.0, 0.0, pattern);
-    };
+  DepthCorrection correction{.pattern = depth_pattern_.pattern()};
+  if (options_.tracker.timing != FrameTimingMode::kIgnored) {
+    std::optional<KnownPose> predicted;
+    if (inertial_) predicted = inertial_->Predict(image.stamp);
+    correction.motion = tracker_.Motion(predicted ? &*predicted : nullptr);
+    correction.timing = tracker_.timing();
+    correction.timing.depth_delay += DepthDelay(image);
   }
-  if (options_.tracker.timing == FrameTimingMode::kIgnored) return without_pattern;
-  std::optional<KnownPose> predicted;
-  if (inertial_) predicted = inertial_->Predict(image.stamp);
-  const Twist motion = tracker_.Motion(predicted ? &*predicted : nullptr);
-  const FrameTiming& timing = tracker_.timing();
-  const double delay = timing.depth_delay + DepthDelay(image);
-  const double readout = timing.depth_readout - timing.colour_readout;
-  const bool stands = motion.v.isZero(0.0) && motion.omega.isZero(0.0);
-  if (stands || (delay == 0.0 && readout == 0.0)) return without_pattern;
-  return [=, this](const cv::Mat& depth) {
-    return DepthAtTime(without_pattern ? without_pattern(depth) : depth, builder_.camera(), motion,
-                       delay, readout);
+  if (correction.IsIdentity()) return {};
+  return [correction, this](const cv::Mat& depth) {
+    return correction.Apply(depth, builder_.camera());
   };
+}
+
+cv::Mat SlamSystem::Impl::CorrectedDepth(KeyFrameId id, const cv::Mat& depth) const {
+  DepthCorrection correction{.pattern = depth_pattern_.pattern()};
+  const KeyFrame* const keyframe = map_.keyframe(id);
+  const RowMotion* const rows = keyframe ? tracker_.RowsOf(id) : nullptr;
+  if (rows != nullptr) {
+    correction.motion = rows->motion;
+    correction.timing = rows->timing;
+  }
+  return correction.Apply(depth, builder_.camera());
 }
 
 Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {

@@ -43,6 +43,7 @@ class SlamSystem::Impl {
   }
   FrameResult Track(const RgbdImage& image);
   cv::Mat MovingIn(KeyFrameId keyframe) const;
+  cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
   std::vector<LoopReport> Finish();
   BundleAdjustmentReport AdjustAll();
   Trajectory trajectory() const;

@@ -8,7 +8,7 @@
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "features/depth_grid.h"
-#include "features/twist.h"
+#include <highwall/frontend/features/twist.h>
 #include "tracking/keyframe_row_times.h"
 #include "tracking/tracked_frame.h"
 

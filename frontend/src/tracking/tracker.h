@@ -70,6 +70,8 @@ class Tracker {
   void LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes);
   // Keyframes and landmarks that were made with rows' times known worse than now follow.
   void Retime(Map* map);
+  // What the rows of a keyframe were moved by; null where it is not of this run.
+  const RowMotion* RowsOf(KeyFrameId keyframe) const { return keyframe_times_.Find(keyframe); }
   // Follows the map, which has moved about here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 

@@ -105,7 +105,8 @@ struct FrameResult {
 // Track(), Finish() or AdjustAll(), before it returns and when the system is whole again: const
 // members may be asked, none that changes it. What a callback throws reaches the caller.
 struct SlamCallbacks {
-  // A keyframe has joined the map, and the image it was made from.
+  // A keyframe has joined the map, and the image it was made from, its depth corrected as that of
+  // CorrectedDepth(): what a dense map is to be made of.
   std::function<void(const KeyFrame&, const RgbdImage&)> on_keyframe = {};
   // A loop was closed or refused, or the adjustment after one is done.
   std::function<void(const LoopReport&)> on_loop = {};
@@ -190,6 +191,11 @@ class SlamSystem {
   // What moves in the image of a live keyframe (FrameResult::moving), by what was seen in the
   // seconds before and since: a second or two later more is known than at once.
   cv::Mat MovingIn(KeyFrameId keyframe) const;
+  // The depth [m] of a live keyframe's image, corrected by what is known by now, as the keyframe's
+  // features are: without depth_pattern(), and each reading at the time of its pixel
+  // (docs/row_times.md). depth: CV_32FC1, as it was given to Track(), else throws InvalidArgument.
+  // Of a keyframe that is not of this run the pattern alone is taken off.
+  cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
 
   // Waits for what is being adjusted and for the loop that is being closed, if any, applies both to
   // the map, and then what factors of the user's are new; finds the poses of the last frames once

@@ -4,7 +4,7 @@
 
 #include <highwall/core/pose.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A screw motion of the camera in its own frame C, per second: a point p_C that stands still moves
 // by -(v + omega x p_C) there.

@@ -1,0 +1,33 @@
+#include <highwall/frontend/features/depth_correction.h>
+
+#include <cmath>
+
+#include <highwall/core/stamp.h>
+
+#include "features/row_times.h"
+
+namespace highwall {
+
+double DepthDelay(const RgbdImage& image) {
+  constexpr double kLongest = 0.1;
+  const double delay = ToSeconds(image.depth_stamp.value_or(image.stamp) - image.stamp);
+  return std::abs(delay) <= kLongest ? delay : 0.0;
+}
+
+bool DepthCorrection::MovesRows() const {
+  const bool stands = motion.v.isZero(0.0) && motion.omega.isZero(0.0);
+  return !stands && (timing.depth_delay != 0.0 || timing.depth_readout != timing.colour_readout);
+}
+
+bool DepthCorrection::IsIdentity() const {
+  return pattern.IsZero() && !MovesRows();
+}
+
+cv::Mat DepthCorrection::Apply(const cv::Mat& depth, const PinholeCamera& camera) const {
+  const cv::Mat metric = pattern.IsZero() ? depth : MetricDepth(depth, 1.0, 0.0, pattern);
+  if (!MovesRows()) return metric;
+  return DepthAtTime(metric, camera, motion, timing.depth_delay,
+                     timing.depth_readout - timing.colour_readout);
+}
+
+}  // namespace highwall
