@@ -85,8 +85,26 @@ TEST_F(KeyFramePolicyWants, WhenTooLittleOfTheReferenceIsSeen) {
 
 TEST_F(KeyFramePolicyWants, WhenTheLastOneIsLongAgo) {
   const KeyFramePolicy policy({.min_share = 0.1, .max_gap = 1.0, .wanted_tracked = 0});
-  EXPECT_FALSE(policy.Wants(Tracked(100, 10, 0, 1.29), map, FromSeconds(0.3)));
-  EXPECT_TRUE(policy.Wants(Tracked(100, 10, 0, 1.31), map, FromSeconds(0.3)));
+  EXPECT_FALSE(policy.Wants(Tracked(100, 10, 0, 1.29), map, FromSeconds(0.3), true));
+  EXPECT_TRUE(policy.Wants(Tracked(100, 10, 0, 1.31), map, FromSeconds(0.3), true));
+}
+
+TEST_F(KeyFramePolicyWants, NoneWhereTheCameraStandsUnlessAnImuTiesThem) {
+  const KeyFramePolicy policy({.min_share = 0.1, .max_gap = 1.0, .wanted_tracked = 0});
+  const auto frame = [&](double shift, int points = 100) {
+    TrackedFrame tracked = Tracked(points, 10, 0, 60.0);
+    auto features = std::make_shared<FrameFeatures>(*tracked.frame.features);
+    // Half of them on the other side: what turns about the optical axis moves nothing in the mean.
+    for (std::size_t i = 0; i < features->points.size(); ++i) {
+      features->points[i].uv = {i % 2 == 0 ? shift : -shift, 0.0};
+    }
+    tracked.frame.features = features;
+    return tracked;
+  };
+  EXPECT_FALSE(policy.Wants(frame(1.9), map, 0));
+  EXPECT_TRUE(policy.Wants(frame(1.9), map, 0, true)) << "with an IMU";
+  EXPECT_TRUE(policy.Wants(frame(2.1), map, 0));
+  EXPECT_TRUE(policy.Wants(frame(0.0, 19), map, 0)) << "too few points to say that it stands";
 }
 
 TEST_F(KeyFramePolicyWants, NotOfAFrameThatSeesNoLandmarkUnlessItMust) {

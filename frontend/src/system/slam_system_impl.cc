@@ -374,7 +374,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
 bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
   if (tracked.state == TrackingState::kTracking) {
     if (submap_keyframes_ == 0) return true;  // the first
-    return policy_.Wants(tracked, map_, last_keyframe_stamp_);
+    return policy_.Wants(tracked, map_, last_keyframe_stamp_, inertial_.has_value());
   }
   // Carried into a new place by the IMU alone: map from here.
   return tracked.state == TrackingState::kInertial &&

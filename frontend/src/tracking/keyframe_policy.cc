@@ -1,11 +1,36 @@
 #include "tracking/keyframe_policy.h"
 
 #include <algorithm>
+#include <unordered_map>
+#include <vector>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/median.h>
 
 namespace highwall {
+namespace {
+
+// Whether the camera stands where it made the reference keyframe: half of their common points are
+// where that one saw them, within twice the noise of a corner. Too few points show nothing.
+bool Stands(const TrackedFrame& tracked, const KeyFrame& reference) {
+  constexpr double kNoise = 2.0;  // [px]
+  constexpr std::size_t kEnough = 20;
+  std::unordered_map<PointId, Eigen::Vector2d> seen;
+  for (std::size_t i = 0; i < reference.points.size(); ++i) {
+    if (reference.points[i] == kNoId) continue;
+    seen.emplace(reference.points[i], reference.frame.features->points[i].uv);
+  }
+  std::vector<double> shifts;
+  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
+    const auto before = seen.find(tracked.points[i]);
+    if (before == seen.end()) continue;
+    shifts.push_back((tracked.frame.features->points[i].uv - before->second).norm());
+  }
+  return shifts.size() >= kEnough && UpperMedian(std::move(shifts)) < kNoise;
+}
+
+}  // namespace
 
 KeyFramePolicy::KeyFramePolicy(const KeyFramePolicyOptions& options) : options_(options) {
   options_.Validate();
@@ -21,8 +46,13 @@ bool KeyFramePolicy::CanStart(const FrameFeatures& features) const {
   return points + 4 * lines >= options_.min_features;
 }
 
-bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map, Stamp last_keyframe) const {
-  if (ToSeconds(tracked.frame.stamp - last_keyframe) >= options_.max_gap) return true;
+bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map, Stamp last_keyframe,
+                           bool with_imu) const {
+  const KeyFrame* const seen_from = map.keyframe(tracked.reference);
+  if (ToSeconds(tracked.frame.stamp - last_keyframe) >= options_.max_gap) {
+    const bool stands = !with_imu && seen_from != nullptr && Stands(tracked, *seen_from);
+    if (!stands) return true;
+  }
   // It shares no landmark with any other: the map goes on there only if it must.
   if (tracked.num_points + tracked.num_lines == 0) return false;
 
@@ -34,7 +64,7 @@ bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map, Stamp la
   if (with_depth < options_.wanted_tracked && waiting > options_.wanted_new) return true;
 
   // Landmarks that only the reference itself has seen are on probation and do not count.
-  const KeyFrame& reference = *map.keyframe(tracked.reference);
+  const KeyFrame& reference = *seen_from;
   const int enough = map.NumKeyFramesOf(tracked.submap) > 2 ? 2 : 1;
   const auto established = [&](const auto* landmark) {
     return landmark != nullptr && static_cast<int>(landmark->observations.size()) >= enough;

@@ -112,7 +112,9 @@ struct KeyFramePolicyOptions {
   // for not all of them are found again.
   int min_features = 100;
   double min_share = 0.75;   // (0, 1]: of the reference keyframe's landmarks found again
-  double max_gap = 0.32;     // [s] > 0: since the last keyframe, ten frames of thirty a second
+  // [s] > 0: since the last keyframe, ten frames of thirty a second; without an IMU a camera that
+  // stands still makes none.
+  double max_gap = 0.32;
   int wanted_tracked = 100;  // >= 0: a keyframe is due when fewer points with depth are tracked
   int wanted_new = 70;       // >= 0: than this and more than that wait to become landmarks
 
