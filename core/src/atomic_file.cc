@@ -1,15 +1,18 @@
 #include <highwall/core/atomic_file.h>
 
-#include <signal.h>
-#include <unistd.h>
-
+#include <algorithm>
+#include <array>
 #include <cerrno>
-#include <charconv>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
-#include <sstream>
+#include <fstream>
+#include <random>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/error.h>
@@ -17,38 +20,63 @@
 namespace highwall {
 namespace {
 
-// No other live object has this address in this process: writers of one path do not meet.
-std::string UniqueSuffix(const AtomicFile* file) {
-  std::ostringstream text;
-  text << ::getpid() << "-" << static_cast<const void*>(file);
-  return text.str();
+// A temporary's name ends in ".hw<system>-<number>", before its extension.
+constexpr std::string_view kMark = ".hw";
+constexpr std::size_t kSystemDigits = 8, kNumberDigits = 16;
+constexpr const char* kUnknownSystem = "00000000";
+
+bool IsHexadecimal(std::string_view text) {
+  return std::ranges::all_of(
+      text, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-// The process in a suffix; 0 for another text.
-pid_t ProcessOf(std::string_view suffix) {
-  const std::size_t dash = suffix.find("-0x");
-  if (dash == std::string_view::npos) return 0;
-  const auto all = [](std::string_view digits, auto& value, int base) {
-    const char* const end = digits.data() + digits.size();
-    const auto [last, error] = std::from_chars(digits.data(), end, value, base);
-    return error == std::errc() && last == end;
-  };
-  pid_t process = 0;
-  std::uintptr_t address = 0;
-  const bool whole =
-      all(suffix.substr(0, dash), process, 10) && all(suffix.substr(dash + 3), address, 16);
-  return whole && process > 0 ? process : 0;
+// Of the system that runs since its last start: containers share it, other machines do not.
+std::string ThisSystem() {
+  std::ifstream stream("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  stream >> id;
+  id.resize(kSystemDigits, 'x');
+  return IsHexadecimal(id) ? id : kUnknownSystem;
 }
 
-// The suffix is the extension, or stands before it.
-bool IsLeftBehind(const std::filesystem::path& file) {
-  if (!file.filename().string().starts_with('.')) return false;
+std::string RandomNumber() {
+  std::random_device random;
+  const std::uint64_t number = (std::uint64_t{random()} << 32) | std::uint64_t{random()};
+  std::array<char, kNumberDigits + 1> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
+  return text.data();
+}
+
+// The system whose process made a temporary; empty for another file.
+std::string SystemOf(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  if (!name.starts_with('.')) return "";
   for (const std::filesystem::path& part : {file.filename(), file.stem()}) {
     const std::string suffix = part.extension().string();
-    const pid_t process = suffix.empty() ? 0 : ProcessOf(std::string_view(suffix).substr(1));
-    if (process != 0) return ::kill(process, 0) != 0 && errno == ESRCH;
+    if (suffix.size() != kMark.size() + kSystemDigits + 1 + kNumberDigits) continue;
+    const std::string system = suffix.substr(kMark.size(), kSystemDigits);
+    const bool is_temporary = suffix.starts_with(kMark) && IsHexadecimal(system) &&
+                              suffix[kMark.size() + kSystemDigits] == '-' &&
+                              IsHexadecimal(suffix.substr(kMark.size() + kSystemDigits + 1));
+    if (is_temporary) return system;
   }
-  return false;
+  return "";
+}
+
+bool IsOld(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto written = std::filesystem::last_write_time(file, error);
+  return !error && std::filesystem::file_time_type::clock::now() - written > std::chrono::hours(24);
+}
+
+// Removes a temporary unless somebody may still write it: who does holds its lock. Of another
+// system the lock alone proves nothing, for some file systems keep locks to each machine.
+void RemoveIfLeftBehind(const std::filesystem::path& file, const std::string& system) {
+  const bool is_here = system == ThisSystem() && system != kUnknownSystem;
+  if (!is_here && !IsOld(file)) return;
+  const FileLock lock(file, FileLock::Open::kExisting);
+  std::error_code ignored;
+  if (lock.state() == FileLock::State::kHeld) std::filesystem::remove(file, ignored);
 }
 
 // What a link leads to: it stays a link. A device or a pipe must not be replaced by a file.
@@ -92,14 +120,25 @@ bool AtomicFile::Buffer::Close() {
   return closed;
 }
 
-AtomicFile::AtomicFile(const std::filesystem::path& path)
-    : path_(Target(path)),
-      // The extension stays last: writers that choose a format by it must see it.
-      temporary_(path_.parent_path() / ("." + path_.stem().string() + "." + UniqueSuffix(this) +
-                                        path_.extension().string())) {
-  if (buffer_.open(temporary_, std::ios::out | std::ios::binary | std::ios::trunc) == nullptr) {
-    throw IoError(path, std::string("cannot be written: ") + std::strerror(errno));
+AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(Target(path)) {
+  const auto is_in_use = [this] {  // by somebody who took it for left behind, or has that name
+    const FileLock::State state = lock_->state();
+    return state == FileLock::State::kTaken || state == FileLock::State::kRemoved ||
+           lock_->error() == EEXIST;
+  };
+  do {
+    temporary_ = TemporaryBeside(path_);
+    lock_.emplace(temporary_, FileLock::Open::kNew);
+  } while (is_in_use());
+  errno = lock_->error();
+  if (errno == 0 &&
+      buffer_.open(temporary_, std::ios::out | std::ios::binary | std::ios::trunc) != nullptr) {
+    return;
   }
+  const std::string reason = std::strerror(errno);
+  std::error_code ignored;
+  if (lock_->error() == 0) std::filesystem::remove(temporary_, ignored);
+  throw IoError(path, "cannot be written: " + reason);
 }
 
 AtomicFile::~AtomicFile() {
@@ -121,14 +160,20 @@ void AtomicFile::Commit() {
   committed_ = true;
 }
 
+std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
+  return path.parent_path() / ("." + path.stem().string() + std::string(kMark) + ThisSystem() +
+                               "-" + RandomNumber() + path.extension().string());
+}
+
 void RemoveTemporariesOfDeadProcesses(const std::filesystem::path& folder) {
   std::error_code error;
-  std::vector<std::filesystem::path> dead;
+  std::vector<std::pair<std::filesystem::path, std::string>> temporaries;
   for (std::filesystem::directory_iterator i(folder, error), end; !error && i != end;
        i.increment(error)) {
-    if (IsLeftBehind(i->path())) dead.push_back(i->path());
+    const std::string system = SystemOf(i->path());
+    if (!system.empty()) temporaries.emplace_back(i->path(), system);
   }
-  for (const std::filesystem::path& file : dead) std::filesystem::remove(file, error);
+  for (const auto& [file, system] : temporaries) RemoveIfLeftBehind(file, system);
 }
 
 }  // namespace highwall

@@ -1,9 +1,11 @@
 #include <highwall/core/atomic_file.h>
 
+#include <sched.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/core/file_lock.h>
 
 #include "support/file_size_limit.h"
 #include "support/temporary_directory.h"
@@ -23,6 +26,34 @@ namespace highwall::atomic_file_test {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr auto kLong = std::chrono::hours(25);
+
+// Whether `folder` was cleaned by a process that sees no other process of this machine, as one in a
+// container does.
+bool CleanInAnotherPidNamespace(const fs::path& folder) {
+  constexpr int kNotAllowed = 77;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::unshare(CLONE_NEWPID) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWPID) != 0) {
+      ::_exit(kNotAllowed);
+    }
+    const pid_t inside = ::fork();  // the first of the namespace
+    if (inside == 0) {
+      RemoveTemporariesOfDeadProcesses(folder);
+      ::_exit(::getpid() == 1 ? 0 : 1);
+    }
+    int status = 0;
+    const bool cleaned =
+        ::waitpid(inside, &status, 0) == inside && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    ::_exit(cleaned ? 0 : 1);
+  }
+  int status = 0;
+  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  const int exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  EXPECT_TRUE(exit_code == 0 || exit_code == kNotAllowed) << exit_code;
+  return exit_code == 0;
+}
 
 class AtomicFileTest : public ::testing::Test {
  protected:
@@ -151,9 +182,12 @@ TEST_F(AtomicFileTest, WhatAKilledProcessLeavesIsRemovedAndNothingElse) {
   ASSERT_EQ(folder_.FileCount(), 2u);
 
   AtomicFile alive(map);
-  for (const char* others : {".hidden", ".vimrc.swp", "1-0x2.txt", ".a.99999999-0xg.txt",
-                             ".a.0-0x12.txt", ".a.-5-0x12.txt", ".a.12x-0x12"}) {
+  for (const char* others :
+       {".hidden", ".vimrc.swp", "a.hw01234567-0123456789abcdef.txt", ".a.hw01234567.txt",
+        ".a.hw0123456g-0123456789abcdef.txt", ".a.hw01234567-0123456789abcde.txt",
+        ".a.hwm1234567-0123456789abcdef"}) {
     std::ofstream(folder_ / others) << "other";
+    fs::last_write_time(folder_ / others, fs::file_time_type::clock::now() - kLong);
   }
   RemoveTemporariesOfDeadProcesses(folder_.path());
   EXPECT_EQ(folder_.FileCount(), 8u);
@@ -161,6 +195,31 @@ TEST_F(AtomicFileTest, WhatAKilledProcessLeavesIsRemovedAndNothingElse) {
   alive.Commit();
   EXPECT_EQ(testing::ReadText(map), "new");
   EXPECT_NO_THROW(RemoveTemporariesOfDeadProcesses(folder_ / "missing"));
+}
+
+TEST_F(AtomicFileTest, WhatIsWrittenStaysForAProcessThatDoesNotSeeItsWriter) {
+  AtomicFile file(folder_ / "map.hwmap");
+  file.stream() << "whole";
+  if (!CleanInAnotherPidNamespace(folder_.path())) GTEST_SKIP() << "no PID namespace can be made";
+  ASSERT_TRUE(fs::exists(file.temporary()));
+  EXPECT_NO_THROW(file.Commit());
+  EXPECT_EQ(testing::ReadText(folder_ / "map.hwmap"), "whole");
+}
+
+// Its file system may keep locks to each machine, so that only the time shows that it is dead.
+TEST_F(AtomicFileTest, WhatAnotherMachineMadeIsRemovedWhereNobodyHasWrittenItForADay) {
+  const fs::path fresh = folder_ / ".a.hw01234567-0123456789abcdef.txt";
+  const fs::path old = folder_ / ".b.hw01234567-0123456789abcdef.txt";
+  const fs::path locked = folder_ / ".c.hw01234567-0123456789abcdef.txt";
+  for (const fs::path& file : {fresh, old, locked}) std::ofstream(file) << "half";
+  for (const fs::path& file : {old, locked}) {
+    fs::last_write_time(file, fs::file_time_type::clock::now() - kLong);
+  }
+  const FileLock lock(locked, FileLock::Open::kExisting);
+  RemoveTemporariesOfDeadProcesses(folder_.path());
+  EXPECT_TRUE(fs::exists(fresh));
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_TRUE(fs::exists(locked));
 }
 
 TEST_F(AtomicFileTest, ALinkStaysAndWhatItLeadsToIsReplaced) {

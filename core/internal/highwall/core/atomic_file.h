@@ -2,7 +2,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <ostream>
+
+#include <highwall/core/file_lock.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -50,13 +53,18 @@ class AtomicFile {
 
   std::filesystem::path path_;
   std::filesystem::path temporary_;
+  std::optional<FileLock> lock_;  // of the temporary: it is in use
   Buffer buffer_;
   std::ostream stream_{&buffer_};
   bool committed_ = false;
 };
 
-// Removes from a folder what AtomicFile left there in processes that were killed. Those of other
-// processes of this machine stay, and so does what cannot be removed.
+// A hidden name beside `path` that nothing else has, on whatever machine of a shared file system,
+// and that RemoveTemporariesOfDeadProcesses() knows. The extension stays last.
+std::filesystem::path TemporaryBeside(const std::filesystem::path& path);
+
+// Removes from a folder what AtomicFile left there in processes that were killed. What may still be
+// written stays, by whatever process, container or machine, and so does what cannot be removed.
 void RemoveTemporariesOfDeadProcesses(const std::filesystem::path& folder);
 
 }  // namespace highwall
