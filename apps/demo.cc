@@ -32,6 +32,7 @@ int Show(const std::string& about, const std::vector<std::string>& words) {
 
 int RunDemo(const DemoArguments& arguments) {
   RequireFolder(arguments.out);
+  RequireRunFolder(arguments.out / "run", false);  // before a minute of work
   std::filesystem::create_directories(arguments.out);
   const std::string mine = (arguments.out / "mine").string();
   const std::string run = (arguments.out / "run").string();

@@ -2,6 +2,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -32,8 +33,10 @@
 #include "map_pictures.h"
 #include "opened_dataset.h"
 #include "option_checks.h"
+#include "output_checks.h"
 #include "posed_frames.h"
 #include "progress.h"
+#include "run_output.h"
 
 namespace highwall::apps {
 namespace {
@@ -56,6 +59,7 @@ struct MapArguments {
   int threads = 2;
   double memory_limit = 2048.0;  // [MB] of the octree
   bool raw = false;
+  bool overwrite = false;
   bool json = false;
 };
 
@@ -157,7 +161,7 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
       {"grid", {{"width", dense.grid.width}, {"height", dense.grid.height}}},
       {"cloud_over_octree", megabytes("cloud.ply") / megabytes("map.bt")}};
   if (dense.ground_height) json["grid"]["ground_height_m"] = *dense.ground_height;
-  AtomicFile file(out / "map.json");
+  AtomicFile file(out / kMapsReportFile);
   file.stream() << json.dump(2) << '\n';
   file.Commit();
   return json;
@@ -198,8 +202,30 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
   return dense;
 }
 
+// Whether the maps are those of the run in whose folder they go, in its world: that of its largest
+// map.
+bool MapsRunInPlace(const MapArguments& arguments) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!fs::equivalent(arguments.source, arguments.out, error)) return false;
+  if (arguments.trajectory.empty()) return true;
+  return std::ranges::any_of(
+      std::array{kKeyframesFile, kTrajectoryFile, kAdjustedFile}, [&](const char* name) {
+        return fs::equivalent(arguments.trajectory, fs::path(arguments.out) / name, error);
+      });
+}
+
+// A folder of maps. That of a run has maps already: those of the same run may take their place.
+void RequireMapsFolder(const MapArguments& arguments) {
+  using Content = FolderContent;
+  const bool in_place = ContentOf(arguments.out) == Content::kRun && MapsRunInPlace(arguments);
+  RequireOwnFolder(arguments.out, {Content::kNothing, Content::kMaps, Content::kUnfinished},
+                   arguments.overwrite || in_place);
+}
+
 int RunMap(const MapArguments& arguments) {
   const MapSource source = ResolveSource(arguments.source, arguments.dataset, arguments.trajectory);
+  RequireMapsFolder(arguments);
   const OpenedDataset opened =
       OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset);
   const RgbdSensor& sensor = opened.config.sensor;
@@ -281,6 +307,7 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
       ->capture_default_str();
   command->add_flag("--raw", arguments->raw,
                     "Neither smooths depth, compares neighbouring images nor removes outliers");
+  command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
   command->footer(
       "Example:\n  highwall map run --resolution 0.02 --out map\n"

@@ -32,6 +32,7 @@ namespace fs = std::filesystem;
 struct MergeArguments {
   std::vector<std::string> runs;
   std::string out;
+  bool overwrite = false;
   bool json = false;
 };
 
@@ -122,7 +123,7 @@ void PrintSummary(const MergedRuns& runs, const nlohmann::json& report, const st
 
 int RunMerge(const MergeArguments& arguments) {
   RequireApart(arguments);
-  RequireFolder(arguments.out);
+  RequireRunFolder(arguments.out, arguments.overwrite);
   std::vector<FinishedRun> runs;
   for (const std::string& run : arguments.runs) runs.push_back(ReadFinishedRun(run));
   MergedRuns merged;
@@ -156,6 +157,7 @@ void AddMergeCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--out", arguments->out, "Folder for the map and the trajectories")
       ->required()
       ->check(NotEmpty());
+  command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
   command->footer(
       "Example:\n  highwall merge monday tuesday --out office\n"

@@ -21,7 +21,6 @@
 namespace highwall::apps {
 namespace {
 
-constexpr const char* kCausal = "trajectory_causal.txt";
 constexpr const char* kOfRun = "trajectory_run";
 constexpr const char* kGrid = "grid.yaml";
 constexpr const char* kGridImage = "grid.pgm";
@@ -64,7 +63,7 @@ bool IsOfRun(const std::string& file) {
 // What an earlier run wrote, the files of its other submaps included.
 void RemoveResults(const std::filesystem::path& folder,
                    std::span<const std::filesystem::path> kept) {
-  std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausal,     kAdjustedFile,
+  std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausalFile, kAdjustedFile,
                                     kKeyframesFile, kCloudFile,      kOctreeFile, kGrid,
                                     kGridImage,     kSparseMapFile,  kImuPlot,    kReportPage};
   for (const MapPicture& picture : kMapPictures) names.push_back(picture.file);
@@ -157,7 +156,7 @@ RunOutput::RunOutput(std::filesystem::path directory, std::filesystem::path save
 void RunOutput::Begin() {
   if (!saved_map_.empty()) MakeFolder(std::filesystem::absolute(saved_map_).parent_path());
   BeginFolder(directory_, std::array{saved_map_, loaded_map_});
-  OpenLog(kCausal, causal_);
+  OpenLog(kCausalFile, causal_);
   OpenLog(kKeyframesFile, keyframes_);
   begun_ = true;
 }
@@ -200,10 +199,10 @@ void RunOutput::WriteTrajectories(const SlamRun& run) {
   write(kTrajectoryFile, 0, run.largest.trajectory);
   write(kKeyframesFile, 0, run.keyframes);
   // The log is what would be written, and on a full disk there may be no room for it twice.
-  if (!logged) write(kCausal, 0, run.largest.causal);
+  if (!logged) write(kCausalFile, 0, run.largest.causal);
   for (std::size_t i = 0; i < run.others.size(); ++i) {
     write(kTrajectoryFile, i + 1, run.others[i].trajectory);
-    write(kCausal, i + 1, run.others[i].causal);
+    write(kCausalFile, i + 1, run.others[i].causal);
   }
 }
 

@@ -22,6 +22,7 @@ std::string NameOfSubmap(const std::string& name, std::size_t place);
 // Files in the folder of a run, or of runs that were merged.
 inline constexpr const char* kReportFile = "run.json";
 inline constexpr const char* kTrajectoryFile = "trajectory.txt";
+inline constexpr const char* kCausalFile = "trajectory_causal.txt";
 inline constexpr const char* kAdjustedFile = "trajectory_adjusted.txt";
 inline constexpr const char* kKeyframesFile = "keyframes.txt";
 inline constexpr const char* kCloudFile = "cloud.ply";
@@ -29,6 +30,8 @@ inline constexpr const char* kOctreeFile = "map.bt";
 inline constexpr const char* kReportPage = "report.html";
 inline constexpr const char* kSparseMapFile = "sparse_map.png";
 inline constexpr const char* kMapFile = "map.hwmap";  // SaveMap
+// In the folder of highwall map.
+inline constexpr const char* kMapsReportFile = "map.json";
 
 // trajectory_run1.txt, ...: what the run, counted from 0, has in the largest submap.
 std::string TrajectoryOfRun(std::size_t run);

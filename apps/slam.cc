@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <fmt/core.h>
@@ -177,12 +178,31 @@ bool WritePage(const std::filesystem::path& folder) {
   return true;
 }
 
+// The files of the run that made a map go when another run takes its folder.
+void RequireMapElsewhere(const SlamArguments& arguments) {
+  namespace fs = std::filesystem;
+  if (arguments.overwrite || arguments.load_map.empty()) return;
+  std::error_code error;
+  const fs::path out = arguments.out, map = fs::absolute(arguments.load_map, error);
+  const auto is_in_out = [&](const fs::path& file) {
+    return fs::equivalent(file.parent_path(), out, error);
+  };
+  if (!is_in_out(map) && !is_in_out(fs::canonical(map, error)) &&
+      !fs::equivalent(map, out / kMapFile, error)) {
+    return;
+  }
+  throw IoError(arguments.load_map,
+                "is in the folder of --out, where this run would replace the one that made the "
+                "map: choose another --out, or give --overwrite");
+}
+
 int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.print_settings) {
     fmt::print("{}", SettingsFile(MakeOptions(arguments).slam));
     return kExitOk;
   }
-  RequireFolder(arguments.out);
+  RequireRunFolder(arguments.out, arguments.overwrite);
+  RequireMapElsewhere(arguments);
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
   const OpenedDataset opened = OpenDataset(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = opened.config.sensor;

@@ -11,6 +11,7 @@
 #include "imu_choice.h"
 #include "imu_input.h"
 #include "option_checks.h"
+#include "output_checks.h"
 #include "settings.h"
 
 namespace highwall::apps {
@@ -149,6 +150,7 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
   command->add_flag("--report", arguments->report,
                     "Write report.html too: the run on one page, for any browser");
+  command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
 }
 

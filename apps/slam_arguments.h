@@ -40,6 +40,7 @@ struct SlamArguments {
   bool localize = false;
   bool json = false;
   bool report = false;
+  bool overwrite = false;
   bool print_settings = false;  // and nothing else
 };
 

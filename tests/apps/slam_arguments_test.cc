@@ -127,6 +127,7 @@ std::vector<Case> Cases() {
        [](O o) { return o.slam.localize_only && !o.slam.loops.enabled && !o.dense; }},
       {"--json", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
+      {"--overwrite", json::object(), [](O) { return true; }},
       {"--set tracker.min_support=31 --set mapper.wait=false", json::object(),
        [](O o) { return o.slam.tracker.min_support == 31 && !o.slam.mapper.wait; }},
       {"--set frame.orb.features=500",
@@ -167,6 +168,8 @@ TEST(SlamArguments, WhatIsNoOptionOfTheRunReachesTheArguments) {
   EXPECT_EQ(Parse("").out, "o");
   EXPECT_EQ(Parse("--config tum1").config, "tum1");
   EXPECT_TRUE(Parse("--json").json);
+  EXPECT_TRUE(Parse("--overwrite").overwrite);
+  EXPECT_FALSE(Parse("").overwrite);
   EXPECT_FALSE(Parse("").json);
   EXPECT_TRUE(Parse("").gps);
   EXPECT_FALSE(Parse("--gps off").gps);
