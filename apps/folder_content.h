@@ -4,7 +4,7 @@
 
 namespace highwall::apps {
 
-// In the folder that a command writes to. One that was killed leaves it there: what
+// In the folder that a command writes to (FolderLock). One that was killed leaves it there: what
 // else is in the folder is of Highwall then.
 inline constexpr const char* kLockFile = ".highwall.lock";
 

@@ -29,6 +29,7 @@
 #include "dataset_report.h"
 #include "depth_camera.h"
 #include "depth_of_run.h"
+#include "folder_lock.h"
 #include "map_compare.h"
 #include "map_pictures.h"
 #include "opened_dataset.h"
@@ -127,9 +128,6 @@ void RequireFits(const MapArguments& arguments, const FrameSource& frames,
 nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& dense,
                              const Trajectory& trajectory, std::size_t frames) {
   const Progress progress("writing the maps");
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (error) throw IoError(out, "cannot be made: " + error.message());
   RemoveTemporariesOfDeadProcesses(out);
   WritePly(out / "cloud.ply", dense.cloud);
   WritePcd(out / "cloud.pcd", dense.cloud);
@@ -226,6 +224,7 @@ void RequireMapsFolder(const MapArguments& arguments) {
 int RunMap(const MapArguments& arguments) {
   const MapSource source = ResolveSource(arguments.source, arguments.dataset, arguments.trajectory);
   RequireMapsFolder(arguments);
+  const FolderLock lock(arguments.out);
   const OpenedDataset opened =
       OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset);
   const RgbdSensor& sensor = opened.config.sensor;

@@ -18,6 +18,7 @@
 #include <highwall/core/error.h>
 
 #include "commands.h"
+#include "folder_lock.h"
 #include "merged_run.h"
 #include "option_checks.h"
 #include "output_checks.h"
@@ -124,6 +125,7 @@ void PrintSummary(const MergedRuns& runs, const nlohmann::json& report, const st
 int RunMerge(const MergeArguments& arguments) {
   RequireApart(arguments);
   RequireRunFolder(arguments.out, arguments.overwrite);
+  const FolderLock lock(arguments.out);
   std::vector<FinishedRun> runs;
   for (const std::string& run : arguments.runs) runs.push_back(ReadFinishedRun(run));
   MergedRuns merged;

@@ -19,6 +19,7 @@
 #include <highwall/mapping/octree_size.h>
 
 #include "commands.h"
+#include "folder_lock.h"
 #include "loss_advice.h"
 #include "opened_dataset.h"
 #include "output_checks.h"
@@ -204,6 +205,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   RequireRunFolder(arguments.out, arguments.overwrite);
   RequireMapElsewhere(arguments);
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
+  const FolderLock lock(arguments.out);
   const OpenedDataset opened = OpenDataset(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;

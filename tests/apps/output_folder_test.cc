@@ -1,15 +1,21 @@
 // What the commands that write a folder of results do where it holds other files.
 #include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include <highwall/core/error.h>
+
+#include "folder_lock.h"
 #include "output_checks.h"
+#include "support/message_of.h"
 #include "support/run_program.h"
 #include "support/test_paths.h"
 
@@ -179,6 +185,83 @@ TEST_F(OutputFolder, IsNotALinkToNowhere) {
     const auto outcome = Highwall(std::string("slam --dataset nowhere --out ") + name);
     testing::ExpectRefused(outcome, 2, {"link: is a link to gone, which is not there"});
   }
+}
+
+// A command that waits for its data, until it is killed.
+class WaitingCommand {
+ public:
+  WaitingCommand(const fs::path& folder, const fs::path& out)
+      : program_(testing::kHighwallProgram,
+                 {"slam", "--dataset", Recording(folder), "--out", out.string()}) {
+    while (program_.IsRunning() && !fs::exists(out / kLockFile)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+  void Kill() { program_.Kill(); }
+
+ private:
+  // Its list of images is a pipe that nobody writes to.
+  static std::string Recording(const fs::path& folder) {
+    const fs::path recording = folder / "waiting";
+    fs::create_directories(recording);
+    ::mkfifo((recording / "rgb.txt").c_str(), 0600);
+    return recording.string();
+  }
+
+  testing::BackgroundProgram program_;
+};
+
+TEST_F(OutputFolder, IsOfOneCommandAtATime) {
+  WaitingCommand first(folder_.path(), out());
+  for (const auto& [command, why] : Commands()) {
+    ExpectRefused(command, "out: another command of Highwall is writing to this folder");
+    ExpectRefused(command + " --overwrite", "out: another command of Highwall");
+  }
+  testing::ExpectRefused(Highwall("slam --dataset nowhere --out elsewhere"), 2,
+                         {"nowhere: does not exist"});
+  first.Kill();
+  for (const auto& [command, why] : Commands()) {
+    testing::ExpectRefused(Highwall(command), 2, {why});
+  }
+}
+
+TEST_F(OutputFolder, LockLeavesNothingBehindWhereNothingWasWritten) {
+  const fs::path deep = folder_ / "a" / "b";
+  {
+    const FolderLock lock(deep);
+    EXPECT_TRUE(fs::exists(deep / kLockFile));
+    EXPECT_NE(testing::MessageOf<IoError>([&] { FolderLock second(deep); }).find("another command"),
+              std::string::npos);
+    EXPECT_TRUE(fs::exists(deep / kLockFile)) << "it is that of the first";
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "a"));
+  fs::create_directories(folder_ / "a");
+  {
+    const FolderLock lock(deep.string() + "/");
+    for (const auto& [file, text] : kRun) WriteText(deep / file, text);
+  }
+  EXPECT_EQ(Content(deep), kRun);
+  fs::remove(deep / "run.json");
+  { const FolderLock lock(deep); }
+  EXPECT_EQ(Content(deep), (Files{{"cloud.ply", "of the run"}})) << "of another program";
+  fs::remove_all(deep);
+  { const FolderLock lock(deep); }
+  EXPECT_EQ(Content(folder_ / "a"), Files());
+}
+
+TEST_F(OutputFolder, LockStaysAsTheMarkOfResultsThatAreNotFinished) {
+  {
+    const FolderLock lock(out());
+    WriteText(out() / "cloud.ply", "half of a map");
+  }
+  EXPECT_EQ(ContentOf(out()), FolderContent::kUnfinished);
+  { const FolderLock lock(out()); }
+  EXPECT_EQ(ContentOf(out()), FolderContent::kUnfinished);
+  {
+    const FolderLock lock(out());
+    WriteText(out() / "map.json", kMaps.at("map.json"));
+  }
+  EXPECT_EQ(Content(out()).size(), 2U);
 }
 
 }  // namespace
