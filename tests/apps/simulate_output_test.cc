@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -261,6 +263,18 @@ TEST(WriteTum, LeavesNothingBehindWhenItIsInterrupted) {
                         [](int, int) { throw std::runtime_error("stop"); }),
                std::runtime_error);
   EXPECT_EQ(CountEntries(folder.path()), 0);
+}
+
+// In another container a process may have the same number.
+TEST(WriteTum, SharesItsTemporaryWithNoProcessOfItsNumber) {
+  const TemporaryDirectory folder;
+  const fs::path other = folder.path() / (".room." + std::to_string(::getpid()));
+  fs::create_directory(other);
+  WriteText(other / "rgb.txt", "of another process");
+  WriteTum(SimulateRoom(SmallOptions()), folder.path() / "room");
+  EXPECT_EQ(ReadText(other / "rgb.txt"), "of another process");
+  EXPECT_EQ(CountEntries(other), 1);
+  EXPECT_EQ(CountEntries(folder.path()), 2);
 }
 
 TEST(SimulateCommand, WritesTheRoomIntoAnEmptyFolderToo) {

@@ -1,7 +1,5 @@
 #include "simulate/output/tum_writer.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -17,6 +15,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
 #include "simulate/output/imu_files.h"
@@ -37,9 +36,10 @@ class AtomicFolder {
         !(fs::is_directory(path_, error) && fs::is_empty(path_, error))) {
       throw IoError(path, "exists and is not empty: choose another folder or remove it");
     }
-    temporary_ =
-        path_.parent_path() / ("." + path_.filename().string() + "." + std::to_string(::getpid()));
-    fs::create_directories(temporary_, error);
+    fs::create_directories(path_.parent_path(), error);
+    do {  // one that is there is written by another process
+      temporary_ = TemporaryBeside(path_);
+    } while (!fs::create_directory(temporary_, error) && !error);
     if (error) throw IoError(temporary_, "cannot be created: " + error.message());
   }
   ~AtomicFolder() {
