@@ -21,6 +21,7 @@
 #include "calibration_file.h"
 #include "commands.h"
 #include "imu_input.h"
+#include "json_text.h"
 #include "opened_dataset.h"
 #include "output_checks.h"
 #include "progress.h"
@@ -56,7 +57,7 @@ Recording Find(const CalibrateArguments& arguments) {
     const nlohmann::json::json_pointer pointer(key);
     const bool is_there =
         report.is_object() && report.contains(pointer) && report.at(pointer).is_string();
-    return is_there ? report.at(pointer).get<std::string>() : std::string();
+    return is_there ? StringIn(report.at(pointer)) : std::string();
   };
   if (text("/options/imu") != "off" && arguments.trajectory.empty()) {
     throw IoError(file, "its poses lean on the IMU: take a run of highwall slam --imu off");
@@ -196,9 +197,10 @@ int RunCalibrate(const CalibrateArguments& arguments) {
     found = FitImu(recording, poses, *imu, arguments.keep_depth);
   }
   if (arguments.json) {
-    nlohmann::ordered_json json = found ? CalibrationJson(*found) : nlohmann::ordered_json::object();
+    nlohmann::ordered_json json =
+        found ? CalibrationJson(*found) : nlohmann::ordered_json::object();
     if (images) AddTo(&json, *images, wanted);
-    fmt::print("{}\n", json.dump());
+    fmt::print("{}\n", JsonText(json));
   } else {
     if (found) {
       PrintText(*found, !arguments.keep_depth);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "dataset_report.h"
+#include "json_text.h"
 
 namespace highwall::apps {
 namespace {
@@ -125,7 +126,7 @@ std::string ToJson(const DatasetReport& report) {
     json["groundtruth"]["frames_covered"] = report.groundtruth->frames_covered;
   }
   // File names need not be UTF-8; JSON must be.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+  return JsonText(json, 2);
 }
 
 std::string ToText(const DatasetReport& report) {

@@ -23,6 +23,7 @@
 #include "eval_output.h"
 #include "evo_result.h"
 #include "explanation_report.h"
+#include "json_text.h"
 #include "option_checks.h"
 #include "overlay_plot.h"
 #include "trajectory_file.h"
@@ -240,7 +241,7 @@ void PrintJson(const EvalArguments& arguments, const std::vector<NamedError>& er
       json["estimates"].push_back(std::move(estimate));
     }
   }
-  fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  fmt::print("{}\n", JsonText(json));
 }
 
 int RunEval(const EvalArguments& arguments) {

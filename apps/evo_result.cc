@@ -9,6 +9,7 @@
 
 #include <highwall/core/stamp.h>
 
+#include "json_text.h"
 #include "zip_file.h"
 
 namespace highwall::apps {
@@ -61,8 +62,8 @@ void WriteEvoResult(const std::filesystem::path& path, const EvoResultInfo& info
     seconds.push_back(ToSeconds(stamp - result.estimate.front().stamp));
   }
   ZipFile zip;
-  zip.Add("info.json", description.dump());
-  zip.Add("stats.json", stats.dump());
+  zip.Add("info.json", JsonText(description));
+  zip.Add("stats.json", JsonText(stats));
   zip.Add("error_array.npy", Npy(result.errors));
   zip.Add("timestamps.npy", Npy(stamps));
   zip.Add("seconds_from_start.npy", Npy(seconds));

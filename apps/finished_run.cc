@@ -11,6 +11,7 @@
 
 #include <highwall/core/error.h>
 
+#include "json_text.h"
 #include "run_output.h"
 #include "run_report.h"
 
@@ -32,7 +33,7 @@ fs::path MapOfRun(const fs::path& folder, const nlohmann::json& report) {
   }
   const fs::path map = folder / kMapFile;
   if (fs::exists(map)) return map;
-  const fs::path saved = report.value(Pointer("/options/saved_map"), std::string());
+  const fs::path saved = FromUtf8(report.value(Pointer("/options/saved_map"), std::string()));
   if (!saved.empty() && fs::exists(saved)) return saved;
   throw IoError(map,
                 "is not there: run highwall slam again, which writes it, or give a map that "
@@ -51,7 +52,7 @@ std::vector<Session> ReadMergedSessions(const fs::path& folder, const nlohmann::
   std::vector<Session> sessions;
   for (const nlohmann::json& run : report.at("runs")) {
     Session& session = sessions.emplace_back();
-    session.name = run.at("name");
+    session.name = StringIn(run.at("name"));
     for (const nlohmann::json& file : run.at("trajectories")) {
       AddFrames(ReadTumTrajectory(folder / file.get<std::string>()), map, &session);
     }

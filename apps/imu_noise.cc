@@ -22,6 +22,7 @@
 
 #include "allan_plot.h"
 #include "commands.h"
+#include "json_text.h"
 #include "option_checks.h"
 #include "output_checks.h"
 #include "progress.h"
@@ -211,7 +212,7 @@ void PrintJson(const Findings& found) {
                                        {"rest_s", rest},
                                        {"gyroscope", ToJson(found.estimate.gyroscope)},
                                        {"accelerometer", ToJson(found.estimate.accelerometer)}};
-  fmt::print("{}\n", json.dump());
+  fmt::print("{}\n", JsonText(json));
 }
 
 int RunImuNoise(const ImuNoiseArguments& arguments) {

@@ -30,6 +30,7 @@
 #include "depth_camera.h"
 #include "depth_of_run.h"
 #include "folder_lock.h"
+#include "json_text.h"
 #include "map_compare.h"
 #include "map_pictures.h"
 #include "opened_dataset.h"
@@ -160,7 +161,7 @@ nlohmann::ordered_json Write(const std::filesystem::path& out, const DenseMap& d
       {"cloud_over_octree", megabytes("cloud.ply") / megabytes("map.bt")}};
   if (dense.ground_height) json["grid"]["ground_height_m"] = *dense.ground_height;
   AtomicFile file(out / kMapsReportFile);
-  file.stream() << json.dump(2) << '\n';
+  file.stream() << JsonText(json, 2) << '\n';
   file.Commit();
   return json;
 }
@@ -255,7 +256,7 @@ int RunMap(const MapArguments& arguments) {
   }
   const nlohmann::ordered_json report = Write(arguments.out, dense, trajectory, posed.size());
   if (arguments.json) {
-    fmt::print("{}\n", report.dump());
+    fmt::print("{}\n", JsonText(report));
     return kExitOk;
   }
   fmt::print("frames      {}\n", posed.size());

@@ -19,6 +19,7 @@
 #include <highwall/mapping/octomap_builder.h>
 #include <highwall/mapping/point_cloud_io.h>
 
+#include "json_text.h"
 #include "opened_dataset.h"
 #include "option_checks.h"
 #include "posed_frames.h"
@@ -153,7 +154,7 @@ int RunCompare(const CompareArguments& arguments) {
     return CompareMaps(points, reference);
   }();
   if (arguments.json) {
-    fmt::print("{}\n", ToJson(comparison).dump());
+    fmt::print("{}\n", JsonText(ToJson(comparison)));
   } else {
     PrintTable(comparison);
   }

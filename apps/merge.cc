@@ -19,6 +19,7 @@
 
 #include "commands.h"
 #include "folder_lock.h"
+#include "json_text.h"
 #include "merged_run.h"
 #include "option_checks.h"
 #include "output_checks.h"
@@ -139,7 +140,7 @@ int RunMerge(const MergeArguments& arguments) {
     return WriteMergedRuns(arguments.out, merged);
   }();
   if (arguments.json) {
-    fmt::print("{}\n", report.dump());
+    fmt::print("{}\n", JsonText(report));
   } else {
     PrintSummary(merged, report, arguments.out);
   }

@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 
 #include "config.h"
+#include "json_text.h"
 
 namespace highwall::apps {
 namespace {
@@ -26,13 +27,13 @@ std::string DatasetOfRun(const std::filesystem::path& run, const nlohmann::json&
   if (!report.is_object() || !report.contains("dataset") || !report["dataset"].is_string()) {
     throw IoError(run / "run.json", "does not name a dataset: give --dataset");
   }
-  return report["dataset"];
+  return StringIn(report["dataset"]);
 }
 
 std::string CalibrationOfRun(const nlohmann::json& report) {
   const bool told =
       report.is_object() && report.contains("calibration") && report["calibration"].is_string();
-  return told ? report["calibration"].get<std::string>() : "";
+  return told ? StringIn(report["calibration"]) : "";
 }
 
 bool IsLocalization(const nlohmann::json& report) {

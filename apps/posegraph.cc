@@ -18,6 +18,7 @@
 #include <highwall/internal/stopwatch.h>
 
 #include "commands.h"
+#include "json_text.h"
 #include "option_checks.h"
 #include "posegraph_plot.h"
 #include "progress.h"
@@ -64,7 +65,7 @@ void PrintJson(const PoseGraph& graph, const PoseGraphSummary& summary, double t
                                        {"components", summary.components},
                                        {"warnings", summary.warnings},
                                        {"rejected", rejected}};
-  fmt::print("{}\n", json.dump());
+  fmt::print("{}\n", JsonText(json));
 }
 
 void PrintText(const PoseGraphArguments& arguments, const PoseGraph& graph,

@@ -15,6 +15,7 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "imu_plot.h"
+#include "json_text.h"
 #include "map_pictures.h"
 #include "sparse_map_picture.h"
 
@@ -143,7 +144,7 @@ void BeginFolder(const std::filesystem::path& folder, std::span<const std::files
 
 void WriteReport(const std::filesystem::path& folder, const nlohmann::json& report) {
   AtomicFile file(folder / kReportFile);
-  file.stream() << report.dump(2) << '\n';
+  file.stream() << JsonText(report, 2) << '\n';
   file.Commit();
 }
 

@@ -20,6 +20,7 @@
 
 #include "commands.h"
 #include "folder_lock.h"
+#include "json_text.h"
 #include "loss_advice.h"
 #include "opened_dataset.h"
 #include "output_checks.h"
@@ -260,7 +261,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
     report = output.WriteRest(run, report);
   }
   if (arguments.json) {
-    fmt::print("{}\n", report.dump());
+    fmt::print("{}\n", JsonText(report));
   } else {
     PrintSummary(run, arguments, report["peak_memory_mib"]);
   }

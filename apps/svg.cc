@@ -7,6 +7,7 @@
 
 #include <highwall/core/atomic_file.h>
 
+#include "json_text.h"
 #include "map_pictures.h"
 #include "svg_raster.h"
 
@@ -15,7 +16,7 @@ namespace {
 
 std::string Escape(const std::string& text) {
   std::string escaped;
-  for (const char c : text) {
+  for (const char c : ToUtf8(text)) {
     switch (c) {
       case '&':
         escaped += "&amp;";

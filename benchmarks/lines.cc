@@ -21,6 +21,7 @@
 #include <highwall/factors/line_reprojection.h>
 
 #include "bench_main.h"
+#include "json_text.h"
 #include "option_checks.h"
 
 namespace highwall::bench {
@@ -403,7 +404,7 @@ void Run(const Arguments& arguments) {
       }
     }
   }
-  if (arguments.json) fmt::print("{}\n", all.dump());
+  if (arguments.json) fmt::print("{}\n", apps::JsonText(all));
 }
 
 void AddOptions(CLI::App& app, Arguments& arguments) {

@@ -21,6 +21,7 @@
 #include "features/orb_extractor.h"
 #include "features/orb_matcher.h"
 #include "features/sift_extractor.h"
+#include "json_text.h"
 #include "option_checks.h"
 #include "scenes.h"
 
@@ -200,7 +201,7 @@ void Run(const Arguments& arguments) {
           number("wrong_bits_median"));
     }
   }
-  if (arguments.json) fmt::print("{}\n", rows.dump());
+  if (arguments.json) fmt::print("{}\n", apps::JsonText(rows));
 }
 
 void AddOptions(CLI::App& app, Arguments& arguments) {

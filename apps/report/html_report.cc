@@ -7,6 +7,7 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
+#include "json_text.h"
 #include "report/resources.h"
 
 namespace highwall::apps {
@@ -46,7 +47,7 @@ std::string Escaped(std::string_view text) {
 
 // JSON that cannot end the script element that it stands in.
 std::string InScript(const nlohmann::json& data) {
-  const std::string text = data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const std::string text = JsonText(data);
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) {
@@ -99,7 +100,7 @@ void WriteHtmlReport(const std::filesystem::path& path, std::span<const std::fil
   for (const std::filesystem::path& run : runs) {
     data["runs"].push_back(RunData(run, options));
     if (!title.empty()) title += ", ";
-    title += data["runs"].back()["name"].get<std::string>();
+    title += ToUtf8(data["runs"].back()["name"].get<std::string>());
   }
   AtomicFile file(path);
   file.stream() << HtmlPage(title + " - Highwall", data);

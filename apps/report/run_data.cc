@@ -14,6 +14,7 @@
 #include <highwall/core/trajectory.h>
 
 #include "finished_run.h"
+#include "json_text.h"
 #include "report/base64.h"
 #include "report/report_graph.h"
 #include "report/report_motion.h"
@@ -145,7 +146,8 @@ json PicturesOf(const fs::path& folder) {
 
 std::optional<Trajectory> TruthOf(const json& run, const RunDataOptions& options) {
   if (options.truth) return ReadTrajectoryFile(*options.truth).poses;
-  const fs::path beside = fs::path(run.value("dataset", std::string())) / "groundtruth.txt";
+  const fs::path beside =
+      fs::path(FromUtf8(run.value("dataset", std::string()))) / "groundtruth.txt";
   if (!fs::exists(beside)) return std::nullopt;
   return ReadTumTrajectory(beside);
 }

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_main.h"
+#include "json_text.h"
 #include "option_checks.h"
 
 namespace highwall::bench {
@@ -59,7 +60,7 @@ nlohmann::json Run(const Arguments& arguments) {
 
 void Print(const nlohmann::json& report, bool json) {
   if (json) {
-    fmt::print("{}\n", report.dump(2));
+    fmt::print("{}\n", apps::JsonText(report, 2));
     return;
   }
   for (const auto& [part, rows] : report.items()) {

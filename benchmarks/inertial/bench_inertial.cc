@@ -22,6 +22,7 @@
 #include "generated_sequence.h"
 #include "imu_choice.h"
 #include "imu_input.h"
+#include "json_text.h"
 #include "opened_dataset.h"
 #include "option_checks.h"
 #include "progress.h"
@@ -184,7 +185,7 @@ void Run(const Arguments& arguments) {
       }
     }
   }
-  if (arguments.json) fmt::print("{}\n", report.dump(2));
+  if (arguments.json) fmt::print("{}\n", apps::JsonText(report, 2));
 }
 
 void AddOptions(CLI::App& app, Arguments& arguments) {

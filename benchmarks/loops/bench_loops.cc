@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_main.h"
+#include "json_text.h"
 
 namespace highwall::bench {
 namespace {
@@ -80,12 +81,12 @@ nlohmann::json Run(const Arguments& arguments) {
 
 void Print(nlohmann::json report, bool json) {
   if (json) {
-    fmt::print("{}\n", report.dump(2));
+    fmt::print("{}\n", apps::JsonText(report, 2));
     return;
   }
   for (auto& [part, figures] : report.items()) {
     figures.erase("runs");  // a line a part
-    fmt::print("{}: {}\n", part, figures.dump());
+    fmt::print("{}: {}\n", part, apps::JsonText(figures));
   }
 }
 

@@ -14,6 +14,7 @@
 
 #include "bench_main.h"
 #include "cache_folder.h"
+#include "json_text.h"
 #include "option_checks.h"
 #include "parted_sequence.h"
 #include "progress.h"
@@ -281,12 +282,12 @@ void Bench(const Arguments& arguments) {
   if (wanted.contains("twins")) report["twins"] = BenchTwins(arguments, cache);
   if (arguments.json) {
     report["versions"] = apps::VersionsJson();
-    fmt::print("{}\n", report.dump(2));
+    fmt::print("{}\n", apps::JsonText(report, 2));
     return;
   }
   for (auto& [part, figures] : report.items()) {
     figures.erase("runs");  // a line a part
-    fmt::print("{}: {}\n", part, figures.dump());
+    fmt::print("{}: {}\n", part, apps::JsonText(figures));
   }
 }
 

@@ -24,6 +24,7 @@
 #include "abuses.h"
 #include "bench_main.h"
 #include "config.h"
+#include "json_text.h"
 #include "medians.h"
 #include "opened_dataset.h"
 #include "option_checks.h"
@@ -174,7 +175,7 @@ nlohmann::ordered_json RunSequence(const std::filesystem::path& directory,
 
 void Write(const std::filesystem::path& path, const nlohmann::ordered_json& report) {
   AtomicFile file(path);
-  file.stream() << report.dump(2) << '\n';
+  file.stream() << apps::JsonText(report, 2) << '\n';
   file.Commit();
 }
 

@@ -10,6 +10,7 @@
 
 #include <highwall/core/error.h>
 
+#include "json_text.h"
 #include "option_checks.h"
 
 namespace highwall::bench {
@@ -52,12 +53,12 @@ CLI::Option* AddList(CLI::App& app, const std::string& name, std::vector<std::st
 
 void PrintFigures(const nlohmann::ordered_json& report, bool json, int width) {
   if (json) {
-    fmt::print("{}\n", report.dump());
+    fmt::print("{}\n", apps::JsonText(report));
     return;
   }
   const nlohmann::ordered_json flat = report.flatten();
   for (const auto& [pointer, value] : flat.items()) {
-    fmt::print("{:<{}} {}\n", pointer.substr(1), width, value.dump());
+    fmt::print("{:<{}} {}\n", pointer.substr(1), width, apps::JsonText(value));
   }
 }
 

@@ -12,6 +12,7 @@
 #include <highwall/core/error.h>
 
 #include "cache_folder.h"
+#include "json_text.h"
 #include "sweep.h"
 #include "sweep_tables.h"
 
@@ -120,7 +121,7 @@ bool CheckFigures(const std::filesystem::path& file, const std::string& data, bo
     throw IoError(file, error.what());
   }
   AtomicFile renewed(file);
-  renewed.stream() << report.dump(2) << '\n';
+  renewed.stream() << apps::JsonText(report, 2) << '\n';
   renewed.Commit();
   return true;
 }

@@ -14,6 +14,7 @@
 #include <highwall/core/trajectory_error.h>
 #include <highwall/internal/median.h>
 
+#include "json_text.h"
 #include "run_report.h"
 
 namespace highwall::bench {
@@ -291,7 +292,7 @@ void RunPaired(const PairedArguments& arguments) {
     if (!arguments.json) PrintRow(results.back());
   }
   if (arguments.json) {
-    fmt::print("{}\n", ToJson(arguments, results).dump(2));
+    fmt::print("{}\n", apps::JsonText(ToJson(arguments, results), 2));
     return;
   }
   if (results.size() > 1) PrintOverall(results);

@@ -12,6 +12,7 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
+#include "json_text.h"
 #include "run_report.h"
 
 namespace highwall::bench {
@@ -72,7 +73,7 @@ void WriteRecord(const std::filesystem::path& sweep, const RunRecord& record) {
                             {"figures", record.figures},
                             {"loss_reasons", record.loss_reasons}};
   AtomicFile file(path);
-  file.stream() << json.dump(2) << '\n';
+  file.stream() << apps::JsonText(json, 2) << '\n';
   file.Commit();
 }
 
@@ -82,10 +83,10 @@ RunRecord ReadRecord(const std::filesystem::path& file) {
     std::ifstream stream(file);
     if (!stream) throw IoError(file, "cannot be read");
     const nlohmann::json json = nlohmann::json::parse(stream);
-    json.at("sequence").get_to(record.key.sequence);
+    record.key.sequence = apps::StringIn(json.at("sequence"));
     json.at("seed").get_to(record.key.seed);
-    json.at("setting").get_to(record.key.setting.name);
-    json.at("switches").get_to(record.key.setting.switches);
+    record.key.setting.name = apps::StringIn(json.at("setting"));
+    record.key.setting.switches = apps::StringIn(json.at("switches"));
     record.key.setting.map = MapChoiceOf(json.at("map"));
     json.at("run").get_to(record.key.run);
     json.at("lockstep").get_to(record.key.lockstep);

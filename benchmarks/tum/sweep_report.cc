@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
+#include "json_text.h"
 #include "paper_tables.h"
 #include "run_report.h"
 #include "sweep_tables.h"
@@ -44,7 +45,7 @@ void Report(const std::vector<RunRecord>& records, const ReportOptions& options)
   if (!options.out.empty()) WriteTables(options.out, json, rows, markdown);
   switch (options.format) {
     case ReportFormat::kJson:
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}\n", apps::JsonText(json, 2));
       return;
     case ReportFormat::kMarkdown:
       fmt::print("{}", markdown);

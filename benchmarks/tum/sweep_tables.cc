@@ -11,6 +11,8 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
+#include "json_text.h"
+
 namespace highwall::bench {
 namespace {
 
@@ -205,7 +207,7 @@ void WriteTables(const std::filesystem::path& folder, const nlohmann::json& repo
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw IoError(folder, "cannot be made: " + error.message());
-  WriteText(folder / "figures.json", report.dump(2) + "\n");
+  WriteText(folder / "figures.json", apps::JsonText(report, 2) + "\n");
   WriteText(folder / "runs.csv", ToCsv(rows));
   WriteText(folder / "table.md", markdown);
 }

@@ -139,6 +139,34 @@ TEST_F(SlamOutput, AFullDiskCostsNoMoreThanWhatDoesNotFit) {
   EXPECT_EQ(report["failures"].size(), missing.size());
 }
 
+// As names of files of other times and systems are: Latin 1, cut in the middle of a character.
+TEST_F(SlamOutput, NamesThatAreNotUtf8AreReportedAndFoundAgain) {
+  WriteSequence(6);
+  const std::string recording = "B\xFCro \xE5\xB7", out = "l\xE4uft";
+  fs::rename(dataset(), folder_ / recording);
+  const auto highwall = [&](const std::string& arguments) {
+    const Outcome outcome =
+        testing::RunProgram(testing::kHighwallProgram, arguments, folder_.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    return outcome.out;
+  };
+  const std::string report =
+      highwall("slam --deterministic --json --dataset '" + recording + "' --out " + out);
+  EXPECT_EQ(json::parse(report), json::parse(ReadText(folder_ / out / "run.json")));
+  EXPECT_TRUE(json::parse(report)["complete"]);
+  // The run names its recording, and its recording its calibration.
+  EXPECT_EQ(json::parse(highwall("map " + out + " --json --out m\xE4p"))["frames"],
+            json::parse(report)["keyframes"]);
+  const std::string poses = " '" + recording + "/groundtruth.txt' " + out + "/trajectory.txt";
+  EXPECT_EQ(json::parse(highwall("eval ape --json" + poses))["associated"], 6);
+  highwall("eval ape" + poses + " --evo-results h\xF6he.zip");
+  EXPECT_TRUE(json::accept(highwall("info --json '" + recording + "'")));
+  highwall("report " + out);
+  const std::string map = "m\xE4p/cloud.ply";
+  EXPECT_TRUE(json::accept(highwall("map compare --json " + map + " " + map)));
+}
+
 // Killed over a complete earlier run, while it waits for an image that does not come.
 TEST_F(SlamOutput, AKilledRunLeavesItsPosesAndKeyframesAndNothingElse) {
   constexpr std::size_t kFrames = 15;
