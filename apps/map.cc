@@ -250,6 +250,12 @@ int RunMap(const MapArguments& arguments) {
   for (const Dataset::Problem& problem : dataset.problems()) {
     fmt::print(stderr, "highwall map: skipped frame {}: {}\n", problem.frame, problem.what);
   }
+  if (dense.octree.LeafCount().occupied == 0 && !dense.cloud.empty()) {
+    throw InvalidArgument(fmt::format(
+        "an octree of {} m has no occupied voxel, for what is seen lies in that of the camera: "
+        "choose a finer --resolution",
+        arguments.resolution));
+  }
   if (dense.octree.LeafCount().occupied == 0) {
     throw IoError(source.dataset,
                   "no frame has depth between 0.3 m and --max-range (see highwall info)");

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include <highwall/core/error.h>
@@ -19,6 +20,8 @@ class FileCursor {
  public:
   // Throws IoError if the file cannot be read.
   explicit FileCursor(const std::filesystem::path& path) : path_(path) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) throw IoError(path, "is a folder, not a file");
     std::ifstream stream(path, std::ios::binary);
     if (!stream) throw IoError(path, "cannot be read");
     bytes_.assign(std::istreambuf_iterator<char>(stream), {});

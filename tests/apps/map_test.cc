@@ -247,6 +247,19 @@ TEST_F(MapCommand, RefusesDataThatMakeNoMap) {
   EXPECT_NE(outcome.err.find("depth"), std::string::npos) << outcome.err;
 }
 
+TEST_F(MapCommand, SaysOfVoxelsThatAreTooLargeThatTheyAre) {
+  ExpectRefused(Dataset() + " --resolution 10 --out " + Path("x"), 2, "an octree of 10 m has no");
+  EXPECT_FALSE(std::filesystem::exists(Path("x")));
+}
+
+TEST_F(MapCommand, RefusesFoldersInPlaceOfMaps) {
+  for (const char* name : {"folder.ply", "folder.pcd"}) {
+    std::filesystem::create_directory(Path(name));
+    ExpectRefused("compare " + Path(name) + " " + Path(name), 2,
+                  std::string(name) + ": is a folder");
+  }
+}
+
 TEST_F(MapCommand, RefusesTruncatedMaps) {
   ASSERT_EQ(Build().exit_code, 0);
   for (const char* name : {"cloud.ply", "cloud.pcd", "map.bt", "map.ot"}) {

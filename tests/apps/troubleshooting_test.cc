@@ -375,7 +375,9 @@ void Troubleshooting::Runs() {
   coarse.SetPointKind({.pyramid = {.levels = 4}});
   SaveMap(folder_.path() / "coarse.hwmap", PinholeCamera(), coarse);
   Slam("plain", "--load-map coarse.hwmap");
+  Slam("plain", "--load-map plain");
   Highwall("slam --dataset plain --out notes.txt");
+  Highwall("slam --dataset plain --out plain");
   Highwall("merge plain gap --out both");
   Highwall("merge plain plain --out both");
   WriteText(folder_.path() / "later.txt", "900.0 0 0 0 0 0 0 1\n");

@@ -1,5 +1,6 @@
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <string>
@@ -80,6 +81,9 @@ TEST_F(MapIoDamageTest, RefusesASubmapThatIsJoinedWithOneWithoutKeyFrames) {
 
 TEST_F(MapIoDamageTest, RefusesWhatIsMissingForeignOrCutShort) {
   ExpectError("cannot be read");
+  std::filesystem::create_directory(path);
+  ExpectError("is a folder, not a map");
+  std::filesystem::remove(path);
   Write("ply\nformat ascii 1.0\n");
   ExpectError("no map");
   Write("");

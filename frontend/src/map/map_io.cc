@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <span>
 #include <string>
+#include <system_error>
 #include <type_traits>
 #include <unordered_map>
 #include <utility>
@@ -473,6 +475,10 @@ std::size_t SaveMap(const std::filesystem::path& path, const PinholeCamera& came
 }
 
 SavedMap LoadMap(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    throw IoError(path, "is a folder, not a map: give the file, as map.hwmap in that of a run");
+  }
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw IoError(path, "cannot be read");
   const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
