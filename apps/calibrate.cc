@@ -2,7 +2,6 @@
 // of its rows, and of where the camera sits on an IMU.
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +24,7 @@
 #include "opened_dataset.h"
 #include "output_checks.h"
 #include "progress.h"
+#include "run_dataset.h"
 
 namespace highwall::apps {
 namespace {
@@ -51,8 +51,7 @@ Recording Find(const CalibrateArguments& arguments) {
   if (!std::filesystem::exists(file)) {
     return {arguments.input, arguments.config, arguments.trajectory};
   }
-  std::ifstream stream(file);
-  const nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
+  const nlohmann::json report = ReadJson(file);
   const auto text = [&](const char* key) {
     const nlohmann::json::json_pointer pointer(key);
     const bool is_there =
@@ -62,11 +61,17 @@ Recording Find(const CalibrateArguments& arguments) {
   if (text("/options/imu") != "off" && arguments.trajectory.empty()) {
     throw IoError(file, "its poses lean on the IMU: take a run of highwall slam --imu off");
   }
-  if (!std::filesystem::is_directory(text("/dataset"))) {
+  const std::vector<std::filesystem::path> datasets = DatasetsOfRun(arguments.input, report);
+  if (datasets.empty()) {
     throw IoError(file, "names the dataset " + text("/dataset") + ", which is not there");
   }
-  Recording recording{text("/dataset"), arguments.config, arguments.trajectory};
-  if (recording.config.empty()) recording.config = ConfigOfRun(text("/calibration"));
+  if (datasets.size() > 1) {
+    throw IoError(file, "names the dataset " + text("/dataset") +
+                            " without its folder, which may be " + datasets[0].string() + " or " +
+                            datasets[1].string() + ": give the dataset and --trajectory");
+  }
+  Recording recording{datasets.front(), arguments.config, arguments.trajectory};
+  if (recording.config.empty()) recording.config = CalibrationOfRun(arguments.input, report);
   if (recording.trajectory.empty()) {
     recording.trajectory = (arguments.input / "trajectory.txt").string();
   }

@@ -1,7 +1,6 @@
 #include "depth_of_run.h"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -11,6 +10,8 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/features/depth_correction.h>
+
+#include "json_text.h"
 
 namespace highwall::apps {
 namespace {
@@ -48,9 +49,9 @@ FrameTiming TimingOf(const nlohmann::json& report) {
 }  // namespace
 
 DepthOfRun::DepthOfRun(const std::filesystem::path& run) {
-  std::ifstream stream(run / "run.json");
+  const nlohmann::json report = ReadJson(run / "run.json");
+  if (!report.is_object()) throw IoError(run / "run.json", "is damaged: run highwall slam again");
   try {
-    const nlohmann::json report = nlohmann::json::parse(stream);
     pattern_ = PatternOf(report);
     timing_ = TimingOf(report);
     pattern_.Validate();

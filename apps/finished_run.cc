@@ -1,7 +1,6 @@
 #include "finished_run.h"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,6 +11,7 @@
 #include <highwall/core/error.h>
 
 #include "json_text.h"
+#include "run_dataset.h"
 #include "run_output.h"
 #include "run_report.h"
 
@@ -33,8 +33,9 @@ fs::path MapOfRun(const fs::path& folder, const nlohmann::json& report) {
   }
   const fs::path map = folder / kMapFile;
   if (fs::exists(map)) return map;
-  const fs::path saved = FromUtf8(report.value(Pointer("/options/saved_map"), std::string()));
-  if (!saved.empty() && fs::exists(saved)) return saved;
+  const std::string saved = FromUtf8(report.value(Pointer("/options/saved_map"), std::string()));
+  const std::vector<fs::path> places = PlacesOf(saved, folder);
+  if (places.size() == 1) return places.front();
   throw IoError(map,
                 "is not there: run highwall slam again, which writes it, or give a map that "
                 "--save-map wrote in place of the run");
@@ -133,13 +134,12 @@ std::vector<Anchor> FindAnchors(const Trajectory& frames, const Map& map) {
 
 nlohmann::json ReadReport(const fs::path& folder) {
   const fs::path path = folder / kReportFile;
-  std::ifstream stream(path);
-  if (!stream) {
+  nlohmann::json report = ReadJson(path);
+  if (report.is_null()) {
     throw IoError(folder,
                   "is no finished run: it has no run.json (highwall slam --out, or "
                   "highwall merge --out, writes one in the end)");
   }
-  nlohmann::json report = nlohmann::json::parse(stream, nullptr, false);
   if (!report.is_object()) throw IoError(path, "is damaged: run highwall slam again");
   return report;
 }

@@ -7,24 +7,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "json_text.h"
 #include "run_output.h"
 
 namespace highwall::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Not open for what is no file: to read a pipe might take for ever.
-std::ifstream Opened(const fs::path& path) {
-  std::error_code error;
-  return fs::is_regular_file(path, error) ? std::ifstream(path) : std::ifstream();
-}
-
-// Not an object where there is none, or it is damaged.
-nlohmann::json ReadJson(const fs::path& path) {
-  std::ifstream stream = Opened(path);
-  return stream.is_open() ? nlohmann::json::parse(stream, nullptr, false) : nlohmann::json();
-}
 
 bool HasReportOfRun(const fs::path& folder) {
   const nlohmann::json report = ReadJson(folder / kReportFile);
@@ -34,7 +23,9 @@ bool HasReportOfRun(const fs::path& folder) {
 // Older versions left no lock.
 bool HasLogOfKilledRun(const fs::path& folder) {
   std::string title;
-  std::ifstream stream = Opened(folder / kCausalFile);
+  std::error_code error;
+  if (!fs::is_regular_file(folder / kCausalFile, error)) return false;
+  std::ifstream stream(folder / kCausalFile);
   return std::getline(stream, title) && title == "# stamp tx ty tz qx qy qz qw";
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <fstream>
+#include <system_error>
 
 #include <nlohmann/json.hpp>
 
@@ -110,6 +112,13 @@ std::string JsonText(const nlohmann::json& value, int indent) {
 
 std::string JsonText(const nlohmann::ordered_json& value, int indent) {
   return InUtf8(value).dump(indent);
+}
+
+nlohmann::json ReadJson(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return nullptr;  // a folder, a pipe
+  std::ifstream stream(path);
+  return stream ? nlohmann::json::parse(stream, nullptr, false) : nlohmann::json();
 }
 
 std::string StringIn(const nlohmann::json& value) {

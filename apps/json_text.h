@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,10 @@ std::string FromUtf8(std::string_view text);
 // indent: of each level, -1: all in one line.
 std::string JsonText(const nlohmann::json& value, int indent = -1);
 std::string JsonText(const nlohmann::ordered_json& value, int indent = -1);
+
+// What a file holds; discarded (is_discarded) where it is no JSON, null where there is no such
+// file.
+nlohmann::json ReadJson(const std::filesystem::path& path);
 
 // A string that was written so, such as the path of a dataset. Throws nlohmann::json::exception for
 // what is no string.

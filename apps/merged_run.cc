@@ -229,8 +229,8 @@ nlohmann::json LoopsJson(const MergedRuns& runs) {
 nlohmann::json ReportOf(const MergedRuns& runs) {
   nlohmann::json maps = nlohmann::json::array();
   for (std::size_t i = 0; i < runs.runs.size(); ++i) {
-    maps.push_back(
-        {{"path", runs.runs[i].path.string()}, {"keyframes", runs.merged.keyframes[i].size()}});
+    maps.push_back({{"path", AbsoluteName(runs.runs[i].path)},
+                    {"keyframes", runs.merged.keyframes[i].size()}});
   }
   const Map& map = runs.merged.map;
   return {{"versions", VersionsJson()},

@@ -2,38 +2,40 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <optional>
 
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
 
-#include "config.h"
 #include "json_text.h"
+#include "run_dataset.h"
+#include "run_output.h"
 
 namespace highwall::apps {
 namespace {
 
 constexpr Stamp kMaxStampDifference = 20'000'000;  // [ns]
 
-// What run.json holds; not an object where it is not whole.
-nlohmann::json ReadReport(const std::filesystem::path& run) {
-  std::ifstream stream(run / "run.json");
-  return nlohmann::json::parse(stream, nullptr, false);
-}
-
-std::string DatasetOfRun(const std::filesystem::path& run, const nlohmann::json& report) {
+std::filesystem::path DatasetOfRun(const std::filesystem::path& run, const nlohmann::json& report) {
+  const std::filesystem::path file = run / kReportFile;
   if (!report.is_object() || !report.contains("dataset") || !report["dataset"].is_string()) {
-    throw IoError(run / "run.json", "does not name a dataset: give --dataset");
+    throw IoError(file, "does not name a dataset: give --dataset");
   }
-  return StringIn(report["dataset"]);
-}
-
-std::string CalibrationOfRun(const nlohmann::json& report) {
-  const bool told =
-      report.is_object() && report.contains("calibration") && report["calibration"].is_string();
-  return told ? StringIn(report["calibration"]) : "";
+  const std::string name = StringIn(report["dataset"]);
+  const std::vector<std::filesystem::path> datasets = DatasetsOfRun(run, report);
+  if (datasets.empty()) {
+    const bool is_absolute = std::filesystem::path(name).is_absolute();
+    throw IoError(name, is_absolute ? "is the dataset of the run and not there: give --dataset"
+                                    : "is the dataset of the run, and no folder of that name "
+                                      "holds its frames: give --dataset");
+  }
+  if (datasets.size() > 1) {
+    throw IoError(file, "names the dataset " + name + " without its folder, which may be " +
+                            datasets[0].string() + " or " + datasets[1].string() +
+                            ": give --dataset");
+  }
+  return datasets.front();
 }
 
 bool IsLocalization(const nlohmann::json& report) {
@@ -57,18 +59,19 @@ std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
 MapSource ResolveSource(const std::filesystem::path& source, const std::string& dataset,
                         const std::string& trajectory) {
   MapSource resolved;
-  const bool run = std::filesystem::exists(source / "run.json");
+  const bool run = std::filesystem::exists(source / kReportFile);
   if (run) {
-    const nlohmann::json report = ReadReport(source);
+    const nlohmann::json report = ReadJson(source / kReportFile);
     if (trajectory.empty() && IsLocalization(report)) {
       throw IoError(source,
                     "is a localization (slam --localize), which makes no keyframes: map the run "
                     "that made its map, or give --trajectory " +
                         (source / "trajectory.txt").string());
     }
-    resolved.dataset = dataset.empty() ? DatasetOfRun(source, report) : dataset;
+    resolved.dataset =
+        dataset.empty() ? DatasetOfRun(source, report) : std::filesystem::path(dataset);
     resolved.run = source;
-    resolved.config = ConfigOfRun(CalibrationOfRun(report));
+    resolved.config = CalibrationOfRun(source, report);
     resolved.trajectory = source / "keyframes.txt";
     resolved.keyframes = true;
     resolved.level = false;

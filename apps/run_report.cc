@@ -1,7 +1,9 @@
 #include "run_report.h"
 
 #include <cmath>
+#include <filesystem>
 #include <span>
+#include <system_error>
 
 #include <ceres/version.h>
 #include <fmt/core.h>
@@ -33,6 +35,11 @@ std::string InertialCouplingOf(const SlamRunOptions& options) {
   return ToString(options.slam.inertial.coupling);
 }
 
+std::string AbsoluteName(const std::filesystem::path& path) {
+  std::error_code error;
+  return path.empty() ? "" : std::filesystem::absolute(path, error).string();
+}
+
 nlohmann::json ToJson(const SlamRunOptions& options) {
   const FrameBuilderOptions& frame = options.slam.frame;
   return {{"points", frame.use_points},
@@ -54,8 +61,8 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"adjust_all", options.adjust_all},
           {"dense_map", options.dense},
           {"live", options.live},
-          {"loaded_map", options.load_map.string()},
-          {"saved_map", options.save_map.string()},
+          {"loaded_map", AbsoluteName(options.load_map)},
+          {"saved_map", AbsoluteName(options.save_map)},
           {"localize_only", options.slam.localize_only},
           {"octree_resolution_m", options.map.octree.resolution},
           {"voxel_m", options.map.cloud.voxel_size},
@@ -249,12 +256,14 @@ nlohmann::json ToJson(const std::vector<TrackedFrame>& frames) {
 
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration) {
+  std::error_code is_no_path;
+  const bool is_file = std::filesystem::is_regular_file(calibration, is_no_path);
   nlohmann::json lost = nlohmann::json::array();
   for (const Stamp stamp : run.lost) lost.push_back(FormatStamp(stamp));
   nlohmann::json json = {
       {"versions", VersionsJson()},
-      {"dataset", dataset},
-      {"calibration", calibration},
+      {"dataset", AbsoluteName(dataset)},
+      {"calibration", is_file ? AbsoluteName(calibration) : calibration},
       {"options", ToJson(options)},
       {"frames", run.frames},
       {"skipped_frames", run.skipped},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,6 +12,8 @@ namespace highwall::apps {
 // {"mean":..., "median":..., "p95":..., "count":...} in milliseconds.
 nlohmann::json ToJson(const Milliseconds& milliseconds);
 nlohmann::json ToJson(const StageTimes& times);
+// As reports name files, which are read from other folders; empty where there is none.
+std::string AbsoluteName(const std::filesystem::path& path);
 // What a run was told to do, as far as it shapes the result.
 nlohmann::json ToJson(const SlamRunOptions& options);
 // The fields of the noise, and back; a Kinect's where the report does not say.

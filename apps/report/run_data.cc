@@ -14,12 +14,12 @@
 #include <highwall/core/trajectory.h>
 
 #include "finished_run.h"
-#include "json_text.h"
 #include "report/base64.h"
 #include "report/report_graph.h"
 #include "report/report_motion.h"
 #include "report/report_number.h"
 #include "report/report_words.h"
+#include "run_dataset.h"
 #include "run_output.h"
 #include "trajectory_file.h"
 
@@ -144,10 +144,13 @@ json PicturesOf(const fs::path& folder) {
   return pictures;
 }
 
-std::optional<Trajectory> TruthOf(const json& run, const RunDataOptions& options) {
+// That of the dataset, where it is clear which that is.
+std::optional<Trajectory> TruthOf(const fs::path& folder, const json& run,
+                                  const RunDataOptions& options) {
   if (options.truth) return ReadTrajectoryFile(*options.truth).poses;
-  const fs::path beside =
-      fs::path(FromUtf8(run.value("dataset", std::string()))) / "groundtruth.txt";
+  const std::vector<fs::path> datasets = DatasetsOfRun(folder, run);
+  if (datasets.size() != 1) return std::nullopt;
+  const fs::path beside = datasets.front() / "groundtruth.txt";
   if (!fs::exists(beside)) return std::nullopt;
   return ReadTumTrajectory(beside);
 }
@@ -192,7 +195,7 @@ json Assemble(const fs::path& folder, const json& run, const RunDataOptions& opt
   const std::vector<Trajectory> trajectories = TrajectoriesOf(folder, run);
   const Trajectory& largest = trajectories.front();
   const Stamp start = StartOf(run, trajectories);
-  const std::optional<Trajectory> truth = TruthOf(run, options);
+  const std::optional<Trajectory> truth = TruthOf(folder, run, options);
   const std::optional<MotionErrors> errors =
       truth ? CompareWithTruth(*truth, largest) : std::nullopt;
   json data = {{"name", fs::weakly_canonical(folder).filename().string()},

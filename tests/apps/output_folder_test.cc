@@ -101,6 +101,15 @@ TEST_F(OutputFolder, OfAnythingButAFileInPlaceOfAReportIsRefused) {
   EXPECT_EQ(ContentOf(out()), FolderContent::kForeign);
 }
 
+TEST_F(OutputFolder, InPlaceOfAReportIsSaidInOneLine) {
+  fs::create_directories(folder_ / "run" / "run.json");
+  for (const char* command :
+       {"map run --out out", "report run", "merge run recording --out out", "calibrate run"}) {
+    SCOPED_TRACE(command);
+    testing::ExpectRefused(Highwall(command), 2, {"run"});
+  }
+}
+
 TEST_F(OutputFolder, OfHighwallOrWithoutFilesIsWrittenTo) {
   using Content = FolderContent;
   const std::vector<std::pair<Files, FolderContent>> own = {

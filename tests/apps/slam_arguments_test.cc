@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -56,6 +57,7 @@ struct Case {
 };
 
 std::vector<Case> Cases() {
+  const std::string map = (std::filesystem::current_path() / "a").string();
   using O = const SlamRunOptions&;
   return {
       {"--features points",
@@ -120,10 +122,10 @@ std::vector<Case> Cases() {
       {"--no-map", {{"dense_map", false}}, [](O o) { return !o.dense; }},
       {"--no-loops", {{"loops", false}}, [](O o) { return !o.slam.loops.enabled; }},
       {"--adjust-all", {{"adjust_all", true}}, [](O o) { return o.adjust_all; }},
-      {"--load-map a", {{"loaded_map", "a"}}, [](O o) { return o.load_map == "a"; }},
-      {"--save-map a", {{"saved_map", "a"}}, [](O o) { return o.save_map == "a"; }},
+      {"--load-map a", {{"loaded_map", map}}, [](O o) { return o.load_map == "a"; }},
+      {"--save-map a", {{"saved_map", map}}, [](O o) { return o.save_map == "a"; }},
       {"--load-map a --localize",
-       {{"loaded_map", "a"}, {"localize_only", true}, {"loops", false}, {"dense_map", false}},
+       {{"loaded_map", map}, {"localize_only", true}, {"loops", false}, {"dense_map", false}},
        [](O o) { return o.slam.localize_only && !o.slam.loops.enabled && !o.dense; }},
       {"--json", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
