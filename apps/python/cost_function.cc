@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/testing/jacobian_check.h>
@@ -76,6 +77,31 @@ testing::JacobianCheckResult Check(const ceres::CostFunction& factor, const py::
                                  {.step = step, .absolute = absolute, .relative = relative});
 }
 
+// A factor that is written in Python, as it works for the object behind a gate.
+class CalledFactor final : public ceres::CostFunction {
+ public:
+  CalledFactor(const py::object& factor, std::shared_ptr<CallGate> gate)
+      : gate_(std::move(gate)), owner_(factor), factor_(*factor.cast<PythonFactor*>()) {
+    set_num_residuals(factor_.num_residuals());
+    *mutable_parameter_block_sizes() = factor_.parameter_block_sizes();
+  }
+  ~CalledFactor() override {
+    const py::gil_scoped_acquire lock;
+    owner_ = py::object();
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const CallGate::Work work(*gate_);
+    return factor_.Evaluate(parameters, residuals, jacobians);
+  }
+
+ private:
+  const std::shared_ptr<CallGate> gate_;
+  py::object owner_;
+  const PythonFactor& factor_;
+};
+
 void BindLosses(py::module_& module) {
   using ceres::LossFunction;
   py::class_<LossFunction, std::shared_ptr<LossFunction>>(
@@ -138,12 +164,10 @@ bool PythonFactor::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-std::shared_ptr<ceres::CostFunction> ShareFactor(const py::object& factor) {
-  auto* function = factor.cast<ceres::CostFunction*>();
-  return {function, [owner = factor](ceres::CostFunction*) mutable {
-            const py::gil_scoped_acquire lock;
-            owner = py::object();
-          }};
+std::shared_ptr<ceres::CostFunction> ShareFactor(const py::object& factor,
+                                                 const std::shared_ptr<CallGate>& gate) {
+  if (py::isinstance<PythonFactor>(factor)) return std::make_shared<CalledFactor>(factor, gate);
+  return factor.cast<std::shared_ptr<ceres::CostFunction>>();
 }
 
 std::shared_ptr<ceres::LossFunction> ShareLoss(const py::object& loss) {

@@ -9,6 +9,7 @@
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 
+#include "exclusive.h"
 #include "value.h"
 
 namespace highwall::python {
@@ -31,9 +32,10 @@ class PythonFactor : public ceres::CostFunction {
   std::vector<std::unique_ptr<ceres::Manifold>> manifolds_;
 };
 
-// The factor of a Python object, which lives as long as the pointer does: what Python adds to the
-// object (the class of a PythonFactor) would be gone otherwise.
-std::shared_ptr<ceres::CostFunction> ShareFactor(const py::object& factor);
+// The factor of a Python object, for the object behind the gate. One that is written in Python
+// keeps its Python object alive: its class would be gone otherwise.
+std::shared_ptr<ceres::CostFunction> ShareFactor(const py::object& factor,
+                                                 const std::shared_ptr<CallGate>& gate);
 // Null where it is None.
 std::shared_ptr<ceres::LossFunction> ShareLoss(const py::object& loss);
 

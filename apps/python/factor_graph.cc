@@ -2,11 +2,16 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
+#include <memory>
+#include <utility>
+#include <vector>
+
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 
 #include "bindings.h"
 #include "cost_function.h"
+#include "exclusive.h"
 #include "graph_handles.h"
 
 namespace highwall::python {
@@ -90,80 +95,98 @@ std::vector<PythonVariable> ReadVariables(const py::args& variables) {
 void BindFactorGraph(py::module_& module) {
   BindSolver(module);
   BindHandles(module);
-  const auto add = [](FactorGraph& graph, const py::object& object, bool landmark) {
+  using Graph = Exclusive<FactorGraph>;
+  const auto add = [](Graph& self, const py::object& object, bool landmark) {
     const Value value = ReadValue(object);
-    const VariableId id = VisitValue(value, [&](const auto& typed) -> VariableId {
-      return landmark ? graph.AddLandmark(typed) : graph.AddVariable(typed);
+    const VariableId id = self.Call([&](FactorGraph& graph) {
+      return VisitValue(value, [&](const auto& typed) -> VariableId {
+        return landmark ? graph.AddLandmark(typed) : graph.AddVariable(typed);
+      });
     });
     return PythonVariable{id, value.type};
   };
-  py::class_<FactorGraph>(module, "FactorGraph",
-                          "Variables and factors: minimizes the sum of rho(|r|^2) / 2. Functions "
-                          "throw InvalidArgument for a handle that is not of this graph.")
-      .def(py::init<>())
+  // A member function that takes a variable.
+  const auto of_variable = []<class Result>(Result (FactorGraph::*function)(const VariableId&)) {
+    return [function](Graph& self, const PythonVariable& variable) {
+      return self.Call([&](FactorGraph& graph) { return (graph.*function)(variable.id); });
+    };
+  };
+  py::class_<Graph>(module, "FactorGraph",
+                    "Variables and factors: minimizes the sum of rho(|r|^2) / 2. Functions "
+                    "throw InvalidArgument for a handle that is not of this graph.")
+      .def(py::init([] {
+        return std::make_unique<Graph>("FactorGraph", [](const auto&) { return FactorGraph(); });
+      }))
       .def(
           "add_variable",
-          [add](FactorGraph& graph, const py::object& value) { return add(graph, value, false); },
+          [add](Graph& self, const py::object& value) { return add(self, value, false); },
           py::arg("value"),
           "A Pose, OrthonormalLine, Segment3, UnitDirection, number or vector. Returns a handle.")
       .def(
           "add_landmark",
-          [add](FactorGraph& graph, const py::object& value) { return add(graph, value, true); },
+          [add](Graph& self, const py::object& value) { return add(self, value, true); },
           py::arg("value"), "One that is eliminated first; no factor may join two.")
       .def(
           "add_factor",
-          [](FactorGraph& graph, const py::object& factor, const py::args& variables,
+          [](Graph& self, const py::object& factor, const py::args& variables,
              const py::object& loss) {
             const auto ids = Ids(ReadVariables(variables));
-            return graph.AddFactorToBlocks(ShareFactor(factor), ShareLoss(loss), ids);
+            auto cost = ShareFactor(factor, self.gate());
+            auto robust = ShareLoss(loss);
+            return self.Call([&](FactorGraph& graph) {
+              return graph.AddFactorToBlocks(std::move(cost), std::move(robust), ids);
+            });
           },
           py::arg("factor"), py::arg("loss") = py::none(),
           "add_factor(factor, *variables, loss=None)")
       .def(
           "value",
-          [](const FactorGraph& graph, const PythonVariable& variable) {
-            return MakeValue(variable.type, graph.Block(variable.id));
+          [](Graph& self, const PythonVariable& variable) {
+            const auto block = self.Call([&](const FactorGraph& graph) {
+              const double* values = graph.Block(variable.id);
+              return std::vector<double>(values, values + variable.type.size);
+            });
+            return MakeValue(variable.type, block.data());
           },
           py::arg("variable"))
       .def(
           "set_value",
-          [](FactorGraph& graph, const PythonVariable& variable, const py::object& object) {
-            VisitValue(ValueFor(variable, object), [&]<class T>(const T& value) {
-              graph.SetValue(Variable<T>{variable.id}, value);
-              return true;
+          [](Graph& self, const PythonVariable& variable, const py::object& object) {
+            const Value read = ValueFor(variable, object);
+            self.Call([&](FactorGraph& graph) {
+              VisitValue(read, [&]<class T>(const T& value) {
+                graph.SetValue(Variable<T>{variable.id}, value);
+                return true;
+              });
             });
           },
           py::arg("variable"), py::arg("value"))
-      .def(
-          "fix", [](FactorGraph& graph, const PythonVariable& v) { graph.Fix(v.id); },
-          py::arg("variable"), "It keeps its value in solve().")
-      .def(
-          "unfix", [](FactorGraph& graph, const PythonVariable& v) { graph.Unfix(v.id); },
-          py::arg("variable"))
+      .def("fix", of_variable(&FactorGraph::Fix), py::arg("variable"),
+           "It keeps its value in solve().")
+      .def("unfix", of_variable(&FactorGraph::Unfix), py::arg("variable"))
       .def(
           "is_fixed",
-          [](const FactorGraph& graph, const PythonVariable& v) { return graph.IsFixed(v.id); },
+          [](Graph& self, const PythonVariable& v) {
+            return self.Call([&](const FactorGraph& graph) { return graph.IsFixed(v.id); });
+          },
           py::arg("variable"))
-      .def(
-          "remove", [](FactorGraph& graph, const PythonVariable& v) { graph.Remove(v.id); },
-          py::arg("variable"), "With every factor that touches it.")
-      .def("remove_factor", &FactorGraph::RemoveFactor, py::arg("factor"))
-      .def_property_readonly("num_variables", &FactorGraph::NumVariables)
-      .def_property_readonly("num_factors", &FactorGraph::NumFactors)
-      .def("fault_of", &FactorGraph::FaultOf, py::arg("factor"),
+      .def("remove", of_variable(&FactorGraph::Remove), py::arg("variable"),
+           "With every factor that touches it.")
+      .def("remove_factor", Exclusively(&FactorGraph::RemoveFactor), py::arg("factor"))
+      .def_property_readonly("num_variables", Exclusively(&FactorGraph::NumVariables))
+      .def_property_readonly("num_factors", Exclusively(&FactorGraph::NumFactors))
+      .def("fault_of", Exclusively(&FactorGraph::FaultOf), py::arg("factor"),
            "Why it cannot be evaluated at the present values; empty if it can.")
-      .def("squared_error", &FactorGraph::SquaredError, py::arg("factor"),
+      .def("squared_error", Exclusively(&FactorGraph::SquaredError), py::arg("factor"),
            "|r|^2 at the present values, without its loss.")
-      .def("cost", &FactorGraph::Cost, "Sum over factors of rho(|r|^2) / 2.")
-      .def("solve", &FactorGraph::Solve, py::arg("options") = SolveOptions{},
-           py::call_guard<py::gil_scoped_release>(),
+      .def("cost", Exclusively(&FactorGraph::Cost), "Sum over factors of rho(|r|^2) / 2.")
+      .def("solve", Exclusively(&FactorGraph::Solve), py::arg("options") = SolveOptions{},
            "Improves the values of the variables that are not fixed.")
       .def(
           "covariance",
-          [](const FactorGraph& graph, const py::args& variables) {
+          [](Graph& self, const py::args& variables) {
             const auto ids = Ids(ReadVariables(variables));
-            const py::gil_scoped_release unlocked;
-            return graph.Covariance(ids);
+            return self.Call([&](const FactorGraph& graph) { return graph.Covariance(ids); });
           },
           "covariance(*variables): joint, in their tangent spaces. Throws InvalidArgument if the "
           "factors do not determine them.");

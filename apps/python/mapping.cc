@@ -3,6 +3,8 @@
 
 #include <cstring>
 #include <map>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/error.h>
@@ -15,6 +17,7 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "bindings.h"
+#include "exclusive.h"
 #include "images.h"
 
 namespace highwall::python {
@@ -230,18 +233,20 @@ void BindDenseMapper(py::module_& module) {
           py::return_value_policy::reference_internal)
       .def_readonly("grid", &DenseMap::grid)
       .def_readonly("ground_height", &DenseMap::ground_height, "[m]");
-  using Unlocked = py::call_guard<py::gil_scoped_release>;
-  py::class_<DenseMapper>(module, "DenseMapper",
-                          "The dense map of a run: follows its keyframes, on a thread of its own.")
+  using Mapper = Exclusive<DenseMapper>;
+  py::class_<Mapper>(module, "DenseMapper",
+                     "The dense map of a run: follows its keyframes, on a thread of its own.")
       .def(py::init([](const PinholeCamera& camera, const DepthNoise& noise, double voxel_size,
                        double resolution, bool background) {
              DenseMapOptions options;
              options.cloud.voxel_size = voxel_size;
              options.octree.resolution = resolution;
              options.background = background;
-             return std::make_unique<DenseMapper>(
-                 options, DepthCamera{.pinhole = camera,
-                                      .sigma = [noise](double z) { return noise.Sigma(z); }});
+             return std::make_unique<Mapper>("DenseMapper", [&](const auto&) {
+               return DenseMapper(
+                   options, DepthCamera{.pinhole = camera,
+                                        .sigma = [noise](double z) { return noise.Sigma(z); }});
+             });
            }),
            py::arg("camera"), py::arg("noise") = DepthNoise{},
            py::arg("voxel_size") = KeyframeCloudOptions{}.voxel_size,
@@ -249,33 +254,34 @@ void BindDenseMapper(py::module_& module) {
            "voxel_size: [m] of the cloud. resolution: [m] of the octree.")
       .def(
           "add_keyframe",
-          [](DenseMapper& mapper, std::int64_t id, Stamp stamp, const ColourArray& bgr,
+          [](Mapper& self, std::int64_t id, Stamp stamp, const ColourArray& bgr,
              const DepthArray& depth, const Pose& T_WC) {
             const KeyframeImage keyframe{.id = id,
                                          .stamp = stamp,
                                          .depth = DepthImage(depth),
                                          .bgr = ColourImage(bgr),
                                          .T_WC = T_WC};
-            const py::gil_scoped_release unlocked;
-            mapper.AddKeyframe(keyframe);
+            self.Call([&](DenseMapper& mapper) { mapper.AddKeyframe(keyframe); });
           },
           py::arg("id"), py::arg("stamp"), py::arg("bgr"), py::arg("depth"), py::arg("T_WC"))
       .def(
           "set_poses",
-          [](DenseMapper& mapper, const std::map<std::int64_t, Pose>& poses) {
+          [](Mapper& self, const std::map<std::int64_t, Pose>& poses) {
             std::map<std::int64_t, KeyframePose> placed;
             for (const auto& [id, T_WC] : poses) placed[id] = {.T_WC = T_WC};
-            mapper.SetPoses(std::move(placed));
+            self.Call([&](DenseMapper& mapper) { mapper.SetPoses(std::move(placed)); });
           },
-          py::arg("poses"), Unlocked(), "{id: T_WC}: all keyframes; the map follows.")
+          py::arg("poses"), "{id: T_WC}: all keyframes; the map follows.")
       .def(
           "finish",
-          [](DenseMapper& mapper) {
-            std::vector<DenseMap> maps;
-            for (auto& [layer, map] : mapper.Finish()) maps.push_back(std::move(map));
-            return maps;
+          [](Mapper& self) {
+            return self.Call([](DenseMapper& mapper) {
+              std::vector<DenseMap> maps;
+              for (auto& [layer, map] : mapper.Finish()) maps.push_back(std::move(map));
+              return maps;
+            });
           },
-          Unlocked(), "One map; none without keyframes. Call once, last.");
+          "One map; none without keyframes. Call once, last.");
 }
 
 }  // namespace

@@ -39,14 +39,14 @@ class GuardedCost final : public ceres::CostFunction {
 
 }  // namespace
 
-void AddFactor(SlamSystem& slam, std::vector<Stamp> stamps, const py::object& factor,
+void AddFactor(Exclusive<SlamSystem>& self, std::vector<Stamp> stamps, const py::object& factor,
                std::optional<int> frame, const py::object& loss) {
-  std::shared_ptr<ceres::CostFunction> cost = ShareFactor(factor);
+  std::shared_ptr<ceres::CostFunction> cost = ShareFactor(factor, self.gate());
   // The library's own do not throw, and a map file knows them by their type.
   if (py::isinstance<PythonFactor>(factor)) cost = std::make_shared<GuardedCost>(std::move(cost));
   PoseFactor added{std::move(stamps), kNoId, std::move(cost), ShareLoss(loss)};
   if (frame) added.frame = ReferenceFrameId(*frame);
-  slam.AddFactor(std::move(added));
+  self.Call([&](SlamSystem& slam) { slam.AddFactor(std::move(added)); });
 }
 
 void BindOwnFactors(py::module_& module) {

@@ -3,6 +3,7 @@
 #include <pybind11/numpy.h>
 
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -48,6 +49,28 @@ cv::Mat ReadDescriptors(const py::object& object, const std::string& name) {
   return MatrixOf(array);
 }
 
+// An extractor that is written in Python, as it works for the object behind a gate.
+class CalledPoints final : public PointExtractor {
+ public:
+  CalledPoints(const py::object& points, std::shared_ptr<CallGate> gate)
+      : gate_(std::move(gate)), owner_(points), points_(*points.cast<PythonPoints*>()) {}
+  ~CalledPoints() override {
+    const py::gil_scoped_acquire lock;
+    owner_ = py::object();
+  }
+
+  const PointKind& kind() const override { return points_.kind(); }
+  ExtractedPoints Extract(const cv::Mat& gray) override {
+    const CallGate::Work work(*gate_);
+    return points_.Extract(gray);
+  }
+
+ private:
+  const std::shared_ptr<CallGate> gate_;
+  py::object owner_;
+  PythonPoints& points_;
+};
+
 }  // namespace
 
 PythonPoints::PythonPoints(PointKind kind) : kind_(std::move(kind)) {
@@ -65,14 +88,11 @@ ExtractedPoints PythonPoints::Extract(const cv::Mat& gray) {
   return {ReadKeypoints(pair[0], kind_.name), ReadDescriptors(pair[1], kind_.name)};
 }
 
-std::shared_ptr<PointExtractor> SharePoints(const py::object& points) {
+std::shared_ptr<PointExtractor> SharePoints(const py::object& points,
+                                            const std::shared_ptr<CallGate>& gate) {
   if (points.is_none()) return nullptr;
   HIGHWALL_REQUIRE(py::isinstance<PythonPoints>(points), "points: a PointExtractor, or None");
-  auto* extractor = points.cast<PythonPoints*>();
-  return {extractor, [owner = points](PointExtractor*) mutable {
-            const py::gil_scoped_acquire lock;
-            owner = py::object();
-          }};
+  return std::make_shared<CalledPoints>(points, gate);
 }
 
 void BindPointExtractor(py::module_& module) {

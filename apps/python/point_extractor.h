@@ -6,6 +6,8 @@
 
 #include <highwall/frontend/features/point_extractor.h>
 
+#include "exclusive.h"
+
 namespace highwall::python {
 
 namespace py = pybind11;
@@ -25,7 +27,9 @@ class PythonPoints : public PointExtractor {
   const PointKind kind_;
 };
 
-// The extractor of a Python object, which lives as long as the pointer does; null where it is None.
-std::shared_ptr<PointExtractor> SharePoints(const py::object& points);
+// The extractor of a Python object, for the object behind the gate. It keeps the Python object
+// alive; null where that is None.
+std::shared_ptr<PointExtractor> SharePoints(const py::object& points,
+                                            const std::shared_ptr<CallGate>& gate);
 
 }  // namespace highwall::python

@@ -1,6 +1,7 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include <utility>
 #include <vector>
 
 #include <highwall/core/pose_graph.h>
@@ -101,18 +102,26 @@ void BindPoseGraph(py::module_& module) {
   module.def(
       "solve_pose_graph",
       [](PoseGraph& graph, const PoseGraphOptions& options) {
-        return SolvePoseGraph(&graph, options);
+        // Other threads may read or change it until the poses have moved.
+        PoseGraph solved = graph;
+        PoseGraphSummary summary;
+        {
+          const py::gil_scoped_release unlocked;
+          summary = SolvePoseGraph(&solved, options);
+        }
+        graph = std::move(solved);
+        return summary;
       },
-      py::arg("graph"), py::arg("options") = PoseGraphOptions{},
-      py::call_guard<py::gil_scoped_release>(), "Moves the poses of the nodes.");
+      py::arg("graph"), py::arg("options") = PoseGraphOptions{}, "Moves the poses of the nodes.");
   module.def(
       "pose_graph_covariance",
       [](const PoseGraph& graph, const std::vector<std::int64_t>& ids,
          const std::vector<std::size_t>& without) {
-        return PoseGraphCovariance(graph, ids, without);
+        const PoseGraph asked = graph;  // other threads may change it
+        const py::gil_scoped_release unlocked;
+        return PoseGraphCovariance(asked, ids, without);
       },
       py::arg("graph"), py::arg("ids"), py::arg("without") = std::vector<std::size_t>(),
-      py::call_guard<py::gil_scoped_release>(),
       "Joint, of nodes: [dp dtheta] in SE3, [x y theta] in SE2.");
 }
 

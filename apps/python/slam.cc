@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -12,6 +13,7 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include "bindings.h"
+#include "exclusive.h"
 #include "images.h"
 #include "imu_samples.h"
 #include "own_factors.h"
@@ -47,12 +49,13 @@ class Callback {
 // Lets go of the interpreter's lock, which factors written in Python ask for on the threads that
 // the system ends.
 struct UnlockedDelete {
-  void operator()(SlamSystem* slam) const {
+  void operator()(Exclusive<SlamSystem>* slam) const {
     const py::gil_scoped_release unlocked;
     delete slam;
   }
 };
 
+using Slam = Exclusive<SlamSystem>;
 using OptionalFunction = std::optional<py::function>;
 
 SlamCallbacks MakeCallbacks(const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
@@ -287,33 +290,37 @@ void BindSlam(py::module_& module) {
   BindSlamOptions(module);
   BindResults(module);
   BindEstimates(module);
-  using Unlocked = py::call_guard<py::gil_scoped_release>;
-  py::class_<SlamSystem, std::unique_ptr<SlamSystem, UnlockedDelete>>(
+  py::class_<Slam, std::unique_ptr<Slam, UnlockedDelete>>(
       module, "SlamSystem", "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.")
       .def(py::init([](const RgbdSensor& sensor, const SlamOptions& options,
                        const std::optional<ImuCalibration>& imu, const py::object& points) {
-             return std::unique_ptr<SlamSystem, UnlockedDelete>(
-                 new SlamSystem(sensor, options, imu, {}, SharePoints(points)));
+             return std::unique_ptr<Slam, UnlockedDelete>(
+                 new Slam("SlamSystem", [&](const std::shared_ptr<CallGate>& gate) {
+                   return SlamSystem(sensor, options, imu, {}, SharePoints(points, gate));
+                 }));
            }),
            py::arg("sensor"), py::arg("options") = SlamOptions{}, py::arg("imu") = std::nullopt,
            py::arg("points") = py::none(), "points: a PointExtractor of your own.")
       .def(
           "set_callbacks",
-          [](SlamSystem& slam, const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
+          [](Slam& self, const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
              const OptionalFunction& on_map, const OptionalFunction& on_frame) {
-            slam.SetCallbacks(MakeCallbacks(on_keyframe, on_loop, on_map, on_frame));
+            SlamCallbacks callbacks = MakeCallbacks(on_keyframe, on_loop, on_map, on_frame);
+            self.Call([&](SlamSystem& slam) { slam.SetCallbacks(std::move(callbacks)); });
           },
           py::kw_only(), py::arg("on_keyframe") = py::none(), py::arg("on_loop") = py::none(),
           py::arg("on_map") = py::none(), py::arg("on_frame") = py::none(),
           "on_keyframe(id, T_WC, stamp, bgr, depth), on_loop(match, keyframe, accepted, message), "
           "on_map({id: T_WC}), on_frame(FrameResult): called by track() and finish(). What one "
-          "raises reaches the caller.")
-      .def("add_imu", &SlamSystem::AddImu, py::arg("sample"),
+          "raises reaches the caller. They must not call the system in turn: a RuntimeError.")
+      .def("add_imu", Exclusively(&SlamSystem::AddImu), py::arg("sample"),
            "Every reading until some 50 ms after an image goes before that image.")
       .def(
           "add_reference_frame",
-          [](SlamSystem& slam, bool upright) {
-            return slam.AddReferenceFrame({.upright = upright}).value();
+          [](Slam& self, bool upright) {
+            return self.Call([upright](SlamSystem& slam) {
+              return slam.AddReferenceFrame({.upright = upright}).value();
+            });
           },
           py::arg("upright") = true,
           "A frame F that factors of your own are measured in: its number. upright: its z axis "
@@ -325,40 +332,60 @@ void BindSlam(py::module_& module) {
            "sys.unraisablehook.")
       .def(
           "T_FW",
-          [](const SlamSystem& slam, int frame) { return slam.T_FW(ReferenceFrameId(frame)); },
+          [](Slam& self, int frame) {
+            return self.Call(
+                [frame](const SlamSystem& slam) { return slam.T_FW(ReferenceFrameId(frame)); });
+          },
           py::arg("frame"), "Where F lies; None as long as that is not known.")
-      .def_property_readonly("factor_counts", &SlamSystem::factor_counts)
+      .def_property_readonly("factor_counts", Exclusively(&SlamSystem::factor_counts))
       .def(
           "track",
-          [](SlamSystem& slam, Stamp stamp, const ColourArray& bgr, const DepthArray& depth) {
+          [](Slam& self, Stamp stamp, const ColourArray& bgr, const DepthArray& depth) {
             const RgbdImage image = MakeImage(stamp, bgr, depth);
-            const py::gil_scoped_release unlocked;
-            return slam.Track(image);
+            return self.Call([&](SlamSystem& slam) { return slam.Track(image); });
           },
           py::arg("stamp"), py::arg("bgr"), py::arg("depth"),
           "bgr: height x width x 3, uint8, as cv2.imread reads it. depth: height x width, metres, "
           "0 where nothing was measured. Stamps [ns] ascend.")
       .def(
-          "finish", [](SlamSystem& slam) { slam.Finish(); }, Unlocked(),
+          "finish", [](Slam& self) { self.Call([](SlamSystem& slam) { slam.Finish(); }); },
           "Waits for adjustments and loops, and applies them.")
       .def(
-          "trajectory", [](const SlamSystem& slam) { return PythonTrajectory{slam.trajectory()}; },
+          "trajectory",
+          [](Slam& self) {
+            return PythonTrajectory{
+                self.Call([](const SlamSystem& slam) { return slam.trajectory(); })};
+          },
           "T_WC of every tracked frame after all adjustments so far.")
       .def("keyframe_trajectory",
-           [](const SlamSystem& slam) { return PythonTrajectory{slam.keyframe_trajectory()}; })
-      .def("timing", &SlamSystem::timing, "When rows are taken, as found out so far.")
+           [](Slam& self) {
+             return PythonTrajectory{
+                 self.Call([](const SlamSystem& slam) { return slam.keyframe_trajectory(); })};
+           })
+      .def("timing", Exclusively(&SlamSystem::timing),
+           "When rows are taken, as estimated so far.")
       .def(
-          "depth_pattern", [](const SlamSystem& self) { return self.depth_pattern().nodes; },
-          "[1/m] RgbdSensor.depth_pattern, as found out so far beside what the sensor states.")
-      .def("refined_frames", &SlamSystem::refined_frames,
+          "depth_pattern",
+          [](Slam& self) {
+            return self.Call([](const SlamSystem& slam) { return slam.depth_pattern().nodes; });
+          },
+          "[1/m] RgbdSensor.depth_pattern, as estimated so far beside what the sensor states.")
+      .def("refined_frames", Exclusively(&SlamSystem::refined_frames),
            "How many frames had their pose found once more.")
-      .def("noise", &SlamSystem::noise, "How noisy observations are, as found out so far.")
-      .def("map_points", &MapPoints, "[m] n x 3 in W.")
-      .def("map_lines", &MapLines, "[m] n x 6 in W: both ends.")
+      .def("noise", Exclusively(&SlamSystem::noise),
+           "How noisy observations are, as estimated so far.")
+      .def(
+          "map_points", [](Slam& self) { return self.Call(&MapPoints); }, "[m] n x 3 in W.")
+      .def(
+          "map_lines", [](Slam& self) { return self.Call(&MapLines); },
+          "[m] n x 6 in W: both ends.")
       .def(
           "save_map",
-          [](const SlamSystem& slam, const py::object& path, const PinholeCamera& camera) {
-            return SaveMap(Path(path), camera.WithoutDistortion(), slam.map());
+          [](Slam& self, const py::object& object, const PinholeCamera& camera) {
+            const std::filesystem::path path = Path(object);
+            return self.Call([&](const SlamSystem& slam) {
+              return SaveMap(path, camera.WithoutDistortion(), slam.map());
+            });
           },
           py::arg("path"), py::arg("camera"),
           "Returns how many factors of your own the file does not keep: all but those of a "

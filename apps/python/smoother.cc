@@ -1,18 +1,23 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include <highwall/core/sliding_window_smoother.h>
 
 #include "bindings.h"
 #include "cost_function.h"
+#include "exclusive.h"
 #include "graph_handles.h"
 
 namespace highwall::python {
 namespace {
 
 using Smoother = SlidingWindowSmoother;
+
+constexpr const char* kSmootherName = "SlidingWindowSmoother";
 
 template <int... kIndex>
 Smoother Load(const std::filesystem::path& path, const SlidingWindowOptions& options,
@@ -48,86 +53,124 @@ void BindSmootherOptions(py::module_& module) {
       .def_readonly("seconds", &UpdateReport::seconds);
 }
 
+// add(smoother, value as the C++ type): its handle.
 template <class Add>
-PythonVariable AddTo(const py::object& object, const Add& add) {
+PythonVariable AddTo(Exclusive<Smoother>& self, const py::object& object, const Add& add) {
   const Value value = ReadValue(object);
-  return {VisitValue(value, [&](const auto& typed) -> VariableId { return add(typed); }),
-          value.type};
+  const VariableId id = self.Call([&](Smoother& smoother) {
+    return VisitValue(
+        value, [&](const auto& typed) -> VariableId { return add(smoother, typed); });
+  });
+  return {id, value.type};
 }
 
 }  // namespace
 
 void BindSmoother(py::module_& module) {
   BindSmootherOptions(module);
-  py::class_<Smoother>(module, "SlidingWindowSmoother",
-                       "The newest states stay in the window, those before leave behind a prior.")
-      .def(py::init<const SlidingWindowOptions&>(), py::arg("options") = SlidingWindowOptions{})
+  using Window = Exclusive<Smoother>;
+  py::class_<Window>(module, kSmootherName,
+                     "The newest states stay in the window, those before leave behind a prior.")
+      .def(py::init([](const SlidingWindowOptions& options) {
+             return std::make_unique<Window>(
+                 kSmootherName, [&](const auto&) { return Smoother(options); });
+           }),
+           py::arg("options") = SlidingWindowOptions{})
       .def(
           "add_state",
-          [](Smoother& smoother, Stamp stamp, const py::object& object) {
-            return AddTo(object,
-                         [&](const auto& value) { return smoother.AddState(stamp, value); });
+          [](Window& self, Stamp stamp, const py::object& object) {
+            return AddTo(self, object, [stamp](Smoother& smoother, const auto& value) {
+              return smoother.AddState(stamp, value);
+            });
           },
           py::arg("stamp"), py::arg("value"), "A variable that leaves with its stamp [ns].")
       .def(
           "add_landmark",
-          [](Smoother& smoother, const py::object& object) {
-            return AddTo(object, [&](const auto& value) { return smoother.AddLandmark(value); });
+          [](Window& self, const py::object& object) {
+            return AddTo(self, object, [](Smoother& smoother, const auto& value) {
+              return smoother.AddLandmark(value);
+            });
           },
           py::arg("value"), "One that leaves once no state of the window observes it.")
       .def(
           "add_calibration",
-          [](Smoother& smoother, const py::object& object) {
-            return AddTo(object, [&](const auto& value) { return smoother.AddCalibration(value); });
+          [](Window& self, const py::object& object) {
+            return AddTo(self, object, [](Smoother& smoother, const auto& value) {
+              return smoother.AddCalibration(value);
+            });
           },
           py::arg("value"), "One that stays.")
       .def(
           "add_factor",
-          [](Smoother& smoother, const py::object& factor, const py::args& variables,
+          [](Window& self, const py::object& factor, const py::args& variables,
              const py::object& loss) {
             const auto ids = Ids(ReadVariables(variables));
-            return smoother.AddFactorToBlocks(ShareFactor(factor), ShareLoss(loss), ids);
+            auto cost = ShareFactor(factor, self.gate());
+            auto robust = ShareLoss(loss);
+            return self.Call([&](Smoother& smoother) {
+              return smoother.AddFactorToBlocks(std::move(cost), std::move(robust), ids);
+            });
           },
           py::arg("factor"), py::arg("loss") = py::none(),
           "add_factor(factor, *variables, loss=None)")
       .def(
-          "fix", [](Smoother& smoother, const PythonVariable& v) { smoother.Fix(v.id); },
+          "fix",
+          [](Window& self, const PythonVariable& v) {
+            self.Call([&](Smoother& smoother) { smoother.Fix(v.id); });
+          },
           py::arg("variable"))
       .def(
-          "remove", [](Smoother& smoother, const PythonVariable& v) { smoother.Remove(v.id); },
+          "remove",
+          [](Window& self, const PythonVariable& v) {
+            self.Call([&](Smoother& smoother) { smoother.Remove(v.id); });
+          },
           py::arg("variable"))
-      .def("remove_factor", &Smoother::RemoveFactor, py::arg("factor"))
+      .def("remove_factor", Exclusively(&Smoother::RemoveFactor), py::arg("factor"))
       .def(
-          "update", [](Smoother& smoother) { return smoother.Update(); },
-          py::call_guard<py::gil_scoped_release>(),
+          "update",
+          [](Window& self) {
+            return self.Call([](Smoother& smoother) { return smoother.Update(); });
+          },
           "Solves, then marginalizes what no longer fits; takes or rejects what was added since "
           "the last call as a whole. Does not throw.")
       .def(
           "value",
-          [](const Smoother& smoother, const PythonVariable& v) {
-            return MakeValue(v.type, smoother.graph().Block(v.id));
+          [](Window& self, const PythonVariable& v) {
+            const auto block = self.Call([&](const Smoother& smoother) {
+              const double* values = smoother.graph().Block(v.id);
+              return std::vector<double>(values, values + v.type.size);
+            });
+            return MakeValue(v.type, block.data());
           },
           py::arg("variable"))
       .def(
           "contains",
-          [](const Smoother& smoother, const PythonVariable& v) { return smoother.Contains(v.id); },
+          [](Window& self, const PythonVariable& v) {
+            return self.Call([&](const Smoother& smoother) { return smoother.Contains(v.id); });
+          },
           py::arg("variable"))
-      .def("stamps", &Smoother::Stamps, "Of the states in the window [ns], ascending.")
+      .def("stamps", Exclusively(&Smoother::Stamps), "Of the states in the window [ns], ascending.")
       .def(
           "covariance",
-          [](const Smoother& smoother, const py::args& variables) {
-            return smoother.Covariance(Ids(ReadVariables(variables)));
+          [](Window& self, const py::args& variables) {
+            const auto ids = Ids(ReadVariables(variables));
+            return self.Call([&](const Smoother& smoother) { return smoother.Covariance(ids); });
           },
           "covariance(*variables): joint, in their tangent spaces; None where the factors do not "
           "determine them.")
       .def(
           "save",
-          [](const Smoother& smoother, const py::object& path) { smoother.Save(Path(path)); },
+          [](Window& self, const py::object& object) {
+            const std::filesystem::path path = Path(object);
+            self.Call([&](const Smoother& smoother) { smoother.Save(path); });
+          },
           py::arg("path"))
       .def_static(
           "load",
           [](const py::object& path, const SlidingWindowOptions& options) {
-            return Load(Path(path), options, std::make_integer_sequence<int, kMaxVector>());
+            return std::make_unique<Window>(kSmootherName, [&](const auto&) {
+              return Load(Path(path), options, std::make_integer_sequence<int, kMaxVector>());
+            });
           },
           py::arg("path"), py::arg("options") = SlidingWindowOptions{});
 }

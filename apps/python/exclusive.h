@@ -1,0 +1,97 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+// C++ objects that are not thread-safe, but give the interpreter's lock away while they work: other
+// threads of Python may call them meanwhile.
+namespace highwall::python {
+
+namespace py = pybind11;
+
+// Lets one call at a time in to an object.
+class CallGate {
+ public:
+  // name: of the object's class in Python.
+  explicit CallGate(std::string name) : name_(std::move(name)) {}
+  CallGate(const CallGate&) = delete;
+  CallGate& operator=(const CallGate&) = delete;
+
+  // Held by a thread that works for the object: code in Python that it calls meanwhile must not
+  // call the object in turn, which would wait for itself.
+  class Work {
+   public:
+    explicit Work(const CallGate& gate);
+    ~Work();
+    Work(const Work&) = delete;
+    Work& operator=(const Work&) = delete;
+
+   private:
+    friend class CallGate;
+    const CallGate& gate_;
+    const Work* const outer_;  // of the same thread
+  };
+
+  // Waits for the calls of other threads. Without the interpreter's lock, for which they may wait.
+  class Pass {
+   public:
+    explicit Pass(CallGate& gate) : lock_(gate.mutex_), work_(gate) {}
+
+   private:
+    const std::scoped_lock<std::mutex> lock_;
+    const Work work_;
+  };
+
+  // Throws std::runtime_error (Python's RuntimeError) on a thread that works for the object.
+  void RequireOutside() const;
+
+ private:
+  const std::string name_;
+  std::mutex mutex_;
+};
+
+// An object behind a gate: what Python holds.
+template <class T>
+class Exclusive {
+ public:
+  // make(gate): the object, whose own calls of Python name the gate that they work for.
+  template <class Make>
+  Exclusive(std::string name, const Make& make)
+      : gate_(std::make_shared<CallGate>(std::move(name))), object_(make(gate_)) {}
+
+  // use(object), without the interpreter's lock and while no other call is under way. A reference
+  // that it returns is copied.
+  template <class Use>
+  auto Call(const Use& use) {
+    gate_->RequireOutside();
+    const py::gil_scoped_release unlocked;
+    const CallGate::Pass pass(*gate_);
+    return use(object_);
+  }
+
+  const std::shared_ptr<CallGate>& gate() const { return gate_; }
+
+ private:
+  const std::shared_ptr<CallGate> gate_;
+  T object_;
+};
+
+// A member function of T as one of Exclusive<T>.
+template <class T, class Result, class... Arguments>
+auto Exclusively(Result (T::*function)(Arguments...) const) {
+  return [function](Exclusive<T>& self, Arguments... arguments) {
+    return self.Call([&](const T& object) { return (object.*function)(arguments...); });
+  };
+}
+template <class T, class Result, class... Arguments>
+auto Exclusively(Result (T::*function)(Arguments...)) {
+  return [function](Exclusive<T>& self, Arguments... arguments) {
+    return self.Call([&](T& object) { return (object.*function)(arguments...); });
+  };
+}
+
+}  // namespace highwall::python
