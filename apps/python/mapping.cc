@@ -39,7 +39,9 @@ const ColoredPoint& Row(const Cloud& cloud, Eigen::Index i) {
   return cloud.points[static_cast<std::size_t>(i)];
 }
 
-Cloud MakeCloud(const Rows3f& points, const std::optional<Bytes3>& rgb) {
+Cloud MakeCloud(const Rows3f& points, const py::object& colours) {
+  std::optional<Bytes3> rgb;
+  if (!colours.is_none()) rgb = BytesOf(colours, "rgb").cast<Bytes3>();
   HIGHWALL_REQUIRE(!rgb || rgb->rows() == points.rows(), "a cloud has a colour for each point");
   Cloud cloud;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
@@ -104,7 +106,7 @@ void BindCloud(py::module_& module) {
       .def_readwrite("voxel_size", &KeyframeCloudOptions::voxel_size, "[m]");
   module.def(
       "make_keyframe_cloud",
-      [](const DepthArray& depth, const ColourArray& bgr, const PinholeCamera& camera,
+      [](const py::object& depth, const py::object& bgr, const PinholeCamera& camera,
          const KeyframeCloudOptions& cloud_options) {
         return Cloud{MakeKeyframeCloud(DepthImage(depth), ColourImage(bgr), camera, cloud_options)};
       },
@@ -146,7 +148,7 @@ void BindOctree(py::module_& module) {
       .def(py::init<const OctomapBuilderOptions&>(), py::arg("options") = OctomapBuilderOptions{})
       .def(
           "insert",
-          [](OctomapBuilder& octree, const DepthArray& depth, const PinholeCamera& camera,
+          [](OctomapBuilder& octree, const py::object& depth, const PinholeCamera& camera,
              const Pose& T_WC) { octree.Insert(DepthImage(depth), camera, T_WC); },
           py::arg("depth"), py::arg("camera"), py::arg("T_WC"))
       .def(
@@ -254,8 +256,8 @@ void BindDenseMapper(py::module_& module) {
            "voxel_size: [m] of the cloud. resolution: [m] of the octree.")
       .def(
           "add_keyframe",
-          [](Mapper& self, std::int64_t id, Stamp stamp, const ColourArray& bgr,
-             const DepthArray& depth, const Pose& T_WC) {
+          [](Mapper& self, std::int64_t id, Stamp stamp, const py::object& bgr,
+             const py::object& depth, const Pose& T_WC) {
             const KeyframeImage keyframe{.id = id,
                                          .stamp = stamp,
                                          .depth = DepthImage(depth),

@@ -23,7 +23,7 @@
 namespace highwall::python {
 namespace {
 
-RgbdImage MakeImage(Stamp stamp, const ColourArray& bgr, const DepthArray& depth) {
+RgbdImage MakeImage(Stamp stamp, const py::object& bgr, const py::object& depth) {
   return {.stamp = stamp, .bgr = ColourImage(bgr), .depth = DepthImage(depth)};
 }
 
@@ -340,7 +340,7 @@ void BindSlam(py::module_& module) {
       .def_property_readonly("factor_counts", Exclusively(&SlamSystem::factor_counts))
       .def(
           "track",
-          [](Slam& self, Stamp stamp, const ColourArray& bgr, const DepthArray& depth) {
+          [](Slam& self, Stamp stamp, const py::object& bgr, const py::object& depth) {
             const RgbdImage image = MakeImage(stamp, bgr, depth);
             return self.Call([&](SlamSystem& slam) { return slam.Track(image); });
           },

@@ -302,3 +302,62 @@ def test_options_that_do_not_exist_or_fit_are_refused():
         hw.SolveOptions(iterations=3)
     with pytest.raises(hw.InvalidArgument, match="max_iterations"):
         hw.SolveOptions(max_iterations=-1)
+
+
+def test_images_of_another_type_are_refused_with_what_to_do(sensor):
+    slam = hw.SlamSystem(sensor)
+    mapper = hw.DenseMapper(sensor.camera)
+    octree = hw.OctomapBuilder()
+    _, bgr, depth = next(moving_wall(sensor.camera, 1))
+    for wrong in (bgr / 255, (bgr / 255).astype(np.float32), bgr.astype(np.int64), bgr.astype(np.uint16),
+                  bgr.astype(np.int8), bgr > 100, bgr.tolist(), bgr.astype(object)):
+        for use in (
+            lambda: slam.track(0, wrong, depth),
+            lambda: mapper.add_keyframe(0, 0, wrong, depth, hw.Pose()),
+            lambda: hw.make_keyframe_cloud(depth, wrong, sensor.camera),
+        ):
+            with pytest.raises(TypeError, match="a colour image is an array of uint8, not of .*astype"):
+                use()
+    for wrong in (depth.astype(np.int64), depth.astype(np.uint8), depth.astype(np.int32), depth.astype(np.int16),
+                  depth > 1, depth.astype(complex), depth.astype(object)):
+        for use in (
+            lambda: slam.track(0, bgr, wrong),
+            lambda: mapper.add_keyframe(0, 0, bgr, wrong, hw.Pose()),
+            lambda: hw.make_keyframe_cloud(wrong, bgr, sensor.camera),
+            lambda: octree.insert(wrong, sensor.camera, hw.Pose()),
+        ):
+            with pytest.raises(TypeError, match="a depth image is an array of floats or uint16, .*depth_factor"):
+                use()
+    assert mapper.finish() == [] and len(octree.leaves()[0]) == 0
+    with pytest.raises(TypeError, match="rgb is an array of uint8"):
+        hw.PointCloud(np.zeros((2, 3)), np.full((2, 3), 0.5))
+    assert slam.track(0, bgr, depth).state == hw.TrackingState.TRACKING, "what was refused left no trace"
+
+
+@pytest.mark.parametrize("type", [np.float16, np.float32, np.float64, ">f4", np.uint16])
+def test_depth_of_floats_and_uint16_is_in_metres(sensor, type):
+    _, bgr, depth = next(moving_wall(sensor.camera, 1))
+    assert hw.SlamSystem(sensor).track(0, bgr, depth.astype(type)).state == hw.TrackingState.TRACKING
+    cloud = hw.make_keyframe_cloud(depth.astype(type), bgr, sensor.camera)
+    np.testing.assert_allclose(cloud.points[:, 2], DEPTH, atol=1e-6)
+
+
+def test_images_that_are_not_contiguous_are_read_as_they_are(sensor):
+    _, bgr, depth = next(moving_wall(sensor.camera, 1))
+    wide = np.zeros((240, 640, 3), np.uint8)
+    wide[:, ::2] = bgr
+    slam, keyframes = hw.SlamSystem(sensor), []
+    slam.set_callbacks(on_keyframe=lambda id, T_WC, stamp, bgr, depth: keyframes.append((bgr, depth)))
+    slam.track(0, wide[:, ::2], np.asfortranarray(depth))
+    np.testing.assert_array_equal(keyframes[0][0], bgr)
+    np.testing.assert_array_equal(keyframes[0][1], depth)
+
+
+@pytest.mark.parametrize("type", [np.uint16, np.float32])
+@pytest.mark.parametrize("near", [0, 1, 1000])
+def test_millimetres_are_refused_even_with_some_readings_below_100(sensor, type, near):
+    _, bgr, depth = next(moving_wall(sensor.camera, 1))
+    millimetres = (1000 * depth).astype(type)
+    millimetres.flat[:near] = 50
+    with pytest.raises(hw.InvalidArgument, match="must be in metres, but .* of it lies beyond 100 m"):
+        hw.SlamSystem(sensor).track(0, bgr, millimetres)

@@ -4,9 +4,10 @@
 
 namespace highwall {
 
-// Whether depth [m] has a reading within 100 m, as that of a depth camera in metres has. Throws
-// InvalidArgument where one pixel in a hundred or more has a reading, and all are beyond: those are
-// in the sensor's own unit.
+// Whether depth [m] is seen to be in metres: one reading in ten lies within 100 m, as with a depth
+// camera. False where fewer than one pixel in a hundred have a reading, which decides nothing. Throws
+// InvalidArgument where more than nine readings in ten lie beyond: those are in the sensor's own
+// unit.
 bool IsMetric(const cv::Mat& depth);
 
 }  // namespace highwall
