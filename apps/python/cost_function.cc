@@ -81,24 +81,23 @@ testing::JacobianCheckResult Check(const ceres::CostFunction& factor, const py::
 class CalledFactor final : public ceres::CostFunction {
  public:
   CalledFactor(const py::object& factor, std::shared_ptr<CallGate> gate)
-      : gate_(std::move(gate)), owner_(factor), factor_(*factor.cast<PythonFactor*>()) {
+      : gate_(std::move(gate)), owner_(gate_->Keep(factor)), factor_(*factor.cast<PythonFactor*>()) {
     set_num_residuals(factor_.num_residuals());
     *mutable_parameter_block_sizes() = factor_.parameter_block_sizes();
-  }
-  ~CalledFactor() override {
-    const py::gil_scoped_acquire lock;
-    owner_ = py::object();
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
+    const py::gil_scoped_acquire lock;
+    const py::object owner = owner_->Get();
+    if (!owner) return false;
     const CallGate::Work work(*gate_);
     return factor_.Evaluate(parameters, residuals, jacobians);
   }
 
  private:
   const std::shared_ptr<CallGate> gate_;
-  py::object owner_;
+  const std::shared_ptr<Reference> owner_;
   const PythonFactor& factor_;
 };
 

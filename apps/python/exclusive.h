@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "references.h"
+
 // C++ objects that are not thread-safe, but give the interpreter's lock away while they work: other
 // threads of Python may call them meanwhile.
 namespace highwall::python {
@@ -49,9 +51,16 @@ class CallGate {
   // Throws std::runtime_error (Python's RuntimeError) on a thread that works for the object.
   void RequireOutside() const;
 
+  // A Python object that the object keeps alive. With the interpreter's lock.
+  std::shared_ptr<Reference> Keep(py::object object) const {
+    return std::make_shared<Reference>(references_, std::move(object));
+  }
+  References& references() const { return *references_; }
+
  private:
   const std::string name_;
   std::mutex mutex_;
+  const std::shared_ptr<References> references_ = std::make_shared<References>();
 };
 
 // An object behind a gate: what Python holds.
@@ -74,6 +83,7 @@ class Exclusive {
   }
 
   const std::shared_ptr<CallGate>& gate() const { return gate_; }
+  References& references() const { return gate_->references(); }
 
  private:
   const std::shared_ptr<CallGate> gate_;

@@ -113,7 +113,8 @@ void BindFactorGraph(py::module_& module) {
   };
   py::class_<Graph>(module, "FactorGraph",
                     "Variables and factors: minimizes the sum of rho(|r|^2) / 2. Functions "
-                    "throw InvalidArgument for a handle that is not of this graph.")
+                    "throw InvalidArgument for a handle that is not of this graph.",
+                    Collected<Graph>())
       .def(py::init([] {
         return std::make_unique<Graph>("FactorGraph", [](const auto&) { return FactorGraph(); });
       }))

@@ -53,22 +53,25 @@ cv::Mat ReadDescriptors(const py::object& object, const std::string& name) {
 class CalledPoints final : public PointExtractor {
  public:
   CalledPoints(const py::object& points, std::shared_ptr<CallGate> gate)
-      : gate_(std::move(gate)), owner_(points), points_(*points.cast<PythonPoints*>()) {}
-  ~CalledPoints() override {
-    const py::gil_scoped_acquire lock;
-    owner_ = py::object();
-  }
+      : gate_(std::move(gate)),
+        owner_(gate_->Keep(points)),
+        points_(*points.cast<PythonPoints*>()),
+        kind_(points_.kind()) {}
 
-  const PointKind& kind() const override { return points_.kind(); }
+  const PointKind& kind() const override { return kind_; }
   ExtractedPoints Extract(const cv::Mat& gray) override {
+    const py::gil_scoped_acquire lock;
+    const py::object owner = owner_->Get();
+    if (!owner) return {};
     const CallGate::Work work(*gate_);
     return points_.Extract(gray);
   }
 
  private:
   const std::shared_ptr<CallGate> gate_;
-  py::object owner_;
+  const std::shared_ptr<Reference> owner_;
   PythonPoints& points_;
+  const PointKind kind_;
 };
 
 }  // namespace

@@ -27,23 +27,20 @@ RgbdImage MakeImage(Stamp stamp, const py::object& bgr, const py::object& depth)
   return {.stamp = stamp, .bgr = ColourImage(bgr), .depth = DepthImage(depth)};
 }
 
-// Calls a Python function from C++, where the interpreter's lock may have been given away. Copies
-// share one reference, so that none is counted without the lock.
+// Calls a Python function from C++, with the interpreter's lock; none where the collector has freed
+// it. Copies share one reference, so that none is counted without the lock.
 class Callback {
  public:
-  explicit Callback(py::function function)
-      : function_(new py::function(std::move(function)), [](py::function* owned) {
-          const py::gil_scoped_acquire lock;
-          delete owned;
-        }) {}
+  Callback(const CallGate& gate, py::function function) : function_(gate.Keep(std::move(function))) {}
 
   template <class... Arguments>
   void operator()(Arguments&&... arguments) const {
-    (*function_)(std::forward<Arguments>(arguments)...);
+    const py::object function = function_->Get();
+    if (function) function(std::forward<Arguments>(arguments)...);
   }
 
  private:
-  std::shared_ptr<py::function> function_;
+  std::shared_ptr<Reference> function_;
 };
 
 // Lets go of the interpreter's lock, which factors written in Python ask for on the threads that
@@ -58,11 +55,12 @@ struct UnlockedDelete {
 using Slam = Exclusive<SlamSystem>;
 using OptionalFunction = std::optional<py::function>;
 
-SlamCallbacks MakeCallbacks(const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
-                            const OptionalFunction& on_map, const OptionalFunction& on_frame) {
+SlamCallbacks MakeCallbacks(const CallGate& gate, const OptionalFunction& on_keyframe,
+                            const OptionalFunction& on_loop, const OptionalFunction& on_map,
+                            const OptionalFunction& on_frame) {
   SlamCallbacks callbacks;
   if (on_keyframe) {
-    callbacks.on_keyframe = [call = Callback(*on_keyframe)](const KeyFrame& keyframe,
+    callbacks.on_keyframe = [call = Callback(gate, *on_keyframe)](const KeyFrame& keyframe,
                                                             const RgbdImage& image) {
       const py::gil_scoped_acquire lock;
       call(keyframe.id.value(), keyframe.T_WC, image.stamp, ImageArray(image.bgr),
@@ -70,14 +68,14 @@ SlamCallbacks MakeCallbacks(const OptionalFunction& on_keyframe, const OptionalF
     };
   }
   if (on_loop) {
-    callbacks.on_loop = [call = Callback(*on_loop)](const LoopReport& loop) {
+    callbacks.on_loop = [call = Callback(gate, *on_loop)](const LoopReport& loop) {
       const py::gil_scoped_acquire lock;
       call(loop.loop.edge.match.value(), loop.loop.edge.keyframe.value(), loop.accepted,
            loop.message);
     };
   }
   if (on_map) {
-    callbacks.on_map = [call = Callback(*on_map)](const Map& map) {
+    callbacks.on_map = [call = Callback(gate, *on_map)](const Map& map) {
       const py::gil_scoped_acquire lock;
       py::dict poses;
       for (const KeyFrameId id : map.keyframe_ids()) {
@@ -87,7 +85,7 @@ SlamCallbacks MakeCallbacks(const OptionalFunction& on_keyframe, const OptionalF
     };
   }
   if (on_frame) {
-    callbacks.on_frame = [call = Callback(*on_frame)](const FrameResult& frame) {
+    callbacks.on_frame = [call = Callback(gate, *on_frame)](const FrameResult& frame) {
       const py::gil_scoped_acquire lock;
       call(frame);
     };
@@ -291,7 +289,8 @@ void BindSlam(py::module_& module) {
   BindResults(module);
   BindEstimates(module);
   py::class_<Slam, std::unique_ptr<Slam, UnlockedDelete>>(
-      module, "SlamSystem", "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.")
+      module, "SlamSystem", "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.",
+      Collected<Slam>())
       .def(py::init([](const RgbdSensor& sensor, const SlamOptions& options,
                        const std::optional<ImuCalibration>& imu, const py::object& points) {
              return std::unique_ptr<Slam, UnlockedDelete>(
@@ -305,7 +304,7 @@ void BindSlam(py::module_& module) {
           "set_callbacks",
           [](Slam& self, const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
              const OptionalFunction& on_map, const OptionalFunction& on_frame) {
-            SlamCallbacks callbacks = MakeCallbacks(on_keyframe, on_loop, on_map, on_frame);
+            SlamCallbacks callbacks = MakeCallbacks(*self.gate(), on_keyframe, on_loop, on_map, on_frame);
             self.Call([&](SlamSystem& slam) { slam.SetCallbacks(std::move(callbacks)); });
           },
           py::kw_only(), py::arg("on_keyframe") = py::none(), py::arg("on_loop") = py::none(),

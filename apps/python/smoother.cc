@@ -70,7 +70,8 @@ void BindSmoother(py::module_& module) {
   BindSmootherOptions(module);
   using Window = Exclusive<Smoother>;
   py::class_<Window>(module, kSmootherName,
-                     "The newest states stay in the window, those before leave behind a prior.")
+                     "The newest states stay in the window, those before leave behind a prior.",
+                     Collected<Window>())
       .def(py::init([](const SlidingWindowOptions& options) {
              return std::make_unique<Window>(
                  kSmootherName, [&](const auto&) { return Smoother(options); });
