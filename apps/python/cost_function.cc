@@ -90,9 +90,14 @@ class CalledFactor final : public ceres::CostFunction {
                 double** jacobians) const override {
     const py::gil_scoped_acquire lock;
     const py::object owner = owner_->Get();
-    if (!owner) return false;
+    if (!owner || gate_->interrupted()) return false;
     const CallGate::Work work(*gate_);
-    return factor_.Evaluate(parameters, residuals, jacobians);
+    try {
+      return factor_.Evaluate(parameters, residuals, jacobians);
+    } catch (const py::error_already_set& interrupt) {
+      gate_->Interrupt(interrupt);
+      return false;
+    }
   }
 
  private:
@@ -155,7 +160,8 @@ bool PythonFactor::Evaluate(double const* const* parameters, double* residuals,
       manifolds_[i]->MinusJacobian(parameters[i], lift.data());
       out = J[i] * lift;
     }
-  } catch (const py::error_already_set& error) {  // must not outlive the lock
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception)) throw;  // Ctrl-C and the like are no fault of the factor
     throw std::runtime_error(error.what());
   } catch (const py::cast_error&) {
     throw std::runtime_error("evaluate() returns residuals and a list of Jacobians");

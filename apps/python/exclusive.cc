@@ -1,5 +1,6 @@
 #include "exclusive.h"
 
+#include <chrono>
 #include <stdexcept>
 
 namespace highwall::python {
@@ -24,6 +25,33 @@ void CallGate::RequireOutside() const {
                              " is at work and has called this code, which must not call it in "
                              "turn: note what is to be asked, and ask when its call has returned");
   }
+}
+
+void CallGate::Interrupt(py::error_already_set error) {
+  if (!interrupt_) interrupt_ = std::move(error);
+  interrupted_ = true;
+}
+
+void CallGate::RaiseInterrupt() {
+  if (const auto interrupt = std::exchange(interrupt_, std::nullopt)) {
+    interrupted_ = false;
+    throw py::error_already_set(*interrupt);
+  }
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+SolveOptions Interruptible(SolveOptions options, CallGate& gate) {
+  using Clock = std::chrono::steady_clock;
+  // A look waits for the interpreter's lock.
+  static constexpr std::chrono::milliseconds kBetweenLooks(100);
+  options.stop = &gate.interrupted();
+  options.on_iteration = [&gate, last = Clock::now()](int, double) mutable {
+    if (Clock::now() - last < kBetweenLooks) return;
+    const py::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() != 0) gate.Interrupt(py::error_already_set());
+    last = Clock::now();
+  };
+  return options;
 }
 
 }  // namespace highwall::python

@@ -2,10 +2,15 @@
 
 #include <pybind11/pybind11.h>
 
+#include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
+
+#include <highwall/core/solver.h>
 
 #include "references.h"
 
@@ -57,9 +62,18 @@ class CallGate {
   }
   References& references() const { return *references_; }
 
+  // Code in Python that works for the object was told to end (KeyboardInterrupt, SystemExit): the
+  // call that is under way, or the next one, ends as soon as it can and raises that. Both with the
+  // interpreter's lock.
+  void Interrupt(py::error_already_set error);
+  void RaiseInterrupt();
+  const std::atomic<bool>& interrupted() const { return interrupted_; }
+
  private:
   const std::string name_;
   std::mutex mutex_;
+  std::optional<py::error_already_set> interrupt_;
+  std::atomic<bool> interrupted_ = false;
   const std::shared_ptr<References> references_ = std::make_shared<References>();
 };
 
@@ -73,22 +87,44 @@ class Exclusive {
       : gate_(std::make_shared<CallGate>(std::move(name))), object_(make(gate_)) {}
 
   // use(object), without the interpreter's lock and while no other call is under way. A reference
-  // that it returns is copied.
+  // that it returns is copied. Raises what interrupted it, Ctrl-C included, rather than anything
+  // that came of that.
   template <class Use>
   auto Call(const Use& use) {
     gate_->RequireOutside();
-    const py::gil_scoped_release unlocked;
-    const CallGate::Pass pass(*gate_);
-    return use(object_);
+    try {
+      if constexpr (std::is_void_v<decltype(Unlocked(use))>) {
+        Unlocked(use);
+        gate_->RaiseInterrupt();
+      } else {
+        auto result = Unlocked(use);
+        gate_->RaiseInterrupt();
+        return result;
+      }
+    } catch (...) {
+      gate_->RaiseInterrupt();
+      throw;
+    }
   }
 
   const std::shared_ptr<CallGate>& gate() const { return gate_; }
   References& references() const { return gate_->references(); }
 
  private:
+  template <class Use>
+  auto Unlocked(const Use& use) {
+    const py::gil_scoped_release unlocked;
+    const CallGate::Pass pass(*gate_);
+    return use(object_);
+  }
+
   const std::shared_ptr<CallGate> gate_;
   T object_;
 };
+
+// The options of a solve that ends soon after Ctrl-C, or another interrupt of the gate's, which must
+// outlive them.
+SolveOptions Interruptible(SolveOptions options, CallGate& gate);
 
 // A member function of T as one of Exclusive<T>.
 template <class T, class Result, class... Arguments>

@@ -181,8 +181,16 @@ void BindFactorGraph(py::module_& module) {
       .def("squared_error", Exclusively(&FactorGraph::SquaredError), py::arg("factor"),
            "|r|^2 at the present values, without its loss.")
       .def("cost", Exclusively(&FactorGraph::Cost), "Sum over factors of rho(|r|^2) / 2.")
-      .def("solve", Exclusively(&FactorGraph::Solve), py::arg("options") = SolveOptions{},
-           "Improves the values of the variables that are not fixed.")
+      .def(
+          "solve",
+          [](Graph& self, const SolveOptions& options) {
+            return self.Call([&](FactorGraph& graph) {
+              return graph.Solve(Interruptible(options, *self.gate()));
+            });
+          },
+          py::arg("options") = SolveOptions{},
+          "Improves the values of the variables that are not fixed. Ctrl-C ends it after the "
+          "running iteration.")
       .def(
           "covariance",
           [](Graph& self, const py::args& variables) {

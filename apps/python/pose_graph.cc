@@ -7,6 +7,7 @@
 #include <highwall/core/pose_graph.h>
 
 #include "bindings.h"
+#include "exclusive.h"
 
 namespace highwall::python {
 namespace {
@@ -104,15 +105,20 @@ void BindPoseGraph(py::module_& module) {
       [](PoseGraph& graph, const PoseGraphOptions& options) {
         // Other threads may read or change it until the poses have moved.
         PoseGraph solved = graph;
+        CallGate gate("PoseGraph");
+        PoseGraphOptions interruptible = options;
+        interruptible.solver = Interruptible(options.solver, gate);
         PoseGraphSummary summary;
         {
           const py::gil_scoped_release unlocked;
-          summary = SolvePoseGraph(&solved, options);
+          summary = SolvePoseGraph(&solved, interruptible);
         }
+        gate.RaiseInterrupt();
         graph = std::move(solved);
         return summary;
       },
-      py::arg("graph"), py::arg("options") = PoseGraphOptions{}, "Moves the poses of the nodes.");
+      py::arg("graph"), py::arg("options") = PoseGraphOptions{}, "Moves the poses of the nodes. Ctrl-C "
+      "leaves them where they are.");
   module.def(
       "pose_graph_covariance",
       [](const PoseGraph& graph, const std::vector<std::int64_t>& ids,

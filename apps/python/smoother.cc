@@ -19,6 +19,11 @@ using Smoother = SlidingWindowSmoother;
 
 constexpr const char* kSmootherName = "SlidingWindowSmoother";
 
+SlidingWindowOptions Interruptible(SlidingWindowOptions options, CallGate& gate) {
+  options.solve = python::Interruptible(options.solve, gate);
+  return options;
+}
+
 template <int... kIndex>
 Smoother Load(const std::filesystem::path& path, const SlidingWindowOptions& options,
               std::integer_sequence<int, kIndex...>) {
@@ -74,7 +79,7 @@ void BindSmoother(py::module_& module) {
                      Collected<Window>())
       .def(py::init([](const SlidingWindowOptions& options) {
              return std::make_unique<Window>(
-                 kSmootherName, [&](const auto&) { return Smoother(options); });
+                 kSmootherName, [&](const auto& gate) { return Smoother(Interruptible(options, *gate)); });
            }),
            py::arg("options") = SlidingWindowOptions{})
       .def(
@@ -169,8 +174,9 @@ void BindSmoother(py::module_& module) {
       .def_static(
           "load",
           [](const py::object& path, const SlidingWindowOptions& options) {
-            return std::make_unique<Window>(kSmootherName, [&](const auto&) {
-              return Load(Path(path), options, std::make_integer_sequence<int, kMaxVector>());
+            return std::make_unique<Window>(kSmootherName, [&](const auto& gate) {
+              return Load(Path(path), Interruptible(options, *gate),
+                          std::make_integer_sequence<int, kMaxVector>());
             });
           },
           py::arg("path"), py::arg("options") = SlidingWindowOptions{});
