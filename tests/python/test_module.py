@@ -1,12 +1,14 @@
 """What comes with the module: documentation, types, the example."""
 
 import ast
+import os
 import pathlib
 import subprocess
 import sys
 
 import highwall as hw
 import numpy as np
+import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -46,6 +48,22 @@ def test_the_example_runs(tmp_path):
     assert example.returncode == 0, example.stderr
     assert "20 frames with a pose" in example.stdout
     assert (tmp_path / "cloud.ply").stat().st_size > 0 and (tmp_path / "map.bt").stat().st_size > 0
+
+
+@pytest.mark.parametrize("version", ["2.0.0", "2.3.1", "2.0.0rc1", "10.1"])
+def test_numpy_that_pybind11_does_not_know_is_an_error_at_import(tmp_path, version):
+    if tuple(map(int, hw._highwall._pybind11_version.split("."))) >= (2, 12):
+        pytest.skip("built with a pybind11 that knows NumPy 2")
+    (tmp_path / "numpy").mkdir()
+    (tmp_path / "numpy/__init__.py").write_text(f"__version__ = {version!r}\n")
+    module = pathlib.Path(hw.__file__).parents[1]
+    tried = subprocess.run(
+        [sys.executable, "-c", "import highwall"], capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{module}"}
+    )
+    assert tried.returncode == 1, "it did not crash, and was not imported"
+    assert "ImportError: this module of Highwall was built with pybind11 2." in tried.stderr
+    assert f"arrays of NumPy {version}: install 'numpy<2'" in tried.stderr
 
 
 def program_of_the_page(with_line):

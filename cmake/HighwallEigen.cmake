@@ -1,0 +1,7 @@
+# Eigen, of any version from 3.4 on. Eigen's version file calls every other major version
+# incompatible, ranges included: asked for 3.4, it refuses 5. So the version is looked at here.
+find_package(Eigen3 REQUIRED NO_MODULE)
+if(Eigen3_VERSION VERSION_LESS 3.4)
+  message(FATAL_ERROR "Eigen ${Eigen3_VERSION} in ${Eigen3_DIR} is too old: Highwall needs 3.4 or "
+                      "newer (-DEigen3_DIR=...)")
+endif()
