@@ -11,6 +11,7 @@
 #include <highwall/core/testing/jacobian_check.h>
 
 #include "bindings.h"
+#include "interpreter.h"
 
 namespace highwall::python {
 namespace {
@@ -81,14 +82,17 @@ testing::JacobianCheckResult Check(const ceres::CostFunction& factor, const py::
 class CalledFactor final : public ceres::CostFunction {
  public:
   CalledFactor(const py::object& factor, std::shared_ptr<CallGate> gate)
-      : gate_(std::move(gate)), owner_(gate_->Keep(factor)), factor_(*factor.cast<PythonFactor*>()) {
+      : gate_(std::move(gate)),
+        owner_(gate_->Keep(factor)),
+        factor_(*factor.cast<PythonFactor*>()) {
     set_num_residuals(factor_.num_residuals());
     *mutable_parameter_block_sizes() = factor_.parameter_block_sizes();
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const py::gil_scoped_acquire lock;
+    const InterpreterLock lock;
+    if (!lock.IsTaken()) return false;
     const py::object owner = owner_->Get();
     if (!owner || gate_->interrupted()) return false;
     const CallGate::Work work(*gate_);

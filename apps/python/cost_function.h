@@ -18,8 +18,8 @@ namespace highwall::python {
 //   evaluate(self, *values) -> (residuals, [Jacobian of each value])
 // where the Jacobians are those in the tangent spaces, as Highwall's own factors give them to
 // Python. Takes the interpreter's lock while it evaluates. What evaluate() raises becomes a
-// std::runtime_error, but for what ends a program (KeyboardInterrupt, SystemExit): that leaves as it
-// is.
+// std::runtime_error, but for what ends a program (KeyboardInterrupt, SystemExit): that leaves as
+// it is.
 class PythonFactor : public ceres::CostFunction {
  public:
   // Throws InvalidArgument for no residuals or no values.

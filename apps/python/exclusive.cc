@@ -3,6 +3,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "interpreter.h"
+
 namespace highwall::python {
 namespace {
 
@@ -47,8 +49,8 @@ SolveOptions Interruptible(SolveOptions options, CallGate& gate) {
   options.stop = &gate.interrupted();
   options.on_iteration = [&gate, last = Clock::now()](int, double) mutable {
     if (Clock::now() - last < kBetweenLooks) return;
-    const py::gil_scoped_acquire lock;
-    if (PyErr_CheckSignals() != 0) gate.Interrupt(py::error_already_set());
+    const InterpreterLock lock;
+    if (lock.IsTaken() && PyErr_CheckSignals() != 0) gate.Interrupt(py::error_already_set());
     last = Clock::now();
   };
   return options;

@@ -3,6 +3,7 @@
 #include <highwall/core/error.h>
 
 #include "bindings.h"
+#include "interpreter.h"
 
 namespace highwall::python {
 namespace {
@@ -14,8 +15,7 @@ constexpr const char* kPybindVersion =
 // crashes. Throws py::import_error.
 void RequireArraysAreUnderstood() {
   if (PYBIND11_VERSION_HEX >= 0x020C0000) return;
-  const std::string numpy =
-      py::module_::import("numpy").attr("__version__").cast<std::string>();
+  const std::string numpy = py::module_::import("numpy").attr("__version__").cast<std::string>();
   if (std::stoi(numpy) < 2) return;
   throw py::import_error("this module of Highwall was built with pybind11 " +
                          std::string(kPybindVersion) + ", which cannot read arrays of NumPy " +
@@ -28,6 +28,7 @@ void RequireArraysAreUnderstood() {
 PYBIND11_MODULE(_highwall, module) {
   using namespace highwall::python;
   RequireArraysAreUnderstood();
+  EndLocksAtExit();
   module.doc() = "Factor-graph RGB-D-inertial SLAM with points and lines.";
   module.attr("__version__") = HIGHWALL_VERSION;
   module.attr("_pybind11_version") = kPybindVersion;

@@ -9,6 +9,7 @@
 #include <highwall/factors/position.h>
 
 #include "cost_function.h"
+#include "interpreter.h"
 
 namespace highwall::python {
 namespace {
@@ -26,7 +27,8 @@ class GuardedCost final : public ceres::CostFunction {
     try {
       return cost_->Evaluate(parameters, residuals, jacobians);
     } catch (const std::exception& error) {
-      const py::gil_scoped_acquire lock;
+      const InterpreterLock lock;
+      if (!lock.IsTaken()) return false;
       PyErr_SetString(PyExc_RuntimeError, error.what());
       PyErr_WriteUnraisable(nullptr);
       return false;

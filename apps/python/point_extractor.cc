@@ -11,6 +11,7 @@
 
 #include "bindings.h"
 #include "images.h"
+#include "interpreter.h"
 
 namespace highwall::python {
 namespace {
@@ -60,7 +61,8 @@ class CalledPoints final : public PointExtractor {
 
   const PointKind& kind() const override { return kind_; }
   ExtractedPoints Extract(const cv::Mat& gray) override {
-    const py::gil_scoped_acquire lock;
+    const InterpreterLock lock;
+    if (!lock.IsTaken()) return {};
     const py::object owner = owner_->Get();
     if (!owner) return {};
     const CallGate::Work work(*gate_);

@@ -117,7 +117,8 @@ void BindPoseGraph(py::module_& module) {
         graph = std::move(solved);
         return summary;
       },
-      py::arg("graph"), py::arg("options") = PoseGraphOptions{}, "Moves the poses of the nodes. Ctrl-C "
+      py::arg("graph"), py::arg("options") = PoseGraphOptions{},
+      "Moves the poses of the nodes. Ctrl-C "
       "leaves them where they are.");
   module.def(
       "pose_graph_covariance",

@@ -2,7 +2,13 @@
 
 #include <vector>
 
+#include "interpreter.h"
+
 namespace highwall::python {
+
+References::~References() {
+  for (py::object& object : objects_) object.release();
+}
 
 References::Place References::Add(py::object object) {
   return objects_.insert(objects_.end(), std::move(object));
@@ -27,8 +33,8 @@ void References::Clear() {
 }
 
 Reference::~Reference() {
-  const py::gil_scoped_acquire lock;
-  references_->Remove(place_);
+  const InterpreterLock lock;
+  if (lock.IsTaken()) references_->Remove(place_);  // else it stays, for the little that is left
 }
 
 }  // namespace highwall::python

@@ -19,6 +19,12 @@ class References {
  public:
   using Place = std::list<py::object>::iterator;
 
+  References() = default;
+  // What is left when the interpreter has ended is not let go of.
+  ~References();
+  References(const References&) = delete;
+  References& operator=(const References&) = delete;
+
   Place Add(py::object object);
   void Remove(Place place);
   // For the collector: visits each; and lets go of all, whose places are null then.

@@ -1,6 +1,10 @@
 """Cycles through callbacks, factors and extractors are freed; what is in use is kept."""
 
 import gc
+import os
+import pathlib
+import subprocess
+import sys
 import threading
 import weakref
 
@@ -228,3 +232,37 @@ def test_the_collector_runs_while_threads_track_and_solve(sensor):
         gc.collect()
     for thread in threads:
         thread.join()
+
+
+def test_a_program_ends_while_threads_of_its_system_evaluate_in_python(tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text(
+        """
+import time
+import highwall as hw
+import numpy as np
+from conftest import moving_wall
+
+
+class Slow(hw.Factor):
+    def __init__(self):
+        super().__init__(3, [hw.Pose])
+
+    def evaluate(self, T_WB):
+        time.sleep(0.002)
+        return T_WB.p, [np.eye(3, 6)]
+
+
+camera = hw.PinholeCamera(width=320, height=240, fx=262.5, fy=262.5, cx=159.5, cy=119.5)
+slam = hw.SlamSystem(hw.RgbdSensor(camera=camera))
+for image in moving_wall(camera, 25):
+    slam.add_factor([image[0]], Slow())
+    slam.track(*image)
+print("end")
+"""
+    )
+    folders = [pathlib.Path(__file__).parent, pathlib.Path(hw.__file__).parents[1]]
+    environment = {**os.environ, "PYTHONPATH": ":".join(map(str, folders))}
+    for _ in range(5):
+        ran = subprocess.run([sys.executable, program], capture_output=True, text=True, env=environment)
+        assert (ran.returncode, ran.stdout, ran.stderr) == (0, "end\n", "")
