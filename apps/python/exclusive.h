@@ -62,9 +62,9 @@ class CallGate {
   }
   References& references() const { return *references_; }
 
-  // Code in Python that works for the object was told to end (KeyboardInterrupt, SystemExit): the
-  // call that is under way, or the next one, ends as soon as it can and raises that. Both with the
-  // interpreter's lock.
+  // Code in Python that works for the object has raised what ends a program (KeyboardInterrupt,
+  // SystemExit): the call that is under way, or the next one, ends as soon as it can and raises
+  // that. Both with the interpreter's lock.
   void Interrupt(py::error_already_set error);
   void RaiseInterrupt();
   const std::atomic<bool>& interrupted() const { return interrupted_; }
@@ -107,6 +107,13 @@ class Exclusive {
     }
   }
 
+  // The same on a thread that has no lock of the interpreter's, and raises nothing.
+  template <class Use>
+  auto Enter(const Use& use) {
+    const CallGate::Pass pass(*gate_);
+    return use(object_);
+  }
+
   const std::shared_ptr<CallGate>& gate() const { return gate_; }
   References& references() const { return gate_->references(); }
 
@@ -114,28 +121,27 @@ class Exclusive {
   template <class Use>
   auto Unlocked(const Use& use) {
     const py::gil_scoped_release unlocked;
-    const CallGate::Pass pass(*gate_);
-    return use(object_);
+    return Enter(use);
   }
 
   const std::shared_ptr<CallGate> gate_;
   T object_;
 };
 
-// The options of a solve that ends soon after Ctrl-C, or another interrupt of the gate's, which must
-// outlive them.
+// The options of a solve that ends soon after Ctrl-C, or another interrupt of the gate's, which
+// must outlive them.
 SolveOptions Interruptible(SolveOptions options, CallGate& gate);
 
-// A member function of T as one of Exclusive<T>.
-template <class T, class Result, class... Arguments>
+// A member function of T as one of Exclusive<T>, or of one that holds a class derived from T.
+template <class Held, class T, class Result, class... Arguments>
 auto Exclusively(Result (T::*function)(Arguments...) const) {
-  return [function](Exclusive<T>& self, Arguments... arguments) {
+  return [function](Exclusive<Held>& self, Arguments... arguments) {
     return self.Call([&](const T& object) { return (object.*function)(arguments...); });
   };
 }
-template <class T, class Result, class... Arguments>
+template <class Held, class T, class Result, class... Arguments>
 auto Exclusively(Result (T::*function)(Arguments...)) {
-  return [function](Exclusive<T>& self, Arguments... arguments) {
+  return [function](Exclusive<Held>& self, Arguments... arguments) {
     return self.Call([&](T& object) { return (object.*function)(arguments...); });
   };
 }

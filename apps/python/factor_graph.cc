@@ -173,14 +173,15 @@ void BindFactorGraph(py::module_& module) {
           py::arg("variable"))
       .def("remove", of_variable(&FactorGraph::Remove), py::arg("variable"),
            "With every factor that touches it.")
-      .def("remove_factor", Exclusively(&FactorGraph::RemoveFactor), py::arg("factor"))
-      .def_property_readonly("num_variables", Exclusively(&FactorGraph::NumVariables))
-      .def_property_readonly("num_factors", Exclusively(&FactorGraph::NumFactors))
-      .def("fault_of", Exclusively(&FactorGraph::FaultOf), py::arg("factor"),
+      .def("remove_factor", Exclusively<FactorGraph>(&FactorGraph::RemoveFactor), py::arg("factor"))
+      .def_property_readonly("num_variables", Exclusively<FactorGraph>(&FactorGraph::NumVariables))
+      .def_property_readonly("num_factors", Exclusively<FactorGraph>(&FactorGraph::NumFactors))
+      .def("fault_of", Exclusively<FactorGraph>(&FactorGraph::FaultOf), py::arg("factor"),
            "Why it cannot be evaluated at the present values; empty if it can.")
-      .def("squared_error", Exclusively(&FactorGraph::SquaredError), py::arg("factor"),
+      .def("squared_error", Exclusively<FactorGraph>(&FactorGraph::SquaredError), py::arg("factor"),
            "|r|^2 at the present values, without its loss.")
-      .def("cost", Exclusively(&FactorGraph::Cost), "Sum over factors of rho(|r|^2) / 2.")
+      .def("cost", Exclusively<FactorGraph>(&FactorGraph::Cost),
+           "Sum over factors of rho(|r|^2) / 2.")
       .def(
           "solve",
           [](Graph& self, const SolveOptions& options) {

@@ -16,9 +16,10 @@
 #include <highwall/mapping/octree_queries.h>
 #include <highwall/mapping/point_cloud_io.h>
 
+#include "../depth_camera.h"
 #include "bindings.h"
-#include "exclusive.h"
 #include "images.h"
+#include "python_slam.h"
 
 namespace highwall::python {
 namespace {
@@ -227,6 +228,43 @@ void BindGrid(py::module_& module) {
       "What stands in a band above the ground [m].");
 }
 
+DenseMapOptions MapOptions(double voxel_size, double resolution, bool background) {
+  DenseMapOptions options;
+  options.cloud.voxel_size = voxel_size;
+  options.octree.resolution = resolution;
+  options.background = background;
+  return options;
+}
+
+std::shared_ptr<Mapper> MapperOf(const py::object& system, double voxel_size, double resolution,
+                                 bool background) {
+  auto& slam = system.cast<Slam&>();
+  DenseMapOptions options = MapOptions(voxel_size, resolution, background);
+  std::shared_ptr<Mapper> mapper;
+  slam.Call([&](PythonSlam& followed) {
+    apps::LimitToRange(followed.sensor(), &options);
+    options.level = followed.has_imu();
+    const double wait = followed.moving_objects() ? kSettlingTime : 0.0;
+    mapper = std::make_shared<Mapper>("DenseMapper", [&](const std::shared_ptr<CallGate>& gate) {
+      const py::gil_scoped_acquire lock;
+      return FollowedMap(options, apps::DepthCameraOf(followed.sensor()), followed, wait,
+                         gate->Keep(system));
+    });
+    followed.AddMapper(mapper);
+  });
+  return mapper;
+}
+
+std::vector<DenseMap> FinishMaps(Mapper& self) {
+  const auto kept = self.Call([](const FollowedMap& map) { return map.system(); });
+  const py::object system = kept ? kept->Get() : py::object();
+  if (!system) return self.Call([](FollowedMap& map) { return map.Finish(nullptr); });
+  // The system's gate before the mapper's, as track() has it.
+  return system.cast<Slam&>().Call([&](const SlamSystem& slam) {
+    return self.Enter([&](FollowedMap& map) { return map.Finish(&slam); });
+  });
+}
+
 void BindDenseMapper(py::module_& module) {
   py::class_<DenseMap>(module, "DenseMap", "Cloud, octree and grid.")
       .def_property_readonly("cloud", [](const DenseMap& map) { return Cloud{map.cloud}; })
@@ -235,25 +273,29 @@ void BindDenseMapper(py::module_& module) {
           py::return_value_policy::reference_internal)
       .def_readonly("grid", &DenseMap::grid)
       .def_readonly("ground_height", &DenseMap::ground_height, "[m]");
-  using Mapper = Exclusive<DenseMapper>;
-  py::class_<Mapper>(module, "DenseMapper",
-                     "The dense map of a run: follows its keyframes, on a thread of its own.")
+  py::class_<Mapper, std::shared_ptr<Mapper>>(
+      module, "DenseMapper",
+      "The dense map of a run: follows its keyframes, on a thread of its own.", Collected<Mapper>())
       .def(py::init([](const PinholeCamera& camera, const DepthNoise& noise, double voxel_size,
                        double resolution, bool background) {
-             DenseMapOptions options;
-             options.cloud.voxel_size = voxel_size;
-             options.octree.resolution = resolution;
-             options.background = background;
-             return std::make_unique<Mapper>("DenseMapper", [&](const auto&) {
-               return DenseMapper(
-                   options, DepthCamera{.pinhole = camera,
-                                        .sigma = [noise](double z) { return noise.Sigma(z); }});
+             return std::make_shared<Mapper>("DenseMapper", [&](const auto&) {
+               return FollowedMap(MapOptions(voxel_size, resolution, background),
+                                  DepthCamera{.pinhole = camera, .sigma = [noise](double z) {
+                                                return noise.Sigma(z);
+                                              }});
              });
            }),
            py::arg("camera"), py::arg("noise") = DepthNoise{},
            py::arg("voxel_size") = KeyframeCloudOptions{}.voxel_size,
            py::arg("resolution") = OctomapBuilderOptions{}.resolution, py::arg("background") = true,
-           "voxel_size: [m] of the cloud. resolution: [m] of the octree.")
+           "One that is fed by hand: in one layer, with all that was measured. voxel_size: [m] of "
+           "the cloud. resolution: [m] of the octree.")
+      .def_static(
+          "following", &MapperOf, py::arg("slam"),
+          py::arg("voxel_size") = KeyframeCloudOptions{}.voxel_size,
+          py::arg("resolution") = OctomapBuilderOptions{}.resolution, py::arg("background") = true,
+          "One that follows a SlamSystem from its first frame on, as `highwall slam` has it: with "
+          "corrected depth, without what moves, a map for each submap.")
       .def(
           "add_keyframe",
           [](Mapper& self, std::int64_t id, Stamp stamp, const py::object& bgr,
@@ -263,7 +305,7 @@ void BindDenseMapper(py::module_& module) {
                                          .depth = DepthImage(depth),
                                          .bgr = ColourImage(bgr),
                                          .T_WC = T_WC};
-            self.Call([&](DenseMapper& mapper) { mapper.AddKeyframe(keyframe); });
+            self.Call([&](FollowedMap& map) { map.mapper().AddKeyframe(keyframe); });
           },
           py::arg("id"), py::arg("stamp"), py::arg("bgr"), py::arg("depth"), py::arg("T_WC"))
       .def(
@@ -271,19 +313,12 @@ void BindDenseMapper(py::module_& module) {
           [](Mapper& self, const std::map<std::int64_t, Pose>& poses) {
             std::map<std::int64_t, KeyframePose> placed;
             for (const auto& [id, T_WC] : poses) placed[id] = {.T_WC = T_WC};
-            self.Call([&](DenseMapper& mapper) { mapper.SetPoses(std::move(placed)); });
+            self.Call([&](FollowedMap& map) { map.mapper().SetPoses(std::move(placed)); });
           },
           py::arg("poses"), "{id: T_WC}: all keyframes; the map follows.")
-      .def(
-          "finish",
-          [](Mapper& self) {
-            return self.Call([](DenseMapper& mapper) {
-              std::vector<DenseMap> maps;
-              for (auto& [layer, map] : mapper.Finish()) maps.push_back(std::move(map));
-              return maps;
-            });
-          },
-          "One map; none without keyframes. Call once, last.");
+      .def("finish", &FinishMaps,
+           "The map of each submap, that of most frames first; of a mapper that is fed by hand one "
+           "map. None without keyframes. Call once, last.");
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ class GuardedCost final : public ceres::CostFunction {
 
 }  // namespace
 
-void AddFactor(Exclusive<SlamSystem>& self, std::vector<Stamp> stamps, const py::object& factor,
+void AddFactor(Slam& self, std::vector<Stamp> stamps, const py::object& factor,
                std::optional<int> frame, const py::object& loss) {
   std::shared_ptr<ceres::CostFunction> cost = ShareFactor(factor, self.gate());
   // The library's own do not throw, and a map file knows them by their type.

@@ -13,11 +13,11 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include "bindings.h"
-#include "exclusive.h"
 #include "images.h"
 #include "imu_samples.h"
 #include "own_factors.h"
 #include "point_extractor.h"
+#include "python_slam.h"
 #include "trajectory.h"
 
 namespace highwall::python {
@@ -31,7 +31,8 @@ RgbdImage MakeImage(Stamp stamp, const py::object& bgr, const py::object& depth)
 // it. Copies share one reference, so that none is counted without the lock.
 class Callback {
  public:
-  Callback(const CallGate& gate, py::function function) : function_(gate.Keep(std::move(function))) {}
+  Callback(const CallGate& gate, py::function function)
+      : function_(gate.Keep(std::move(function))) {}
 
   template <class... Arguments>
   void operator()(Arguments&&... arguments) const {
@@ -46,13 +47,12 @@ class Callback {
 // Lets go of the interpreter's lock, which factors written in Python ask for on the threads that
 // the system ends.
 struct UnlockedDelete {
-  void operator()(Exclusive<SlamSystem>* slam) const {
+  void operator()(Slam* slam) const {
     const py::gil_scoped_release unlocked;
     delete slam;
   }
 };
 
-using Slam = Exclusive<SlamSystem>;
 using OptionalFunction = std::optional<py::function>;
 
 SlamCallbacks MakeCallbacks(const CallGate& gate, const OptionalFunction& on_keyframe,
@@ -61,7 +61,7 @@ SlamCallbacks MakeCallbacks(const CallGate& gate, const OptionalFunction& on_key
   SlamCallbacks callbacks;
   if (on_keyframe) {
     callbacks.on_keyframe = [call = Callback(gate, *on_keyframe)](const KeyFrame& keyframe,
-                                                            const RgbdImage& image) {
+                                                                  const RgbdImage& image) {
       const py::gil_scoped_acquire lock;
       call(keyframe.id.value(), keyframe.T_WC, image.stamp, ImageArray(image.bgr),
            ImageArray(image.depth));
@@ -295,7 +295,7 @@ void BindSlam(py::module_& module) {
                        const std::optional<ImuCalibration>& imu, const py::object& points) {
              return std::unique_ptr<Slam, UnlockedDelete>(
                  new Slam("SlamSystem", [&](const std::shared_ptr<CallGate>& gate) {
-                   return SlamSystem(sensor, options, imu, {}, SharePoints(points, gate));
+                   return PythonSlam(sensor, options, imu, SharePoints(points, gate));
                  }));
            }),
            py::arg("sensor"), py::arg("options") = SlamOptions{}, py::arg("imu") = std::nullopt,
@@ -304,15 +304,16 @@ void BindSlam(py::module_& module) {
           "set_callbacks",
           [](Slam& self, const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
              const OptionalFunction& on_map, const OptionalFunction& on_frame) {
-            SlamCallbacks callbacks = MakeCallbacks(*self.gate(), on_keyframe, on_loop, on_map, on_frame);
-            self.Call([&](SlamSystem& slam) { slam.SetCallbacks(std::move(callbacks)); });
+            SlamCallbacks callbacks =
+                MakeCallbacks(*self.gate(), on_keyframe, on_loop, on_map, on_frame);
+            self.Call([&](PythonSlam& slam) { slam.Listen(std::move(callbacks)); });
           },
           py::kw_only(), py::arg("on_keyframe") = py::none(), py::arg("on_loop") = py::none(),
           py::arg("on_map") = py::none(), py::arg("on_frame") = py::none(),
           "on_keyframe(id, T_WC, stamp, bgr, depth), on_loop(match, keyframe, accepted, message), "
           "on_map({id: T_WC}), on_frame(FrameResult): called by track() and finish(). What one "
           "raises reaches the caller. They must not call the system in turn: a RuntimeError.")
-      .def("add_imu", Exclusively(&SlamSystem::AddImu), py::arg("sample"),
+      .def("add_imu", Exclusively<PythonSlam>(&SlamSystem::AddImu), py::arg("sample"),
            "Every reading until some 50 ms after an image goes before that image.")
       .def(
           "add_reference_frame",
@@ -336,12 +337,12 @@ void BindSlam(py::module_& module) {
                 [frame](const SlamSystem& slam) { return slam.T_FW(ReferenceFrameId(frame)); });
           },
           py::arg("frame"), "Where F lies; None as long as that is not known.")
-      .def_property_readonly("factor_counts", Exclusively(&SlamSystem::factor_counts))
+      .def_property_readonly("factor_counts", Exclusively<PythonSlam>(&SlamSystem::factor_counts))
       .def(
           "track",
           [](Slam& self, Stamp stamp, const py::object& bgr, const py::object& depth) {
             const RgbdImage image = MakeImage(stamp, bgr, depth);
-            return self.Call([&](SlamSystem& slam) { return slam.Track(image); });
+            return self.Call([&](PythonSlam& slam) { return slam.TrackImage(image); });
           },
           py::arg("stamp"), py::arg("bgr"), py::arg("depth"),
           "bgr: height x width x 3, uint8, as cv2.imread reads it. depth: height x width, metres, "
@@ -361,7 +362,7 @@ void BindSlam(py::module_& module) {
              return PythonTrajectory{
                  self.Call([](const SlamSystem& slam) { return slam.keyframe_trajectory(); })};
            })
-      .def("timing", Exclusively(&SlamSystem::timing),
+      .def("timing", Exclusively<PythonSlam>(&SlamSystem::timing),
            "When rows are taken, as estimated so far.")
       .def(
           "depth_pattern",
@@ -369,9 +370,9 @@ void BindSlam(py::module_& module) {
             return self.Call([](const SlamSystem& slam) { return slam.depth_pattern().nodes; });
           },
           "[1/m] RgbdSensor.depth_pattern, as estimated so far beside what the sensor states.")
-      .def("refined_frames", Exclusively(&SlamSystem::refined_frames),
+      .def("refined_frames", Exclusively<PythonSlam>(&SlamSystem::refined_frames),
            "How many frames had their pose found once more.")
-      .def("noise", Exclusively(&SlamSystem::noise),
+      .def("noise", Exclusively<PythonSlam>(&SlamSystem::noise),
            "How noisy observations are, as estimated so far.")
       .def(
           "map_points", [](Slam& self) { return self.Call(&MapPoints); }, "[m] n x 3 in W.")

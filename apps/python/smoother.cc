@@ -63,8 +63,7 @@ template <class Add>
 PythonVariable AddTo(Exclusive<Smoother>& self, const py::object& object, const Add& add) {
   const Value value = ReadValue(object);
   const VariableId id = self.Call([&](Smoother& smoother) {
-    return VisitValue(
-        value, [&](const auto& typed) -> VariableId { return add(smoother, typed); });
+    return VisitValue(value, [&](const auto& typed) -> VariableId { return add(smoother, typed); });
   });
   return {id, value.type};
 }
@@ -78,8 +77,9 @@ void BindSmoother(py::module_& module) {
                      "The newest states stay in the window, those before leave behind a prior.",
                      Collected<Window>())
       .def(py::init([](const SlidingWindowOptions& options) {
-             return std::make_unique<Window>(
-                 kSmootherName, [&](const auto& gate) { return Smoother(Interruptible(options, *gate)); });
+             return std::make_unique<Window>(kSmootherName, [&](const auto& gate) {
+               return Smoother(Interruptible(options, *gate));
+             });
            }),
            py::arg("options") = SlidingWindowOptions{})
       .def(
@@ -131,7 +131,7 @@ void BindSmoother(py::module_& module) {
             self.Call([&](Smoother& smoother) { smoother.Remove(v.id); });
           },
           py::arg("variable"))
-      .def("remove_factor", Exclusively(&Smoother::RemoveFactor), py::arg("factor"))
+      .def("remove_factor", Exclusively<Smoother>(&Smoother::RemoveFactor), py::arg("factor"))
       .def(
           "update",
           [](Window& self) {
@@ -155,7 +155,8 @@ void BindSmoother(py::module_& module) {
             return self.Call([&](const Smoother& smoother) { return smoother.Contains(v.id); });
           },
           py::arg("variable"))
-      .def("stamps", Exclusively(&Smoother::Stamps), "Of the states in the window [ns], ascending.")
+      .def("stamps", Exclusively<Smoother>(&Smoother::Stamps),
+           "Of the states in the window [ns], ascending.")
       .def(
           "covariance",
           [](Window& self, const py::args& variables) {

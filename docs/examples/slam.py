@@ -48,18 +48,11 @@ frames = recording(arguments.folder) if arguments.folder else moving_wall(sensor
 
 # %% [markdown]
 # ## SLAM
-# Keyframes go to the dense map, which follows when they move.
+# The dense map follows the system: keyframes without what moves, a map for each submap.
 
 # %%
 slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
-dense = hw.DenseMapper(sensor.camera, sensor.depth_noise, background=False)
-
-
-def on_keyframe(keyframe, T_WC, stamp, bgr, depth):
-    dense.add_keyframe(keyframe, stamp, bgr, depth, T_WC)
-
-
-slam.set_callbacks(on_keyframe=on_keyframe, on_map=dense.set_poses)
+dense = hw.DenseMapper.following(slam, background=False)
 for stamp, bgr, depth in frames:
     frame = slam.track(stamp, bgr, depth)
     if frame.T_WC is None:
@@ -85,10 +78,10 @@ else:
 # ## Cloud and octree
 
 # %%
-maps = dense.finish()
-for dense_map in maps:
+for i, dense_map in enumerate(dense.finish()):
     centres, edges, log_odds, occupied = dense_map.octree.leaves()
     print(len(dense_map.cloud), "points;", np.count_nonzero(occupied), "occupied leaves of the octree")
     if arguments.out:
-        dense_map.cloud.write_ply(f"{arguments.out}/cloud.ply")
-        dense_map.octree.write_binary(f"{arguments.out}/map.bt")
+        number = f"_{i + 1}" if i > 0 else ""  # the first is that of most frames
+        dense_map.cloud.write_ply(f"{arguments.out}/cloud{number}.ply")
+        dense_map.octree.write_binary(f"{arguments.out}/map{number}.bt")

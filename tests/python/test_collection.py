@@ -6,6 +6,7 @@ import pathlib
 import subprocess
 import sys
 import threading
+import time
 import weakref
 
 import highwall as hw
@@ -49,8 +50,12 @@ def is_freed(make):
     """Whether all that make() returns is freed once nothing else refers to it."""
     gc.collect()
     alive = [weakref.ref(made) for made in make()]
-    gc.collect()
-    return [ref() for ref in alive] == [None] * len(alive)
+    for _ in range(200):
+        gc.collect()
+        if [ref() for ref in alive] == [None] * len(alive):
+            return True
+        time.sleep(0.05)  # a thread of the system may be in a factor
+    return False
 
 
 @pytest.mark.parametrize("name", ["on_keyframe", "on_loop", "on_map", "on_frame"])

@@ -108,7 +108,8 @@ def test_a_smoother_is_changed_on_one_thread_while_another_updates():
 
     def read():
         add()
-        assert smoother.stamps() == sorted(smoother.stamps())
+        stamps_of_states = smoother.stamps()
+        assert stamps_of_states == sorted(stamps_of_states)
 
     add()
     assert len(beside(update, read)) == 40

@@ -5,6 +5,7 @@ from typing import Dict, List, Optional, Tuple
 import numpy.typing as npt
 
 from ._geometry import DepthNoise, PinholeCamera, Pose
+from ._slam import SlamSystem
 from ._types import Array, Path
 
 class DenseMap:
@@ -26,6 +27,10 @@ class DenseMapper:
         self, id: int, stamp: int, bgr: Array, depth: Array, T_WC: Pose
     ) -> None: ...
     def finish(self) -> List[DenseMap]: ...
+    @staticmethod
+    def following(
+        slam: SlamSystem, voxel_size: float = ..., resolution: float = ..., background: bool = ...
+    ) -> DenseMapper: ...
     def set_poses(self, poses: Dict[int, Pose]) -> None: ...
 
 class KeyframeCloudOptions:

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <highwall/frontend/system/slam_system.h>
+
+#include "exclusive.h"
+#include "followed_map.h"
+
+namespace highwall::python {
+
+using Mapper = Exclusive<FollowedMap>;
+
+// A system as Python has it: with what dense mappers that follow it need to know, beside what its
+// user listens to.
+class PythonSlam : public SlamSystem {
+ public:
+  PythonSlam(const RgbdSensor& sensor, const SlamOptions& options,
+             const std::optional<ImuCalibration>& imu, std::shared_ptr<PointExtractor> points)
+      : SlamSystem(sensor, options, imu, {}, std::move(points)),
+        sensor_(sensor),
+        moving_objects_(options.tracker.moving.enabled),
+        has_imu_(imu.has_value()) {}
+  PythonSlam(const PythonSlam&) = delete;  // its callbacks refer to it
+  PythonSlam& operator=(const PythonSlam&) = delete;
+
+  const RgbdSensor& sensor() const { return sensor_; }
+  bool moving_objects() const { return moving_objects_; }
+  bool has_imu() const { return has_imu_; }
+
+  // SlamSystem::Track(). Keyframes keep the image as it is given, where a mapper follows.
+  FrameResult TrackImage(const RgbdImage& image);
+  // What the user listens to.
+  void Listen(SlamCallbacks callbacks);
+  // From the first keyframe on, as long as the mapper lives. Throws InvalidArgument where there are
+  // keyframes.
+  void AddMapper(const std::shared_ptr<Mapper>& mapper);
+
+ private:
+  void Connect();
+  // use(map) of each mapper.
+  template <class Use>
+  void ForEachMapper(const Use& use) const {
+    for (const std::weak_ptr<Mapper>& follower : mappers_) {
+      if (const auto mapper = follower.lock()) mapper->Enter(use);
+    }
+  }
+
+  const RgbdSensor sensor_;
+  const bool moving_objects_, has_imu_;
+  SlamCallbacks listener_;
+  RgbdImage image_;  // that is being tracked
+  std::vector<std::weak_ptr<Mapper>> mappers_;
+};
+
+using Slam = Exclusive<PythonSlam>;
+
+}  // namespace highwall::python
