@@ -112,8 +112,9 @@ void PrintSubmaps(const SlamRun& run) {
   fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
 }
 
-// memory: as run.json has it [MiB].
-void PrintSummary(const SlamRun& run, const SlamArguments& arguments, double memory) {
+// has_truth: a ground truth that can be read. memory: as run.json has it [MiB].
+void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_truth,
+                  double memory) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
   fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
@@ -140,7 +141,7 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, double mem
   }
   fmt::print("memory      {:.0f} MiB at its peak\n", memory);
   const auto truth = std::filesystem::path(arguments.dataset) / "groundtruth.txt";
-  if (std::filesystem::exists(truth)) {
+  if (has_truth && std::filesystem::exists(truth)) {
     fmt::print("error       highwall eval ape {} {}\n", truth.string(),
                (std::filesystem::path(arguments.out) / "trajectory.txt").string());
   }
@@ -263,7 +264,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.json) {
     fmt::print("{}\n", JsonText(report));
   } else {
-    PrintSummary(run, arguments, report["peak_memory_mib"]);
+    PrintSummary(run, arguments, dataset.groundtruth() != nullptr, report["peak_memory_mib"]);
   }
   for (const std::string& failure : output.failures()) {
     fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));

@@ -152,7 +152,11 @@ std::optional<Trajectory> TruthOf(const fs::path& folder, const json& run,
   if (datasets.size() != 1) return std::nullopt;
   const fs::path beside = datasets.front() / "groundtruth.txt";
   if (!fs::exists(beside)) return std::nullopt;
-  return ReadTumTrajectory(beside);
+  try {
+    return ReadTumTrajectory(beside);
+  } catch (const IoError&) {  // of which the run has warned: a page needs none
+    return std::nullopt;
+  }
 }
 
 // The first frame of the run, with a pose or without.

@@ -120,6 +120,16 @@ TEST_F(InfoTest, SaysWhatIsWrongWithAnImu) {
   EXPECT_EQ(info["problems"][0].get<std::string>().find(imu + ":1: has 6 fields"), 0U);
 }
 
+TEST_F(InfoTest, NamesABadGroundTruthAmongTheProblems) {
+  WriteTum(dataset());
+  WriteText(dataset() / "groundtruth.txt", "100.0 0 0 0 0 0 0 1\n100.0,1,0,0,0,0,0,1\n");
+  const json info = InfoJson();
+  EXPECT_TRUE(info["groundtruth"].is_null());
+  ASSERT_EQ(info["problems"].size(), 1U) << info["problems"];
+  const std::string truth = (dataset() / "groundtruth.txt").string();
+  EXPECT_EQ(info["problems"][0].get<std::string>().find(truth + ":2: "), 0U);
+}
+
 TEST_F(InfoTest, PrintsTextForPeople) {
   WriteTum(dataset());
   const Outcome run = Info();
@@ -208,9 +218,6 @@ TEST_F(InfoTest, RefusesBadInputWithOneLineAndExitCodeTwo) {
   WriteText(dataset() / "rgb.txt", "7.0 rgb/100.png\n");
   ExpectRefused("no stamp of rgb.txt has one of depth.txt");
   WriteText(dataset() / "rgb.txt", list);
-  WriteText(dataset() / "groundtruth.txt", "1.0 0 0 nan 0 0 0 1\n");
-  ExpectRefused("groundtruth.txt:1: ");
-  std::filesystem::remove(dataset() / "groundtruth.txt");
   WriteText(dataset() / "calibration.yaml", "depth_facter: 5000\n");
   ExpectRefused("calibration.yaml:1: unknown key 'depth_facter'; did you mean 'depth_factor'?");
 }

@@ -417,10 +417,16 @@ TEST_F(SlamCommand, RefusesDepthThatIsAllZero) {
   ExpectRefused({"none of its 6 frames can be used", "100.png: holds no depth: all zero"});
 }
 
-TEST_F(SlamCommand, RefusesATrajectoryWithNan) {
-  WriteBlank();
+TEST_F(SlamCommand, ABadGroundTruthIsOneWarningAndStopsNeitherTheRunNorItsPage) {
+  WriteSequence(6);
   WriteText(dataset() / "groundtruth.txt", "100.0 0 0 0 0 0 0 1\n100.1 0 nan 0 0 0 0 1\n");
-  ExpectRefused({"groundtruth.txt:2: ", "nan"});
+  const Outcome outcome = SlamOnDataset("--no-map --report");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "groundtruth.txt:2: ty 'nan' is not a finite number"))
+      << outcome.err;
+  EXPECT_EQ(outcome.err.find("groundtruth.txt"), outcome.err.rfind("groundtruth.txt"));
+  EXPECT_FALSE(Contains(outcome.out, "highwall eval ape")) << "it would fail: " << outcome.out;
+  EXPECT_EQ(json::parse(ReadText(run() / "run.json"))["tracked_frames"], 6);
 }
 
 TEST_F(SlamCommand, RefusesAnUnknownYamlKey) {

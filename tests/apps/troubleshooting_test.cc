@@ -145,6 +145,8 @@ void Troubleshooting::Recordings() {
   WriteText(gap / "depth.txt",
             "1.0 depth/100.png\n1.1 depth/101.png\n1.2 depth/102.png\n9.3 depth/103.png\n");
   Highwall("info gap");
+  WriteText(Dataset("bad_truth") / "groundtruth.txt", "100.0 nan 0 0 0 0 0 1\n");
+  Slam("bad_truth");
 }
 
 void Troubleshooting::Frames() {

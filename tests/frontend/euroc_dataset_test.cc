@@ -132,6 +132,20 @@ TEST_F(Euroc, ReadsTheImuAndTheTruthOfTheCamera) {
   EXPECT_LT((dataset.groundtruth()->at(0).pose.p() - Eigen::Vector3d(0.5, 2, 3)).norm(), 1e-9);
 }
 
+TEST_F(Euroc, WarnsOnceOfATruthThatCannotBeReadAndGoesWithoutIt) {
+  for (const std::string bad :
+       {"", "1000000000,1,2,3\n", "1000000000,nan,2,3,1,0,0,0\n", "1.0 1\n"}) {
+    SCOPED_TRACE(bad);
+    Write(root() / "state_groundtruth_estimate0" / "data.csv", "#t,p,p,p,q,q,q,q\n" + bad);
+    const EurocDataset dataset(folder_.path());
+    EXPECT_EQ(dataset.size(), 3U);
+    EXPECT_EQ(dataset.groundtruth(), nullptr);
+    ASSERT_EQ(dataset.warnings().size(), 1U);
+    EXPECT_TRUE(dataset.warnings()[0].ends_with("; the ground truth is not used"))
+        << dataset.warnings()[0];
+  }
+}
+
 TEST_F(Euroc, AFrameThatCannotBeReadIsSkippedAndNamed) {
   Write(root() / "cam1" / "data" / "1050000000.png", "no image");
   const EurocDataset dataset(folder_.path());

@@ -75,11 +75,30 @@ TEST(TumDataset, ReadsTheGroundTruthWhereThereIsOne) {
   EXPECT_EQ(dataset.groundtruth()->at(1).pose.p(), Eigen::Vector3d(4, 5, 6));
 }
 
-TEST(TumDataset, RefusesNanInTheGroundTruth) {
+TEST(TumDataset, WarnsOnceOfAGroundTruthThatCannotBeReadAndGoesWithoutIt) {
+  const std::string good = "100.0 1 2 3 0 0 0 1\n";
+  for (const std::string bad : {"100.1 nan 5 6 0 0 0 1\n", "100.1,4,5,6,0,0,0,1\n",
+                                "99.9 4 5 6 0 0 0 1\n", "time x y z\n", "100.1 4 5 6 0 0 0 0\n"}) {
+    SCOPED_TRACE(bad);
+    const TemporaryDirectory folder;
+    WriteTum(folder.path());
+    WriteText(folder.path() / "groundtruth.txt", good + bad);
+    const TumDataset dataset(folder.path());
+    EXPECT_EQ(dataset.size(), 6U);
+    EXPECT_EQ(dataset.groundtruth(), nullptr);
+    ASSERT_EQ(dataset.warnings().size(), 1U);
+    ExpectContains(dataset.warnings()[0], "groundtruth.txt:2: ");
+    ExpectContains(dataset.warnings()[0], "; the ground truth is not used");
+  }
+}
+
+TEST(TumDataset, WarnsOfAGroundTruthThatIsAFolder) {
   const TemporaryDirectory folder;
   WriteTum(folder.path());
-  WriteText(folder.path() / "groundtruth.txt", "100.0 1 2 3 0 0 0 1\n100.1 nan 5 6 0 0 0 1\n");
-  ExpectContains(OpenMessage(folder.path()), "groundtruth.txt:2: ");
+  std::filesystem::create_directory(folder.path() / "groundtruth.txt");
+  const TumDataset dataset(folder.path());
+  EXPECT_EQ(dataset.groundtruth(), nullptr);
+  EXPECT_EQ(dataset.warnings().size(), 1U);
 }
 
 TEST(TumDataset, WarnsOfAnEmptyGroundTruth) {

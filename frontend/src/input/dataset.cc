@@ -23,4 +23,8 @@ std::vector<Dataset::Problem> Dataset::problems() const {
   return list;
 }
 
+std::string Dataset::WithoutGroundTruth(const IoError& error) {
+  return std::string(error.what()) + "; the ground truth is not used";
+}
+
 }  // namespace highwall

@@ -121,6 +121,26 @@ std::map<Stamp, std::string> ReadList(const fs::path& path) {
   return lines;
 }
 
+// T_WC of state_groundtruth_estimate0, which holds T_WB.
+Trajectory ReadCameraPoses(const fs::path& path, const Pose& T_BC) {
+  Trajectory truth;
+  for (const auto& [stamp, line] : ReadList(path)) {
+    std::array<double, 7> v{};  // p, then q as w x y z
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    for (double& value : v) {
+      const auto parsed = std::from_chars(at, end, value);
+      if (parsed.ec != std::errc()) throw IoError(path, "a line has fewer than eight numbers");
+      at = parsed.ptr == end ? end : parsed.ptr + 1;
+    }
+    const Pose T_WB(Eigen::Quaterniond(v[3], v[4], v[5], v[6]).normalized(), {v[0], v[1], v[2]});
+    if (!T_WB.IsFinite()) throw IoError(path, "a pose is not finite");
+    truth.push_back({stamp, T_WB * T_BC});
+  }
+  if (truth.empty()) throw IoError(path, "holds no pose");
+  return truth;
+}
+
 cv::Mat ToMat(const Eigen::Matrix3d& R) {
   cv::Mat mat(3, 3, CV_64F);
   for (int row = 0; row < 3; ++row) {
@@ -225,21 +245,11 @@ void EurocDataset::ReadImuSensor() {
 void EurocDataset::ReadGroundTruth() {
   const fs::path path = root_ / "state_groundtruth_estimate0" / "data.csv";
   if (!fs::exists(path)) return;
-  Trajectory truth;
-  for (const auto& [stamp, line] : ReadList(path)) {
-    std::array<double, 7> v{};  // p, then q as w x y z
-    const char* at = line.data();
-    const char* const end = at + line.size();
-    for (double& value : v) {
-      const auto parsed = std::from_chars(at, end, value);
-      if (parsed.ec != std::errc()) throw IoError(path, "a line has fewer than eight numbers");
-      at = parsed.ptr == end ? end : parsed.ptr + 1;
-    }
-    const Pose T_WB(Eigen::Quaterniond(v[3], v[4], v[5], v[6]).normalized(), {v[0], v[1], v[2]});
-    if (!T_WB.IsFinite()) throw IoError(path, "a pose is not finite");
-    truth.push_back({stamp, T_WB * T_BC_});
+  try {
+    groundtruth_ = ReadCameraPoses(path, T_BC_);
+  } catch (const IoError& broken) {
+    AddWarning(WithoutGroundTruth(broken));
   }
-  groundtruth_ = std::move(truth);
 }
 
 cv::Mat EurocDataset::Rectified(const std::filesystem::path& file, int camera) const {

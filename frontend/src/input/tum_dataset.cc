@@ -158,16 +158,21 @@ TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetO
                                   FourDigits(options_.max_stamp_difference) + " s");
   }
   imu_file_ = FindImuFile(directory_);
-  const std::filesystem::path groundtruth = directory_ / "groundtruth.txt";
-  if (std::filesystem::exists(groundtruth)) {
-    Trajectory trajectory = ReadTumTrajectory(groundtruth);
-    if (trajectory.empty()) {
-      AddWarning(groundtruth.string() + ": holds no pose");
-    } else {
-      groundtruth_ = std::move(trajectory);
-    }
-  }
+  ReadGroundTruth();
   Probe();
+}
+
+void TumDataset::ReadGroundTruth() {
+  const std::filesystem::path path = directory_ / "groundtruth.txt";
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return;
+  try {
+    Trajectory trajectory = ReadTumTrajectory(path);
+    if (trajectory.empty()) throw IoError(path, "holds no pose");
+    groundtruth_ = std::move(trajectory);
+  } catch (const IoError& broken) {
+    AddWarning(WithoutGroundTruth(broken));
+  }
 }
 
 // Looks at a few frames spread over the sequence, and at all of them while none can be used.

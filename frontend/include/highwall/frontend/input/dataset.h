@@ -12,6 +12,7 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/depth_pattern.h>
@@ -67,6 +68,8 @@ class Dataset {
  protected:
   Dataset() = default;
   void AddWarning(std::string warning) { warnings_.push_back(std::move(warning)); }
+  // The warning for a ground truth that cannot be read, which images do not need.
+  static std::string WithoutGroundTruth(const IoError& error);
 
  private:
   // Throws IoError if the frame cannot be used.

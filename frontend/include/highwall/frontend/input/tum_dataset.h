@@ -47,7 +47,8 @@ class TumDataset final : public Dataset {
  public:
   // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, no
   // colour image has a depth image in time, or no frame at all can be used. Warns when the median
-  // depth of a few frames spread over the sequence is implausible.
+  // depth of a few frames spread over the sequence is implausible, and of a ground truth that cannot
+  // be read: the images do not need it.
   explicit TumDataset(const std::filesystem::path& directory,
                       const TumDatasetOptions& options = {});
 
@@ -65,6 +66,7 @@ class TumDataset final : public Dataset {
 
  private:
   RgbdImage DoLoad(std::size_t index) const override;
+  void ReadGroundTruth();
   void Probe();
 
   std::filesystem::path directory_;
