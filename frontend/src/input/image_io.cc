@@ -14,6 +14,8 @@
 #include <highwall/core/crc32.h>
 #include <highwall/core/error.h>
 
+#include "input/jpeg_extent.h"
+
 namespace highwall {
 namespace {
 
@@ -36,7 +38,7 @@ bool StartsWith(const Bytes& bytes, const std::array<std::uint8_t, kSize>& magic
   return bytes.size() >= kSize && std::equal(magic.begin(), magic.end(), bytes.begin());
 }
 
-enum class Condition { kWhole, kTruncated, kDamaged };
+enum class Condition { kWhole, kNoEnd, kTruncated, kDamaged };
 
 std::uint32_t BigEndian(const std::uint8_t* bytes) {
   return std::uint32_t{bytes[0]} << 24U | std::uint32_t{bytes[1]} << 16U |
@@ -62,13 +64,16 @@ Condition ConditionOfPng(const Bytes& bytes) {
   return Condition::kTruncated;
 }
 
-// The end-of-image marker FF D9 closes the file; some cameras pad a few bytes behind it.
 Condition ConditionOfJpeg(const Bytes& bytes) {
-  constexpr std::ptrdiff_t kPadding = 64;
-  const std::array<std::uint8_t, 2> end{0xFF, 0xD9};
-  const auto from = bytes.end() - std::min(std::ssize(bytes), kPadding);
-  const bool whole = std::search(from, bytes.end(), end.begin(), end.end()) != bytes.end();
-  return whole ? Condition::kWhole : Condition::kTruncated;
+  switch (ExtentOfJpeg(bytes)) {
+    case JpegExtent::kWhole:
+      return Condition::kWhole;
+    case JpegExtent::kNoEnd:
+      return Condition::kNoEnd;
+    case JpegExtent::kTruncated:
+      break;
+  }
+  return Condition::kTruncated;
 }
 
 // As far as the file format tells without decoding.
@@ -80,12 +85,19 @@ Condition ConditionOf(const Bytes& bytes) {
   return Condition::kWhole;
 }
 
+// Without its end marker, or with half of it, the decoder holds the last rows back.
+void EndJpeg(Bytes* bytes) {
+  if (bytes->back() == 0xFF) bytes->pop_back();
+  bytes->insert(bytes->end(), {0xFF, 0xD9});
+}
+
 cv::Mat Decode(const std::filesystem::path& path, int flags) {
-  const Bytes bytes = ReadBytes(path);
+  Bytes bytes = ReadBytes(path);
   // Checked before decoding: libpng and libjpeg write their complaints to standard error.
   const Condition condition = ConditionOf(bytes);
   if (condition == Condition::kTruncated) throw IoError(path, "is truncated");
   if (condition == Condition::kDamaged) throw IoError(path, "is damaged: a checksum is wrong");
+  if (condition == Condition::kNoEnd) EndJpeg(&bytes);
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, flags);

@@ -8,8 +8,9 @@
 // instead of a picture with a grey lower half.
 namespace highwall {
 
-// CV_8UC3 BGR, orientation tags ignored. Throws IoError if the file is missing, truncated or not
-// an image.
+// CV_8UC3 BGR, orientation tags ignored. What a camera adds behind the end of a JPEG does not
+// matter, nor that the end marker is missing. Throws IoError if the file is missing, truncated or
+// not an image.
 cv::Mat ReadColourImage(const std::filesystem::path& path);
 
 // The stored 16-bit values, CV_16UC1. Throws as above, and for any other pixel type.
