@@ -34,6 +34,7 @@ constexpr double kDegrees = 180.0 / M_PI;
 struct CalibrateArguments {
   std::filesystem::path input;
   std::string config, trajectory, out;
+  double max_pair_difference = kMaxPairDifference;  // [s]
   bool keep_depth = false;
   bool intrinsics = false;
   bool json = false;
@@ -187,11 +188,13 @@ void Take(const CameraImuCalibration& found, const ImuInput& imu, RunConfig* con
 int RunCalibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty()) RequireFile(arguments.out);
   const Recording recording = Find(arguments);
-  const OpenedDataset opened = OpenDataset(recording.config, recording.dataset);
+  const OpenedDataset opened =
+      OpenDataset(recording.config, recording.dataset, arguments.max_pair_difference);
   const std::optional<ImuInput> imu = OpenImu(recording, opened);
   RunConfig config = opened.config;
   const ImageCalibrationOptions wanted{.intrinsics = arguments.intrinsics,
-                                       .keep_depth = arguments.keep_depth};
+                                       .keep_depth = arguments.keep_depth,
+                                       .max_pair_difference = arguments.max_pair_difference};
   std::optional<CalibratedImages> images;
   if (recording.trajectory.empty() || arguments.intrinsics) {
     images = CalibrateImages(recording.dataset, wanted, &config.sensor);
@@ -250,6 +253,7 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
                  "Find the focal lengths and the principal point as well: tracks once more")
       ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
+  AddMaxPairDifference(command, &arguments->max_pair_difference);
   command->add_flag("--keep-depth", arguments->keep_depth,
                     "Depth is right: no scale, no offset, no pattern");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");

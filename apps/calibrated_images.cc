@@ -59,15 +59,16 @@ bool IsPatternOff(const CameraCalibration& found, const DepthPattern& stated) {
 
 // inverse_depth_offset, depth_pattern: of what is left.
 CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
-                       bool intrinsics, int round) {
-  const std::unique_ptr<const Dataset> images = OpenImages(directory, sensor);
+                       const ImageCalibrationOptions& wanted, int round) {
+  const std::unique_ptr<const Dataset> images =
+      OpenImages(directory, sensor, wanted.max_pair_difference);
   SlamRunOptions options;
   options.slam = Deterministic(options.slam);  // one recording, one calibration
   options.slam.depth_pattern.enabled = false;  // found from all of it, in the end
   options.dense = false;
   options.adjust_all = true;
   options.calibrate =
-      CameraCalibrationOptions{.intrinsics = intrinsics, .pattern_of = sensor.camera};
+      CameraCalibrationOptions{.intrinsics = wanted.intrinsics, .pattern_of = sensor.camera};
   Progress progress(round == 1 ? "tracking"
                                : fmt::format("tracking with what was found, round {}", round));
   const SlamRun run = RunSlam(*images, sensor, options,
@@ -170,7 +171,7 @@ CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
   CalibratedImages found;
   for (int round = 1; round <= kRounds; ++round) {
     const RgbdSensor tracked = *sensor;
-    found = Track(dataset, tracked, options.intrinsics, round);
+    found = Track(dataset, tracked, options, round);
     found.rounds = round;
     found.camera.inverse_depth_offset += tracked.inverse_depth_offset;
     found.camera.depth_pattern.nodes += tracked.depth_pattern.nodes;

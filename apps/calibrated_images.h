@@ -9,13 +9,15 @@
 #include <highwall/frontend/local/camera_calibration.h>
 
 #include "calibration_file.h"
+#include "opened_dataset.h"
 
 // What highwall calibrate finds out from images alone.
 namespace highwall::apps {
 
 struct ImageCalibrationOptions {
-  bool intrinsics = false;  // to be found as well
-  bool keep_depth = false;  // depth is right as it is stated
+  bool intrinsics = false;                          // to be found as well
+  bool keep_depth = false;                          // depth is right as it is stated
+  double max_pair_difference = kMaxPairDifference;  // [s] as OpenImages()
 };
 
 struct CalibratedImages {

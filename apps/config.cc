@@ -236,7 +236,8 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
   if (const std::optional<RgbdSensor> sensor = SensorPreset(preset)) {
     return {{*sensor}, "preset " + preset + ", by the dataset's name"};
   }
-  TumDataset{dataset};  // a folder that is no dataset at all has a plainer fault
+  // A folder that is no dataset at all has a plainer fault.
+  TumDataset{dataset, {.max_stamp_difference = 1.0}};
   throw IoError(dataset, "the camera is unknown: put calibration.yaml there, or give --config " +
                              ("with a file or one of " + PresetList()));
 }

@@ -135,7 +135,7 @@ void AddGapProblem(const char* what, const StreamReport& stream, DatasetReport* 
                              FormatStamp(stream.longest_interval_at));
 }
 
-void AddProblems(const TumDataset& dataset, DatasetReport* report) {
+void AddProblems(const TumDataset& dataset, double max_pair_difference, DatasetReport* report) {
   report->problems = dataset.warnings();
   for (const Dataset::Problem& problem : dataset.problems()) {
     report->problems.push_back(problem.what);
@@ -143,9 +143,9 @@ void AddProblems(const TumDataset& dataset, DatasetReport* report) {
   const std::size_t lonely_colour = report->colour.count - report->frames.count;
   const std::size_t lonely_depth = report->depth.count - report->frames.count;
   if (lonely_colour + lonely_depth > 0) {
-    report->problems.push_back(std::to_string(lonely_colour) + " colour and " +
-                               std::to_string(lonely_depth) +
-                               " depth images have no partner within 20 ms");
+    report->problems.push_back(
+        std::to_string(lonely_colour) + " colour and " + std::to_string(lonely_depth) +
+        " depth images have no partner within " + Short(1e3 * max_pair_difference) + " ms");
   }
   AddGapProblem("frames", report->frames, report);
   if (report->repeated_colour > 0) {
@@ -266,13 +266,13 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
   return report;
 }
 
-DatasetReport InspectDataset(const std::filesystem::path& directory,
+DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
                              const std::function<void(std::size_t, std::size_t)>& progress) {
   if (EurocDataset::IsOne(directory)) {
     throw IoError(directory, "is of EuRoC's layout, which info does not read; highwall slam does");
   }
   const std::optional<RunConfig> config = KnownConfig(directory);
-  TumDatasetOptions options;
+  TumDatasetOptions options{.max_stamp_difference = max_pair_difference};
   if (config) options.depth_factor = config->sensor.depth_factor;
   const TumDataset dataset(directory, options);
 
@@ -303,7 +303,7 @@ DatasetReport InspectDataset(const std::filesystem::path& directory,
   }
   report.accelerometer = DescribeAccelerometer(directory / "accelerometer.txt");
   report.calibration = FindCalibration(directory, report.width, report.height, depth);
-  AddProblems(dataset, &report);
+  AddProblems(dataset, max_pair_difference, &report);
   if (config) {
     AddSizeProblem(config->sensor.camera, &report);
     AddDepthProblems(config->sensor, &report);

@@ -74,9 +74,10 @@ struct DatasetReport {
   std::vector<std::string> problems;  // what is wrong, most important first
 };
 
-// Reads and decodes every frame of a TUM RGB-D dataset. progress: called with the number of frames
+// Reads and decodes every frame of a TUM RGB-D dataset. max_pair_difference [s]: as in
+// TumDatasetOptions. progress: called with the number of frames
 // behind and of all. Throws IoError where the dataset cannot be used at all.
-DatasetReport InspectDataset(const std::filesystem::path& directory,
+DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
                              const std::function<void(std::size_t, std::size_t)>& progress);
 
 // One JSON object; the fields of DatasetReport by name.

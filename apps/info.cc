@@ -8,6 +8,8 @@
 
 #include "commands.h"
 #include "dataset_report.h"
+#include "opened_dataset.h"
+#include "option_checks.h"
 #include "progress.h"
 
 namespace highwall::apps {
@@ -15,6 +17,7 @@ namespace {
 
 struct InfoArguments {
   std::string directory;
+  double max_pair_difference = kMaxPairDifference;  // [s]
   bool json = false;
 };
 
@@ -22,9 +25,9 @@ int RunInfo(const InfoArguments& arguments) {
   DatasetReport report;
   {
     Progress progress("reading frames");
-    report = InspectDataset(arguments.directory, [&progress](std::size_t done, std::size_t total) {
-      progress.Update(done, total);
-    });
+    report = InspectDataset(
+        arguments.directory, arguments.max_pair_difference,
+        [&progress](std::size_t done, std::size_t total) { progress.Update(done, total); });
   }
   std::cout << (arguments.json ? ToJson(report) + "\n" : ToText(report));
   return kExitOk;
@@ -38,6 +41,7 @@ void AddInfoCommand(CLI::App& app, CommandAction& action) {
       "info", "Say what a dataset holds, what is wrong with it and which calibration fits");
   command->add_option("DIR", arguments->directory, "Folder with rgb.txt and depth.txt (TUM RGB-D)")
       ->required();
+  AddMaxPairDifference(command, &arguments->max_pair_difference);
   command->add_flag("--json", arguments->json, "Print one JSON object");
   command->footer("Example:\n  highwall info rgbd_dataset_freiburg1_xyz");
   command->callback([&action, arguments] { action = [arguments] { return RunInfo(*arguments); }; });

@@ -59,7 +59,8 @@ struct MapArguments {
   double max_range = kDenseRange;                          // [m]
   std::size_t every = 0;                                   // 0: all keyframes, else kInterval
   int threads = 2;
-  double memory_limit = 2048.0;  // [MB] of the octree
+  double memory_limit = 2048.0;               // [MB] of the octree
+  std::optional<double> max_pair_difference;  // [s] else that of the run
   bool raw = false;
   bool overwrite = false;
   bool json = false;
@@ -227,7 +228,8 @@ int RunMap(const MapArguments& arguments) {
   RequireMapsFolder(arguments);
   const FolderLock lock(arguments.out);
   const OpenedDataset opened =
-      OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset);
+      OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset,
+                  arguments.max_pair_difference.value_or(source.max_pair_difference));
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {
@@ -293,6 +295,7 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--dataset", arguments->dataset, "Where the dataset of a run lies now");
   command->add_option("--config", arguments->config,
                       "Calibration, as in highwall slam [default: that of the run]");
+  AddMaxPairDifference(command, &arguments->max_pair_difference);
   command
       ->add_option("--every", arguments->every,
                    "Takes every n-th posed frame [keyframes: 1, else one in a third of a second]")

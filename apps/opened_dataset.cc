@@ -8,7 +8,8 @@
 
 namespace highwall::apps {
 
-OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path& directory) {
+OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path& directory,
+                          double max_pair_difference) {
   if (!std::filesystem::exists(directory)) {
     throw IoError(directory, "does not exist" + DidYouMeanPath(directory));
   }
@@ -23,19 +24,21 @@ OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path
     return {std::move(images), std::move(config), "sensor.yaml of the cameras"};
   }
   ResolvedConfig resolved = ResolveConfig(choice, directory);
-  std::unique_ptr<const Dataset> images = OpenImages(directory, resolved.config.sensor);
+  std::unique_ptr<const Dataset> images =
+      OpenImages(directory, resolved.config.sensor, max_pair_difference);
   return {std::move(images), std::move(resolved.config), std::move(resolved.origin)};
 }
 
 std::unique_ptr<const Dataset> OpenImages(const std::filesystem::path& directory,
-                                          const RgbdSensor& sensor) {
+                                          const RgbdSensor& sensor, double max_pair_difference) {
   if (EurocDataset::IsOne(directory)) return std::make_unique<EurocDataset>(directory);
   return std::make_unique<TumDataset>(
       directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
                                    .inverse_depth_offset = sensor.inverse_depth_offset,
                                    .depth_pattern = sensor.depth_pattern,
                                    .width = sensor.camera.width,
-                                   .height = sensor.camera.height});
+                                   .height = sensor.camera.height,
+                                   .max_stamp_difference = max_pair_difference});
 }
 
 }  // namespace highwall::apps

@@ -12,6 +12,15 @@ namespace highwall::apps {
 // A number in [min, max]. CLI::Range lets NaN pass.
 CLI::Validator Between(double min, double max);
 
+// --max-pair-difference, which gives `seconds` (a double or an optional one) its value.
+template <class Seconds>
+CLI::Option* AddMaxPairDifference(CLI::App* command, Seconds* seconds) {
+  return command
+      ->add_option("--max-pair-difference", *seconds,
+                   "Between the stamps of the colour and the depth image of a frame [s: 0.02]")
+      ->check(Between(1e-6, 1.0));
+}
+
 // The name of a file or folder.
 CLI::Validator NotEmpty();
 

@@ -9,6 +9,8 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
 
+#include "opened_dataset.h"
+
 namespace highwall::apps {
 
 // What `highwall map` and `highwall map compare --seen-by` are given: a dataset, or the folder of a
@@ -18,7 +20,8 @@ struct MapSource {
   std::filesystem::path run;         // whose depth is to be corrected alike; empty: of no run
   std::filesystem::path trajectory;  // TUM file of T_WC
   std::string config;                // that the run was made with, as OpenDataset() takes it
-  bool keyframes = false;            // the trajectory holds keyframes alone
+  double max_pair_difference = kMaxPairDifference;  // [s] likewise
+  bool keyframes = false;                           // the trajectory holds keyframes alone
   bool level = true;  // z of W points up; of a run it need not: W is its first camera
 };
 

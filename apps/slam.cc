@@ -208,7 +208,8 @@ int RunSlamCommand(const SlamArguments& arguments) {
   RequireMapElsewhere(arguments);
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
   const FolderLock lock(arguments.out);
-  const OpenedDataset opened = OpenDataset(arguments.config, arguments.dataset);
+  const OpenedDataset opened =
+      OpenDataset(arguments.config, arguments.dataset, arguments.max_pair_difference);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {
@@ -255,6 +256,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
                   "highwall info)");
   }
   nlohmann::json report = RunJson(run, options, arguments.dataset, opened.origin);
+  report["max_pair_difference_s"] = arguments.max_pair_difference;
   report["depth_noise"] = ToJson(sensor.depth_noise);
   report["settings"] = ChangedSettings(options.slam);
   {

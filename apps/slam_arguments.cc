@@ -100,6 +100,7 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
                       "else what its name tells)");
+  AddMaxPairDifference(command, &arguments->max_pair_difference);
   CLI::Option* out = command->add_option("--out", arguments->out, "Folder for the results")
                          ->required()
                          ->check(NotEmpty());

@@ -30,7 +30,8 @@ struct SlamArguments {
   std::optional<FrameTimingMode> frame_timing;
   std::optional<InertialCoupling> coupling;
   double resolution = OctomapBuilderOptions().resolution;
-  std::string imu;  // --imu as given
+  double max_pair_difference = kMaxPairDifference;  // [s]
+  std::string imu;                                  // --imu as given
   bool gps = true;
   bool deterministic = false;
   bool live = false;

@@ -144,15 +144,18 @@ void BindDataset(py::module_& module) {
       .def_property_readonly(
           "depth", [](const RgbdImage& image) { return ImageArray(image.depth); }, "[m]");
   py::class_<TumDataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")
-      .def(py::init([](const py::object& directory, double depth_factor,
-                       double inverse_depth_offset, const DepthPattern::Vector& depth_pattern) {
-             return std::make_unique<TumDataset>(
-                 Path(directory), TumDatasetOptions{.depth_factor = depth_factor,
-                                                    .inverse_depth_offset = inverse_depth_offset,
-                                                    .depth_pattern = {depth_pattern}});
-           }),
-           py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor,
-           py::arg("inverse_depth_offset") = 0.0, py::arg("depth_pattern") = DepthPattern().nodes)
+      .def(
+          py::init([](const py::object& directory, double depth_factor, double inverse_depth_offset,
+                      const DepthPattern::Vector& depth_pattern, double max_stamp_difference) {
+            return std::make_unique<TumDataset>(
+                Path(directory), TumDatasetOptions{.depth_factor = depth_factor,
+                                                   .inverse_depth_offset = inverse_depth_offset,
+                                                   .depth_pattern = {depth_pattern},
+                                                   .max_stamp_difference = max_stamp_difference});
+          }),
+          py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor,
+          py::arg("inverse_depth_offset") = 0.0, py::arg("depth_pattern") = DepthPattern().nodes,
+          py::arg("max_stamp_difference") = TumDatasetOptions{}.max_stamp_difference)
       .def("__len__", &TumDataset::size)
       .def("load", &TumDataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
            "The images of a frame; None where they cannot be used.")

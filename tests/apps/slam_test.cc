@@ -400,10 +400,45 @@ TEST_F(SlamCommand, RefusesMalformedLines) {
   ExpectRefused({"rgb.txt:2: a file name is missing"});
 }
 
-TEST_F(SlamCommand, RefusesUnsortedLines) {
-  WriteBlank();
-  WriteText(dataset() / "depth.txt", "100.1 depth/101.png\n100.0 depth/100.png\n");
-  ExpectRefused({"depth.txt:2: stamp 100.0 is not greater than the one before"});
+TEST_F(SlamCommand, ReadsAListWithAnExchangedAndADoubledLineAndNamesThem) {
+  WriteSequence(6);
+  const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
+  std::vector<std::string> lines;
+  std::istringstream list(ReadText(dataset() / "rgb.txt"));
+  for (std::string line; std::getline(list, line);) lines.push_back(line + "\n");
+  std::swap(lines[lines.size() - 2], lines[lines.size() - 3]);
+  lines.push_back(lines.back());
+  std::string text = "\xef\xbb\xbf";
+  for (const std::string& line : lines) text += line;
+  WriteText(dataset() / "rgb.txt", text);
+  const Outcome outcome = SlamOnDataset("--no-map --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(CountLines(outcome.err), 2U) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "is smaller than the one before; the list is sorted"));
+  EXPECT_TRUE(Contains(outcome.err, "is there twice; the first line stays"));
+  EXPECT_EQ(json::parse(outcome.out)["tracked_frames"], 6);
+}
+
+TEST_F(SlamCommand, TakesTheSwitchThatItNamesWhereDepthIsLate) {
+  WriteSequence(6);
+  std::istringstream list(ReadText(dataset() / "depth.txt"));
+  std::string late;
+  for (std::string line; std::getline(list, line);) {
+    const std::size_t blank = line.find(' ');
+    const std::optional<Stamp> stamp = ParseStamp(line.substr(0, blank));
+    if (stamp) late += FormatStamp(*stamp + 25'000'000) + line.substr(blank) + "\n";
+  }
+  WriteText(dataset() / "depth.txt", late);
+  ExpectRefused({"depth is 0.025 s later in the median; give --max-pair-difference 0.03"});
+  const Outcome outcome = SlamOnDataset("--no-map --max-pair-difference 0.03 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["tracked_frames"], 6);
+  EXPECT_EQ(report["max_pair_difference_s"], 0.03);
+  const Outcome map = testing::RunProgram(
+      testing::kHighwallProgram,
+      "map " + run().string() + " --out " + (run() / "map").string() + " --resolution 0.1");
+  EXPECT_EQ(map.exit_code, 0) << "the run names it: " << map.err;
 }
 
 TEST_F(SlamCommand, RefusesStampsThatNeverAssociate) {

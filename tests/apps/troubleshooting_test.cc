@@ -145,6 +145,16 @@ void Troubleshooting::Recordings() {
   WriteText(gap / "depth.txt",
             "1.0 depth/100.png\n1.1 depth/101.png\n1.2 depth/102.png\n9.3 depth/103.png\n");
   Highwall("info gap");
+  const auto list = [&](const std::string& name, const std::string& text) {
+    WriteText(Dataset(name) / "rgb.txt", text);
+    Slam(name);
+  };
+  list("late_depth", "99.97 rgb/100.png\n100.07 rgb/101.png\n");
+  list("some_late", "99.97 rgb/100.png\n100.07 rgb/101.png\n100.2 rgb/102.png\n");
+  list("milliseconds", "100000 rgb/100.png\n100100 rgb/101.png\n");
+  list("exchanged", "100.1 rgb/101.png\n100.0 rgb/100.png\n");
+  list("doubled", "100.1 rgb/101.png\n100.1 rgb/100.png\n");
+  list("whole_seconds", "100 rgb/100.png\n100 rgb/101.png\n100 rgb/102.png\n");
   WriteText(Dataset("bad_truth") / "groundtruth.txt", "100.0 nan 0 0 0 0 0 1\n");
   Slam("bad_truth");
 }

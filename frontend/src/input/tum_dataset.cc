@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <string_view>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -17,20 +16,11 @@
 #include <highwall/internal/median.h>
 
 #include "input/image_io.h"
+#include "input/pair_advice.h"
+#include "input/tum_associations.h"
 
 namespace highwall {
 namespace {
-
-constexpr const char* kListBlank = " \t\r";
-
-// The next field of the line, cut off its front; empty at the end.
-std::string_view NextField(std::string_view* line) {
-  const std::size_t begin = std::min(line->find_first_not_of(kListBlank), line->size());
-  const std::size_t end = std::min(line->find_first_of(kListBlank, begin), line->size());
-  const std::string_view field = line->substr(begin, end - begin);
-  line->remove_prefix(end);
-  return field;
-}
 
 std::string FourDigits(double value) {
   std::array<char, 32> text{};
@@ -63,35 +53,6 @@ void CollectDepths(const cv::Mat& depth, std::vector<float>* depths) {
 }
 
 }  // namespace
-
-std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list) {
-  std::ifstream file(list);
-  if (!file || std::filesystem::is_directory(list)) {
-    throw IoError(list, "is missing or cannot be read");
-  }
-  std::vector<TumImageFile> files;
-  std::string text;
-  for (std::int64_t number = 1; std::getline(file, text); ++number) {
-    std::string_view line = text;
-    const std::string_view first = NextField(&line);
-    if (first.empty() || first.front() == '#') continue;
-    const std::optional<Stamp> stamp = ParseStamp(first);
-    if (!stamp) {
-      throw IoError(list, number, "'" + std::string(first) + "' is not a time stamp in seconds");
-    }
-    const std::string_view name = NextField(&line);
-    if (name.empty()) throw IoError(list, number, "a file name is missing behind the stamp");
-    if (!files.empty() && *stamp <= files.back().stamp) {
-      throw IoError(list, number,
-                    "stamp " + std::string(first) +
-                        " is not greater than the one before; sort the file and "
-                        "remove duplicates");
-    }
-    files.push_back({*stamp, list.parent_path() / name});
-  }
-  if (files.empty()) throw IoError(list, "lists no image");
-  return files;
-}
 
 std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
     const std::vector<TumImageFile>& a, const std::vector<TumImageFile>& b, Stamp max_difference) {
@@ -150,16 +111,40 @@ TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetO
     : directory_(directory), options_(options) {
   options_.Validate();
   RequireDirectory(directory_);
-  colour_ = ReadTumImageList(directory_ / "rgb.txt");
-  depth_ = ReadTumImageList(directory_ / "depth.txt");
-  frames_ = AssociateNearest(colour_, depth_, FromSeconds(options_.max_stamp_difference));
-  if (frames_.empty()) {
-    throw IoError(directory_, "no stamp of rgb.txt has one of depth.txt within " +
-                                  FourDigits(options_.max_stamp_difference) + " s");
-  }
+  ReadLists();
+  Pair();
   imu_file_ = FindImuFile(directory_);
   ReadGroundTruth();
   Probe();
+}
+
+void TumDataset::ReadLists() {
+  std::vector<std::string> warnings;
+  const std::filesystem::path rgb = directory_ / "rgb.txt", depth = directory_ / "depth.txt";
+  const auto associations = FindTumAssociations(directory_);
+  if (associations && !(std::filesystem::exists(rgb) && std::filesystem::exists(depth))) {
+    TumAssociations lists = ReadTumAssociations(*associations, &warnings);
+    colour_ = std::move(lists.colour);
+    depth_ = std::move(lists.depth);
+  } else {
+    colour_ = ReadTumImageList(rgb, &warnings);
+    depth_ = ReadTumImageList(depth, &warnings);
+  }
+  for (std::string& warning : warnings) AddWarning(std::move(warning));
+}
+
+void TumDataset::Pair() {
+  frames_ = AssociateNearest(colour_, depth_, FromSeconds(options_.max_stamp_difference));
+  const std::string limit = FourDigits(options_.max_stamp_difference) + " s";
+  if (frames_.empty()) {
+    throw IoError(directory_, "no stamp of rgb.txt has one of depth.txt within " + limit +
+                                  AdviceOnPairs(colour_, depth_, frames_));
+  }
+  const std::size_t alone = colour_.size() - frames_.size();
+  if (10 * alone < colour_.size()) return;
+  AddWarning(directory_.string() + ": " + std::to_string(alone) + " of " +
+             std::to_string(colour_.size()) + " colour images have no depth image within " + limit +
+             AdviceOnPairs(colour_, depth_, frames_));
 }
 
 void TumDataset::ReadGroundTruth() {

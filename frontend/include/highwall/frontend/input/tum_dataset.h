@@ -19,9 +19,14 @@ struct TumImageFile {
   std::filesystem::path path;  // the list's folder joined in
 };
 
-// "stamp path" a line; comments (#), blank lines and CRLF are allowed. Throws IoError naming the
-// line if it is malformed or its stamp is not greater than the one before, and if none is left.
-std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list);
+// "stamp path" a line, in the order of their stamps [s]; comments (#), blank lines, CRLF, a
+// byte-order mark, UTF-16, back-slashes in paths and a comma or semicolon behind the stamp are
+// allowed. Adds to `warnings`, a line each, where whole numbers are stamps in another unit, which
+// are converted, where lines are not in order, and where a stamp is there twice, of which the first
+// line stays. Throws IoError naming the line if it is malformed or more than a tenth of the stamps
+// are there twice, and if no line is left.
+std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list,
+                                           std::vector<std::string>* warnings = nullptr);
 
 // One-to-one pairs (index in a, index in b), in order, with stamps at most max_difference [ns]
 // apart: the closest pair of all first, then the closest of the rest, and so on. Both lists sorted.
@@ -30,25 +35,29 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
 
 // Of TumDataset.
 struct TumDatasetOptions {
-  double depth_factor = 5000.0;        // [1/m] > 0: the stored depth of one metre
-  double inverse_depth_offset = 0.0;   // [1/m] within 1: as RgbdSensor::inverse_depth_offset
-  DepthPattern depth_pattern{};        // as RgbdSensor::depth_pattern
-  int width = 0, height = 0;           // [px] the size every frame must have; 0: any
-  double max_stamp_difference = 0.02;  // [s] > 0, between colour and depth of a frame
+  static constexpr double kMaxStampDifference = 0.02;
+
+  double depth_factor = 5000.0;       // [1/m] > 0: the stored depth of one metre
+  double inverse_depth_offset = 0.0;  // [1/m] within 1: as RgbdSensor::inverse_depth_offset
+  DepthPattern depth_pattern{};       // as RgbdSensor::depth_pattern
+  int width = 0, height = 0;          // [px] the size every frame must have; 0: any
+  // [s] > 0, between colour and depth of a frame
+  double max_stamp_difference = kMaxStampDifference;
 
   void Validate() const;  // throws InvalidArgument naming the field and its value
 };
 
-// A folder as the TUM RGB-D benchmark lays it out: rgb.txt and depth.txt, the images they name,
-// groundtruth.txt and the readings of an IMU (FindImuFile) where they are. The stamp of a frame is
-// that of its colour image. A frame without any depth cannot be used unless there is an IMU, which
-// bridges it.
+// A folder as the TUM RGB-D benchmark lays it out: rgb.txt and depth.txt (or associations.txt in
+// place of both: "stamp path stamp path" a line), the images they name, groundtruth.txt and the
+// readings of an IMU (FindImuFile) where they are. The stamp of a frame is that of its colour
+// image. A frame without any depth cannot be used unless there is an IMU, which bridges it.
 class TumDataset final : public Dataset {
  public:
   // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, no
-  // colour image has a depth image in time, or no frame at all can be used. Warns when the median
-  // depth of a few frames spread over the sequence is implausible, and of a ground truth that cannot
-  // be read: the images do not need it.
+  // colour image has a depth image in time, or no frame at all can be used. Warns of lists as
+  // ReadTumImageList() does, where a tenth of the colour images has no depth in time, when the
+  // median depth of a few frames spread over the sequence is implausible, and of a ground truth
+  // that cannot be read: the images do not need it.
   explicit TumDataset(const std::filesystem::path& directory,
                       const TumDatasetOptions& options = {});
 
@@ -66,6 +75,8 @@ class TumDataset final : public Dataset {
 
  private:
   RgbdImage DoLoad(std::size_t index) const override;
+  void ReadLists();
+  void Pair();
   void ReadGroundTruth();
   void Probe();
 

@@ -1,0 +1,220 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/internal/median.h>
+
+#include "input/text_file.h"
+#include "input/tum_associations.h"
+
+namespace highwall {
+namespace {
+
+// A line of a list, as it stands there.
+struct ListedImage {
+  std::int64_t line = 0;
+  std::string stamp, name;
+};
+
+// The next field of the line, cut off its front; empty at the end.
+std::string_view NextField(std::string_view* line, std::string_view between) {
+  const std::size_t begin = std::min(line->find_first_not_of(between), line->size());
+  const std::size_t end = std::min(line->find_first_of(between, begin), line->size());
+  const std::string_view field = line->substr(begin, end - begin);
+  line->remove_prefix(end);
+  return field;
+}
+
+// Behind a stamp there is a blank, or else what the whole line has between its fields: a file name
+// may hold a comma.
+std::string_view Between(std::string_view behind_stamp) {
+  if (behind_stamp.starts_with(',')) return " \t\r,";
+  if (behind_stamp.starts_with(';')) return " \t\r;";
+  return " \t\r";
+}
+
+// The pairs of stamp and name of each line that is no comment, up to `pairs` of them.
+std::vector<std::vector<ListedImage>> ReadPairs(const std::filesystem::path& list,
+                                                std::size_t pairs) {
+  std::istringstream text(ReadTextFile(list));
+  std::vector<std::vector<ListedImage>> columns(pairs);
+  std::string content;
+  for (std::int64_t number = 1; std::getline(text, content); ++number) {
+    std::string_view line = content;
+    for (std::size_t i = 0; i < pairs; ++i) {
+      const std::string_view stamp = NextField(&line, " \t\r,;");
+      if (i == 0 && (stamp.empty() || stamp.front() == '#')) break;
+      const std::string_view name = NextField(&line, Between(line));
+      if (name.empty()) throw IoError(list, number, "a file name is missing behind the stamp");
+      columns[i].push_back({number, std::string(stamp), std::string(name)});
+    }
+  }
+  return columns;
+}
+
+// A unit of whole stamps.
+struct ListUnit {
+  const char* name;
+  std::int64_t nanoseconds;
+};
+constexpr std::array<ListUnit, 4> kListUnits{ListUnit{"seconds", 1'000'000'000},
+                                             {"milliseconds", 1'000'000},
+                                             {"microseconds", 1'000},
+                                             {"nanoseconds", 1}};
+
+std::optional<std::int64_t> ParseWholeStamp(std::string_view text) {
+  constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 2;
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && value >= -kLatest && value <= kLatest ? std::optional(value) : std::nullopt;
+}
+
+// The stamps where all are whole numbers, sorted; else nothing.
+std::vector<std::int64_t> WholeStamps(const std::vector<ListedImage>& images) {
+  std::vector<std::int64_t> values;
+  for (const ListedImage& image : images) {
+    const std::optional<std::int64_t> value = ParseWholeStamp(image.stamp);
+    if (!value) return {};
+    values.push_back(*value);
+  }
+  std::ranges::sort(values);
+  return values;
+}
+
+// By the time between two images, which is 5 ms to 5 s in one unit alone; of a single image, by the
+// years since 1970.
+const ListUnit& UnitOf(const std::vector<std::int64_t>& stamps) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    if (stamps[i] > stamps[i - 1]) steps.push_back(static_cast<double>(stamps[i] - stamps[i - 1]));
+  }
+  const double value = steps.empty() ? static_cast<double>(stamps.back()) : UpperMedian(steps);
+  const double limit = steps.empty() ? 1e11 : 5.0;  // the first that is not in seconds
+  if (value < limit) return kListUnits[0];
+  const auto larger = static_cast<std::size_t>(std::log10(value / limit) / 3.0);
+  return kListUnits[std::min<std::size_t>(1 + larger, 3)];
+}
+
+// Of a list whose stamps are whole numbers in another unit than seconds, with a warning.
+const ListUnit* FindListUnit(const std::filesystem::path& list,
+                             const std::vector<ListedImage>& images,
+                             std::vector<std::string>* warnings) {
+  const std::vector<std::int64_t> stamps = WholeStamps(images);
+  if (stamps.empty()) return nullptr;
+  const ListUnit& unit = UnitOf(stamps);
+  if (&unit == &kListUnits[0]) return nullptr;
+  // A stamp that is too large for its unit is not one.
+  const std::int64_t limit = std::numeric_limits<std::int64_t>::max() / 2 / unit.nanoseconds;
+  if (stamps.back() > limit || stamps.front() < -limit) return nullptr;
+  warnings->push_back(list.string() + ": its stamps are in " + unit.name +
+                      ", not in seconds; converted");
+  return &unit;
+}
+
+// Under the folder of the list; of a list that Windows wrote, with its back-slashes turned.
+std::filesystem::path Located(const std::filesystem::path& list, std::string name) {
+  const std::filesystem::path path = list.parent_path() / name;
+  std::error_code error;
+  if (name.find('\\') == std::string::npos || std::filesystem::exists(path, error)) return path;
+  std::ranges::replace(name, '\\', '/');
+  return list.parent_path() / name;
+}
+
+// In the order of their stamps, each once.
+void PutInOrder(const std::filesystem::path& list, const std::vector<ListedImage>& images,
+                std::vector<std::pair<Stamp, std::size_t>>* order,
+                std::vector<std::string>* warnings) {
+  const auto where = [&](std::size_t image) {
+    return list.string() + ":" + std::to_string(images[image].line) + ": stamp " +
+           images[image].stamp;
+  };
+  const auto back = std::adjacent_find(order->begin(), order->end(),
+                                       [](const auto& a, const auto& b) { return b < a; });
+  if (back != order->end()) {
+    warnings->push_back(where(std::next(back)->second) +
+                        " is smaller than the one before; the list is sorted");
+    std::ranges::sort(*order);
+  }
+  std::optional<std::size_t> first;
+  std::size_t doubled = 0;
+  for (std::size_t i = 1; i < order->size(); ++i) {
+    if ((*order)[i].first != (*order)[i - 1].first) continue;
+    if (!first) first = (*order)[i].second;
+    ++doubled;
+  }
+  if (!first) return;
+  // One in ten is a slip of the recorder, more are stamps that tell images no longer apart.
+  if (doubled > std::max<std::size_t>(1, order->size() / 10)) {
+    throw IoError(list, images[*first].line,
+                  "stamp " + images[*first].stamp + " is there twice, as are " +
+                      std::to_string(doubled - 1) +
+                      " others: give each image a stamp of its own, with enough decimals");
+  }
+  warnings->push_back(where(*first) + " is there twice; the first line stays");
+  const auto end = std::unique(order->begin(), order->end(),
+                               [](const auto& a, const auto& b) { return a.first == b.first; });
+  order->erase(end, order->end());
+}
+
+std::vector<TumImageFile> ToFiles(const std::filesystem::path& list,
+                                  const std::vector<ListedImage>& images,
+                                  std::vector<std::string>* warnings) {
+  if (images.empty()) throw IoError(list, "lists no image");
+  const ListUnit* const unit = FindListUnit(list, images, warnings);
+  std::vector<std::pair<Stamp, std::size_t>> order;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::optional<Stamp> stamp =
+        unit ? std::optional(ParseWholeStamp(images[i].stamp).value() * unit->nanoseconds)
+             : ParseStamp(images[i].stamp);
+    if (!stamp) {
+      throw IoError(list, images[i].line,
+                    "'" + images[i].stamp + "' is not a time stamp in seconds");
+    }
+    order.emplace_back(*stamp, i);
+  }
+  PutInOrder(list, images, &order, warnings);
+  std::vector<TumImageFile> files;
+  for (const auto& [stamp, i] : order) files.push_back({stamp, Located(list, images[i].name)});
+  return files;
+}
+
+bool NamesDepth(const ListedImage& image) {
+  return image.name.find("depth") != std::string::npos;
+}
+
+}  // namespace
+
+std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list,
+                                           std::vector<std::string>* warnings) {
+  std::vector<std::string> unheard;
+  return ToFiles(list, ReadPairs(list, 1).front(), warnings != nullptr ? warnings : &unheard);
+}
+
+std::optional<std::filesystem::path> FindTumAssociations(const std::filesystem::path& directory) {
+  std::error_code error;
+  for (const char* name :
+       {"associations.txt", "association.txt", "associated.txt", "associate.txt", "assoc.txt"}) {
+    if (std::filesystem::is_regular_file(directory / name, error)) return directory / name;
+  }
+  return std::nullopt;
+}
+
+TumAssociations ReadTumAssociations(const std::filesystem::path& list,
+                                    std::vector<std::string>* warnings) {
+  auto columns = ReadPairs(list, 2);
+  if (!columns[0].empty() && NamesDepth(columns[0].front()) && !NamesDepth(columns[1].front())) {
+    std::swap(columns[0], columns[1]);
+  }
+  return {ToFiles(list, columns[0], warnings), ToFiles(list, columns[1], warnings)};
+}
+
+}  // namespace highwall
