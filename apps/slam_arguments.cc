@@ -174,7 +174,14 @@ bool WantsImu(const SlamArguments& arguments) {
 std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
                                    std::vector<std::string>* warnings) {
   if (!WantsImu(arguments)) return std::nullopt;
-  std::optional<ImuInput> input = LoadImu(*dataset.images, dataset.config.imu);
+  std::optional<ImuInput> input;
+  try {
+    input = LoadImu(*dataset.images, dataset.config.imu);
+  } catch (const IoError& error) {  // no reason not to track the images
+    if (!arguments.imu.empty()) throw;
+    warnings->push_back(std::string(error.what()) + "; the IMU is not used");
+    return std::nullopt;
+  }
   if (!input) {
     if (arguments.imu.empty()) return std::nullopt;
     throw IoError(arguments.dataset, "has no IMU (imu.csv), but --imu asks for one");

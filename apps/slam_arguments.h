@@ -58,8 +58,8 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments);
 // Whether the readings of the dataset's IMU are wanted, where it has one.
 bool WantsImu(const SlamArguments& arguments);
 // These readings; empty where there are none or they cannot be used. Adds what is wrong with them
-// to `warnings`, a line each. Throws IoError as LoadImu(), and for a dataset without an IMU where
-// --imu asks for one.
+// to `warnings`, a line each. Throws IoError as LoadImu() and for a dataset without an IMU, both
+// where --imu asks for one.
 std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
                                    std::vector<std::string>* warnings);
 // What the dataset's GPS measured; empty where there is none, or none is wanted: nothing moves a

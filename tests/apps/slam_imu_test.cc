@@ -305,18 +305,40 @@ TEST_F(SlamWithImu, GoesOnWhereTheImuIsShorterThanTheVideo) {
   EXPECT_EQ(report["frames"], kFrames);
 }
 
-TEST_F(SlamWithImu, RefusesStampsOfAnotherClock) {
+TEST_F(SlamWithImu, GoesOnWithoutAnImuOfAnotherClockUnlessItIsAskedFor) {
   Spoil([](std::vector<double>& reading) {
     reading[0] += 1e15;
     return true;
   });
-  ExpectRefused({"imu.csv"});
-  EXPECT_EQ(SlamOnDataset("--no-map --imu off").exit_code, 0) << "the way out";
+  ExpectRefused({"imu.csv", "another clock"}, "--imu paper");
+  ExpectFallback({"imu.csv", "another clock", "the IMU is not used"});
 }
 
-TEST_F(SlamWithImu, RefusesAMalformedImu) {
+TEST_F(SlamWithImu, GoesOnWithoutAMalformedImuUnlessItIsAskedFor) {
   WriteText(imu_file(), "1000000000,0,0,0,0,0\n");
-  ExpectRefused({"imu.csv:1: "});
+  ExpectRefused({"imu.csv:1: has 6 fields"}, "--imu paper");
+  ExpectFallback({"imu.csv:1: has 6 fields", "the IMU is not used"});
+}
+
+TEST_F(SlamWithImu, UsesAnImuWithColumnsThatItsHeadingNames) {
+  std::string text = "t;ax;ay;az;gx;gy;gz;mx;my;mz\n";
+  std::istringstream lines(ReadText(imu_file()));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('#')) continue;
+    std::ranges::replace(line, ',', ' ');
+    std::istringstream fields(line);
+    std::string t, wx, wy, wz, ax, ay, az;
+    fields >> t >> wx >> wy >> wz >> ax >> ay >> az;
+    for (const std::string& field : {t, ax, ay, az, wx, wy, wz}) text += field + ";";
+    text += "0.2;0.1;\n";  // the last is empty
+  }
+  const Outcome usual = SlamOnDataset("--no-map --deterministic --json");
+  const std::string poses = ReadText(run() / "trajectory.txt");
+  WriteText(imu_file(), text);
+  const Outcome outcome = SlamOnDataset("--no-map --deterministic --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, usual.err);
+  EXPECT_EQ(ReadText(run() / "trajectory.txt"), poses);
 }
 
 }  // namespace

@@ -296,6 +296,8 @@ void Troubleshooting::Imus() {
   });
   WriteText(Dataset("imu_columns") / "imu.csv", "99900000000,0,0,0,0,0\n");
   Slam("imu_columns");
+  WriteText(Dataset("imu_many_columns") / "imu.csv", "99900000000,0,0,0,0,0,0,0,0,0\n");
+  Slam("imu_many_columns");
   Readings readings = GoodReadings();
   for (Reading& reading : readings) reading.stamp -= 90'000'000'000;
   WriteText(Dataset("imu_clock") / "imu.csv", ToText(readings));

@@ -66,6 +66,74 @@ TEST(ReadImu, ToleratesHeadingsCommentsBlanksAndCarriageReturns) {
   }
 }
 
+// Of a heading and a line, whose reading must be gyroscope 1 2 3, accelerometer 4 5 6.
+void ExpectTheReading(const std::string& heading, const std::string& line) {
+  SCOPED_TRACE(heading);
+  const ImuRecording imu = ReadText(heading + "\n" + line + "\n");
+  ASSERT_EQ(imu.samples.size(), 1U);
+  EXPECT_EQ(imu.samples[0].stamp, 1403715274 * kSecond);
+  EXPECT_EQ(imu.samples[0].gyroscope, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(imu.samples[0].accelerometer, Eigen::Vector3d(4, 5, 6));
+}
+
+TEST(ReadImu, FindsTheColumnsByTheirHeading) {
+  const std::string t = "1403715274000000000";
+  // More than it names: a magnetometer, an orientation.
+  ExpectTheReading(
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]",
+      t + ",1,2,3,4,5,6,0.2,0.1,0.4");
+  ExpectTheReading("timestamp,wx,wy,wz,ax,ay,az,qw,qx,qy,qz", t + ",1,2,3,4,5,6,1,0,0,0");
+  // Acceleration first, and the magnetometer before both.
+  ExpectTheReading("# t ax ay az gx gy gz", t + " 4 5 6 1 2 3");
+  ExpectTheReading(
+      "time,mag_x,mag_y,mag_z,acc_x (m/s^2),acc_y (m/s^2),acc_z (m/s^2),"
+      "gyro_x (rad/s),gyro_y (rad/s),gyro_z (rad/s)",
+      t + ",9,9,9,4,5,6,1,2,3");
+  // rostopic echo -p
+  ExpectTheReading(
+      "%time,field.header.seq,field.header.stamp,field.header.frame_id,"
+      "field.orientation.x,field.orientation.y,field.orientation.z,"
+      "field.orientation.w,field.orientation_covariance0,field.angular_velocity.x,"
+      "field.angular_velocity.y,field.angular_velocity.z,"
+      "field.angular_velocity_covariance0,field.linear_acceleration.x,"
+      "field.linear_acceleration.y,field.linear_acceleration.z",
+      t + ",7," + t + ",imu_link,0,0,0,1,-1,1,2,3,0.1,4,5,6");
+  // A phone that logs what it computes as well.
+  ExpectTheReading(
+      "stamp;motionUserAccelerationX(G);motionUserAccelerationY(G);"
+      "motionUserAccelerationZ(G);gyroRotationX(rad/s);gyroRotationY(rad/s);"
+      "gyroRotationZ(rad/s);accelerometerAccelerationX;accelerometerAccelerationY;"
+      "accelerometerAccelerationZ",
+      t + ";0;0;0;1;2;3;4;5;6");
+  // An index without a name before the stamp.
+  ExpectTheReading("\"\",\"timestamp\",\"gyroX\",\"gyroY\",\"gyroZ\",\"accX\",\"accY\",\"accZ\"",
+                   "0," + t + ",1,2,3,4,5,6");
+  // One that names nothing: the usual order.
+  ExpectTheReading("# a comment about time", t + ",1,2,3,4,5,6");
+}
+
+TEST(ReadImu, ReadsSemicolonsDecimalCommasAndUtf16) {
+  ExpectTheReading("t;wx;wy;wz;ax;ay;az", "1403715274000000000;1;2;3;4;5;6");
+  ExpectTheReading("t;wx;wy;wz;ax;ay;az", "1403715274,000;1,0;2,0;3;4,00;5;6,0;");
+  std::string utf16 = "\xff\xfe";
+  for (const char c : std::string("1403715274000000000,1,2,3,4,5,6,,\r\n,,,,,,\r\n")) {
+    utf16 += {c, '\0'};
+  }
+  EXPECT_EQ(ReadText(utf16).samples.size(), 1U) << "empty fields at the end are none";
+}
+
+TEST(ReadImu, AnEmptyFieldIsNoNumberForTheCheckToFind) {
+  const ImuRecording imu = ReadText(
+      "1403715274000000000,1,,3,4,5,6\n1403715274005000000,1,2,3,4,5,\n"
+      "1403715274010000000,1,2,3,4,5,6\n");
+  ASSERT_EQ(imu.samples.size(), 2U + 1U);
+  EXPECT_TRUE(std::isnan(imu.samples[0].gyroscope.y()));
+  EXPECT_EQ(imu.samples[0].gyroscope.z(), 3.0);
+  EXPECT_TRUE(std::isnan(imu.samples[1].accelerometer.z()));
+  EXPECT_FALSE(std::isnan(imu.samples[2].accelerometer.z()));
+}
+
 TEST(ReadImu, ReadsSecondsBetweenBlanksAsEth3dHasThem) {
   const ImuRecording imu =
       ReadText("1403715273.262142976 1 2 3 4 5 6\n1403715273.267143\t1 2 3  4 5 6 \n");
@@ -149,8 +217,13 @@ TEST(ReadImu, NamesTheLineThatIsMalformed) {
             ":2: '14o3' is not a time stamp; write whole nanoseconds or decimal seconds");
   EXPECT_EQ(Message(good + "1403715274005000000,1,2,3,4,5 6,7\n"),
             ":2: '5 6' is not a number; correct the line or remove it");
-  EXPECT_EQ(Message(good + "1403715274005000000,1,,3,4,5,6\n"),
-            ":2: '' is not a number; correct the line or remove it");
+  EXPECT_EQ(Message(good + "1403715274005000000,1,2,3,4,5,6,7\n"),
+            ":2: has 8 fields; a reading is a stamp, three of the gyroscope [rad/s] and three of "
+            "the accelerometer [m/s^2]; of more a heading must name these: "
+            "t,w_x,w_y,w_z,a_x,a_y,a_z");
+  EXPECT_EQ(Message("t,w_x,w_y,w_z,a_x,a_y,a_z,m_x\n" + good + "1403715274005000000,1,2,3,4,5\n"),
+            ":3: has 6 fields; a reading is a stamp, three of the gyroscope [rad/s] and three of "
+            "the accelerometer [m/s^2]");
   EXPECT_EQ(Message(good + "timestamp,1,2,3,4,5,6\n"),
             ":2: 'timestamp' is not a time stamp; write whole nanoseconds or decimal seconds");
   EXPECT_NE(Message("99999999999999999999,1,2,3,4,5,6\n").find(":1: "), std::string::npos);

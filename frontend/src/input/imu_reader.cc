@@ -5,19 +5,23 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <limits>
+#include <optional>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/internal/median.h>
 
+#include "input/imu_columns.h"
+#include "input/text_file.h"
+
 namespace highwall {
 namespace {
 
 constexpr std::int64_t kNano = 1'000'000'000;
-constexpr const char* kBlank = " \t\r";
 
 // So that the difference of two stamps is one.
 constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 2;
@@ -50,25 +54,6 @@ struct RawRecording {
   bool decimal = false;  // some stamp has a decimal point or an exponent
 };
 
-std::string_view Trim(std::string_view text) {
-  const std::size_t begin = std::min(text.find_first_not_of(kBlank), text.size());
-  text.remove_prefix(begin);
-  return text.substr(0, text.find_last_not_of(kBlank) + 1);
-}
-
-// Between commas where there are any, between blanks otherwise.
-std::vector<std::string_view> Fields(std::string_view line) {
-  std::vector<std::string_view> fields;
-  const bool commas = line.find(',') != std::string_view::npos;
-  while (true) {
-    const std::size_t end = std::min(line.find_first_of(commas ? "," : kBlank), line.size());
-    fields.push_back(Trim(line.substr(0, end)));
-    if (end == line.size()) return fields;
-    line.remove_prefix(end + 1);
-    if (!commas) line = Trim(line);
-  }
-}
-
 template <typename T>
 bool ParseWhole(std::string_view text, T* value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *value);
@@ -91,56 +76,81 @@ bool ParseRawStamp(std::string_view text, RawStamp* stamp) {
          fraction.front() != '-' && ParseWhole(std::string_view(fraction), &stamp->nano);
 }
 
+// The number of a field; NaN, which is left out later, where it is empty. Between semicolons commas
+// may be decimal.
+bool ParseField(std::string_view field, double* value) {
+  if (field.empty()) {
+    *value = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
+  std::string text(field.starts_with('+') ? field.substr(1) : field);
+  std::ranges::replace(text, ',', '.');
+  return ParseWhole(std::string_view(text), value);
+}
+
+// named: by a heading, if it names them; else a line holds no more than the fields of a reading.
+std::vector<std::string_view> FieldsOf(const std::filesystem::path& path, std::int64_t number,
+                                       std::string_view line,
+                                       const std::optional<ImuColumns>& named) {
+  std::vector<std::string_view> fields = ImuFields(line);
+  const std::size_t count = named.value_or(ImuColumns()).count();
+  while (!named && fields.size() > count && fields.back().empty()) fields.pop_back();
+  if (named ? fields.size() >= count : fields.size() == count) return fields;
+  throw IoError(path, number,
+                "has " + std::to_string(fields.size()) +
+                    " fields; a reading is a stamp, three of the gyroscope [rad/s] and three of "
+                    "the accelerometer [m/s^2]" +
+                    (fields.size() < count
+                         ? ""
+                         : "; of more a heading must name these: t,w_x,w_y,w_z,a_x,a_y,a_z"));
+}
+
 RawReading ParseLine(const std::filesystem::path& path, std::int64_t number,
-                     std::string_view line) {
-  const std::vector<std::string_view> fields = Fields(line);
+                     const std::vector<std::string_view>& fields, const ImuColumns& columns) {
   RawReading reading;
   reading.line = number;
-  if (fields.size() != reading.values.size() + 1) {
-    throw IoError(path, number,
-                  "has " + std::to_string(fields.size()) +
-                      " fields; a reading is a stamp, three of the gyroscope [rad/s] and three of "
-                      "the accelerometer [m/s^2]");
-  }
-  if (!ParseRawStamp(fields[0], &reading.stamp) || reading.stamp.whole > kLatest ||
+  std::string stamp(fields[columns.stamp]);
+  std::ranges::replace(stamp, ',', '.');
+  if (!ParseRawStamp(stamp, &reading.stamp) || reading.stamp.whole > kLatest ||
       reading.stamp.whole < -kLatest) {
-    throw IoError(path, number,
-                  "'" + std::string(fields[0]) +
-                      "' is not a time stamp; write whole nanoseconds or decimal seconds");
+    throw IoError(
+        path, number,
+        "'" + stamp + "' is not a time stamp; write whole nanoseconds or decimal seconds");
   }
   for (std::size_t i = 0; i < reading.values.size(); ++i) {
-    if (!ParseWhole(fields[i + 1], &reading.values[i])) {
-      throw IoError(
-          path, number,
-          "'" + std::string(fields[i + 1]) + "' is not a number; correct the line or remove it");
+    const std::string_view field = fields[columns.values[i]];
+    if (!ParseField(field, &reading.values[i])) {
+      throw IoError(path, number,
+                    "'" + std::string(field) + "' is not a number; correct the line or remove it");
     }
   }
   return reading;
 }
 
+bool IsImuHeading(std::string_view line) {
+  return std::isalpha(static_cast<unsigned char>(line.front())) != 0 || line.front() == '"';
+}
+
 RawRecording ReadLines(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) {
-    throw IoError(path, "is missing or cannot be read");
-  }
+  std::istringstream file(ReadTextFile(path));
   RawRecording recording;
+  std::optional<ImuColumns> named;
   bool heading_allowed = true;
-  std::string text;
-  for (std::int64_t number = 1; std::getline(file, text); ++number) {
-    std::string_view line = text;
-    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);  // a BOM
-    line = Trim(line);
-    if (line.empty() || line.front() == '#') continue;
-    const bool heading =
-        std::isalpha(static_cast<unsigned char>(line.front())) != 0 || line.front() == '"';
-    if (heading && heading_allowed) {
-      heading_allowed = false;
+  std::string line;
+  for (std::int64_t number = 1; std::getline(file, line); ++number) {
+    if (line.find_first_not_of(" \t\r,;") == std::string::npos) continue;
+    line.erase(0, line.find_first_not_of(" \t"));
+    const bool comment = line.front() == '#' || line.front() == '%';
+    if (comment || (heading_allowed && IsImuHeading(line))) {
+      if (recording.readings.empty() && !named) named = FindImuColumns(line);
+      heading_allowed &= comment;
       continue;
     }
     heading_allowed = false;
-    recording.readings.push_back(ParseLine(path, number, line));
-    const std::string_view stamp = line.substr(0, line.find_first_of(", \t"));
-    recording.decimal |= stamp.find_first_of(".eE") != std::string_view::npos;
+    const std::vector<std::string_view> fields = FieldsOf(path, number, line, named);
+    const ImuColumns columns = named.value_or(ImuColumns());
+    recording.readings.push_back(ParseLine(path, number, fields, columns));
+    recording.decimal |= fields[columns.stamp].find_first_of(".,eE") != std::string_view::npos;
   }
   if (recording.readings.empty()) {
     throw IoError(path, "holds no reading; remove it to run without an IMU");

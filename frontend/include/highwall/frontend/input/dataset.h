@@ -97,15 +97,16 @@ struct ImuRecording {
 // imu0/data.csv or mav0/imu0/data.csv (EuRoC), the first that is there.
 std::optional<std::filesystem::path> FindImuFile(const std::filesystem::path& dataset);
 
-// Lines "stamp, gyroscope x y z [rad/s], accelerometer x y z [m/s^2]", separated by commas or by
-// blanks; lines that begin with #, empty lines, CRLF and one heading are allowed, and so are nan
-// and inf. Whole numbers are stamps in nanoseconds, decimal ones in seconds; where that is far from
-// the video, the unit (s, ms, us, ns) that is not takes its place, with a warning.
-// Throws IoError "path:line: what; what to do" for a line of another form, "path: ..." for a file
-// that cannot be read or holds no reading, and for stamps that do not meet the video in any unit:
-// those of another clock.
-// Source of the columns: Burri et al., "The EuRoC micro aerial vehicle datasets", IJRR 35(10),
-// 2016; https://www.eth3d.net/slam_documentation
+// Lines "stamp, gyroscope x y z [rad/s], accelerometer x y z [m/s^2]", separated by commas, by
+// semicolons or by blanks, or any columns of which a heading names these seven (wx or gyro_x, ax or
+// acc_x and the like; with # or without); lines that begin with #, empty lines, CRLF and one
+// heading are allowed, and so are nan and inf. An empty field is NaN. Whole numbers are stamps in
+// nanoseconds, decimal ones in seconds; where that is far from the video, the unit (s, ms, us, ns)
+// that is not takes its place, with a warning. Throws IoError "path:line: what; what to do" for a
+// line of another form, "path: ..." for a file that cannot be read or holds no reading, and for
+// stamps that do not meet the video in any unit: those of another clock. Source of the columns:
+// Burri et al., "The EuRoC micro aerial vehicle datasets", IJRR 35(10), 2016;
+// https://www.eth3d.net/slam_documentation
 ImuRecording ReadImu(const std::filesystem::path& path, const VideoSpan& video);
 
 }  // namespace highwall
