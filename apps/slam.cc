@@ -117,8 +117,11 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
                   double memory) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
              run.lost.size(), run.skipped, run.relocalizations);
-  fmt::print("coverage    {:.2f} % of the frames of the recording have a pose\n",
-             100.0 * Coverage(run));
+  fmt::print("coverage    {:.2f} % of the {} colour images of the recording have a pose{}\n",
+             100.0 * ColourCoverage(run), CountColourImages(run),
+             run.without_depth == 0
+                 ? ""
+                 : fmt::format("; {} have no depth image in time", run.without_depth));
   if (const std::string advice = LossAdvice(run.loss_reasons, run.lost.size()); !advice.empty()) {
     fmt::print("lost        {}\n", advice);
   }

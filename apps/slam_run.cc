@@ -355,6 +355,21 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   run->lines = slam.map().num_lines();
 }
 
+double PosedShare(const SlamRun& run, std::size_t images) {
+  const std::size_t posed = run.frames - run.lost.size();
+  return images > 0 ? static_cast<double>(posed) / static_cast<double>(images) : 0.0;
+}
+
+// Of the part of the recording that is run.
+std::size_t CountWithoutDepth(const Dataset& dataset, const SlamRunOptions& options) {
+  const auto is_in = [&](Stamp stamp) {
+    const bool after = options.begin == 0 ||
+                       (options.begin < dataset.size() && stamp >= dataset.stamp(options.begin));
+    return after && (options.end >= dataset.size() || stamp < dataset.stamp(options.end));
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(dataset.stamps_without_depth(), is_in));
+}
+
 }  // namespace
 
 Milliseconds Summarize(std::vector<double> samples) {
@@ -369,9 +384,15 @@ Milliseconds Summarize(std::vector<double> samples) {
 }
 
 double Coverage(const SlamRun& run) {
-  const std::size_t frames = run.frames + run.skipped + run.dropped;
-  const std::size_t posed = run.frames - run.lost.size();
-  return frames > 0 ? static_cast<double>(posed) / static_cast<double>(frames) : 0.0;
+  return PosedShare(run, run.frames + run.skipped + run.dropped);
+}
+
+double ColourCoverage(const SlamRun& run) {
+  return PosedShare(run, CountColourImages(run));
+}
+
+std::size_t CountColourImages(const SlamRun& run) {
+  return run.frames + run.skipped + run.dropped + run.without_depth;
 }
 
 void RequireWhole(const SlamRun& run) {
@@ -407,6 +428,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.gps = gps.Summary(slam);
   run.dropped = reader.dropped();
   run.skipped = reader.count() - run.frames - run.dropped;
+  run.without_depth = CountWithoutDepth(dataset, options);
   run.keyframes = slam.keyframe_trajectory();
   if (on_tracked && !run.largest.trajectory.empty()) on_tracked(run);
   FinishMap(sensor, options, slam, &run);

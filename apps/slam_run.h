@@ -134,6 +134,7 @@ struct SlamRun {
   std::map<KeyFrameId, Stamp> keyframe_stamps;  // of all that were made, culled ones included
   std::size_t frames = 0;                       // fed
   std::size_t skipped = 0;                      // unusable images
+  std::size_t without_depth = 0;                // colour images that have no depth image in time
   std::size_t dropped = 0;                      // that came too fast, where live
   // Frames without a pose in any submap, those before the map began included.
   std::vector<Stamp> lost;
@@ -164,6 +165,9 @@ struct SlamRun {
 // Share of the frames of the recording that have a pose in any submap: those that could not be
 // read, and those that came too fast, have none.
 double Coverage(const SlamRun& run);
+// The same of its colour images, of which those without depth are no frames.
+double ColourCoverage(const SlamRun& run);
+std::size_t CountColourImages(const SlamRun& run);
 
 // For those who can do without nothing: throws std::runtime_error where there are failures.
 void RequireWhole(const SlamRun& run);

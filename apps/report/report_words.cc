@@ -52,6 +52,10 @@ std::string Tracking(const nlohmann::json& run) {
   if (const std::string advice = LossAdvice(reasons, lost); !advice.empty()) {
     text += " " + advice + ".";
   }
+  if (const std::size_t n = Count(run, "/without_depth"); n > 0) {
+    text += fmt::format(" {} no depth image in time.",
+                        Counted(n, "colour image has", "colour images have"));
+  }
   if (const std::size_t n = Count(run, "/skipped_frames"); n > 0) {
     text += fmt::format(" {} could not be read.", Counted(n, "image"));
   }

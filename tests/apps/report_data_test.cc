@@ -237,6 +237,17 @@ TEST(ReportWords, SayWhatWasTrackedAndMapped) {
   EXPECT_EQ(text.find("IMU"), std::string::npos) << text;
 }
 
+TEST(ReportWords, SayHowManyColourImagesHaveNoDepth) {
+  json run = RunOf(5, 0);
+  run["coverage"] = 5.0 / 30.0;
+  run["without_depth"] = 25;
+  const std::string text = Joined(SummaryInWords(run, nullptr));
+  EXPECT_NE(text.find("5 of 5 frames have a pose, 16.7 % of the recording. "
+                      "25 colour images have no depth image in time."),
+            std::string::npos)
+      << text;
+}
+
 TEST(ReportWords, SayWhyFramesWereLostAndWhatHelps) {
   json run = RunOf(200, 8);
   run["loss_reasons"] = {{"dark", 6}, {"too fast", 2}};

@@ -419,6 +419,29 @@ TEST_F(SlamCommand, ReadsAListWithAnExchangedAndADoubledLineAndNamesThem) {
   EXPECT_EQ(json::parse(outcome.out)["tracked_frames"], 6);
 }
 
+TEST_F(SlamCommand, CoverageCountsColourImagesAndSaysHowManyHaveNoDepth) {
+  WriteSequence(6);
+  std::istringstream list(ReadText(dataset() / "depth.txt"));
+  std::string some;
+  int images = 0;
+  for (std::string line; std::getline(list, line);) {
+    if (line.starts_with('#') || ++images <= 4) some += line + "\n";
+  }
+  WriteText(dataset() / "depth.txt", some);
+  const Outcome outcome = SlamOnDataset("--no-map");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.out,
+                       "coverage    66.67 % of the 6 colour images of the recording have a pose; "
+                       "2 have no depth image in time"))
+      << outcome.out;
+  EXPECT_TRUE(Contains(outcome.err, "2 of 6 colour images have no depth image within 0.02 s"))
+      << outcome.err;
+  const json report = json::parse(ReadText(run() / "run.json"));
+  EXPECT_DOUBLE_EQ(report["coverage"], 4.0 / 6.0);
+  EXPECT_EQ(report["without_depth"], 2);
+  EXPECT_EQ(report["colour_images"], 6);
+}
+
 TEST_F(SlamCommand, TakesTheSwitchThatItNamesWhereDepthIsLate) {
   WriteSequence(6);
   std::istringstream list(ReadText(dataset() / "depth.txt"));

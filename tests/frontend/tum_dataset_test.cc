@@ -168,6 +168,8 @@ TEST(TumDataset, WarnsWhereSomeColourImagesHaveNoDepthInTime) {
   ExpectContains(late.warnings()[0],
                  "4 of 6 colour images have no depth image within 0.02 s: depth is 0.03 s later "
                  "in the median; give --max-pair-difference 0.035");
+  EXPECT_EQ(late.stamps_without_depth(), (std::vector<Stamp>{100'200'000'000, 100'300'000'000,
+                                                             100'400'000'000, 100'500'000'000}));
   // Where images of depth are missing no limit helps.
   WriteText(folder.path() / "depth.txt", "100.005 depth/100.png\n100.105 depth/101.png\n");
   const TumDataset few(folder.path());

@@ -169,7 +169,10 @@ EurocDataset::EurocDataset(const std::filesystem::path& directory) : root_(Root(
   const auto right = ReadList(root_ / "cam1" / "data.csv");
   for (const auto& [stamp, file] : left) {
     const auto other = right.find(stamp);
-    if (other == right.end()) continue;
+    if (other == right.end()) {
+      without_depth_.push_back(stamp);
+      continue;
+    }
     frames_.push_back(
         {stamp, root_ / "cam0" / "data" / file, root_ / "cam1" / "data" / other->second});
   }

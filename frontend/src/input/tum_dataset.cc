@@ -141,10 +141,24 @@ void TumDataset::Pair() {
                                   AdviceOnPairs(colour_, depth_, frames_));
   }
   const std::size_t alone = colour_.size() - frames_.size();
-  if (10 * alone < colour_.size()) return;
+  if (4 * alone < colour_.size()) return;
   AddWarning(directory_.string() + ": " + std::to_string(alone) + " of " +
              std::to_string(colour_.size()) + " colour images have no depth image within " + limit +
              AdviceOnPairs(colour_, depth_, frames_));
+}
+
+std::vector<Stamp> TumDataset::stamps_without_depth() const {
+  std::vector<Stamp> stamps;
+  auto frame = frames_.begin();
+  for (std::size_t i = 0; i < colour_.size(); ++i) {
+    const bool paired = frame != frames_.end() && frame->first == i;
+    if (paired) {
+      ++frame;
+    } else {
+      stamps.push_back(colour_[i].stamp);
+    }
+  }
+  return stamps;
 }
 
 void TumDataset::ReadGroundTruth() {

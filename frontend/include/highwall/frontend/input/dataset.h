@@ -56,6 +56,8 @@ class Dataset {
   virtual Stamp stamp(std::size_t index) const = 0;
   // T_WC of the reference, null where the dataset has none.
   virtual const Trajectory* groundtruth() const = 0;
+  // The colour images that are in no frame for lack of a depth image in time, in order.
+  virtual std::vector<Stamp> stamps_without_depth() const { return {}; }
   // The readings of an IMU, for ReadImu(); empty where the dataset has none.
   virtual std::optional<std::filesystem::path> imu_file() const { return std::nullopt; }
 

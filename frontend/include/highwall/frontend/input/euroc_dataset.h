@@ -32,6 +32,7 @@ class EurocDataset final : public Dataset {
   std::size_t size() const override { return frames_.size(); }
   Stamp stamp(std::size_t index) const override { return frames_.at(index).stamp; }
   const Trajectory* groundtruth() const override { return groundtruth_ ? &*groundtruth_ : nullptr; }
+  std::vector<Stamp> stamps_without_depth() const override { return without_depth_; }
   std::optional<std::filesystem::path> imu_file() const override { return imu_file_; }
 
   // The rectified left camera, and the noise of a depth whose disparity is off by a quarter of a
@@ -54,6 +55,7 @@ class EurocDataset final : public Dataset {
 
   std::filesystem::path root_;  // mav0
   std::vector<StereoFrame> frames_;
+  std::vector<Stamp> without_depth_;  // left images without a right one
   std::optional<std::filesystem::path> imu_file_;
   std::optional<Trajectory> groundtruth_;
   RgbdSensor sensor_;

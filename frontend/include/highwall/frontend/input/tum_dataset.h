@@ -55,7 +55,7 @@ class TumDataset final : public Dataset {
  public:
   // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, no
   // colour image has a depth image in time, or no frame at all can be used. Warns of lists as
-  // ReadTumImageList() does, where a tenth of the colour images has no depth in time, when the
+  // ReadTumImageList() does, where a quarter of the colour images has no depth in time, when the
   // median depth of a few frames spread over the sequence is implausible, and of a ground truth
   // that cannot be read: the images do not need it.
   explicit TumDataset(const std::filesystem::path& directory,
@@ -65,6 +65,7 @@ class TumDataset final : public Dataset {
   Stamp stamp(std::size_t index) const override { return colour_[frames_.at(index).first].stamp; }
   const Trajectory* groundtruth() const override { return groundtruth_ ? &*groundtruth_ : nullptr; }
 
+  std::vector<Stamp> stamps_without_depth() const override;
   std::optional<std::filesystem::path> imu_file() const override { return imu_file_; }
 
   const std::filesystem::path& directory() const { return directory_; }
