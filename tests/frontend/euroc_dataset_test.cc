@@ -133,8 +133,8 @@ TEST_F(Euroc, ReadsTheImuAndTheTruthOfTheCamera) {
 }
 
 TEST_F(Euroc, WarnsOnceOfATruthThatCannotBeReadAndGoesWithoutIt) {
-  for (const std::string bad :
-       {"", "1000000000,1,2,3\n", "1000000000,nan,2,3,1,0,0,0\n", "1.0 1\n"}) {
+  for (const std::string bad : {"", "1000000000,1,2,3\n", "1000000000,nan,2,3,1,0,0,0\n",
+                                "1000000000,1,2,3,0,0,0,0\n", "1.0 1\n"}) {
     SCOPED_TRACE(bad);
     Write(root() / "state_groundtruth_estimate0" / "data.csv", "#t,p,p,p,q,q,q,q\n" + bad);
     const EurocDataset dataset(folder_.path());

@@ -133,8 +133,12 @@ Trajectory ReadCameraPoses(const fs::path& path, const Pose& T_BC) {
       if (parsed.ec != std::errc()) throw IoError(path, "a line has fewer than eight numbers");
       at = parsed.ptr == end ? end : parsed.ptr + 1;
     }
-    const Pose T_WB(Eigen::Quaterniond(v[3], v[4], v[5], v[6]).normalized(), {v[0], v[1], v[2]});
-    if (!T_WB.IsFinite()) throw IoError(path, "a pose is not finite");
+    const Eigen::Quaterniond q_WB(v[3], v[4], v[5], v[6]);
+    const bool finite = std::ranges::all_of(v, [](double value) { return std::isfinite(value); });
+    if (!finite || !(q_WB.norm() > 1e-6) || !std::isfinite(q_WB.norm())) {
+      throw IoError(path, "a pose is not finite, or its quaternion is zero");
+    }
+    const Pose T_WB(q_WB.normalized(), {v[0], v[1], v[2]});
     truth.push_back({stamp, T_WB * T_BC});
   }
   if (truth.empty()) throw IoError(path, "holds no pose");
