@@ -240,6 +240,50 @@ TEST(CheckImu, NamesTheLikelyUnitOfAnAccelerometerThatIsNot) {
   EXPECT_NE(finding.text.find("the unit is unknown"), std::string::npos) << finding.text;
 }
 
+TEST(CheckImu, NamesColumnsOfTheAccelerometerThatComeFirst) {
+  for (const double rate : {0.0, 0.1, 1.0, 4.0}) {
+    for (const double gyroscope_unit : {1.0, 57.29578}) {
+      for (const double unit : {1.0, 1.0 / 9.80665}) {
+        SCOPED_TRACE(std::to_string(rate) + " " + std::to_string(unit));
+        auto samples = HandHeld(rate);
+        for (ImuSample& sample : samples) {
+          const Eigen::Vector3d rates = gyroscope_unit * sample.gyroscope;
+          sample.gyroscope = unit * sample.accelerometer;
+          sample.accelerometer = rates;
+        }
+        const ImuFinding finding = Only(samples);
+        EXPECT_EQ(finding.kind, Kind::kColumnsExchanged) << finding.text;
+        EXPECT_EQ(finding.severity, ImuSeverity::kFatal);
+        EXPECT_TRUE(finding.text.starts_with("the columns of the accelerometer come first"));
+      }
+    }
+  }
+}
+
+TEST(CheckImu, NamesGravityThatWasTakenOff) {
+  for (const double rate : {0.1, 1.0, 4.0}) {
+    for (const double strength : {0.05, 1.0, 1.35, 3.0}) {  // of 0.7 m/s^2 in the median
+      SCOPED_TRACE(std::to_string(rate) + " " + std::to_string(strength));
+      auto samples = HandHeld(rate);
+      Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
+      for (ImuSample& sample : samples) {  // as HandHeld() turns
+        sample.accelerometer -= q_WB.conjugate() * Eigen::Vector3d(0, 0, 9.81);
+        sample.accelerometer *= strength;
+        const double t = ToSeconds(sample.stamp);
+        const Eigen::Vector3d w(rate * std::cos(1.3 * t), rate * std::sin(0.9 * t), 0.4 * rate);
+        q_WB = q_WB * so3::Exp(w / 200.0);
+      }
+      const ImuFinding finding = Only(samples);
+      EXPECT_EQ(finding.kind, Kind::kGravityRemoved) << finding.text;
+      EXPECT_EQ(finding.severity, ImuSeverity::kFatal);
+      EXPECT_TRUE(finding.text.ends_with(
+          ": gravity was likely taken off already; record the accelerometer as it reads, with "
+          "gravity"))
+          << finding.text;
+    }
+  }
+}
+
 TEST(CheckImu, FindsAGyroscopeInDegreesByItsRate) {
   auto samples = HandHeld();
   for (ImuSample& sample : samples) sample.gyroscope *= 57.29578;

@@ -45,6 +45,31 @@ std::vector<ImuSample> InOrder(std::span<const ImuSample> samples) {
   return ordered;
 }
 
+// Of the norms of a sensor's readings.
+struct NormSpread {
+  double tenth = 0.0, median = 0.0;  // the quantiles at 10 % and 50 %
+
+  // Gravity is always there; what turns, and what is left without gravity, comes to rest at times.
+  bool IsNarrow(double share = 0.7) const { return tenth > share * median; }
+};
+
+NormSpread SpreadOf(const std::vector<ImuSample>& samples, Sensor sensor) {
+  std::vector<double> norms;
+  for (const ImuSample& sample : samples) norms.push_back((sample.*sensor).norm());
+  const auto tenth = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 10);
+  std::nth_element(norms.begin(), tenth, norms.end());
+  return {*tenth, UpperMedian(norms)};
+}
+
+// Whether they are those of gravity [m/s^2], or of gravity [g]: of a motion that turns by about
+// 1 rad/s, too, the norms are about 1, but less alike.
+bool IsGravity(const NormSpread& norms) {
+  return norms.IsNarrow() && std::abs(norms.median - kMetresPerG) < 0.15 * kMetresPerG;
+}
+bool IsGravityInG(const NormSpread& norms) {
+  return norms.IsNarrow(0.9) && std::abs(norms.median - 1.0) < 0.15;
+}
+
 bool IsInG(const ImuFinding& finding) {
   return finding.kind == Kind::kAccelerometerInG && finding.severity == ImuSeverity::kWarning;
 }
@@ -68,6 +93,7 @@ class Checker {
       return findings_;
     }
     CheckOrder();
+    if (ColumnsAreExchanged()) return findings_;
     CheckAccelerometerUnit();
     CheckGyroscopeRate();
     CheckPossible();
@@ -114,7 +140,7 @@ class Checker {
   // In a unit that is not known there is nothing to say.
   void CheckPossible() {
     if (HasFatalOf(Kind::kAccelerometerImplausible) || HasFatalOf(Kind::kAccelerometerInG) ||
-        HasFatalOf(Kind::kGyroscopeInDegrees)) {
+        HasFatalOf(Kind::kGravityRemoved) || HasFatalOf(Kind::kGyroscopeInDegrees)) {
       return;
     }
     const bool in_g = std::any_of(findings_.begin(), findings_.end(), IsInG);
@@ -201,14 +227,33 @@ class Checker {
     }
   }
 
+  // Gravity in the columns of the gyroscope and not in those of the accelerometer. In no other unit
+  // does that become right.
+  bool ColumnsAreExchanged() {
+    const NormSpread first = SpreadOf(usable_, &ImuSample::gyroscope);
+    const NormSpread second = SpreadOf(usable_, &ImuSample::accelerometer);
+    if (IsGravity(second) || IsGravityInG(second)) return false;
+    if (!IsGravity(first) && !IsGravityInG(first)) return false;
+    Add(Kind::kColumnsExchanged, ImuSeverity::kFatal,
+        "the columns of the accelerometer come first: those of the gyroscope hold gravity, a "
+        "median norm of " +
+            Rounded(first.median) +
+            "; write the gyroscope first, or a heading that names them: t,ax,ay,az,gx,gy,gz");
+    return true;
+  }
+
   void CheckAccelerometerUnit() {
-    std::vector<double> norms;
-    for (const ImuSample& sample : usable_) norms.push_back(sample.accelerometer.norm());
-    const double norm = UpperMedian(std::move(norms));
+    const NormSpread norms = SpreadOf(usable_, &ImuSample::accelerometer);
+    const double norm = norms.median;
     constexpr double kLowest = 5.0, kHighest = 20.0;  // [m/s^2] of a camera that is carried
     if (norm >= kLowest && norm <= kHighest) return;
     const std::string median = "accelerometer: the median norm is " + Rounded(norm);
-    if (std::abs(norm - 1.0) < 0.05) {
+    if (norm < kLowest && !norms.IsNarrow()) {
+      Add(Kind::kGravityRemoved, ImuSeverity::kFatal,
+          median +
+              ", where gravity alone makes 9.8 m/s^2, and varies: gravity was likely taken "
+              "off already; record the accelerometer as it reads, with gravity");
+    } else if (std::abs(norm - 1.0) < 0.05) {
       Add(Kind::kAccelerometerInG, ImuSeverity::kWarning,
           median + ": it is in g, not in m/s^2; converted");
     } else if (norm > 0.5 && norm < 2.0) {
@@ -321,6 +366,10 @@ const char* ToString(ImuFindingKind kind) {
       return "accelerometer_in_g";
     case Kind::kAccelerometerImplausible:
       return "accelerometer_implausible";
+    case Kind::kGravityRemoved:
+      return "gravity_removed";
+    case Kind::kColumnsExchanged:
+      return "columns_exchanged";
     case Kind::kAccelerometerReversed:
       return "accelerometer_reversed";
     case Kind::kRangeDenied:

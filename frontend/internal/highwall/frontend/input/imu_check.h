@@ -29,6 +29,8 @@ enum class ImuFindingKind {
   kGyroscopeInDegrees,        // deg/s instead of rad/s
   kAccelerometerInG,          // g instead of m/s^2
   kAccelerometerImplausible,  // in no unit that is known
+  kGravityRemoved,            // an acceleration instead of the specific force
+  kColumnsExchanged,          // the accelerometer's where the gyroscope's should be
   kAccelerometerReversed,     // reads gravity instead of the specific force
   kRangeDenied,               // readings beyond where a sensor is said to end
 };
