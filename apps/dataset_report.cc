@@ -15,6 +15,7 @@
 #include <highwall/internal/median.h>
 
 #include "config.h"
+#include "image_survey.h"
 #include "imu_input.h"
 
 namespace highwall::apps {
@@ -136,7 +137,8 @@ void AddGapProblem(const char* what, const StreamReport& stream, DatasetReport* 
 }
 
 void AddProblems(const TumDataset& dataset, double max_pair_difference, DatasetReport* report) {
-  report->problems = dataset.warnings();
+  const std::vector<std::string>& warnings = dataset.warnings();
+  report->problems.insert(report->problems.begin(), warnings.begin(), warnings.end());
   for (const Dataset::Problem& problem : dataset.problems()) {
     report->problems.push_back(problem.what);
   }
@@ -201,6 +203,7 @@ void ReadFrames(const TumDataset& dataset, double depth_factor,
   const std::size_t stride = std::max<std::size_t>(1, dataset.size() / kSurveyed);
   FrameReader reader(dataset);
   RepeatedImage repeated;
+  ImageSurvey images;
   DepthSurvey survey;
   cv::Size size;
   std::size_t measured = 0, pixels = 0;
@@ -213,10 +216,14 @@ void ReadFrames(const TumDataset& dataset, double depth_factor,
     }
     ++report->usable_frames;
     report->repeated_colour += repeated.Update(image->bgr) ? 1 : 0;
+    images.Add(image->bgr);
     measured += static_cast<std::size_t>(cv::countNonZero(image->depth));
     pixels += image->depth.total();
     progress(reader.position(), reader.count());
   }
+  report->dark_colour = images.dark();
+  report->plain_colour = images.plain();
+  report->problems = images.Problems();
   report->width = size.width;
   report->height = size.height;
   report->measured_share = static_cast<double>(measured) / static_cast<double>(pixels);

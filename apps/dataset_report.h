@@ -66,7 +66,8 @@ struct DatasetReport {
   double median_depth = 0.0;    // [m]
   double measured_share = 0.0;  // of all depth pixels
   DepthReport depth_images;
-  std::size_t repeated_colour = 0;  // colour images that are the one before once more
+  std::size_t repeated_colour = 0;                // colour images that are the one before once more
+  std::size_t dark_colour = 0, plain_colour = 0;  // as ImageSurvey
   std::optional<GroundtruthReport> groundtruth;
   std::optional<ImuReport> imu;            // gyroscope and accelerometer
   std::optional<ImuReport> accelerometer;  // accelerometer.txt, of no use without a gyroscope

@@ -112,6 +112,8 @@ std::string ToJson(const DatasetReport& report) {
                {"measured_share", report.measured_share},
                {"depth_image", DepthJson(report.depth_images, report.depth_factor)},
                {"repeated_colour", report.repeated_colour},
+               {"dark_colour", report.dark_colour},
+               {"plain_colour", report.plain_colour},
                {"groundtruth", nullptr},
                {"imu", ImuJson(report.imu)},
                {"accelerometer", ImuJson(report.accelerometer)},

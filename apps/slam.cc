@@ -254,9 +254,11 @@ int RunSlamCommand(const SlamArguments& arguments) {
     throw IoError(arguments.load_map, "no frame was recognized in this map");
   }
   if (run.largest.trajectory.empty()) {
+    const std::string advice = LossAdvice(run.loss_reasons, run.lost.size());
     throw IoError(arguments.dataset,
                   "no frame could be tracked: too little texture or depth to start a map (see "
-                  "highwall info)");
+                  "highwall info)" +
+                      (advice.empty() ? "" : "; " + advice));
   }
   nlohmann::json report = RunJson(run, options, arguments.dataset, opened.origin);
   report["max_pair_difference_s"] = arguments.max_pair_difference;

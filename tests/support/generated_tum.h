@@ -16,6 +16,7 @@ struct GeneratedTum {
   int frames = 6;                  // <= 10
   int width = 64, height = 48;     // [px]
   std::uint16_t raw_depth = 5000;  // of every pixel but the first column, which is 0
+  bool textured = false;           // colour is noise instead
 };
 
 inline std::string FrameName(int frame) {
@@ -31,8 +32,10 @@ inline void WriteTum(const std::filesystem::path& directory, const GeneratedTum&
   raw.col(0).setTo(0);
   for (int i = 0; i < tum.frames; ++i) {
     const std::string file = FrameName(i) + ".png";
-    cv::imwrite((directory / "rgb" / file).string(),
-                cv::Mat(tum.height, tum.width, CV_8UC3, cv::Scalar(i, 2, 3)));
+    cv::Mat colour(tum.height, tum.width, CV_8UC3, cv::Scalar(i, 2, 3));
+    if (tum.textured)
+      cv::RNG(static_cast<std::uint64_t>(i) + 1).fill(colour, cv::RNG::UNIFORM, 0, 255);
+    cv::imwrite((directory / "rgb" / file).string(), colour);
     cv::imwrite((directory / "depth" / file).string(), raw);
     rgb += "100." + std::to_string(i) + "00 rgb/" + file + "\n";
     depth += "100." + std::to_string(i) + "05 depth/" + file + "\n";
