@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <regex>
@@ -16,12 +17,13 @@
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "did_you_mean.h"
+#include "foreign_calibration.h"
 #include "yaml_reader.h"
 
 namespace highwall::apps {
 namespace {
 
-void ReadCamera(YamlReader& section, PinholeCamera* camera) {
+void ReadCamera(YamlReader& section, const std::filesystem::path& path, PinholeCamera* camera) {
   section.Require("width", &camera->width);
   section.Require("height", &camera->height);
   section.Require("fx", &camera->fx);
@@ -33,6 +35,23 @@ void ReadCamera(YamlReader& section, PinholeCamera* camera) {
   section.Read("p1", &camera->p1);
   section.Read("p2", &camera->p2);
   section.Read("k3", &camera->k3);
+  for (const char* key : {"k4", "k5", "k6", "s1", "s2", "s3", "s4"}) {
+    double value = 0.0;
+    section.Read(key, &value);
+    if (value == 0.0) continue;  // the same model
+    throw IoError(path, section.LineOf("", key).value(),
+                  std::string("camera: ") + key +
+                      " is of a lens with more coefficients (rational, thin prism or fisheye) than "
+                      "k1, k2, p1, p2, k3, which are known: calibrate with these, or undistort the "
+                      "images");
+  }
+}
+
+// What other systems call a calibration is named before it is read as one of ours.
+void RefuseForeign(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  if (const auto foreign = DescribeForeignCalibration(text)) throw IoError(path, *foreign);
 }
 
 // The constants of the curve, or those of the pair of cameras that depth comes from.
@@ -170,8 +189,9 @@ std::string FolderName(const std::filesystem::path& directory) {
 
 RunConfig LoadConfig(const std::filesystem::path& path) {
   RunConfig config;
+  RefuseForeign(path);
   YamlReader file = YamlReader::Load(path);
-  ReadCamera(file.Section("camera"), &config.sensor.camera);
+  ReadCamera(file.Section("camera"), path, &config.sensor.camera);
   try {
     ReadSensor(file, path, &config.sensor);
     if (file.Has("sensor")) {

@@ -145,6 +145,12 @@ void Troubleshooting::Recordings() {
   WriteText(gap / "depth.txt",
             "1.0 depth/100.png\n1.1 depth/101.png\n1.2 depth/102.png\n9.3 depth/103.png\n");
   Highwall("info gap");
+  const fs::path wall = Dataset("wall");
+  for (int i = 0; i < 6; ++i) {
+    cv::imwrite((wall / "rgb" / (testing::FrameName(i) + ".png")).string(),
+                cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(90 + i)));
+  }
+  Highwall("info wall");
   const auto list = [&](const std::string& name, const std::string& text) {
     WriteText(Dataset(name) / "rgb.txt", text);
     Slam(name);
@@ -177,6 +183,11 @@ void Troubleshooting::Calibrations() {
   Slam("no_calibration", "--config tum4");
   Dataset("misspelt", {}, "depth_facter: 5000\n");
   Slam("misspelt");
+  WriteText(Dataset("rational") / "calibration.yaml",
+            "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 32, cy: 24, k4: 1}\n");
+  Slam("rational");
+  WriteText(Dataset("ros") / "calibration.yaml", "image_width: 64\ncamera_matrix: {rows: 3}\n");
+  Slam("ros");
   Dataset("missing", {}, "");
   Slam("missing");
   Dataset("no_sensor", {}, "sensor: kinectt1\n");
@@ -269,6 +280,14 @@ void Troubleshooting::Imus() {
   inspect("imu_unit", scale(3, 1.0 / 8.0));
   inspect("imu_no_unit", scale(3, 0.3));
   inspect("imu_degrees", scale(0, 300.0));
+  inspect("imu_exchanged", [](Readings& readings) {
+    for (Reading& r : readings) {
+      std::swap_ranges(r.values.begin(), r.values.begin() + 3, r.values.begin() + 3);
+    }
+  });
+  inspect("imu_gravity", [](Readings& readings) {
+    for (Reading& r : readings) r.values[5] -= 9.81;
+  });
   inspect("imu_gyroscope", freeze(0));
   inspect("imu_accelerometer", freeze(3));
   for (const std::string range :
