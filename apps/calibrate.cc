@@ -25,6 +25,7 @@
 #include "output_checks.h"
 #include "progress.h"
 #include "run_dataset.h"
+#include "trajectory_input.h"
 
 namespace highwall::apps {
 namespace {
@@ -201,7 +202,8 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   }
   std::optional<CameraImuCalibration> found;
   if (imu) {
-    const Trajectory& poses = images ? images->trajectory : ReadTumTrajectory(recording.trajectory);
+    const Trajectory& poses =
+        images ? images->trajectory : ReadStampedPoses("calibrate", recording.trajectory);
     found = FitImu(recording, poses, *imu, arguments.keep_depth);
   }
   if (arguments.json) {

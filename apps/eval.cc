@@ -74,18 +74,19 @@ TrajectoryAlignment FindAlignment(const std::string& name) {
 TrajectoryFile ReadPoses(const std::filesystem::path& path) {
   TrajectoryFile file = ReadTrajectoryFile(path);
   if (file.poses.empty()) throw IoError(path, "holds no pose");
+  if (!file.assumed.empty()) PrintWarning("eval", path.string() + ": " + file.assumed);
   return file;
 }
 
 // Poses without stamps are matched by their place in the file: there must be as many in both.
 void RequireSameClock(const TrajectoryFile& reference, const std::filesystem::path& path,
                       const TrajectoryFile& estimate) {
-  const bool kitti = reference.format == TrajectoryFormat::kKitti;
-  if (kitti != (estimate.format == TrajectoryFormat::kKitti)) {
+  const bool stamps = HasStamps(reference.format);
+  if (stamps != HasStamps(estimate.format)) {
     throw IoError(path, fmt::format("is in the format {}, the reference in {}: one has no stamps",
                                     ToString(estimate.format), ToString(reference.format)));
   }
-  if (kitti && estimate.poses.size() != reference.poses.size()) {
+  if (!stamps && estimate.poses.size() != reference.poses.size()) {
     throw IoError(path, fmt::format("holds {} poses without stamps, the reference {}",
                                     estimate.poses.size(), reference.poses.size()));
   }
@@ -125,12 +126,14 @@ std::string Describe(const EvalArguments& arguments) {
   return text + ", alignment " + arguments.alignment;
 }
 
-// The same with evo, where its command line knows both formats; empty where it does not.
+// The same with evo, where its command line reads both formats; empty where it does not.
 std::string EvoCommand(const EvalArguments& arguments, TrajectoryFormat reference,
                        TrajectoryFormat estimate) {
   const bool same = reference == estimate ||
                     (reference == TrajectoryFormat::kEuroc && estimate == TrajectoryFormat::kTum);
-  if (!same || reference == TrajectoryFormat::kRos || arguments.estimates.size() > 1) return "";
+  const bool known = reference == TrajectoryFormat::kTum || reference == TrajectoryFormat::kKitti ||
+                     reference == TrajectoryFormat::kEuroc;
+  if (!same || !known || arguments.estimates.size() > 1) return "";
   static const std::map<std::string, std::string> alignments = {{"none", ""},
                                                                 {"se3", " -a"},
                                                                 {"sim3", " -as"},
@@ -310,7 +313,7 @@ void AddEvalCommand(CLI::App& app, CommandAction& action) {
       ->check(OneOf({"ape", "rpe"}));
   command
       ->add_option("reference", arguments->reference,
-                   "Poses in the format of TUM, KITTI or EuRoC, or as ROS prints them")
+                   "Poses in the format of TUM, KITTI or EuRoC, as ROS prints them, or a table")
       ->required();
   command
       ->add_option("estimate", arguments->estimates,

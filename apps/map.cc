@@ -39,6 +39,7 @@
 #include "posed_frames.h"
 #include "progress.h"
 #include "run_output.h"
+#include "trajectory_input.h"
 
 namespace highwall::apps {
 namespace {
@@ -235,7 +236,7 @@ int RunMap(const MapArguments& arguments) {
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall map: warning: {}\n", warning);
   }
-  const Trajectory trajectory = ReadTumTrajectory(source.trajectory);
+  const Trajectory trajectory = ReadStampedPoses("map", source.trajectory);
   const std::size_t every = arguments.every > 0 ? arguments.every
                             : source.keyframes  ? 1
                                                 : FramesIn(kInterval, dataset);
@@ -290,8 +291,9 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
       ->check(Between(1e-4, 10.0))
       ->capture_default_str();
   command->add_option("--out", arguments->out, "Folder for the results")->check(NotEmpty());
-  command->add_option("--trajectory", arguments->trajectory,
-                      "TUM file of camera poses [run: keyframes.txt, dataset: groundtruth.txt]");
+  command->add_option(
+      "--trajectory", arguments->trajectory,
+      "Camera poses, as eval reads them [run: keyframes.txt, dataset: groundtruth.txt]");
   command->add_option("--dataset", arguments->dataset, "Where the dataset of a run lies now");
   command->add_option("--config", arguments->config,
                       "Calibration, as in highwall slam [default: that of the run]");

@@ -24,6 +24,7 @@
 #include "option_checks.h"
 #include "posed_frames.h"
 #include "progress.h"
+#include "trajectory_input.h"
 
 namespace highwall::apps {
 namespace {
@@ -76,8 +77,8 @@ ReferenceSurface ReadReference(const std::filesystem::path& path, double spacing
 
 // Moves the map as its trajectory has to be moved to lie on the reference's.
 void Align(const std::vector<std::string>& trajectories, Points& points) {
-  const Trajectory estimate = ReadTumTrajectory(trajectories[0]);
-  const Trajectory reference = ReadTumTrajectory(trajectories[1]);
+  const Trajectory estimate = ReadStampedPoses("map compare", trajectories[0]);
+  const Trajectory reference = ReadStampedPoses("map compare", trajectories[1]);
   const std::vector<StampMatch> matches = MatchByStamp(reference, estimate, 20'000'000);
   Eigen::Matrix3Xd a(3, matches.size()), b(3, matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -97,7 +98,7 @@ void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   std::vector<char> seen(reference.samples().size(), 0);
-  const Trajectory trajectory = ReadTumTrajectory(source.trajectory);
+  const Trajectory trajectory = ReadStampedPoses("map compare", source.trajectory);
   for (const PosedFrame& frame : PosedFrames(dataset, trajectory, arguments.every)) {
     auto image = dataset.Load(frame.index);
     if (!image) continue;

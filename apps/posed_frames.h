@@ -18,7 +18,7 @@ namespace highwall::apps {
 struct MapSource {
   std::filesystem::path dataset;
   std::filesystem::path run;         // whose depth is to be corrected alike; empty: of no run
-  std::filesystem::path trajectory;  // TUM file of T_WC
+  std::filesystem::path trajectory;  // file of T_WC
   std::string config;                // that the run was made with, as OpenDataset() takes it
   double max_pair_difference = kMaxPairDifference;  // [s] likewise
   bool keyframes = false;                           // the trajectory holds keyframes alone

@@ -16,6 +16,7 @@
 #include "output_checks.h"
 #include "report/html_report.h"
 #include "run_output.h"
+#include "trajectory_input.h"
 
 namespace highwall::apps {
 namespace {
@@ -30,7 +31,11 @@ int RunReport(const ReportArguments& arguments) {
       !arguments.out.empty() ? arguments.out : arguments.runs.front() / kReportPage;
   RequireFile(out);
   RunDataOptions options;
-  if (!arguments.truth.empty()) options.truth = arguments.truth;
+  if (!arguments.truth.empty()) {
+    options.truth = arguments.truth;
+    // The page reads it by itself: here is said what has to be assumed of it.
+    ReadStampedPoses("report", arguments.truth);
+  }
   WriteHtmlReport(out, arguments.runs, options);
   fmt::print("report      {} ({:.1f} MB)\n", out.string(),
              static_cast<double>(std::filesystem::file_size(out)) / 1e6);

@@ -30,6 +30,7 @@
 #include "simulate/scenes/mine.h"
 #include "simulate/scenes/recorded_room.h"
 #include "simulate/scenes/room.h"
+#include "trajectory_input.h"
 
 namespace highwall::apps {
 namespace {
@@ -161,7 +162,7 @@ bool IsFile(const std::string& imu) {
 }
 
 simulate::RecordedMotion FitMotion(const SimulateArguments& arguments) {
-  const Trajectory captured = ReadTumTrajectory(arguments.trajectory);
+  const Trajectory captured = ReadStampedPoses("simulate", arguments.trajectory);
   if (captured.empty()) throw IoError(arguments.trajectory, "holds no pose");
   const ImuRecording recording =
       ReadImu(arguments.imu, {captured.front().stamp, captured.back().stamp});

@@ -12,48 +12,31 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
 
+#include "decimal_stamp.h"
+#include "trajectory_columns.h"
+
 namespace highwall::apps {
 namespace {
 
-// Where the seven numbers of a pose stand in a line, and its stamp.
-struct Columns {
-  std::size_t position = 0;    // x, y, z from here
-  std::size_t quaternion = 0;  // four from here
-  bool w_first = false;
-  std::size_t stamp = 0;
-  std::optional<std::size_t> nanoseconds;  // of a stamp in two parts
-};
+constexpr std::array kPoseNames = {"tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+constexpr std::string_view kTumColumns = "'stamp tx ty tz qx qy qz qw' separated by blanks";
 
 struct Line {
   std::int64_t number = 0;
   std::vector<std::string_view> fields;
 };
 
-std::string_view Trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-std::vector<std::string_view> Split(std::string_view text, bool commas) {
-  std::vector<std::string_view> fields;
-  while (true) {
-    const std::size_t end = text.find_first_of(commas ? "," : " \t\r");
-    const std::string_view field = Trimmed(text.substr(0, end));
-    if (commas || !field.empty()) fields.push_back(field);
-    if (end == std::string_view::npos) return fields;
-    text.remove_prefix(end + 1);
-  }
-}
-
+// Not a number: NaN and infinity are, for they are no names.
 std::optional<double> Number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  if (error != std::errc() || end != text.data() + text.size()) return {};
   return value;
 }
 
@@ -65,148 +48,329 @@ class Reader {
     if (!stream_) throw IoError(path, "cannot be opened: no such trajectory file, or not readable");
   }
 
-  // False at the end. The last comment is kept: it may be the title.
+  // False at the end. The first line with values decides what separates them.
   bool Next(Line* line) {
     while (std::getline(stream_, text_)) {
       ++line->number;
-      const std::string_view text = Trimmed(text_);
+      if (line->number == 1) RemoveByteOrderMark();
+      const std::string_view text = TrimmedBlanks(text_);
       if (text.empty()) continue;
-      const bool commas = text.find(',') != std::string_view::npos;
       if (text.front() == '#' || text.front() == '%') {
-        title_ = text;
+        if (!separator_) headings_.emplace_back(text);
         continue;
       }
-      line->fields = Split(text, commas);
-      commas_ = commas;
+      if (!separator_ && IsHeading(text)) {
+        headings_.emplace_back(text);
+        bare_heading_ = *line;
+        continue;
+      }
+      if (!separator_) separator_ = SeparatorOf(text);
+      line->fields = SplitFields(text, *separator_);
       return true;
     }
     if (stream_.bad()) throw IoError(path_, "cannot be read");
     return false;
   }
-  bool commas() const { return commas_; }
-  const std::string& title() const { return title_; }
+  char separator() const { return separator_.value_or(' '); }
+  // In front of the first line with values.
+  const std::vector<std::string>& headings() const { return headings_; }
+  bool has_bare_heading() const { return bare_heading_.has_value(); }
 
+  // A first line without # that names nothing is no heading but a damaged line.
+  void RefuseBareHeading() const {
+    if (!bare_heading_) return;
+    Fail(*bare_heading_, "is neither a pose nor a heading that names tx ty tz qx qy qz qw");
+  }
   [[noreturn]] void Fail(const Line& line, const std::string& what) const {
     throw IoError(path_, line.number, what);
   }
-  double NumberAt(const Line& line, std::size_t column) const {
+  double NumberAt(const Line& line, std::size_t column, std::string_view name) const {
     if (column >= line.fields.size()) {
-      Fail(line, "has " + std::to_string(line.fields.size()) + " values, too few for a pose");
+      Fail(line, fmt::format("has {} values, too few for a pose", line.fields.size()));
     }
-    const std::optional<double> value = Number(line.fields[column]);
-    if (!value) Fail(line, "'" + std::string(line.fields[column]) + "' is not a number");
+    const std::string_view text = line.fields[column];
+    const std::optional<double> value = Number(text);
+    if (!value) Fail(line, fmt::format("{} '{}' is not a number", name, text));
+    if (!std::isfinite(*value)) {
+      Fail(line, fmt::format("{} '{}' is not a finite number", name, text));
+    }
     return *value;
   }
 
  private:
+  void RemoveByteOrderMark() {
+    if (text_.starts_with("\xef\xbb\xbf")) text_.erase(0, 3);
+    if (text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff")) {
+      throw IoError(path_, "is text in UTF-16: save it as UTF-8");
+    }
+  }
+  static bool IsHeading(std::string_view text) {
+    return std::ranges::none_of(SplitFields(text, SeparatorOf(text)),
+                                [](std::string_view field) { return Number(field).has_value(); });
+  }
+
   const std::filesystem::path& path_;
   std::ifstream stream_;
-  std::string text_, title_;
-  bool commas_ = false;
+  std::string text_;
+  std::optional<char> separator_;
+  std::vector<std::string> headings_;
+  std::optional<Line> bare_heading_;
 };
 
-// Of `rostopic echo -p`, whose first line names the fields.
-Columns RosColumns(const Reader& reader, const Line& line) {
-  const std::string title = reader.title();
-  const std::vector<std::string_view> names = Split(title, true);
-  const auto find = [&](std::initializer_list<std::string_view> ends) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (std::ranges::any_of(ends, [&](auto end) { return names[i].ends_with(end); })) return i;
-    }
-    reader.Fail(line, "the title names no '" + std::string(*ends.begin()) +
-                          "': expected poses as rostopic echo -p prints them");
-  };
-  Columns columns;
-  columns.position = find({"position.x", "translation.x"});
-  columns.quaternion = find({"orientation.x", "rotation.x"});
-  const auto stamp = std::ranges::find_if(
-      names, [](std::string_view name) { return name.ends_with("header.stamp"); });
-  columns.stamp = stamp == names.end() ? 0 : static_cast<std::size_t>(stamp - names.begin());
-  return columns;
-}
+// What is known of a table before its stamps are read.
+struct Layout {
+  TrajectoryColumns columns;
+  bool named = false;       // by a heading
+  bool ros = false;         // by ROS's command line
+  bool order_open = false;  // whether w is the first of the quaternion or the last
+  bool extra = false;       // columns behind the pose, without a heading
+};
 
 // Of `ros2 topic echo --csv`, which names nothing: seconds, nanoseconds, one name of a frame or
 // two.
-std::optional<Columns> Ros2Columns(const Line& line) {
+std::optional<TrajectoryColumns> Ros2Columns(const Line& line) {
   const auto& fields = line.fields;
-  if (fields.size() < 10 || !Number(fields[0]) || !Number(fields[1]) || Number(fields[2]))
-    return {};
+  if (fields.size() < 10 || !Number(fields[0]) || !Number(fields[1]) || Number(fields[2])) {
+    return std::nullopt;
+  }
+  TrajectoryColumns columns{.nanoseconds = 1, .unit = kSecond};
   const std::size_t position = Number(fields[3]) ? 3 : 4;
-  return Columns{.position = position, .quaternion = position + 3, .stamp = 0, .nanoseconds = 1};
+  for (std::size_t i = 0; i < columns.pose.size(); ++i) columns.pose[i] = position + i;
+  return columns;
 }
 
-Eigen::Quaterniond QuaternionAt(const Reader& reader, const Line& line, const Columns& columns) {
-  std::array<double, 4> q;
-  for (std::size_t i = 0; i < 4; ++i) q[i] = reader.NumberAt(line, columns.quaternion + i);
-  const Eigen::Quaterniond rotation = columns.w_first ? Eigen::Quaterniond(q[0], q[1], q[2], q[3])
-                                                      : Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
-  if (rotation.norm() < 1e-3) reader.Fail(line, "the quaternion is zero");
-  return rotation.normalized();
+std::optional<Layout> NamedLayout(const Reader& reader, const Line& line) {
+  const auto& headings = reader.headings();
+  for (auto heading = headings.rbegin(); heading != headings.rend(); ++heading) {
+    auto columns = ColumnsByName(*heading, line.fields.size());
+    const bool ros = heading->starts_with('%');
+    if (!columns && ros) {
+      reader.Fail(line,
+                  "the title names no 'position.x' and 'orientation.x': expected poses as "
+                  "rostopic echo -p prints them");
+    }
+    if (!columns) continue;
+    if (ros && !columns->unit) columns->unit = kNanosecond;
+    return Layout{.columns = *columns, .named = true, .ros = ros};
+  }
+  reader.RefuseBareHeading();
+  return std::nullopt;
 }
 
-// Digits are read as they are: a double has too few for nanoseconds of today.
-Stamp StampAt(const Reader& reader, const Line& line, const Columns& columns) {
-  constexpr double kMost = 9e18;  // [ns] of a Stamp
-  const double number = reader.NumberAt(line, columns.stamp);
+double QuaternionNorm(const Reader& reader, const Line& line, std::size_t first) {
+  double squares = 0.0;
+  for (std::size_t i = first; i < first + 4; ++i) {
+    const double value = reader.NumberAt(line, i, kPoseNames[3 + i - first]);
+    squares += value * value;
+  }
+  return std::sqrt(squares);
+}
+
+Layout LayoutOf(const Reader& reader, const Line& line) {
+  if (const auto named = NamedLayout(reader, line)) return *named;
+  const std::size_t width = line.fields.size();
+  const bool table = reader.separator() != ' ';
+  if (table) {
+    if (const auto ros = Ros2Columns(line)) return {.columns = *ros, .ros = true};
+  }
+  if (width < 8) {
+    reader.Fail(line, table ? fmt::format("has {} values, too few for a pose", width)
+                            : fmt::format("expected the 8 numbers {}, found {} value{}",
+                                          kTumColumns, width, width == 1 ? "" : "s"));
+  }
+  const bool extra = width > 8;
+  if (extra && std::abs(QuaternionNorm(reader, line, 4) - 1.0) > 0.01) {
+    reader.Fail(line,
+                "its values 5 to 8 are no unit quaternion: write a heading that names the columns, "
+                "such as 'stamp tx ty tz qx qy qz qw'");
+  }
+  return {.order_open = table, .extra = extra};
+}
+
+// As they stand in the file, until the unit of its stamps is known.
+struct Row {
+  std::int64_t line = 0;
+  DecimalStamp stamp;
+  std::array<double, 7> values{};  // in the order of TrajectoryColumns::pose
+};
+
+DecimalStamp StampAt(const Reader& reader, const Line& line, const TrajectoryColumns& columns) {
+  reader.NumberAt(line, columns.stamp, "the stamp");
   const std::string_view text = line.fields[columns.stamp];
-  if (columns.nanoseconds) {
-    const double part = reader.NumberAt(line, *columns.nanoseconds);
-    const std::optional<Stamp> seconds = ParseStamp(text);
-    if (!seconds || std::abs(number) > 1e-9 * kMost || part < 0.0 || part >= 1e9) {
-      reader.Fail(line, "'" + std::string(text) + "' is no stamp in seconds and nanoseconds");
-    }
-    return *seconds + static_cast<Stamp>(part);
+  std::optional<DecimalStamp> stamp = ParseDecimalStamp(text);
+  if (!columns.nanoseconds) {
+    if (!stamp) reader.Fail(line, fmt::format("'{}' is no stamp", text));
+    return *stamp;
   }
-  if (std::abs(number) > kMost) reader.Fail(line, "'" + std::string(text) + "' is no stamp");
-  Stamp nanoseconds = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), nanoseconds);
-  if (error == std::errc() && end == text.data() + text.size()) return nanoseconds;
-  return static_cast<Stamp>(std::llround(number));
+  const double part = reader.NumberAt(line, *columns.nanoseconds, "the stamp");
+  if (!stamp || !ToStamp(*stamp, kSecond) || part < 0.0 || part >= 1e9) {
+    reader.Fail(line, fmt::format("'{}' is no stamp in seconds and nanoseconds", text));
+  }
+  stamp->billionths = static_cast<std::uint64_t>(part);
+  return *stamp;
 }
 
-TrajectoryFile ReadWithCommas(Reader& reader, Line line) {
-  TrajectoryFile file{.format = TrajectoryFormat::kEuroc, .poses = {}};
-  Columns columns{.position = 1, .quaternion = 4, .w_first = true, .stamp = 0, .nanoseconds = {}};
-  if (reader.title().starts_with('%')) {
-    file.format = TrajectoryFormat::kRos;
-    columns = RosColumns(reader, line);
-  } else if (const auto ros = Ros2Columns(line)) {
-    file.format = TrajectoryFormat::kRos;
-    columns = *ros;
+Row RowOf(const Reader& reader, const Line& line, const TrajectoryColumns& columns) {
+  Row row{.line = line.number, .stamp = StampAt(reader, line, columns)};
+  for (std::size_t i = 0; i < row.values.size(); ++i) {
+    row.values[i] = reader.NumberAt(line, columns.pose[i], kPoseNames[i]);
   }
+  const double norm = Eigen::Map<const Eigen::Vector4d>(row.values.data() + 3).norm();
+  if (norm < 1e-6) reader.Fail(line, "the quaternion is zero, which is no rotation");
+  if (!std::isfinite(norm)) reader.Fail(line, "the quaternion is too large to normalise");
+  return row;
+}
+
+std::vector<Row> ReadRows(Reader& reader, Line line, const TrajectoryColumns& columns) {
+  const std::size_t width = line.fields.size();
+  std::vector<Row> rows;
   do {
-    if (!reader.commas()) reader.Fail(line, "expected values separated by commas");
-    const Stamp stamp = StampAt(reader, line, columns);
-    if (!file.poses.empty() && stamp < file.poses.back().stamp) {
-      reader.Fail(line, "the stamp goes back in time");
+    const std::size_t found = line.fields.size();
+    if (reader.separator() != ' ' && found == 1) {
+      reader.Fail(line, fmt::format("expected values separated by {}",
+                                    reader.separator() == ',' ? "commas" : "semicolons"));
     }
-    const std::size_t p = columns.position;
-    const Eigen::Vector3d position(reader.NumberAt(line, p), reader.NumberAt(line, p + 1),
-                                   reader.NumberAt(line, p + 2));
-    file.poses.push_back({stamp, Pose(QuaternionAt(reader, line, columns), position)});
+    if (reader.separator() == ' ' && found != width) {
+      reader.Fail(line,
+                  fmt::format("expected {}, found {} value{}",
+                              width == 8 ? fmt::format("the 8 numbers {}", kTumColumns)
+                                         : fmt::format("{} values as in the lines before", width),
+                              found, found == 1 ? "" : "s"));
+    }
+    rows.push_back(RowOf(reader, line, columns));
   } while (reader.Next(&line));
+  return rows;
+}
+
+std::string NameOfUnit(std::int64_t unit) {
+  if (unit == kSecond) return "seconds";
+  if (unit == kMillisecond) return "milliseconds";
+  return unit == kMicrosecond ? "microseconds" : "nanoseconds";
+}
+
+// What the heading does not say of stamps: their unit. Adds to `assumed` where the values do not.
+std::int64_t UnitOfStamps(const Layout& layout, const std::vector<Row>& rows, bool table,
+                          std::vector<std::string>* assumed) {
+  std::vector<double> stamps;
+  for (const Row& row : rows) stamps.push_back(ToDouble(row.stamp));
+  const std::optional<std::int64_t> named = layout.columns.unit;
+  if (named && (layout.ros || IsPossibleUnit(stamps, *named))) return *named;
+  const TimeUnit guess = GuessTimeUnit(stamps, table);
+  if (named || !guess.sure) assumed->push_back("stamps in " + NameOfUnit(guess.nanoseconds));
+  return guess.nanoseconds;
+}
+
+// Whether a quaternion has w in front, where no heading says so: by a first pose without rotation,
+// else as EuRoC has it in its nanoseconds and other tables do not.
+bool IsScalarFirst(const std::vector<Row>& rows, std::int64_t unit) {
+  const std::array<double, 7>& first = rows.front().values;
+  const bool turned = first[4] != 0.0 || first[5] != 0.0;
+  if (!turned && first[6] == 0.0) return true;
+  if (!turned && first[3] == 0.0) return false;
+  return unit == kNanosecond;
+}
+
+TrajectoryFormat FormatOf(const Reader& reader, const Layout& layout, std::int64_t unit,
+                          std::size_t width) {
+  if (layout.ros) return TrajectoryFormat::kRos;
+  const TrajectoryColumns& columns = layout.columns;
+  if (reader.has_bare_heading() || columns.stamp != 0) return TrajectoryFormat::kTable;
+  if (reader.separator() == ' ' && unit == kSecond && width == 8 &&
+      columns.pose == TrajectoryColumns().pose) {
+    return TrajectoryFormat::kTum;
+  }
+  if (reader.separator() == ',' && unit == kNanosecond && columns.pose == kScalarFirst) {
+    return TrajectoryFormat::kEuroc;
+  }
+  return TrajectoryFormat::kTable;
+}
+
+void AddPoses(const Reader& reader, const std::vector<Row>& rows, std::int64_t unit,
+              TrajectoryFile* file) {
+  for (const Row& row : rows) {
+    const Line line{.number = row.line, .fields = {}};
+    const std::optional<Stamp> stamp = ToStamp(row.stamp, unit);
+    if (!stamp) reader.Fail(line, fmt::format("the stamp is no time in {}", NameOfUnit(unit)));
+    if (!file->poses.empty() && *stamp < file->poses.back().stamp) {
+      reader.Fail(line, fmt::format("the stamp goes back in time, to {} s behind {} s: sort the "
+                                    "lines by their stamps",
+                                    FormatStamp(*stamp), FormatStamp(file->poses.back().stamp)));
+    }
+    file->poses.push_back({*stamp, Pose::FromBlock(row.values.data())});
+    file->lines.push_back(row.line);
+  }
+}
+
+TrajectoryFile ReadTable(Reader& reader, const Line& line) {
+  Layout layout = LayoutOf(reader, line);
+  const std::size_t width = line.fields.size();
+  const bool table = reader.separator() != ' ';
+  std::vector<Row> rows = ReadRows(reader, line, layout.columns);
+  std::vector<std::string> assumed;
+  const std::int64_t unit = UnitOfStamps(layout, rows, table, &assumed);
+  if (layout.order_open) {
+    const bool ground_truth = unit == kNanosecond && width == 17;  // EuRoC's, without its heading
+    const bool w_first = ground_truth || IsScalarFirst(rows, unit);
+    if (assumed.empty() && !ground_truth) assumed.push_back("stamps in " + NameOfUnit(unit));
+    if (!ground_truth) {
+      assumed.push_back(w_first ? "quaternions as w x y z" : "quaternions as x y z w");
+    }
+    if (w_first) {
+      layout.columns.pose = kScalarFirst;
+      for (Row& row : rows) std::rotate(&row.values[3], &row.values[4], &row.values[7]);
+    }
+  } else if (layout.extra) {
+    assumed.push_back("its first 8 columns as stamp tx ty tz qx qy qz qw");
+  }
+  TrajectoryFile file{.format = FormatOf(reader, layout, unit, width)};
+  AddPoses(reader, rows, unit, &file);
+  if (!assumed.empty()) {
+    file.assumed =
+        fmt::format("read with {}, which no heading says", fmt::join(assumed, " and "));
+  }
   return file;
 }
 
-TrajectoryFile ReadKitti(Reader& reader, Line line) {
-  TrajectoryFile file{.format = TrajectoryFormat::kKitti, .poses = {}};
+std::optional<Pose> PoseOfMatrix(const Reader& reader, const Line& line) {
+  Eigen::Matrix<double, 3, 4> T;
+  for (int i = 0; i < 12; ++i) {
+    T(i / 4, i % 4) = reader.NumberAt(line, static_cast<std::size_t>(i), "the matrix's");
+  }
+  const Eigen::Matrix3d R = T.leftCols<3>();
+  // Files are written with six digits or so.
+  const bool rotation =
+      (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() <= 1e-2 && R.determinant() > 0.0;
+  if (!rotation) return std::nullopt;
+  return Pose(Eigen::Quaterniond(R).normalized(), T.col(3));
+}
+
+// The last row of 16 numbers says that they are a matrix; 12 are one where blanks separate them.
+bool HoldsMatrix(const Reader& reader, const Line& line) {
+  const auto& fields = line.fields;
+  if (fields.size() == 12) {
+    const bool numbers = std::ranges::all_of(fields, [](auto f) { return Number(f).has_value(); });
+    return reader.separator() == ' ' || (numbers && PoseOfMatrix(reader, line));
+  }
+  return fields.size() == 16 && Number(fields[12]) == 0.0 && Number(fields[13]) == 0.0 &&
+         Number(fields[14]) == 0.0 && Number(fields[15]) == 1.0;
+}
+
+TrajectoryFile ReadMatrices(Reader& reader, Line line) {
+  const std::size_t width = line.fields.size();
+  TrajectoryFile file{.format =
+                          width == 12 ? TrajectoryFormat::kKitti : TrajectoryFormat::kMatrices};
   do {
-    if (line.fields.size() != 12) {
-      reader.Fail(line, "expected the 12 numbers of a 3 x 4 matrix, found " +
-                            std::to_string(line.fields.size()));
+    if (line.fields.size() != width) {
+      reader.Fail(line, fmt::format("expected the {} numbers of a {} x 4 matrix, found {}", width,
+                                    width / 4, line.fields.size()));
     }
-    Eigen::Matrix<double, 3, 4> T;
-    for (int i = 0; i < 12; ++i) {
-      T(i / 4, i % 4) = reader.NumberAt(line, static_cast<std::size_t>(i));
+    const std::optional<Pose> pose = PoseOfMatrix(reader, line);
+    if (!pose) reader.Fail(line, "the first 3 x 3 numbers are no rotation");
+    if (width == 16 && !HoldsMatrix(reader, line)) {
+      reader.Fail(line, "the last row of the matrix is not 0 0 0 1");
     }
-    const Eigen::Matrix3d R = T.leftCols<3>();
-    // Files are written with six digits or so.
-    if ((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() > 1e-2 || R.determinant() < 0.0) {
-      reader.Fail(line, "the first 3 x 3 numbers are no rotation");
-    }
-    const auto seconds = static_cast<double>(file.poses.size());
-    file.poses.push_back(
-        {FromSeconds(seconds), Pose(Eigen::Quaterniond(R).normalized(), T.col(3))});
+    file.poses.push_back({FromSeconds(static_cast<double>(file.poses.size())), *pose});
+    file.lines.push_back(line.number);
   } while (reader.Next(&line));
   return file;
 }
@@ -219,21 +383,61 @@ const char* ToString(TrajectoryFormat format) {
       break;
     case TrajectoryFormat::kKitti:
       return "kitti";
+    case TrajectoryFormat::kMatrices:
+      return "matrices";
     case TrajectoryFormat::kEuroc:
       return "euroc";
     case TrajectoryFormat::kRos:
       return "ros";
+    case TrajectoryFormat::kTable:
+      return "table";
   }
   return "tum";
+}
+
+bool HasStamps(TrajectoryFormat format) {
+  return format != TrajectoryFormat::kKitti && format != TrajectoryFormat::kMatrices;
 }
 
 TrajectoryFile ReadTrajectoryFile(const std::filesystem::path& path) {
   Reader reader(path);
   Line line;
-  if (!reader.Next(&line)) return {};
-  if (reader.commas()) return ReadWithCommas(reader, std::move(line));
-  if (line.fields.size() == 12) return ReadKitti(reader, std::move(line));
-  return {TrajectoryFormat::kTum, ReadTumTrajectory(path)};
+  if (!reader.Next(&line)) {
+    reader.RefuseBareHeading();
+    return {};
+  }
+  const auto named = std::ranges::any_of(reader.headings(), [&](const std::string& heading) {
+    return ColumnsByName(heading, line.fields.size()).has_value();
+  });
+  if (!named && HoldsMatrix(reader, line)) return ReadMatrices(reader, std::move(line));
+  return ReadTable(reader, line);
+}
+
+void RequireDistinctStamps(const std::filesystem::path& path, TrajectoryFile* file) {
+  constexpr std::size_t kOften = 1000;
+  TrajectoryFile distinct{.format = file->format, .assumed = file->assumed};
+  std::optional<std::int64_t> first;
+  for (std::size_t i = 0; i < file->poses.size(); ++i) {
+    if (i > 0 && file->poses[i].stamp == file->poses[i - 1].stamp) {
+      if (!first) first = file->lines[i];
+      continue;
+    }
+    distinct.poses.push_back(file->poses[i]);
+    distinct.lines.push_back(file->lines[i]);
+  }
+  if (!first) return;
+  const std::size_t left_out = file->poses.size() - distinct.poses.size();
+  if (left_out * kOften > file->poses.size()) {
+    throw IoError(path, *first,
+                  fmt::format("has the stamp of the pose before it, as {} of {} do: write stamps "
+                              "with more digits, and each pose once",
+                              left_out, file->poses.size()));
+  }
+  const std::string what = fmt::format(
+      "left out {} of {} poses, which have the stamp of the pose before them, the first in line {}",
+      left_out, file->poses.size(), *first);
+  distinct.assumed += (distinct.assumed.empty() ? "" : "; ") + what;
+  *file = std::move(distinct);
 }
 
 }  // namespace highwall::apps

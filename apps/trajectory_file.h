@@ -1,28 +1,42 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <highwall/core/trajectory.h>
 
 namespace highwall::apps {
 
 enum class TrajectoryFormat {
-  kTum,    // stamp tx ty tz qx qy qz qw, separated by blanks
-  kKitti,  // the upper 3 x 4 of T, row by row, separated by blanks; no stamps
-  kEuroc,  // stamp [ns],px,py,pz,qw,qx,qy,qz,...: a ground truth of EuRoC or TUM-VI
-  kRos,    // poses of `rostopic echo -p` or `ros2 topic echo --csv`: PoseStamped,
-           // PoseWithCovarianceStamped, Odometry, TransformStamped
+  kTum,       // stamp tx ty tz qx qy qz qw, seconds, separated by blanks
+  kKitti,     // the upper 3 x 4 of T, row by row; no stamps
+  kMatrices,  // all 16 numbers of T, row by row; no stamps
+  kEuroc,     // stamp [ns],px,py,pz,qw,qx,qy,qz,...: a ground truth of EuRoC or TUM-VI
+  kRos,       // poses of `rostopic echo -p` or `ros2 topic echo --csv`: PoseStamped,
+              // PoseWithCovarianceStamped, Odometry, TransformStamped
+  kTable,     // any other table with a stamp, a position and a quaternion in each line
 };
 const char* ToString(TrajectoryFormat format);
+bool HasStamps(TrajectoryFormat format);
 
 struct TrajectoryFile {
   TrajectoryFormat format = TrajectoryFormat::kTum;
-  Trajectory poses;  // those of KITTI are a second apart, from 0 on
+  Trajectory poses;                 // those without stamps are a second apart, from 0 on
+  std::vector<std::int64_t> lines;  // of the file, one a pose
+  std::string assumed;  // what neither heading nor values decide, as a sentence; empty: nothing
 };
 
-// The format is told from the first line with numbers, and from the names of the columns where the
-// file has them. Quaternions are normalised. Throws IoError "path:line: what" as ReadTumTrajectory,
-// also for a matrix that is no rotation.
+// Columns and the unit of time are those that a heading names, else those that the values allow:
+// docs/evaluation.md. Values are separated by blanks, commas or semicolons; a heading may begin
+// with # or % or with neither. Quaternions are normalised. A file without a pose gives none.
+// Throws IoError "path:line: what" as ReadTumTrajectory, also for a matrix that is no rotation.
 TrajectoryFile ReadTrajectoryFile(const std::filesystem::path& path);
+
+// Poses of one stamp cannot be matched by it. Of two the later one is left out where they are fewer
+// than one in a thousand, as in motion capture with rounded stamps, and `assumed` says so. Throws
+// IoError that names the line where there are more.
+void RequireDistinctStamps(const std::filesystem::path& path, TrajectoryFile* file);
 
 }  // namespace highwall::apps

@@ -153,7 +153,7 @@ std::optional<Trajectory> TruthOf(const fs::path& folder, const json& run,
   const fs::path beside = datasets.front() / "groundtruth.txt";
   if (!fs::exists(beside)) return std::nullopt;
   try {
-    return ReadTumTrajectory(beside);
+    return ReadTrajectoryFile(beside).poses;
   } catch (const IoError&) {  // of which the run has warned: a page needs none
     return std::nullopt;
   }

@@ -190,7 +190,7 @@ TEST_F(EvalFormats, AnEurocGroundTruthScoresATumEstimate) {
 
 TEST_F(EvalFormats, BadLinesAreNamed) {
   ExpectRefused("a.csv", "1000,1,2,3,1,0,0\n", "a.csv:1: has 7 values");
-  ExpectRefused("b.csv", "1000,1,2,3,1,0,0,0\n2000,1,x,3,1,0,0,0\n", "b.csv:2: 'x'");
+  ExpectRefused("b.csv", "1000,1,2,3,1,0,0,0\n2000,1,x,3,1,0,0,0\n", "b.csv:2: ty 'x'");
   ExpectRefused("c.csv", "1000,1,2,3,0,0,0,0\n", "c.csv:1: the quaternion is zero");
   ExpectRefused("d.csv", "2000,1,2,3,1,0,0,0\n1000,1,2,3,1,0,0,0\n",
                 "d.csv:2: the stamp goes back");
@@ -201,7 +201,7 @@ TEST_F(EvalFormats, BadLinesAreNamed) {
   ExpectRefused("h.txt", "2 0 0 0 0 1 0 0 0 0 1 0\n", "h.txt:1: the first 3 x 3");
   ExpectRefused("j.csv", "1e30,1,2,3,1,0,0,0\n", "j.csv:1: '1e30' is no stamp");
   ExpectRefused("k.csv", "10,1e9,map,1,2,3,0,0,0,1\n", "k.csv:1: '10' is no stamp");
-  ExpectRefused("i.csv", "1000,1,nan,3,1,0,0,0\n", "i.csv:1: 'nan'");
+  ExpectRefused("i.csv", "1000,1,nan,3,1,0,0,0\n", "i.csv:1: ty 'nan'");
 }
 
 TEST_F(EvalFormats, SeveralEstimatesAreOneTable) {
