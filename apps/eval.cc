@@ -74,6 +74,7 @@ TrajectoryAlignment FindAlignment(const std::string& name) {
 TrajectoryFile ReadPoses(const std::filesystem::path& path) {
   TrajectoryFile file = ReadTrajectoryFile(path);
   if (file.poses.empty()) throw IoError(path, "holds no pose");
+  RequireDistinctStamps(path, &file);
   if (!file.assumed.empty()) PrintWarning("eval", path.string() + ": " + file.assumed);
   return file;
 }

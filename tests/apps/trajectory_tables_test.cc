@@ -266,6 +266,42 @@ TEST_F(TrajectoryTables, EvalGivesOneFigureForEveryForm) {
   }
 }
 
+TEST_F(TrajectoryTables, EvalRefusesEqualStampsWithTheirLine) {
+  testing::WriteText(folder_ / "truth.txt", Table({}));
+  const std::string heading = "# timestamp tx ty tz qx qy qz qw\n";
+  std::string doubled = Table({.heading = heading});
+  const std::size_t third = doubled.find('\n', doubled.find('\n', heading.size()) + 1) + 1;
+  doubled.insert(third, doubled.substr(third, doubled.find('\n', third) + 1 - third));
+  testing::WriteText(folder_ / "doubled.txt", doubled);
+  testing::WriteText(folder_ / "rounded.txt", Table({.unit = 1e9, .decimals = 0}));
+  for (const std::string metric : {"ape ", "rpe "}) {
+    for (const std::string files : {"truth.txt doubled.txt", "doubled.txt truth.txt"}) {
+      testing::ExpectRefused(Eval(metric + files), 2,
+                             {"doubled.txt:5: has the stamp of the pose before it, as 1 of 41"});
+    }
+    testing::ExpectRefused(Eval(metric + "rounded.txt rounded.txt --align origin"), 2,
+                           {"rounded.txt:2: has the stamp of the pose before it, as 36 of 40"});
+  }
+}
+
+// As in fr2_desk's motion capture, which rounds to a tenth of a millisecond.
+TEST_F(TrajectoryTables, OneEqualStampAmongThousandsIsLeftOutAndSaid) {
+  std::string text;
+  for (int i = 0; i < 1500; ++i) {
+    const double t = 0.01 * (i == 700 ? 699 : i);
+    text +=
+        Number("%.6f ", t) + Number("%.6f ", 0.02 * i) + Number("%.6f 0 0 0 0 1\n", std::sin(i));
+  }
+  testing::WriteText(folder_ / "truth.txt", text);
+  const Outcome outcome = Eval("ape truth.txt truth.txt --align none --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "truth.txt: left out 1 of 1500 poses")) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.err, "in line 701")) << outcome.err;
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["stats"]["max"], 0.0);
+  EXPECT_EQ(json["associated"], 1499);
+}
+
 TEST_F(TrajectoryTables, OnlyWhatEvoReadsHasACommandOfEvo) {
   testing::WriteText(folder_ / "tum.txt", Table({}));
   testing::WriteText(folder_ / "bare.txt", Table({.heading = "t tx ty tz qx qy qz qw\n"}));
