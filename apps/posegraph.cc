@@ -1,6 +1,7 @@
 // highwall posegraph: optimizes a pose graph.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -73,8 +74,11 @@ void PrintText(const PoseGraphArguments& arguments, const PoseGraph& graph,
   constexpr std::size_t kShown = 10;
   std::size_t loops = 0;
   for (const PoseGraphEdge& edge : graph.edges) loops += edge.IsLoop();
-  fmt::print("{}: {} nodes, {} edges, {} of them loops, in {}\n", arguments.input.string(),
-             graph.nodes.size(), graph.edges.size(), loops,
+  const auto priors = static_cast<std::size_t>(
+      std::ranges::count(graph.edges, graph.world.value_or(-1), &PoseGraphEdge::i));
+  fmt::print("{}: {} nodes, {} edges, {} of them loops, {}in {}\n", arguments.input.string(),
+             graph.nodes.size() - (graph.world ? 1 : 0), graph.edges.size() - priors, loops,
+             priors > 0 ? fmt::format("{} prior{}, ", priors, priors > 1 ? "s" : "") : "",
              graph.space == PoseGraphSpace::kSe2 ? "SE(2)" : "SE(3)");
   fmt::print("  chi2        {:.6g} -> {:.6g}{}\n", summary.initial_chi2, summary.final_chi2,
              summary.rejected.empty() ? "" : " without the rejected loops");

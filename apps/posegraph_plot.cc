@@ -25,6 +25,7 @@ const SvgStroke kRejectedStroke{.color = "#d0342c", .width = 0.5};
 std::array<int, 2> ChooseView(const PoseGraph& graph) {
   std::array<PlotRange, 3> ranges;
   for (const PoseGraphNode& node : graph.nodes) {
+    if (node.id == graph.world) continue;
     for (int c = 0; c < 3; ++c) ranges[static_cast<std::size_t>(c)].Include(node.pose.data()[c]);
   }
   int thin = 2;
@@ -39,7 +40,9 @@ std::array<int, 2> ChooseView(const PoseGraph& graph) {
 
 PlotRange RangeOf(const PoseGraph& graph, int coordinate) {
   PlotRange range;
-  for (const PoseGraphNode& node : graph.nodes) range.Include(node.pose.data()[coordinate]);
+  for (const PoseGraphNode& node : graph.nodes) {
+    if (node.id != graph.world) range.Include(node.pose.data()[coordinate]);
+  }
   if (range.Width() < 1e-9) range.Widen(1.0);
   range.Widen(1.08 * range.Width());
   return range;
@@ -59,6 +62,7 @@ void DrawPanel(const PlotAxes::Box& box, const std::array<int, 2>& view, const P
     for (std::size_t e = 0; e < graph.edges.size(); ++e) {
       const PoseGraphEdge& edge = graph.edges[e];
       if (edge.IsLoop() != loops || rejected[e] != only_rejected) continue;
+      if (edge.i == graph.world) continue;  // a prior
       svg->Line(points.at(edge.i), points.at(edge.j), stroke);
     }
   };

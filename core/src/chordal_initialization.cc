@@ -1,5 +1,6 @@
 #include "chordal_initialization.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -106,6 +107,21 @@ class BlockLeastSquares {
   Eigen::Matrix<double, Eigen::Dynamic, kColumns> rhs_;
 };
 
+// Of each edge: the mean information of some of what it measures. One that has none there is given
+// so little that it decides only what nothing else does.
+std::vector<double> WeightsOf(const PoseGraph& graph, Eigen::Index first, Eigen::Index count) {
+  constexpr double kNone = 1e-9;
+  std::vector<double> weights;
+  for (const PoseGraphEdge& edge : graph.edges) {
+    weights.push_back(edge.information.diagonal().segment(first, count).mean());
+  }
+  const double largest = *std::ranges::max_element(weights);
+  for (double& w : weights) {
+    if (!(w > 0.0)) w = largest > 0.0 ? kNone * largest : 1.0;
+  }
+  return weights;
+}
+
 // The rotation nearest to M.
 template <int D>
 Eigen::Matrix<double, D, D> ProjectToRotation(const Eigen::Matrix<double, D, D>& M) {
@@ -141,11 +157,10 @@ std::vector<Eigen::Matrix<double, D, D>> SolveRotations(const PoseGraphTopology&
     transposed.push_back(Rotation<D>(node.pose).transpose());
   }
   BlockLeastSquares<D, D> system(order, &transposed);
-  constexpr int kAngles = D == 2 ? 1 : 3;
+  const std::vector<double> weights = WeightsOf(graph, D, D == 2 ? 1 : 3);
   for (std::size_t e = 0; e < graph.edges.size(); ++e) {
     const PoseGraphEdge& edge = graph.edges[e];
-    const double w = edge.information.diagonal().tail<kAngles>().mean();
-    system.Add(topology.ends[e], w, Rotation<D>(edge.Z).transpose(), Matrix::Zero());
+    system.Add(topology.ends[e], weights[e], Rotation<D>(edge.Z).transpose(), Matrix::Zero());
   }
   system.Solve();
   for (std::size_t n = 0; n < transposed.size(); ++n) {
@@ -163,11 +178,11 @@ void Initialize(const PoseGraphTopology& topology, PoseGraph* graph) {
   for (const PoseGraphNode& node : graph->nodes) p.push_back(node.pose.p().head<D>().transpose());
   BlockLeastSquares<1, D> system(order, &p);
   const Eigen::Matrix<double, 1, 1> one(1.0);
+  const std::vector<double> weights = WeightsOf(*graph, 0, D);
   for (std::size_t e = 0; e < graph->edges.size(); ++e) {  // Eq. 5: p_i + R_i z = p_j
     const PoseGraphEdge& edge = graph->edges[e];
-    const double w = edge.information.diagonal().head<D>().mean();
     const Row step = (R[topology.ends[e].i] * edge.Z.p().head<D>()).transpose();
-    system.Add(topology.ends[e], w, one, step);
+    system.Add(topology.ends[e], weights[e], one, step);
   }
   system.Solve();
   for (std::size_t n = 0; n < p.size(); ++n) {

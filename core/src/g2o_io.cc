@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,11 +15,11 @@
 #include <unordered_set>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/se3.h>
 #include "planar_pose.h"
+#include "pose_information.h"
 
 namespace highwall {
 namespace {
@@ -107,8 +108,8 @@ PoseInformation ParseInformation(const Line& line, int size, const double* value
       information(row, column) = information(column, row) = *values++;
     }
   }
-  if (Eigen::LLT<PoseInformation>(information).info() != Eigen::Success) {
-    line.Fail("the information matrix is not positive definite");
+  if (!internal::IsPositiveSemidefinite(information)) {
+    line.Fail("the information matrix is not positive definite, nor semidefinite");
   }
   return information;
 }
@@ -119,6 +120,11 @@ class G2oReader {
 
   void Read(Line line) {
     const std::string tag(line.Word());
+    if (tag == "PARAMS_SE3OFFSET") {
+      const std::int64_t id = line.Id(tag);
+      offsets_.insert_or_assign(id, ParsePose(line, line.Numbers<7>(tag).data()));
+      return;
+    }
     if (tag.empty() || tag.starts_with("PARAMS_")) return;
     if (tag == "VERTEX_SE3:QUAT") {
       SetSpace(PoseGraphSpace::kSe3, line);
@@ -140,16 +146,35 @@ class G2oReader {
       const auto values = line.Numbers<9>(tag);
       AddEdge(line, {i, j, internal::FromPlanar(Eigen::Vector3d(values.data())),
                      ParseInformation(line, 3, values.data() + 3)});
+    } else if (tag == "EDGE_SE3_PRIOR") {
+      SetSpace(PoseGraphSpace::kSe3, line);
+      const std::int64_t id = line.Id(tag), offset = line.Id(tag);
+      const auto values = line.Numbers<28>(tag);
+      priors_.push_back({line.number(), id, offset, ParsePose(line, values.data()),
+                         ParseInformation(line, 6, values.data() + 7)});
+    } else if (tag == "EDGE_PRIOR_SE2") {
+      SetSpace(PoseGraphSpace::kSe2, line);
+      const std::int64_t id = line.Id(tag);
+      const auto values = line.Numbers<9>(tag);
+      priors_.push_back({line.number(), id, 0, internal::FromPlanar(Eigen::Vector3d(values.data())),
+                         ParseInformation(line, 3, values.data() + 3)});
+    } else if (tag == "EDGE_PRIOR_SE2_XY") {
+      SetSpace(PoseGraphSpace::kSe2, line);
+      const std::int64_t id = line.Id(tag);
+      const auto v = line.Numbers<5>(tag);
+      const std::array<double, 6> information = {v[2], v[3], 0.0, v[4], 0.0, 0.0};
+      priors_.push_back({line.number(), id, 0, internal::FromPlanar({v[0], v[1], 0.0}),
+                         ParseInformation(line, 3, information.data())});
     } else if (tag == "FIX") {
       ReadFix(tag, &line);
     } else {
       line.Fail("'" + tag + "' is not understood: VERTEX_SE3:QUAT, EDGE_SE3:QUAT, VERTEX_SE2, " +
-                "EDGE_SE2 and FIX are");
+                "EDGE_SE2, their priors and FIX are");
     }
   }
 
   PoseGraph Finish() {
-    if (graph_.nodes.empty() && graph_.edges.empty()) {
+    if (graph_.nodes.empty() && graph_.edges.empty() && priors_.empty()) {
       throw IoError(path_, "holds no pose graph: neither vertices nor edges");
     }
     graph_.has_poses = !graph_.nodes.empty();
@@ -163,10 +188,18 @@ class G2oReader {
       RequireNode(line, "FIX of", id);
       graph_.nodes[index_of_.at(id)].fixed = true;
     }
+    AddPriors();
     return std::move(graph_);
   }
 
  private:
+  // What is known of the pose of a vertex in the world, as it stands in the file.
+  struct Prior {
+    std::int64_t line, id, offset;
+    Pose Z;
+    PoseInformation information;
+  };
+
   void SetSpace(PoseGraphSpace space, const Line& line) {
     if (!space_known_) graph_.space = space;
     space_known_ = true;
@@ -208,6 +241,50 @@ class G2oReader {
     }
   }
 
+  void AddPriors() {
+    if (priors_.empty()) return;
+    std::int64_t largest = 0;
+    for (const PoseGraphNode& node : graph_.nodes) largest = std::max(largest, node.id);
+    if (largest > std::numeric_limits<std::int64_t>::max() - 2) {
+      throw IoError(path_, priors_.front().line, "the ids leave none for the world of the priors");
+    }
+    // No odometry: that is between ids that follow each other.
+    graph_.world = largest + 2;
+    for (Prior& prior : priors_) {
+      RequireNode(prior.line, "prior of", prior.id);
+      if (graph_.space == PoseGraphSpace::kSe3) RemoveOffset(&prior);
+      TakeRotation(graph_.nodes[index_of_.at(prior.id)].pose, &prior);
+      graph_.edges.push_back(
+          {*graph_.world, prior.id, prior.Z, prior.information, /*trusted=*/true});
+    }
+    graph_.nodes.push_back({*graph_.world, Pose(), /*fixed=*/true});
+  }
+
+  // The error of the prior is that of Z^-1 T P with the offset P: P (Z^-1 T P) P^-1 is that of
+  // (Z P^-1)^-1 T.
+  void RemoveOffset(Prior* prior) const {
+    const auto offset = offsets_.find(prior->offset);
+    if (offset == offsets_.end()) return;
+    const Pose P_inverse = offset->second.Inverse();
+    const se3::Matrix6 Ad = se3::Adjoint(P_inverse);
+    prior->Z = prior->Z * P_inverse;
+    const se3::Matrix6 information = Ad.transpose() * prior->information * Ad;
+    prior->information = 0.5 * (information + information.transpose());
+  }
+
+  // A prior of the position alone, as of a GPS, says nothing of the rotation that stands with it:
+  // with that of the vertex the error is the same, and as small as it can be.
+  static void TakeRotation(const Pose& vertex, Prior* prior) {
+    const Eigen::Index d = prior->information.rows() == 3 ? 2 : 3;
+    const Eigen::Index angles = prior->information.rows() - d;
+    if (!prior->information.rightCols(angles).isZero(0.0)) return;
+    const Eigen::Matrix3d A = vertex.R().transpose() * prior->Z.R();
+    const Eigen::MatrixXd turned = A.topLeftCorner(d, d) * prior->information.topLeftCorner(d, d) *
+                                   A.topLeftCorner(d, d).transpose();
+    prior->information.topLeftCorner(d, d) = 0.5 * (turned + turned.transpose());
+    prior->Z = Pose(vertex.q(), prior->Z.p());
+  }
+
   void RequireNode(std::int64_t line, const char* what, std::int64_t id) const {
     if (!index_of_.contains(id)) {
       throw IoError(path_, line,
@@ -221,6 +298,8 @@ class G2oReader {
   std::unordered_map<std::int64_t, std::size_t> index_of_;
   std::vector<std::int64_t> edge_lines_;
   std::vector<std::pair<std::int64_t, std::int64_t>> fixed_;  // line, id
+  std::vector<Prior> priors_;
+  std::unordered_map<std::int64_t, Pose> offsets_;
 };
 
 // Appends words to lines of text; numbers in the fewest digits that read back equal.
@@ -264,6 +343,7 @@ PoseGraph ReadG2o(const std::filesystem::path& path) {
   if (file.bad()) throw IoError(path, "could not be read to its end");
   G2oReader reader(path);
   std::string_view rest = text;
+  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);  // of UTF-8
   for (std::int64_t number = 1; !rest.empty(); ++number) {
     const std::size_t length = std::min(rest.find('\n'), rest.size());
     reader.Read(Line(path, number, rest.substr(0, length)));
@@ -276,18 +356,27 @@ void WriteG2o(const std::filesystem::path& path, const PoseGraph& graph) {
   if (!graph.edges.empty()) graph.Validate();
   const bool planar = graph.space == PoseGraphSpace::kSe2;
   G2oText text;
+  // Priors name an offset of the sensor, the identity.
+  if (graph.world && !planar)
+    text << "PARAMS_SE3OFFSET" << 0 << Numbers(graph.space, Pose()) << "\n";
   if (graph.has_poses) {
     for (const PoseGraphNode& node : graph.nodes) {
+      if (node.id == graph.world) continue;
       text << (planar ? "VERTEX_SE2" : "VERTEX_SE3:QUAT") << node.id
            << Numbers(graph.space, node.pose) << "\n";
     }
   }
   for (const PoseGraphNode& node : graph.nodes) {
-    if (node.fixed) text << "FIX" << node.id << "\n";
+    if (node.fixed && node.id != graph.world) text << "FIX" << node.id << "\n";
   }
   for (const PoseGraphEdge& edge : graph.edges) {
-    text << (planar ? "EDGE_SE2" : "EDGE_SE3:QUAT") << edge.i << edge.j
-         << Numbers(graph.space, edge.Z);
+    if (edge.i == graph.world) {
+      text << (planar ? "EDGE_PRIOR_SE2" : "EDGE_SE3_PRIOR") << edge.j;
+      if (!planar) text << 0;
+    } else {
+      text << (planar ? "EDGE_SE2" : "EDGE_SE3:QUAT") << edge.i << edge.j;
+    }
+    text << Numbers(graph.space, edge.Z);
     for (Eigen::Index row = 0; row < edge.information.rows(); ++row) {
       text << edge.information.row(row).tail(edge.information.rows() - row).transpose().eval();
     }

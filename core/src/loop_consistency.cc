@@ -10,11 +10,11 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
 #include <highwall/internal/median.h>
 #include <highwall/internal/se3.h>
 #include "pose_graph_topology.h"
+#include "pose_information.h"
 
 namespace highwall::internal {
 namespace {
@@ -49,13 +49,13 @@ struct UncertainPose {
 UncertainPose Measured(PoseGraphSpace space, const PoseGraphEdge& edge) {
   UncertainPose measured{edge.Z};
   if (space == PoseGraphSpace::kSe3) {
-    measured.covariance = se3::Matrix6(edge.information).inverse();
+    measured.covariance = CovarianceOf<6>(edge.information);
     return measured;
   }
   constexpr double kNegligible = 1e-12;
   constexpr int kPlanar[] = {0, 1, 5};  // x, y, turn about z
   measured.covariance = kNegligible * se3::Matrix6::Identity();
-  const Eigen::Matrix3d covariance = Eigen::Matrix3d(edge.information).inverse();
+  const Eigen::Matrix3d covariance = CovarianceOf<3>(edge.information);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
       measured.covariance(kPlanar[row], kPlanar[column]) = covariance(row, column);

@@ -5,13 +5,12 @@
 #include <numeric>
 #include <string>
 
-#include <Eigen/Cholesky>
-
 #include <highwall/core/error.h>
 #include "chordal_initialization.h"
 #include "planar_pose.h"
 #include "pose_graph_problem.h"
 #include "pose_graph_topology.h"
+#include "pose_information.h"
 
 namespace highwall {
 namespace {
@@ -37,8 +36,8 @@ const char* ProblemOf(PoseGraphSpace space, const PoseInformation& information) 
   if (asymmetry > 1e-9 * information.cwiseAbs().maxCoeff()) {
     return "has an information matrix that is not symmetric";
   }
-  if (Eigen::LLT<PoseInformation>(information).info() != Eigen::Success) {
-    return "has an information matrix that is not positive definite";
+  if (!internal::IsPositiveSemidefinite(information)) {
+    return "has an information matrix that is not positive definite, nor semidefinite";
   }
   return nullptr;
 }

@@ -3,21 +3,13 @@
 #include <array>
 #include <limits>
 
-#include <Eigen/Cholesky>
-
 #include <highwall/core/relative_pose.h>
 #include "planar_pose.h"
 #include "planar_relative_pose.h"
+#include "pose_information.h"
 
 namespace highwall::internal {
 namespace {
-
-// W, upper triangular, W^T W = information.
-template <int N>
-Eigen::Matrix<double, N, N> SqrtOfInformation(const PoseInformation& information) {
-  const Eigen::Matrix<double, N, N> fixed = information;
-  return Eigen::LLT<Eigen::Matrix<double, N, N>>(fixed).matrixU();
-}
 
 // Infinite where the factor cannot be evaluated.
 double Chi2Of(const ceres::CostFunction& factor, const double* i, const double* j) {

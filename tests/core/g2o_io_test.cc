@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/se3.h>
 
 #include "support/pose_graph_scenes.h"
 #include "support/temporary_directory.h"
@@ -24,6 +25,8 @@ const std::string kEdge =
     "11 1 2 3 4 5 12 0 0 0 0 13 0 0 0 14 0 0 15 0 16\n";
 const std::string kPlanar =
     "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 2 3\nEDGE_SE2 0 1 1 2 3 11 1 2 12 3 13\n";
+
+const std::string kDiagonal = "1 0 0 0 0 0 2 0 0 0 0 3 0 0 0 4 0 0 5 0 6\n";
 
 class G2oFile : public ::testing::Test {
  protected:
@@ -155,9 +158,71 @@ TEST_F(G2oFile, EdgesAndFixesOfMissingVerticesAreNamedByTheirLines) {
   ExpectError(kVertices + kEdge + "FIX 4711\n", ":4: FIX of vertex 4711, which is not there");
 }
 
-TEST_F(G2oFile, InformationMustBePositiveDefinite) {
+TEST_F(G2oFile, InformationMustNotBeNegative) {
   ExpectError("\nEDGE_SE2 0 1 1 2 3 1 2 0 1 0 1\n", ":2: the information matrix is not positive");
-  ExpectError("EDGE_SE2 0 1 1 2 3 1 0 0 0 0 1\n", ":1: the information matrix is not positive");
+  ExpectError("EDGE_SE2 0 1 1 2 3 1 0 0 -1e-6 0 1\n", ":1: the information matrix is not positive");
+  EXPECT_EQ(Read("EDGE_SE2 0 1 1 2 3 1 0 0 0 0 1\n").edges[0].information(1, 1), 0.0);
+  EXPECT_TRUE(Read("EDGE_SE2 0 1 1 2 3 0 0 0 0 0 0\n").edges[0].information.isZero(0.0));
+}
+
+TEST_F(G2oFile, MayBeginWithAByteOrderMark) {
+  EXPECT_EQ(Read("\xef\xbb\xbf" + kVertices + kEdge).nodes.size(), 2u);
+}
+
+TEST_F(G2oFile, PriorsAreTrustedEdgesFromTheWorld) {
+  const std::string prior = "EDGE_SE3_PRIOR 1 0 4 5 6 0 0 0.6 0.8 " + kDiagonal;
+  const PoseGraph graph = Read(kVertices + kEdge + prior);
+  ASSERT_TRUE(graph.world);
+  ASSERT_EQ(graph.nodes.size(), 3u);
+  EXPECT_EQ(graph.nodes[2].id, *graph.world);
+  EXPECT_TRUE(graph.nodes[2].fixed);
+  EXPECT_TRUE(graph.nodes[2].pose.Matrix().isIdentity(0.0));
+  ASSERT_EQ(graph.edges.size(), 2u);
+  EXPECT_EQ(graph.edges[1].i, *graph.world);
+  EXPECT_EQ(graph.edges[1].j, 1);
+  EXPECT_FALSE(graph.edges[1].IsLoop());
+  EXPECT_FALSE(graph.edges[1].IsOdometry());
+  EXPECT_EQ(graph.edges[1].Z.p(), Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(graph.edges[1].information(3, 3), 4.0);
+
+  WriteG2o(folder_ / "again.g2o", graph);
+  const PoseGraph again = ReadG2o(folder_ / "again.g2o");
+  EXPECT_EQ(again.nodes.size(), 3u);
+  EXPECT_EQ(again.world, graph.world);
+  EXPECT_EQ(again.edges[1].information, graph.edges[1].information);
+  EXPECT_TRUE(again.edges[1].Z.Matrix().isApprox(graph.edges[1].Z.Matrix(), 1e-15));
+
+  ExpectError(kVertices + kEdge + "EDGE_SE3_PRIOR 7 0 4 5 6 0 0 0 1 " + kDiagonal,
+              ":4: prior of vertex 7, which is not there");
+  ExpectError(kVertices + "EDGE_SE3_PRIOR 1 0 4 5 6 0 0 0 1 1\n", ":3: EDGE_SE3_PRIOR needs 28");
+  ExpectError(kPlanar + "EDGE_SE3_PRIOR 1 0 4 5 6 0 0 0 1 " + kDiagonal, ":4: SE(2) and SE(3)");
+}
+
+// r = Log(Z^-1 T P) of the pose T of the vertex and the offset P of the sensor.
+TEST_F(G2oFile, PriorsOfASensorBesideTheBodyHaveItsError) {
+  const PoseGraph graph =
+      Read(kVertices +
+           "EDGE_SE3_PRIOR 1 3 4 5 6 0.1 0.2 0.3 0.9 11 1 2 3 4 5 12 0 0 0 0 13 "
+           "0 0 0 14 0 0 15 0 16\n"
+           "PARAMS_SE3OFFSET 3 0.5 -1 2 0.3 0 0 1\n");
+  const Pose P(Eigen::Quaterniond(1, 0.3, 0, 0), {0.5, -1, 2});
+  const Pose Z(Eigen::Quaterniond(0.9, 0.1, 0.2, 0.3), {4, 5, 6});
+  const se3::Tangent r = se3::Log(Z.Inverse() * graph.nodes[1].pose * P);
+  const PoseInformation information = Read(kVertices + kEdge).edges[0].information;
+  EXPECT_NEAR(EdgeChi2(graph)[0], r.dot(information * r), 1e-10 * r.dot(information * r));
+}
+
+TEST_F(G2oFile, PriorsOfThePlaneAreReadAndWritten) {
+  const PoseGraph graph = Read(kPlanar +
+                               "EDGE_PRIOR_SE2 1 1 2 0.5 1 0 0 2 0 3\n"
+                               "EDGE_PRIOR_SE2_XY 0 3 4 5 1 6\n");
+  ASSERT_EQ(graph.edges.size(), 3u);
+  EXPECT_EQ(graph.edges[2].Z.p(), Eigen::Vector3d(3, 4, 0));
+  EXPECT_EQ(graph.edges[2].information,
+            (Eigen::Matrix3d() << 5, 1, 0, 1, 6, 0, 0, 0, 0).finished());
+  WriteG2o(folder_ / "again.g2o", graph);
+  EXPECT_EQ(ReadG2o(folder_ / "again.g2o").edges[1].information, graph.edges[1].information);
+  EXPECT_EQ(ReadG2o(folder_ / "again.g2o").world, graph.world);
 }
 
 TEST_F(G2oFile, WithoutAGraphIsRefused) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,9 +42,10 @@ using PoseInformation =
 struct PoseGraphEdge {
   std::int64_t i = 0;
   std::int64_t j = 0;
-  Pose Z;                       // measured T_ij, the pose of j in i
-  PoseInformation information;  // of the error Z^-1 T_i^-1 T_j, translation [1/m^2] first
-  bool trusted = false;         // as odometry is; not kept in files
+  Pose Z;  // measured T_ij, the pose of j in i
+  // Of the error Z^-1 T_i^-1 T_j, translation [1/m^2] first; zero in what is not measured.
+  PoseInformation information;
+  bool trusted = false;  // as odometry is; not kept in files
 
   bool IsOdometry() const { return j - i == 1 || i - j == 1; }
   bool IsLoop() const { return !trusted && !IsOdometry(); }
@@ -64,11 +66,14 @@ struct PoseGraph {
   std::vector<PoseGraphEdge> edges;
   std::vector<PoseGraphFactor> factors{};
   bool has_poses = true;  // false: nobody has given the nodes their poses yet
+  // The id of a fixed node at the identity that stands for W: edges from it, which are trusted, are
+  // priors on poses. Files hold those as priors, without the node.
+  std::optional<std::int64_t> world{};
 
   // Throws InvalidArgument, naming the node or the edge, for a graph without edges, a negative or
   // repeated id, an edge to a missing node or to itself, a value that is not finite, a pose that
   // leaves the plane of kSe2, an information matrix that has the wrong size, is not symmetric or
-  // not positive definite, and a factor in kSe2, without a cost or of a node that is missing.
+  // not positive semidefinite, and a factor in kSe2, without a cost or of a node that is missing.
   void Validate() const;
 };
 
@@ -166,14 +171,20 @@ Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std:
 //   EDGE_SE3:QUAT   i j  x y z qx qy qz qw  <21 numbers: upper triangle of the information by rows>
 //   VERTEX_SE2      id x y theta
 //   EDGE_SE2        i j  x y theta  <6 numbers>
+//   EDGE_SE3_PRIOR  id offset  x y z qx qy qz qw  <21 numbers>
+//   PARAMS_SE3OFFSET offset  x y z qx qy qz qw
+//   EDGE_PRIOR_SE2  id x y theta  <6 numbers>
+//   EDGE_PRIOR_SE2_XY id x y  <3 numbers>
 //   FIX             id [id ...]
 // in any order, separated by blanks or tabs; empty lines and what follows a # are skipped, and so
-// are PARAMS_... lines, which do not touch these edges. Quaternions are normalised. A file without
+// are other PARAMS_... lines, which do not touch these edges. Priors are edges from the node
+// PoseGraph::world; one without information about the rotation, as of a GPS, has that of its
+// vertex. Quaternions are normalised. A file without
 // vertices gives the nodes that its edges name, by id, has_poses = false.
 // Throws IoError "path:line: what" for any other tag, a wrong number of values, a value that is no
-// finite number, a zero quaternion, an information matrix that is not positive definite, SE(2)
-// among SE(3), a repeated or negative id, and an edge or FIX that names a vertex that is not there;
-// IoError if the file cannot be read or holds no graph.
+// finite number, a zero quaternion, an information matrix that is not positive
+// semidefinite, SE(2) among SE(3), a repeated or negative id, and an edge or FIX that names a
+// vertex that is not there; IoError if the file cannot be read or holds no graph.
 PoseGraph ReadG2o(const std::filesystem::path& path);
 
 // Writes the same form, whole or not at all (AtomicFile): vertices in order, then FIX, then edges.
