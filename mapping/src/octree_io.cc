@@ -7,7 +7,9 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
@@ -104,6 +106,21 @@ void WriteHeader(std::string_view title, const ScanOctree& tree, std::ostream& o
       << std::string_view(resolution.data(), end) << "\ndata\n";
 }
 
+// A node of a ColorOcTree has its colour, three bytes, between its value and its children.
+void RemoveColours(const std::filesystem::path& path, std::string* payload) {
+  constexpr std::size_t kValue = 4, kColour = 3, kNode = kValue + kColour + 1;
+  if (payload->size() % kNode != 0) {
+    throw IoError(path, "truncated: the file ends inside of the octree");
+  }
+  std::string nodes;
+  nodes.reserve(payload->size() / kNode * (kValue + 1));
+  for (std::size_t at = 0; at < payload->size(); at += kNode) {
+    nodes.append(*payload, at, kValue);
+    nodes += (*payload)[at + kNode - 1];
+  }
+  *payload = std::move(nodes);
+}
+
 }  // namespace
 
 OctreeFile LoadOctreeFile(const std::filesystem::path& path) {
@@ -116,6 +133,7 @@ OctreeFile LoadOctreeFile(const std::filesystem::path& path) {
   if (!file.binary && !line.starts_with(kFullTitle)) {
     throw IoError(path, 1, "not an OctoMap file (.bt or .ot)");
   }
+  bool colours = false;
   bool has_id = false, has_size = false, has_data = false;
   for (std::int64_t number = 2; !has_data; ++number) {
     if (!std::getline(stream, line)) throw IoError(path, number, "truncated inside of the header");
@@ -123,7 +141,10 @@ OctreeFile LoadOctreeFile(const std::filesystem::path& path) {
     const std::string key = line.substr(0, space);
     const std::string value = space == std::string::npos ? "" : line.substr(space + 1);
     if (key == "id") {
-      if (value != "OcTree") throw IoError(path, number, "holds a " + value + ", not an OcTree");
+      colours = value == "ColorOcTree";
+      if (value != "OcTree" && !colours) {
+        throw IoError(path, number, "holds a " + value + ", not an OcTree or a ColorOcTree");
+      }
       has_id = true;
     } else if (key == "size") {
       file.size = ParseNumber<std::size_t>(path, number, value);
@@ -140,6 +161,7 @@ OctreeFile LoadOctreeFile(const std::filesystem::path& path) {
     throw IoError(path, "the header needs id, size and a positive res");
   }
   file.payload.assign(std::istreambuf_iterator<char>(stream), {});
+  if (colours && !file.binary) RemoveColours(path, &file.payload);
   PayloadChecker(path, file).Check();
   return file;
 }

@@ -2,10 +2,14 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/mapping/point_cloud_io.h>
 
+#include "lzf.h"
 #include "text_parser.h"
 
 namespace highwall {
@@ -14,11 +18,13 @@ namespace {
 using internal::FileCursor;
 using Words = std::vector<std::string_view>;
 
+enum class PcdData { kAscii, kBinary, kCompressed };
+
 struct PcdHeader {
   std::size_t fields = 0;
   std::array<std::optional<std::size_t>, 4> places;  // of x, y, z and rgb
   std::size_t points = 0;
-  bool binary = false;
+  PcdData data = PcdData::kAscii;
 };
 
 void RequireAll(const Words& words, std::string_view value, const FileCursor& file) {
@@ -40,6 +46,13 @@ void ReadFields(const Words& words, const FileCursor& file, PcdHeader* header) {
   }
 }
 
+PcdData ReadDataKind(const Words& words, const FileCursor& file) {
+  if (words.size() == 2 && words[1] == "ascii") return PcdData::kAscii;
+  if (words.size() == 2 && words[1] == "binary") return PcdData::kBinary;
+  if (words.size() == 2 && words[1] == "binary_compressed") return PcdData::kCompressed;
+  file.Fail("DATA must be ascii, binary or binary_compressed");
+}
+
 PcdHeader ReadPcdHeader(FileCursor& file) {
   PcdHeader header;
   while (true) {
@@ -57,10 +70,7 @@ PcdHeader ReadPcdHeader(FileCursor& file) {
         file.Fail("expected the number of points");
       }
     } else if (words[0] == "DATA") {
-      header.binary = words.size() == 2 && words[1] == "binary";
-      if (!header.binary && (words.size() != 2 || words[1] != "ascii")) {
-        file.Fail("DATA must be ascii or binary");
-      }
+      header.data = ReadDataKind(words, file);
       if (!header.places[0] || !header.places[1] || !header.places[2]) {
         file.Fail("the file has no fields x, y and z");
       }
@@ -69,6 +79,43 @@ PcdHeader ReadPcdHeader(FileCursor& file) {
                words[0] != "HEIGHT" && words[0] != "VIEWPOINT") {
       file.Fail("unknown entry '" + std::string(words[0]) + "'");
     }
+  }
+}
+
+// Two sizes, compressed and not, then all values of the first field, of the second, and so on.
+std::string ReadCompressed(const PcdHeader& header, FileCursor& file) {
+  std::array<std::uint32_t, 2> sizes;
+  std::memcpy(sizes.data(), file.Bytes(sizeof(sizes)), sizeof(sizes));
+  const auto [compressed, size] = sizes;
+  const std::size_t record = 4 * header.fields;
+  if (size % record != 0 || size / record != header.points) {
+    file.Fail("the compressed data are not those of as many points");
+  }
+  const std::string_view bytes(file.Bytes(compressed), compressed);
+  std::optional<std::string> data = internal::DecompressLzf(bytes, size);
+  if (!data) file.Fail("the compressed data are damaged");
+  return std::move(*data);
+}
+
+// The values of the n-th point; compressed: the data of all of them, where they are compressed.
+void ReadValues(const PcdHeader& header, const std::string& compressed, std::size_t n,
+                FileCursor& file, std::vector<float>* values) {
+  switch (header.data) {
+    case PcdData::kBinary:
+      std::memcpy(values->data(), file.Bytes(4 * header.fields), 4 * header.fields);
+      return;
+    case PcdData::kCompressed:
+      for (std::size_t i = 0; i < header.fields; ++i) {
+        std::memcpy(&(*values)[i], compressed.data() + 4 * (i * header.points + n), 4);
+      }
+      return;
+    case PcdData::kAscii:
+      break;
+  }
+  const Words words = internal::Words(file.Line());
+  if (words.size() != header.fields) file.Fail("expected as many values as fields");
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (!internal::ParseNumber(words[i], (*values)[i])) file.Fail("expected a number");
   }
 }
 
@@ -95,18 +142,12 @@ void WritePcd(const std::filesystem::path& path, std::span<const ColoredPoint> p
 std::vector<ColoredPoint> ReadPcd(const std::filesystem::path& path) {
   FileCursor file(path);
   const PcdHeader header = ReadPcdHeader(file);
+  const std::string compressed =
+      header.data == PcdData::kCompressed ? ReadCompressed(header, file) : std::string();
   std::vector<ColoredPoint> points;
   std::vector<float> values(header.fields);
   for (std::size_t n = 0; n < header.points; ++n) {
-    if (header.binary) {
-      std::memcpy(values.data(), file.Bytes(4 * header.fields), 4 * header.fields);
-    } else {
-      const Words words = internal::Words(file.Line());
-      if (words.size() != header.fields) file.Fail("expected as many values as fields");
-      for (std::size_t i = 0; i < words.size(); ++i) {
-        if (!internal::ParseNumber(words[i], values[i])) file.Fail("expected a number");
-      }
-    }
+    ReadValues(header, compressed, n, file, &values);
     ColoredPoint& point = points.emplace_back();
     for (std::size_t i = 0; i < 3; ++i) {
       point.p[static_cast<Eigen::Index>(i)] = values[*header.places[i]];

@@ -153,10 +153,12 @@ void Assign(const std::string& name, double value, ColoredPoint& point) {
   const char* const kAxes[] = {"x", "y", "z"};
   const char* const kNormals[] = {"nx", "ny", "nz"};
   const char* const kColours[] = {"red", "green", "blue"};
+  const char* const kDiffuse[] = {"diffuse_red", "diffuse_green", "diffuse_blue"};
   for (int i = 0; i < 3; ++i) {
     if (name == kAxes[i]) point.p[i] = static_cast<float>(value);
     if (name == kNormals[i]) point.normal[i] = static_cast<float>(value);
-    if (name == kColours[i] && value >= 0.0 && value <= 255.0) {
+    const bool colour = name == kColours[i] || name == kDiffuse[i];
+    if (colour && value >= 0.0 && value <= 255.0) {
       point.rgb[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(value);
     }
   }

@@ -15,7 +15,10 @@ const Target kTarget{
               "VERSION 0.7\nFIELDS intensity x y z\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"
               "WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n9 1 2 3\n9 4 5 "
               "6\n",
-              "FIELDS x y z\nPOINTS 1\nFIELDS x\nDATA ascii\n1\n"};
+              "FIELDS x y z\nPOINTS 1\nFIELDS x\nDATA ascii\n1\n",
+              std::string("FIELDS x y z\nPOINTS 2\nDATA binary_compressed\n"
+                          "\x08\0\0\0\x18\0\0\0\x03\1\2\3\4\xe0\x0b\x03",
+                          60)};
         },
     .file = nullptr,
     .read = [](const std::filesystem::path& path) { ReadPcd(path); },

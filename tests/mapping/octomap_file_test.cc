@@ -1,7 +1,10 @@
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
 #include <sstream>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -10,6 +13,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/mapping/color_octree.h>
+#include <highwall/mapping/map_comparison.h>
 #include <highwall/mapping/octomap_builder.h>
 
 #include "support/file_size_limit.h"
@@ -149,7 +153,7 @@ TEST(OctomapFile, MalformedFilesAreIoErrors) {
   const std::string ot = "# Octomap OcTree file\n";
   refuses("");
   refuses("ply\n");
-  refuses(ot + "id ColorOcTree\nsize 0\nres 0.1\ndata\n");
+  refuses(ot + "id OcTreeStamped\nsize 0\nres 0.1\ndata\n");
   refuses(ot + "id OcTree\nsize many\nres 0.1\ndata\n");
   refuses(ot + "id OcTree\nsize 0\nres 0\ndata\n");
   refuses(ot + "id OcTree\nsize 0\nres nan\ndata\n");
@@ -171,6 +175,41 @@ TEST(OctomapFile, FailedWriteLeavesTheOldFile) {
     EXPECT_THROW(map.Write(folder / "map.ot"), IoError);
     EXPECT_THROW(map.WriteBinary(folder / "map.bt"), IoError);
   });
+}
+
+TEST(WriteColorOctree, IsReadAsTheOctreeThatItWasMadeOf) {
+  const TemporaryDirectory folder;
+  const OctomapBuilder map = RandomMap();
+  std::vector<ColoredPoint> points;
+  for (const Eigen::Vector3f& centre : OccupiedCentres(map)) {
+    points.push_back({.p = centre, .rgb = {static_cast<std::uint8_t>(points.size()), 7, 200}});
+  }
+  WriteColorOctree(folder / "map_color.ot", map, points);
+  const OctomapBuilder read = OctomapBuilder::Read(folder / "map_color.ot");
+  EXPECT_EQ(read.options().resolution, 0.1);
+  const auto sorted = [](std::vector<Eigen::Vector3f> centres) {
+    std::ranges::sort(centres, [](const auto& a, const auto& b) {
+      return std::tie(a.x(), a.y(), a.z()) < std::tie(b.x(), b.y(), b.z());
+    });
+    return centres;
+  };
+  EXPECT_EQ(sorted(OccupiedCentres(read)), sorted(OccupiedCentres(map)));
+  const auto volume = [](const OctomapBuilder& of, bool occupied) {
+    double sum = 0.0;
+    for (const OctreeLeaf& leaf : Leaves(of)) {
+      if (leaf.occupied == occupied) sum += leaf.log_odds * std::pow(leaf.size, 3);
+    }
+    return sum;
+  };
+  for (const bool occupied : {false, true}) {
+    EXPECT_NEAR(volume(read, occupied), volume(map, occupied), 1e-6);
+  }
+  const std::string bytes = ReadText(folder / "map_color.ot");
+  for (int i = 0; i < 24; ++i) {
+    const std::size_t size = bytes.size() - 1 - static_cast<std::size_t>(i) * bytes.size() / 25;
+    WriteText(folder / "cut.ot", bytes.substr(0, size));
+    EXPECT_THROW(OctomapBuilder::Read(folder / "cut.ot"), IoError) << size;
+  }
 }
 
 TEST(WriteColorOctree, IsAColorOcTreeOfTheSameSpaceWithTheColoursOfThePoints) {

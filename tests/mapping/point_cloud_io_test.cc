@@ -1,8 +1,13 @@
 #include <highwall/mapping/point_cloud_io.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <random>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -223,6 +228,121 @@ TEST(Pcd, EveryTruncationIsAnIoError) {
     EXPECT_THROW(ReadPcd(folder / "cut.pcd"), IoError) << size;
   }
   EXPECT_THROW(ReadPcd(folder / "missing.pcd"), IoError);
+}
+
+// Greedy, with every run that the format can hold: what stands at most 8,191 bytes behind, 3 to 264
+// bytes long.
+std::string Compressed(const std::string& bytes) {
+  std::string out, literals;
+  const auto flush = [&] {
+    if (!literals.empty()) out += static_cast<char>(literals.size() - 1) + literals;
+    literals.clear();
+  };
+  for (std::size_t at = 0; at < bytes.size();) {
+    std::size_t length = 0, back = 0;
+    for (std::size_t b = 1; b <= std::min<std::size_t>(at, 8191); ++b) {
+      std::size_t n = 0;
+      while (n < 264 && at + n < bytes.size() && bytes[at + n] == bytes[at + n - b]) ++n;
+      if (n > length) length = n, back = b;
+    }
+    if (length < 3) {
+      literals += bytes[at++];
+      if (literals.size() == 32) flush();
+      continue;
+    }
+    flush();
+    const std::size_t run = std::min<std::size_t>(length - 2, 7);
+    out += static_cast<char>(run << 5 | (back - 1) >> 8);
+    if (run == 7) out += static_cast<char>(length - 9);
+    out += static_cast<char>((back - 1) & 255);
+    at += length;
+  }
+  flush();
+  return out;
+}
+
+template <class T>
+std::string BytesOf(const T& value) {
+  return std::string(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+std::string CompressedPcd(const std::vector<ColoredPoint>& points, const std::string& compressed,
+                          std::uint32_t size) {
+  const std::string count = std::to_string(points.size());
+  return "VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH " + count +
+         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary_compressed\n" +
+         BytesOf(static_cast<std::uint32_t>(compressed.size())) + BytesOf(size) + compressed;
+}
+
+std::string FieldByField(const std::vector<ColoredPoint>& points) {
+  std::string fields;
+  for (int i = 0; i < 3; ++i) {
+    for (const ColoredPoint& point : points) fields += BytesOf(point.p[i]);
+  }
+  for (const ColoredPoint& point : points) {
+    fields += BytesOf(std::uint32_t{point.rgb[0]} << 16 | std::uint32_t{point.rgb[1]} << 8 |
+                      std::uint32_t{point.rgb[2]});
+  }
+  return fields;
+}
+
+TEST(Pcd, CompressedFilesAreRead) {
+  const TemporaryDirectory folder;
+  for (const int count : {0, 1, 3, 500}) {
+    for (const bool flat : {false, true}) {
+      auto points = RandomCloud(count);
+      for (ColoredPoint& point : points) {
+        if (flat) point = {.p = {1.0f, 2.0f, -0.5f}, .rgb = {9, 9, 9}};
+      }
+      const std::string fields = FieldByField(points);
+      const std::string compressed = Compressed(fields);
+      if (flat && count == 500) {
+        EXPECT_LT(compressed.size(), 200u) << "long runs";
+      }
+      WriteText(folder / "cloud.pcd",
+                CompressedPcd(points, compressed, static_cast<std::uint32_t>(fields.size())));
+      const auto read = ReadPcd(folder / "cloud.pcd");
+      ASSERT_EQ(read.size(), points.size());
+      for (std::size_t i = 0; i < read.size(); ++i) {
+        EXPECT_EQ(read[i].p, points[i].p);
+        EXPECT_EQ(read[i].rgb, points[i].rgb);
+      }
+    }
+  }
+}
+
+TEST(Pcd, DamagedCompressedFilesAreIoErrors) {
+  const TemporaryDirectory folder;
+  const std::vector<ColoredPoint> points(4, ColoredPoint{.p = {1.0f, 1.0f, 2.0f}});
+  const std::string compressed = Compressed(FieldByField(points));
+  const auto expect_refused = [&](const std::string& text) {
+    WriteText(folder / "bad.pcd", text);
+    EXPECT_THROW(ReadPcd(folder / "bad.pcd"), IoError);
+  };
+  const std::string good = CompressedPcd(points, compressed, 64);
+  WriteText(folder / "good.pcd", good);
+  ASSERT_EQ(ReadPcd(folder / "good.pcd").size(), 4u);
+  for (std::size_t size = 0; size < good.size(); ++size) expect_refused(good.substr(0, size));
+  for (const std::uint32_t size : {0u, 63u, 65u, 80u, 0xffffffffu}) {
+    expect_refused(CompressedPcd(points, compressed, size));
+  }
+  using namespace std::string_literals;
+  // A run from before the begin, one that is cut off, literals that are, too few and too many
+  // bytes.
+  for (const std::string& bytes :
+       {"\x20\x00"s, "\x00\x01\x20\x01"s, "\x00\x01\x20"s, "\x00\x01\xe0\x05"s, "\x1f\x01"s, ""s,
+        compressed.substr(0, 3), compressed + "\x00\x01"s, compressed + "\xe0\xff\x00"s}) {
+    expect_refused(CompressedPcd(points, bytes, 64));
+  }
+}
+
+TEST(Ply, ColoursMayBeCalledDiffuse) {
+  const TemporaryDirectory folder;
+  WriteText(folder / "cloud.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+            "property float z\nproperty uchar diffuse_red\nproperty uchar diffuse_green\n"
+            "property uchar diffuse_blue\nend_header\n1 2 3 10 20 30\n");
+  EXPECT_EQ(ReadPly(folder / "cloud.ply")[0].rgb, (std::array<std::uint8_t, 3>{10, 20, 30}));
 }
 
 TEST(PointCloudIo, FailedWriteLeavesTheOldFile) {

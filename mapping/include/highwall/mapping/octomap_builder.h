@@ -111,8 +111,9 @@ class OctomapBuilder {
   void WriteBinary(const std::filesystem::path& path) const;
   // OctoMap's .ot: full log-odds. Throws IoError; the old file then stays.
   void Write(const std::filesystem::path& path) const;
-  // Reads either format (told apart by the first line). options: all but the resolution. The whole
-  // file is checked first: IoError if it is missing, truncated, too long or of another tree type.
+  // Reads either format (told apart by the first line), of a ColorOcTree without its colours.
+  // options: all but the resolution. The whole file is checked first: IoError if it is missing,
+  // truncated, too long or of another tree type.
   static OctomapBuilder Read(const std::filesystem::path& path,
                              const OctomapBuilderOptions& options = {});
 

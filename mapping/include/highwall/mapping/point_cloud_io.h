@@ -34,8 +34,8 @@ struct TriangleMesh {
 void WritePly(const std::filesystem::path& path, std::span<const ColoredPoint> points,
               PlyFormat format = PlyFormat::kBinaryLittleEndian);
 // The vertices of any PLY file, ASCII or binary little-endian: x y z, nx ny nz and red green blue
-// (8 bits each) are read where they are there, everything else is skipped. Throws IoError if the
-// file is missing, truncated, malformed or has no x, y and z.
+// (8 bits each, also as diffuse_red ...) are read where they are there, everything else is skipped.
+// Throws IoError if the file is missing, truncated, malformed or has no x, y and z.
 std::vector<ColoredPoint> ReadPly(const std::filesystem::path& path);
 // The same with the element `face`, polygons cut into triangles. A file without faces has no
 // triangles. Throws IoError as above and if a face names a vertex that does not exist.
@@ -44,9 +44,9 @@ TriangleMesh ReadPlyMesh(const std::filesystem::path& path);
 // PCD 0.7, binary: fields x y z rgb, the colour packed as 0x00RRGGBB into the bits of a float as
 // the Point Cloud Library does; unorganised (height 1).
 void WritePcd(const std::filesystem::path& path, std::span<const ColoredPoint> points);
-// Reads x y z and, where it is there, rgb of a PCD file, ASCII or binary (not compressed), of
-// fields of 4 bytes and count 1. Throws IoError if the file is missing, truncated or of another
-// form.
+// Reads x y z and, where it is there, rgb of a PCD file, ASCII, binary or compressed
+// (binary_compressed), of fields of 4 bytes and count 1. Throws IoError if the file is missing,
+// truncated, damaged or of another form.
 std::vector<ColoredPoint> ReadPcd(const std::filesystem::path& path);
 
 }  // namespace highwall

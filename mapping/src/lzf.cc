@@ -1,0 +1,38 @@
+#include "lzf.h"
+
+namespace highwall::internal {
+namespace {
+
+constexpr std::size_t kMostOfAByte = 88;  // 264 bytes are repeated by three
+constexpr unsigned kLongRun = 7;          // a length that goes on in the next byte
+
+}  // namespace
+
+std::optional<std::string> DecompressLzf(std::string_view bytes, std::size_t size) {
+  if (size / kMostOfAByte > bytes.size()) return std::nullopt;
+  std::string out;
+  out.reserve(size);
+  std::size_t at = 0;
+  const auto next = [&] { return static_cast<unsigned char>(bytes[at++]); };
+  while (at < bytes.size()) {
+    const unsigned control = next();
+    if (control < 32) {
+      const std::size_t count = control + 1;
+      if (bytes.size() - at < count || size - out.size() < count) return std::nullopt;
+      out.append(bytes.substr(at, count));
+      at += count;
+      continue;
+    }
+    std::size_t count = (control >> 5) + 2;
+    if (bytes.size() - at < (control >> 5 == kLongRun ? 2u : 1u)) return std::nullopt;
+    if (control >> 5 == kLongRun) count += next();
+    const std::size_t back = ((control & 31u) << 8) + next() + 1;
+    if (back > out.size() || size - out.size() < count) return std::nullopt;
+    // Byte by byte: what is repeated may be what is being written.
+    for (std::size_t i = 0; i < count; ++i) out += out[out.size() - back];
+  }
+  if (out.size() != size) return std::nullopt;
+  return out;
+}
+
+}  // namespace highwall::internal
