@@ -165,7 +165,7 @@ void PrintTable(const EvalArguments& arguments, const TrajectoryFile& reference,
   fmt::print("  matched    {:>6} poses  over {:.1f} % of the time, scale {:.6f}\n",
              result.estimate.size(), 100.0 * result.time_covered, result.scale);
   if (const std::string evo = EvoCommand(arguments, reference.format, estimate.format);
-      !evo.empty()) {
+      !evo.empty() && result.open_rotation == OpenRotation::kNone) {
     fmt::print("  the same by evo  {}\n", evo);
   }
   fmt::print("\n  {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>14}\n", "rmse", "mean", "median",
@@ -227,6 +227,9 @@ NamedError ErrorOf(const EvalArguments& arguments, const TrajectoryFile& referen
   }
   if (!std::isfinite(error.statistics.sse)) {
     throw IoError(path, "holds positions too large to be compared");
+  }
+  if (const std::string open = OpenRotationText(error.open_rotation); !open.empty()) {
+    PrintWarning("eval", path.string() + ": " + open);
   }
   return {path.string(), std::move(error)};
 }

@@ -25,17 +25,35 @@ double Rmse(const NamedError& named) {
 
 nlohmann::ordered_json ErrorJson(const TrajectoryError& error) {
   const ErrorStatistics& s = error.statistics;
-  return {{"stats",
-           {{"max", s.max},
-            {"mean", s.mean},
-            {"median", s.median},
-            {"min", s.min},
-            {"rmse", s.rmse},
-            {"sse", s.sse},
-            {"std", s.std}}},
-          {"associated", error.estimate.size()},
-          {"time_covered", error.time_covered},
-          {"scale", error.scale}};
+  nlohmann::ordered_json json = {{"stats",
+                                  {{"max", s.max},
+                                   {"mean", s.mean},
+                                   {"median", s.median},
+                                   {"min", s.min},
+                                   {"rmse", s.rmse},
+                                   {"sse", s.sse},
+                                   {"std", s.std}}},
+                                 {"associated", error.estimate.size()},
+                                 {"time_covered", error.time_covered},
+                                 {"scale", error.scale}};
+  if (error.open_rotation != OpenRotation::kNone) {
+    json["undetermined"] = OpenRotationText(error.open_rotation);
+  }
+  return json;
+}
+
+std::string OpenRotationText(OpenRotation open) {
+  switch (open) {
+    case OpenRotation::kNone:
+      break;
+    case OpenRotation::kAboutLine:
+      return "all matched positions lie on a straight line: the rotation about it is not "
+             "determined by them and taken from the attitudes";
+    case OpenRotation::kAll:
+      return "all matched positions lie in one point: the rotation is not determined by them and "
+             "taken from the attitudes";
+  }
+  return "";
 }
 
 std::string ErrorsCsv(const std::vector<NamedError>& errors) {

@@ -11,8 +11,11 @@
 
 namespace highwall::apps {
 
-// {"stats", "associated", "time_covered", "scale"}.
+// {"stats", "associated", "time_covered", "scale"}, and "undetermined" where the alignment is not.
 nlohmann::ordered_json ErrorJson(const TrajectoryError& error);
+
+// What of the alignment is not determined, and what was done about it; empty where all of it is.
+std::string OpenRotationText(OpenRotation open);
 
 // A title and a row for each estimate, as RFC 4180 has it.
 std::string ErrorsCsv(const std::vector<NamedError>& errors);

@@ -12,6 +12,8 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
+#include "trajectory_alignment.h"
+
 namespace highwall {
 namespace {
 
@@ -119,7 +121,7 @@ class Model {
     HIGHWALL_REQUIRE(count >= 4 * options_.pieces,
                      "ExplainError: " + std::to_string(count) +
                          " poses meet the reference without a hole, too few");
-    const Similarity S = AlignUmeyama(a.leftCols(count), b.leftCols(count), false);
+    const Similarity S = internal::AlignPositions(a.leftCols(count), b.leftCols(count), false).S_AB;
     Evaluation result{std::vector<std::optional<Eigen::Vector3d>>(n),
                       std::vector<NormalEquations>(static_cast<std::size_t>(options_.pieces))};
     for (Eigen::Index k = 0; k < count; ++k) {
@@ -266,7 +268,8 @@ void ErrorExplanationOptions::Validate() const {
 ErrorExplanation ExplainError(const Trajectory& reference, const TrajectoryError& error,
                               const ErrorExplanationOptions& options) {
   options.Validate();
-  HIGHWALL_REQUIRE(error.scale == 1.0, "ExplainError: the estimate was scaled");
+  HIGHWALL_REQUIRE(error.scale == 1.0,
+                   "ExplainError: the estimate was scaled");
   const Model model(reference, error, options);
   ErrorExplanation explanation;
   const auto as_it_is = model.Residuals({});

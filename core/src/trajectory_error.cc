@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/SVD>
-
 #include <highwall/core/error.h>
 #include <highwall/internal/median.h>
+
+#include "trajectory_alignment.h"
 
 namespace highwall {
 namespace {
@@ -69,34 +69,30 @@ TrajectoryError MatchTrajectories(const Trajectory& reference, const Trajectory&
   return result;
 }
 
-Eigen::Matrix3Xd Positions(const Trajectory& trajectory) {
-  Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(trajectory.size()));
-  for (Eigen::Index i = 0; i < positions.cols(); ++i) {
-    positions.col(i) = trajectory[static_cast<std::size_t>(i)].pose.p();
-  }
-  return positions;
-}
-
-Similarity FindAlignment(const TrajectoryError& matched, TrajectoryAlignment alignment) {
+internal::PositionAlignment FindAlignment(const TrajectoryError& matched,
+                                          TrajectoryAlignment alignment) {
   switch (alignment) {
     case TrajectoryAlignment::kNone:
       break;
     case TrajectoryAlignment::kSe3:
     case TrajectoryAlignment::kSim3:
-      return AlignUmeyama(Positions(matched.reference), Positions(matched.estimate),
-                          alignment == TrajectoryAlignment::kSim3);
+      return internal::AlignPoses(matched.reference, matched.estimate,
+                                  alignment == TrajectoryAlignment::kSim3);
     case TrajectoryAlignment::kScale:
-      return {AlignUmeyama(Positions(matched.reference), Positions(matched.estimate), true).scale,
-              Pose()};
+      return {.S_AB = {internal::AlignPoses(matched.reference, matched.estimate, true).S_AB.scale,
+                       Pose()}};
     case TrajectoryAlignment::kOrigin:
-      return {1.0, matched.reference.front().pose * matched.estimate.front().pose.Inverse()};
+      return {
+          .S_AB = {1.0, matched.reference.front().pose * matched.estimate.front().pose.Inverse()}};
   }
   return {};
 }
 
 void Align(TrajectoryAlignment alignment, TrajectoryError* matched) {
-  const Similarity similarity = FindAlignment(*matched, alignment);
+  const internal::PositionAlignment found = FindAlignment(*matched, alignment);
+  const Similarity& similarity = found.S_AB;
   matched->scale = similarity.scale;
+  matched->open_rotation = found.open;
   for (StampedPose& stamped : matched->estimate) stamped.pose = similarity * stamped.pose;
 }
 
@@ -210,34 +206,6 @@ ErrorStatistics ComputeStatistics(const std::vector<double>& errors) {
 
 Pose Similarity::operator*(const Pose& T_BC) const {
   return T_AB * Pose(T_BC.q(), scale * T_BC.p());
-}
-
-Similarity AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bool with_scale) {
-  HIGHWALL_REQUIRE(a.cols() == b.cols(), "alignment needs as many points on either side");
-  HIGHWALL_REQUIRE(a.allFinite() && b.allFinite(), "alignment needs finite points");
-  if (a.cols() < 3) {
-    throw InvalidArgument("alignment by se3 or sim3 needs three matched poses, found " +
-                          std::to_string(a.cols()) + ": align by origin or none");
-  }
-  const auto n = static_cast<double>(a.cols());
-  const Eigen::Vector3d mean_a = a.rowwise().mean();  // Eq. 35
-  const Eigen::Vector3d mean_b = b.rowwise().mean();  // Eq. 34
-  const Eigen::Matrix3Xd centred_b = b.colwise() - mean_b;
-  const double variance_b = centred_b.squaredNorm() / n;                                  // Eq. 36
-  const Eigen::Matrix3d covariance = (a.colwise() - mean_a) * centred_b.transpose() / n;  // Eq. 38
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Vector3d d = svd.singularValues();
-  if (!(d(1) > 1e-12 * d(0))) {
-    throw InvalidArgument(
-        "alignment by se3 or sim3 is not determined, since all matched positions lie on one line "
-        "or in one point: align by origin or none");
-  }
-  Eigen::Vector3d s = Eigen::Vector3d::Ones();
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) s(2) = -1.0;  // Eq. 39, 43
-  const Eigen::Matrix3d R = svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose();  // Eq. 40
-  const double scale = with_scale ? d.dot(s) / variance_b : 1.0;                         // Eq. 42
-  return {scale, Pose(Eigen::Quaterniond(R), mean_a - scale * R * mean_b)};              // Eq. 41
 }
 
 TrajectoryError AbsolutePoseError(const Trajectory& reference, const Trajectory& estimate,

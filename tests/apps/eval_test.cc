@@ -146,6 +146,39 @@ TEST_F(EvalCommand, ExplainsTheError) {
   ExpectFailure("eval ape moving.txt short.txt --explain", 2, "too few");
 }
 
+// A walk along the x axis, and an estimate 0.1 m to the left and to the right of it in turn, turned
+// by half a radian about y.
+TEST_F(EvalCommand, AStraightTrackHasAFigureAndSaysWhatIsOpen) {
+  std::string track, estimate;
+  for (int i = 0; i < 100; ++i) {
+    char text[200];
+    const double x = 0.01 * i * i, side = i % 4 == 0 || i % 4 == 3 ? 0.1 : -0.1;
+    std::snprintf(text, sizeof(text), "%d %.9f 0 0 0 0 0 1\n", i, x);
+    track += text;
+    std::snprintf(text, sizeof(text), "%d %.12f %.12f %.12f 0 %.12f 0 %.12f\n", i,
+                  std::cos(0.5) * x, side, -std::sin(0.5) * x, std::sin(0.25), std::cos(0.25));
+    estimate += text;
+  }
+  Write("track.txt", track);
+  Write("estimate.txt", estimate);
+  for (const std::string file : {"track.txt", "estimate.txt"}) {
+    for (const std::string relation : {"trans_part", "angle_deg"}) {
+      const Outcome outcome = Run("eval ape track.txt " + file + " --json --relation " + relation);
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      EXPECT_EQ(testing::CountLines(outcome.err), 1u) << outcome.err;
+      EXPECT_TRUE(testing::Contains(outcome.err, file + ": all matched positions lie on a straight "
+                                                        "line: the rotation about it"));
+      const nlohmann::json json = nlohmann::json::parse(outcome.out);
+      const bool off = file == "estimate.txt" && relation == "trans_part";
+      // The sides do not tilt the track beyond the second order: side * x is nearly balanced.
+      EXPECT_NEAR(json["stats"]["rmse"], off ? 0.1 : 0.0, 1e-3) << file << relation;
+      EXPECT_TRUE(json.contains("undetermined"));
+    }
+  }
+  EXPECT_EQ(Run("eval ape track.txt estimate.txt --explain").exit_code, 0);
+  EXPECT_EQ(Run("eval ape track.txt estimate.txt --align sim3").exit_code, 0);
+}
+
 TEST_F(EvalCommand, WrongUsageExitsWithOne) {
   ExpectFailure("eval", 1, "metric is required");
   ExpectFailure("eval ate reference.txt estimate.txt", 1, "must be ape or rpe, is ate");

@@ -108,6 +108,60 @@ TEST(AlignUmeyama, RefusesPointsThatDoNotFixTheRotation) {
   EXPECT_THROW(AlignUmeyama(line, line.leftCols(3), false), InvalidArgument);
 }
 
+// Along the x axis, turned and moved; the estimate is off the line to both sides in turn, so that
+// neither its mean nor its direction changes.
+TEST(AbsolutePoseError, OfAStraightTrackIsDeterminedByPositionsAndAttitudesTogether) {
+  const Trajectory straight = StraightPath(8, 0.5);
+  Trajectory beside = straight;
+  for (std::size_t i = 0; i < beside.size(); ++i) {
+    const double side = i % 4 == 0 || i % 4 == 3 ? 0.1 : -0.1;
+    beside[i].pose = Pose(beside[i].pose.q(), beside[i].pose.p() + Eigen::Vector3d(0, side, 0));
+  }
+  const Pose T = SomePose();
+  for (const auto alignment : {TrajectoryAlignment::kSe3, TrajectoryAlignment::kSim3}) {
+    for (const bool off : {false, true}) {
+      // A scale makes up for a part of what is beside the line.
+      if (off && alignment == TrajectoryAlignment::kSim3) continue;
+      const auto error = [&](PoseRelation relation) {
+        return AbsolutePoseError(straight, Moved(T, off ? beside : straight),
+                                 {.alignment = alignment, .relation = relation});
+      };
+      const TrajectoryError translation = error(PoseRelation::kTranslation);
+      EXPECT_EQ(translation.open_rotation, OpenRotation::kAboutLine);
+      for (const double e : translation.errors) EXPECT_NEAR(e, off ? 0.1 : 0.0, 10 * kRounding);
+      EXPECT_LT(error(PoseRelation::kAngleDegrees).statistics.max, 1e-5);
+    }
+  }
+  // Turned about the line, pose by pose: attitudes decide as they do in the mean.
+  Trajectory rolling = straight;
+  for (std::size_t i = 0; i < rolling.size(); ++i) {
+    rolling[i].pose =
+        Pose(so3::Exp({0.3 + (i % 2 == 0 ? 0.02 : -0.02), 0, 0}), rolling[i].pose.p());
+  }
+  const TrajectoryError roll =
+      AbsolutePoseError(straight, Moved(T, rolling), {.relation = PoseRelation::kAngleDegrees});
+  for (const double e : roll.errors) EXPECT_NEAR(e, 0.02 * 180.0 / M_PI, 1e-10);
+}
+
+TEST(AbsolutePoseError, OfABodyAtRestIsAlignedByItsAttitudes) {
+  Trajectory rest = StraightPath(8, 0.0);
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    rest[i].pose = Pose(so3::Exp({0.1 * static_cast<double>(i), 0.2, 0}), rest[i].pose.p());
+  }
+  const Trajectory moved = Moved(SomePose(), rest);
+  const TrajectoryError error =
+      AbsolutePoseError(rest, moved, {.relation = PoseRelation::kAngleDegrees});
+  EXPECT_EQ(error.open_rotation, OpenRotation::kAll);
+  EXPECT_LT(error.statistics.max, 1e-5);
+  EXPECT_THROW(AbsolutePoseError(rest, moved, {.alignment = TrajectoryAlignment::kSim3}),
+               InvalidArgument);
+}
+
+TEST(AbsolutePoseError, OfABentPathLeavesNothingOpen) {
+  const Trajectory path = BentPath(20);
+  EXPECT_EQ(AbsolutePoseError(path, Moved(SomePose(), path)).open_rotation, OpenRotation::kNone);
+}
+
 TEST(AbsolutePoseError, WithoutAlignmentIsThePoseDifference) {
   const Trajectory reference = BentPath(30);
   // A half turn about z of the body, and a shift of the world.

@@ -95,6 +95,14 @@ struct Similarity {
 // parameters between two point patterns", PAMI 1991, Eq. 34-43.
 Similarity AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bool with_scale);
 
+// What of the rotation of an alignment the matched positions leave open. The translation errors do
+// not depend on it; attitudes decide it, so that their errors are the least that it allows.
+enum class OpenRotation {
+  kNone,
+  kAboutLine,  // all positions lie on a straight line: the turn about it
+  kAll,        // all positions lie in one point
+};
+
 // Errors of an estimated trajectory, and what they are of.
 struct TrajectoryError {
   ErrorStatistics statistics;
@@ -106,6 +114,7 @@ struct TrajectoryError {
   Trajectory reference;
   Trajectory estimate;
   double scale = 1.0;  // by which the alignment multiplied the estimate
+  OpenRotation open_rotation = OpenRotation::kNone;  // of kSe3 and kSim3
   // Share of the time seen by the reference that the estimate covers, 0 to 1: the sum of the
   // intervals between neighbouring matched estimates over that between neighbouring references,
   // leaving out those longer than max_gap in both.
@@ -117,8 +126,8 @@ struct TrajectoryError {
 
 // Absolute: E_i = Q_i^-1 P_i of reference Q and aligned estimate P (Sturm 2012, section IV-B); for
 // kTranslation the distance of the positions. O(n log n).
-// Throws InvalidArgument if an option is out of range, stamps decrease, nothing matches or the
-// alignment is not determined.
+// Throws InvalidArgument if an option is out of range, stamps decrease, nothing matches, fewer than
+// three poses match for kSe3, kSim3 or kScale, or the scale is not determined.
 TrajectoryError AbsolutePoseError(const Trajectory& reference, const Trajectory& estimate,
                                   const AbsolutePoseErrorOptions& options = {});
 
