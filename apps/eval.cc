@@ -234,6 +234,15 @@ NamedError ErrorOf(const EvalArguments& arguments, const TrajectoryFile& referen
   return {path.string(), std::move(error)};
 }
 
+ErrorExplanation Explain(const Trajectory& reference, const std::filesystem::path& path,
+                         const TrajectoryError& error) {
+  try {
+    return ExplainError(reference, error);
+  } catch (const InvalidArgument& what) {
+    throw IoError(path, std::string(what.what()) + " (leave --explain out)");
+  }
+}
+
 void PrintJson(const EvalArguments& arguments, const std::vector<NamedError>& errors,
                const std::optional<ErrorExplanation>& explanation) {
   nlohmann::ordered_json json;
@@ -260,7 +269,9 @@ int RunEval(const EvalArguments& arguments) {
     errors.push_back(ErrorOf(arguments, reference, path, estimates.back()));
   }
   std::optional<ErrorExplanation> explanation;
-  if (arguments.explain) explanation = ExplainError(reference.poses, errors.front().error);
+  if (arguments.explain) {
+    explanation = Explain(reference.poses, arguments.estimates.front(), errors.front().error);
+  }
   if (arguments.plot) Plot(arguments, reference.poses, errors, explanation);
   if (arguments.evo_results) WriteEvoResults(arguments, errors);
   if (arguments.json) {

@@ -119,8 +119,10 @@ class Model {
     }
     const auto count = static_cast<Eigen::Index>(used.size());
     HIGHWALL_REQUIRE(count >= 4 * options_.pieces,
-                     "ExplainError: " + std::to_string(count) +
-                         " poses meet the reference without a hole, too few");
+                     std::to_string(count) +
+                         " poses at stamps that the reference covers without a hole are too few "
+                         "to explain the error: it takes " +
+                         std::to_string(4 * options_.pieces));
     const Similarity S = internal::AlignPositions(a.leftCols(count), b.leftCols(count), false).S_AB;
     Evaluation result{std::vector<std::optional<Eigen::Vector3d>>(n),
                       std::vector<NormalEquations>(static_cast<std::size_t>(options_.pieces))};
@@ -269,7 +271,7 @@ ErrorExplanation ExplainError(const Trajectory& reference, const TrajectoryError
                               const ErrorExplanationOptions& options) {
   options.Validate();
   HIGHWALL_REQUIRE(error.scale == 1.0,
-                   "ExplainError: the estimate was scaled");
+                   "the error of an estimate that was scaled cannot be explained");
   const Model model(reference, error, options);
   ErrorExplanation explanation;
   const auto as_it_is = model.Residuals({});
