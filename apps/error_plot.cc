@@ -21,7 +21,8 @@ constexpr double kErrorHeight = 580.0;
 constexpr PlotAxes::Box kPathBox{80.0, 96.0, 430.0, 420.0};
 constexpr PlotAxes::Box kColorBarBox{530.0, 96.0, 14.0, 420.0};
 constexpr PlotAxes::Box kErrorsBox{720.0, 96.0, 490.0, 420.0};
-constexpr double kLegendHeight = 84.0;
+constexpr double kUpperLegendHeight = 66.0, kLegendHeight = 84.0;
+constexpr double kTextWidth = kErrorWidth - 2.0 * kPathBox.left;
 constexpr int kColorLevels = 64;
 constexpr std::size_t kFew = 80;  // so few poses or errors are drawn as dots too
 
@@ -153,9 +154,11 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
                            fmt::format("{} {:.4g} {}", name, value, text.unit), stroke, svg);
   };
   const double next = draw_level(kErrorsBox.left, "mean", s.mean, kMeanStroke);
-  const double last = draw_level(next, "rmse", s.rmse, kRmseStroke);
-  if (!text.left.empty())
-    DrawLegendEntry({last, kLegendHeight}, "without shift, scale, lever arm", kLeftStroke, svg);
+  draw_level(next, "rmse", s.rmse, kRmseStroke);
+  if (!text.left.empty()) {
+    DrawLegendEntry({kErrorsBox.left, kUpperLegendHeight}, "without shift, scale, lever arm",
+                    kLeftStroke, svg);
+  }
 }
 
 }  // namespace
@@ -163,9 +166,10 @@ void DrawErrorOverTime(const ErrorPlotText& text, const TrajectoryError& result,
 void WriteErrorPlot(const std::filesystem::path& path, const ErrorPlotText& text,
                     const Trajectory& reference, const TrajectoryError& result) {
   Svg svg(kErrorWidth, kErrorHeight);
-  svg.Text({kPathBox.left, 30.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
+  const SvgFont title{.size = 18.0, .color = "#111", .bold = true};
+  svg.Text({kPathBox.left, 26.0}, Fitted(text.title, kTextWidth, title), title);
   svg.Text(
-      {kPathBox.left, 52.0},
+      {kPathBox.left, 46.0},
       fmt::format("{}; {} poses matched over {:.1f} % of the time, scale {:.4f}", text.subtitle,
                   result.estimate.size(), 100.0 * result.time_covered, result.scale),
       {.size = 13.0});

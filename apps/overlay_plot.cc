@@ -19,6 +19,7 @@ constexpr double kOverlayWidth = 1240.0;  // [px], as all that follows
 constexpr double kTop = 96.0, kPanel = 420.0;
 constexpr PlotAxes::Box kMapBox{80.0, kTop, 500.0, kPanel};
 constexpr PlotAxes::Box kErrorBox{680.0, kTop, 530.0, kPanel};
+constexpr double kNameWidth = 780.0;
 constexpr double kLegendTop = kTop + kPanel + 70.0, kLegendRow = 22.0;
 
 const SvgStroke kReferenceStroke{.color = "#9a9a9a", .width = 2.2};
@@ -81,7 +82,9 @@ void DrawErrors(const std::string& quantity, const std::vector<NamedError>& esti
 void WriteOverlayPlot(const std::filesystem::path& path, const OverlayText& text,
                       const Trajectory& reference, const std::vector<NamedError>& estimates) {
   Svg svg(kOverlayWidth, kLegendTop + kLegendRow * static_cast<double>(estimates.size() + 1));
-  svg.Text({kMapBox.left, 34.0}, text.title, {.size = 18.0, .color = "#111", .bold = true});
+  const SvgFont title{.size = 18.0, .color = "#111", .bold = true};
+  svg.Text({kMapBox.left, 34.0}, Fitted(text.title, kOverlayWidth - 2.0 * kMapBox.left, title),
+           title);
   svg.Text({kMapBox.left, 58.0}, text.subtitle, {.size = 13.0});
   DrawMap(reference, estimates, &svg);
   DrawErrors(text.quantity, estimates, &svg);
@@ -91,7 +94,7 @@ void WriteOverlayPlot(const std::filesystem::path& path, const OverlayText& text
     const NamedError& estimate = estimates[i];
     DrawLegendEntry(
         {kMapBox.left, y},
-        fmt::format("{}: rmse {:.4g}, {:.1f} % of the time", estimate.name,
+        fmt::format("{}: rmse {:.4g}, {:.1f} % of the time", Fitted(estimate.name, kNameWidth, {}),
                     estimate.error.statistics.rmse, 100.0 * estimate.error.time_covered),
         StrokeOf(i), &svg);
   }

@@ -46,4 +46,7 @@ void DrawTrajectory(const MapProjection& projection, const PlotAxes& axes,
 // A sample of the stroke and its meaning; returns where the next entry begins.
 double DrawLegendEntry(SvgPoint at, const std::string& label, const SvgStroke& stroke, Svg* svg);
 
+// The text with its middle left out where it would be wider [px].
+std::string Fitted(const std::string& text, double width, const SvgFont& font);
+
 }  // namespace highwall::apps

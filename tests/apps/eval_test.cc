@@ -181,6 +181,41 @@ TEST_F(EvalCommand, AStraightTrackHasAFigureAndSaysWhatIsOpen) {
   EXPECT_EQ(Run("eval ape track.txt estimate.txt --align sim3").exit_code, 0);
 }
 
+// A character is 0.6 times as wide as its font is high, in the fonts that browsers take.
+void ExpectTextsInside(const std::string& svg) {
+  double width = 0.0;
+  std::sscanf(svg.c_str() + svg.find(" width=\"") + 8, "%lf", &width);
+  ASSERT_GT(width, 0.0);
+  std::size_t texts = 0;
+  for (std::size_t at = svg.find("<text "); at != std::string::npos; at = svg.find("<text ", at)) {
+    const std::string tag = svg.substr(at, svg.find('>', at) - at);
+    at += tag.size() + 1;
+    const std::string text = svg.substr(at, svg.find('<', at) - at);
+    double x = 0.0, size = 0.0;
+    std::sscanf(tag.c_str() + tag.find("x=\"") + 3, "%lf", &x);
+    std::sscanf(tag.c_str() + tag.find("font-size=\"") + 11, "%lf", &size);
+    if (tag.find("\"start\"") == std::string::npos || tag.find("rotate") != std::string::npos)
+      continue;
+    EXPECT_LE(x + 0.6 * size * static_cast<double>(text.size()), width) << text;
+    ++texts;
+  }
+  EXPECT_GE(texts, 4u);
+}
+
+TEST_F(EvalCommand, PlotsHoldTheirTexts) {
+  const std::string name = std::string(130, 'n') + ".txt";
+  Write(name, estimate_lines_);
+  for (const std::string arguments :
+       {"ape reference.txt " + name + " --explain",
+        "rpe reference.txt " + name + " --delta 0.123456 --delta-unit m --relation angle_deg",
+        "ape reference.txt estimate.txt " + name}) {
+    ASSERT_EQ(Run("eval " + arguments + " --plot e.svg").exit_code, 0) << arguments;
+    const std::string svg = testing::ReadText(folder_ / "e.svg");
+    ExpectTextsInside(svg);
+    EXPECT_TRUE(testing::Contains(svg, "nnn.txt")) << "the end of the name";
+  }
+}
+
 TEST_F(EvalCommand, WrongUsageExitsWithOne) {
   ExpectFailure("eval", 1, "metric is required");
   ExpectFailure("eval ate reference.txt estimate.txt", 1, "must be ape or rpe, is ate");
