@@ -234,8 +234,8 @@ NamedError ErrorOf(const EvalArguments& arguments, const TrajectoryFile& referen
   return {path.string(), std::move(error)};
 }
 
-ErrorExplanation Explain(const Trajectory& reference, const std::filesystem::path& path,
-                         const TrajectoryError& error) {
+ErrorExplanation ExplanationOf(const Trajectory& reference, const std::filesystem::path& path,
+                               const TrajectoryError& error) {
   try {
     return ExplainError(reference, error);
   } catch (const InvalidArgument& what) {
@@ -270,7 +270,7 @@ int RunEval(const EvalArguments& arguments) {
   }
   std::optional<ErrorExplanation> explanation;
   if (arguments.explain) {
-    explanation = Explain(reference.poses, arguments.estimates.front(), errors.front().error);
+    explanation = ExplanationOf(reference.poses, arguments.estimates.front(), errors.front().error);
   }
   if (arguments.plot) Plot(arguments, reference.poses, errors, explanation);
   if (arguments.evo_results) WriteEvoResults(arguments, errors);

@@ -119,7 +119,7 @@ class Reader {
 
 // What is known of a table before its stamps are read.
 struct Layout {
-  TrajectoryColumns columns;
+  TrajectoryColumns columns{};
   bool named = false;       // by a heading
   bool ros = false;         // by ROS's command line
   bool order_open = false;  // whether w is the first of the quaternion or the last
@@ -325,8 +325,7 @@ TrajectoryFile ReadTable(Reader& reader, const Line& line) {
   TrajectoryFile file{.format = FormatOf(reader, layout, unit, width)};
   AddPoses(reader, rows, unit, &file);
   if (!assumed.empty()) {
-    file.assumed =
-        fmt::format("read with {}, which no heading says", fmt::join(assumed, " and "));
+    file.assumed = fmt::format("read with {}, which no heading says", fmt::join(assumed, " and "));
   }
   return file;
 }

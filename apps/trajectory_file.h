@@ -23,9 +23,9 @@ bool HasStamps(TrajectoryFormat format);
 
 struct TrajectoryFile {
   TrajectoryFormat format = TrajectoryFormat::kTum;
-  Trajectory poses;                 // those without stamps are a second apart, from 0 on
-  std::vector<std::int64_t> lines;  // of the file, one a pose
-  std::string assumed;  // what neither heading nor values decide, as a sentence; empty: nothing
+  Trajectory poses{};                 // those without stamps are a second apart, from 0 on
+  std::vector<std::int64_t> lines{};  // of the file, one a pose
+  std::string assumed{};  // what neither heading nor values decide, as a sentence; empty: nothing
 };
 
 // Columns and the unit of time are those that a heading names, else those that the values allow:

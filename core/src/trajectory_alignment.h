@@ -7,7 +7,7 @@
 namespace highwall::internal {
 
 struct PositionAlignment {
-  Similarity S_AB;
+  Similarity S_AB{};
   OpenRotation open = OpenRotation::kNone;  // what of R_AB the positions leave open; it is any then
   Eigen::Vector3d line_A = Eigen::Vector3d::Zero();  // unit, of kAboutLine
   Eigen::Vector3d mean_A = Eigen::Vector3d::Zero();

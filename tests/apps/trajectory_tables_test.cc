@@ -24,13 +24,13 @@ constexpr std::int64_t kUnix = 1'403'636'580'000'000'000;  // [ns]
 
 // How a program writes its poses.
 struct Form {
-  std::string heading;  // with its end of line, or empty
+  std::string heading{};  // with its end of line, or empty
   char separator = ' ';
   double unit = 1e9;           // [ns] of a stamp
   int decimals = 9;            // of a stamp
   std::int64_t start = kUnix;  // [ns] the first stamp
   bool w_first = false;
-  std::string before, behind;  // further columns, with their separators
+  std::string before{}, behind{};  // further columns, with their separators
 };
 
 Pose PoseAt(int i, double error) {
