@@ -149,6 +149,8 @@ TEST(TumDataset, SaysByHowMuchDepthIsLateAndWhatHelps) {
     ExpectContains(message, "no stamp of rgb.txt has one of depth.txt within 0.02 s: depth is ");
     ExpectContains(message, advice);
   }
+  ShiftDepth(folder.path(), 800.0, 1);
+  ExpectContains(OpenMessage(folder.path()), "later in the median; write both lists in one clock");
   ShiftDepth(folder.path(), 0.025);
   const TumDataset dataset(folder.path(), {.max_stamp_difference = 0.03});
   EXPECT_EQ(dataset.size(), 6U);

@@ -127,9 +127,10 @@ TEST_F(ImageList, LeavesADoubledLineOutAndSaysWhich) {
 TEST_F(ImageList, RefusesStampsThatTellImagesNoLongerApart) {
   std::string text;
   for (int i = 0; i < 40; ++i) text += std::to_string(1305031102 + i / 30) + " a.png\n";
-  EXPECT_EQ(Message(text), list().string() +
-                               ":2: stamp 1305031102 is there twice, as are 37 others: give each "
-                               "image a stamp of its own, with enough decimals");
+  EXPECT_EQ(Message(text),
+            list().string() +
+                ":2: stamp 1305031102 is there twice, one of 38 such lines: give each "
+                "image a stamp of its own, with enough decimals");
 }
 
 TEST_F(ImageList, NamesTheLineOfWhatIsNoStamp) {

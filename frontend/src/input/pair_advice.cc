@@ -55,7 +55,8 @@ std::string AdviceOnPairs(const std::vector<TumImageFile>& colour,
   }
   const std::vector<Stamp> colour_alone = StampsAlone(colour, std::move(first));
   const std::vector<Stamp> depth_alone = StampsAlone(depth, std::move(second));
-  if (2 * depth_alone.size() < colour_alone.size() || depth_alone.empty()) return "";
+  const bool missing = !pairs.empty() && 2 * depth_alone.size() < colour_alone.size();
+  if (missing || colour_alone.empty() || depth_alone.empty()) return "";
   const std::vector<double> offsets = OffsetsToNearest(colour_alone, depth_alone);
   const double median = offsets[offsets.size() / 2];
   std::string advice = ": depth is " + ThreeDigits(std::abs(median)) + " s " +

@@ -155,9 +155,9 @@ void PutInOrder(const std::filesystem::path& list, const std::vector<ListedImage
   // One in ten is a slip of the recorder, more are stamps that tell images no longer apart.
   if (doubled > std::max<std::size_t>(1, order->size() / 10)) {
     throw IoError(list, images[*first].line,
-                  "stamp " + images[*first].stamp + " is there twice, as are " +
-                      std::to_string(doubled - 1) +
-                      " others: give each image a stamp of its own, with enough decimals");
+                  "stamp " + images[*first].stamp + " is there twice, one of " +
+                      std::to_string(doubled) +
+                      " such lines: give each image a stamp of its own, with enough decimals");
   }
   warnings->push_back(where(*first) + " is there twice; the first line stays");
   const auto end = std::unique(order->begin(), order->end(),
