@@ -9,10 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/stamp.h>
+#include <highwall/frontend/input/euroc_dataset.h>
+#include <highwall/frontend/input/tum_dataset.h>
 
 #include "config.h"
 #include "json_text.h"
-#include "opened_dataset.h"
 
 namespace highwall::apps {
 namespace {
@@ -40,9 +41,15 @@ std::vector<Stamp> StampsOf(const nlohmann::json& report) {
   return stamps;
 }
 
+// Whatever their camera: their stamps are asked for alone.
+std::unique_ptr<const Dataset> OpenAnyImages(const fs::path& dataset) {
+  if (EurocDataset::IsOne(dataset)) return std::make_unique<EurocDataset>(dataset);
+  return std::make_unique<TumDataset>(dataset);
+}
+
 bool HoldsFrames(const fs::path& dataset, const std::vector<Stamp>& frames) {
   try {
-    const std::unique_ptr<const Dataset> images = OpenImages(dataset, RgbdSensor());
+    const std::unique_ptr<const Dataset> images = OpenAnyImages(dataset);
     std::vector<Stamp> stamps;
     for (std::size_t i = 0; i < images->size(); ++i) stamps.push_back(images->stamp(i));
     std::ranges::sort(stamps);
