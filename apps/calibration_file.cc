@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -12,15 +13,31 @@
 #include <yaml-cpp/yaml.h>
 
 #include <highwall/core/atomic_file.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::apps {
 namespace {
 
 using Entries = std::vector<std::pair<const char*, double>>;
 
+// yaml-cpp itself writes numbers by the locale of the process.
+std::string YamlNumber(double value) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
+  return RoundedText(value, std::numeric_limits<double>::max_digits10);
+}
+
+std::vector<std::string> YamlNumbers(std::span<const double> values) {
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(YamlNumber(value));
+  return texts;
+}
+
 void Write(const Entries& entries, YAML::Emitter* out) {
   *out << YAML::BeginMap;
-  for (const auto& [key, value] : entries) *out << YAML::Key << key << YAML::Value << value;
+  for (const auto& [key, value] : entries) {
+    *out << YAML::Key << key << YAML::Value << YamlNumber(value);
+  }
   *out << YAML::EndMap;
 }
 
@@ -31,8 +48,8 @@ void WriteSection(const char* name, const Entries& entries, YAML::Emitter* out) 
 
 void WriteCamera(const PinholeCamera& camera, YAML::Emitter* out) {
   *out << YAML::Key << "camera" << YAML::Value << YAML::BeginMap;
-  *out << YAML::Key << "width" << YAML::Value << camera.width;
-  *out << YAML::Key << "height" << YAML::Value << camera.height;
+  *out << YAML::Key << "width" << YAML::Value << std::to_string(camera.width);
+  *out << YAML::Key << "height" << YAML::Value << std::to_string(camera.height);
   for (const auto& [key, value] : Entries{{"fx", camera.fx},
                                           {"fy", camera.fy},
                                           {"cx", camera.cx},
@@ -42,7 +59,7 @@ void WriteCamera(const PinholeCamera& camera, YAML::Emitter* out) {
                                           {"p1", camera.p1},
                                           {"p2", camera.p2},
                                           {"k3", camera.k3}}) {
-    *out << YAML::Key << key << YAML::Value << value;
+    *out << YAML::Key << key << YAML::Value << YamlNumber(value);
   }
   *out << YAML::EndMap;
 }
@@ -50,19 +67,18 @@ void WriteCamera(const PinholeCamera& camera, YAML::Emitter* out) {
 void WriteImu(const ImuCalibration& imu, YAML::Emitter* out) {
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = imu.T_BC.Matrix();
   *out << YAML::Key << "imu" << YAML::Value << YAML::BeginMap;
-  *out << YAML::Key << "T_BC" << YAML::Value << YAML::Flow
-       << std::vector<double>(T_BC.data(), T_BC.data() + 16);
+  *out << YAML::Key << "T_BC" << YAML::Value << YAML::Flow << YamlNumbers({T_BC.data(), 16});
   for (const auto& [key, value] : Entries{{"gyroscope_noise", imu.noise.gyroscope},
                                           {"accelerometer_noise", imu.noise.accelerometer},
                                           {"gyroscope_walk", imu.noise.gyroscope_walk},
                                           {"accelerometer_walk", imu.noise.accelerometer_walk},
                                           {"rate", imu.rate},
                                           {"time_offset", imu.time_offset}}) {
-    *out << YAML::Key << key << YAML::Value << value;
+    *out << YAML::Key << key << YAML::Value << YamlNumber(value);
   }
   for (const auto& [key, range] : Entries{{"gyroscope_range", imu.gyroscope_range},
                                           {"accelerometer_range", imu.accelerometer_range}}) {
-    if (std::isfinite(range)) *out << YAML::Key << key << YAML::Value << range;
+    if (std::isfinite(range)) *out << YAML::Key << key << YAML::Value << YamlNumber(range);
   }
   *out << YAML::EndMap;
 }
@@ -73,7 +89,7 @@ struct Measured {
 };
 
 void Write(const Measured& entry, YAML::Emitter* out) {
-  *out << YAML::Key << entry.key << YAML::Value << entry.value;
+  *out << YAML::Key << entry.key << YAML::Value << YamlNumber(entry.value);
   if (entry.sigma > 0.0) *out << YAML::Comment(fmt::format("+- {:.2g}", entry.sigma));
 }
 
@@ -104,7 +120,7 @@ void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::
       *out << YAML::Comment(fmt::format("+- {:.2g}", sigma.depth_pattern));
     }
     *out << YAML::Value << YAML::Flow
-         << std::vector<double>(pattern.nodes.data(), pattern.nodes.data() + pattern.nodes.size());
+         << YamlNumbers({pattern.nodes.data(), static_cast<std::size_t>(pattern.nodes.size())});
   }
   *out << YAML::EndMap;
 }
@@ -114,10 +130,9 @@ void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::
 void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
                  const CalibrationSigma& sigma) {
   YAML::Emitter out;
-  out.SetDoublePrecision(std::numeric_limits<double>::max_digits10);
   out << YAML::BeginMap;
   WriteCamera(config.sensor.camera, &out);
-  out << YAML::Key << "depth_factor" << YAML::Value << config.sensor.depth_factor;
+  out << YAML::Key << "depth_factor" << YAML::Value << YamlNumber(config.sensor.depth_factor);
   WriteSection("depth_range", {{"min", config.sensor.min_depth}, {"max", config.sensor.max_depth}},
                &out);
   const DepthNoise& noise = config.sensor.depth_noise;

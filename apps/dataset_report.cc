@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <sstream>
 #include <string_view>
 
 #include <opencv2/core.hpp>
@@ -13,6 +12,7 @@
 #include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 
 #include "config.h"
 #include "image_survey.h"
@@ -81,10 +81,7 @@ std::optional<ImuReport> DescribeAccelerometer(const std::filesystem::path& path
 constexpr double kSure = 0.9, kLikely = 0.7, kContradicted = 0.02;  // probabilities
 
 std::string Short(double value) {
-  std::ostringstream text;
-  text.precision(4);
-  text << value;
-  return text.str();
+  return RoundedText(value, 4);
 }
 
 std::string Describe(const DepthGuess& guess) {

@@ -1,7 +1,8 @@
 #include <algorithm>
-#include <sstream>
 
 #include <nlohmann/json.hpp>
+
+#include <highwall/internal/number_text.h>
 
 #include "dataset_report.h"
 #include "json_text.h"
@@ -61,7 +62,7 @@ Json DepthJson(const DepthReport& depth, double factor) {
 // Two lines.
 std::string DepthText(const DepthReport& depth, double factor) {
   const DepthStatistics& statistics = depth.statistics;
-  std::ostringstream text;
+  TextWriter text;
   text.precision(3);
   text << "  depth image   5 to 95% of the readings at " << statistics.quantiles.front() / factor
        << " to " << statistics.quantiles.back() / factor << " m; holes " << 100.0 * statistics.holes
@@ -86,7 +87,7 @@ std::string DepthText(const DepthReport& depth, double factor) {
 }
 
 std::string StreamText(const StreamReport& stream) {
-  std::ostringstream text;
+  TextWriter text;
   text.precision(1);
   text << std::fixed << stream.count << " in " << stream.duration << " s, " << stream.rate << "/s";
   return text.str();
@@ -133,7 +134,7 @@ std::string ToJson(const DatasetReport& report) {
 
 std::string ToText(const DatasetReport& report) {
   constexpr std::size_t kMaxProblems = 20;
-  std::ostringstream text;
+  TextWriter text;
   text.precision(4);
   text << report.directory.string() << "\n"
        << "  frames        " << StreamText(report.frames) << "; " << report.usable_frames

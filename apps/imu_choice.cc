@@ -1,9 +1,9 @@
 #include "imu_choice.h"
 
-#include <cstdlib>
 #include <string_view>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::apps {
 namespace {
@@ -16,10 +16,9 @@ std::string Problem(const std::string& choice) {
   const std::string problem = "must be off, paper, consistent or fixed:W, is " + choice;
   if (!choice.starts_with(kFixed)) return problem;
   const std::string weight = choice.substr(kFixed.size());
-  char* end = nullptr;
-  const double value = std::strtod(weight.c_str(), &end);
-  if (end == weight.c_str() || *end != '\0') return problem;
-  return value > 0.0 && value <= 1000.0 ? "" : "W must be in (0, 1000], is " + weight;
+  const std::optional<double> value = ReadNumber<double>(weight);
+  if (!value) return problem;
+  return *value > 0.0 && *value <= 1000.0 ? "" : "W must be in (0, 1000], is " + weight;
 }
 
 }  // namespace
@@ -38,7 +37,7 @@ std::optional<ImuWeightingOptions> ReadImuChoice(const std::string& choice) {
   if (choice == "consistent") weighting.policy = ImuWeighting::kConsistent;
   if (choice.starts_with(kFixed)) {
     weighting.policy = ImuWeighting::kFixed;
-    weighting.fixed_weight = std::strtod(choice.c_str() + kFixed.size(), nullptr);
+    weighting.fixed_weight = *ReadNumber<double>(choice.substr(kFixed.size()));
   }
   return weighting;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 
 #include <highwall/core/error.h>
 
+#include "classic_locale.h"
 #include "commands.h"
 #include "usage_error.h"
 
@@ -63,6 +65,7 @@ void PrintWarning(const std::string& command, const std::string& text) {
 }
 
 int RunCommand(std::vector<std::string> words) {
+  std::optional<ClassicLocale> classic(std::in_place);
   CLI::App app("RGB-D-inertial SLAM with points and lines, and the tools around it.", "highwall");
   app.set_version_flag("--version", "highwall " HIGHWALL_VERSION);
   app.require_subcommand(0, 1);
@@ -76,6 +79,7 @@ int RunCommand(std::vector<std::string> words) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;  // --help and --version arrive here too
   }
+  classic.reset();
   if (!action) {
     fmt::print(stderr, "{}", kFirst);
     return kExitUsage;

@@ -1,9 +1,10 @@
 #include "option_checks.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include <fmt/format.h>
+
+#include <highwall/internal/number_text.h>
 
 #include "did_you_mean.h"
 
@@ -26,9 +27,8 @@ CLI::Validator Between(double min, double max) {
   const std::string range = fmt::format("in [{} - {}]", min, max);
   return CLI::Validator(
       [=](const std::string& text) -> std::string {
-        char* end = nullptr;
-        const double value = std::strtod(text.c_str(), &end);
-        if (end != text.c_str() && *end == '\0' && value >= min && value <= max) return "";
+        const std::optional<double> value = ReadNumber<double>(text);
+        if (value && *value >= min && *value <= max) return "";
         return "must be a number " + range + ", is " + text;
       },
       range);

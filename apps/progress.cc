@@ -2,19 +2,13 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace highwall::apps {
 namespace {
-
-template <typename... Values>
-std::string Format(const char* format, Values... values) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 constexpr const char* kEraseLine = "\r\033[K";
 
@@ -22,15 +16,16 @@ constexpr const char* kEraseLine = "\r\033[K";
 
 std::string FormatProgress(const std::string& label, std::size_t done, std::size_t total,
                            double elapsed_seconds) {
-  if (done == 0 && total == 0) return label + Format("  %.0f s", elapsed_seconds);
+  if (done == 0 && total == 0) return label + fmt::format("  {:.0f} s", elapsed_seconds);
   std::string line = label + "  " + std::to_string(done);
   if (total > 0) {
     line += "/" + std::to_string(total) + "  " + std::to_string(100 * done / total) + "%";
   }
   if (done == 0 || elapsed_seconds <= 0.0) return line;
   const double rate = static_cast<double>(done) / elapsed_seconds;
-  line += Format("  %.1f/s", rate);
-  if (total > done) line += Format("  %.0f s left", static_cast<double>(total - done) / rate);
+  line += fmt::format("  {:.1f}/s", rate);
+  if (total > done)
+    line += fmt::format("  {:.0f} s left", static_cast<double>(total - done) / rate);
   return line;
 }
 

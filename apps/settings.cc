@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/system/option_table.h>
@@ -55,7 +54,7 @@ bool Parse(const std::string& text, Field* field) {
     return false;
   } else {
     Field value{};
-    if (!YAML::convert<Field>::decode(YAML::Node(text), value)) return false;
+    if (!ReadScalar(text, &value)) return false;
     *field = value;
     return true;
   }

@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -18,6 +17,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_check.h>
+#include <highwall/internal/number_text.h>
 
 #include "commands.h"
 #include "option_checks.h"
@@ -71,16 +71,13 @@ struct SimulateArguments {
 
 // T:S, both numbers, S positive.
 std::optional<simulate::Blackout> ParseBlackout(const std::string& text) {
-  const char* begin = text.c_str();
-  char* end = nullptr;
-  simulate::Blackout blackout;
-  blackout.begin = std::strtod(begin, &end);
-  if (end == begin || *end != ':' || !(blackout.begin >= 0.0)) return std::nullopt;
-  begin = end + 1;
-  blackout.duration = std::strtod(begin, &end);
-  const bool sound = end != begin && *end == '\0' && blackout.duration > 0.0;
-  if (!sound || !std::isfinite(blackout.begin + blackout.duration)) return std::nullopt;
-  return blackout;
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const auto begin = ReadNumber<double>(std::string_view(text).substr(0, colon));
+  const auto duration =
+      ReadNumber<double>(std::string_view(text).substr(std::min(colon + 1, text.size())));
+  if (!begin || !duration || !(*begin >= 0.0 && *duration > 0.0)) return std::nullopt;
+  if (!std::isfinite(*begin + *duration)) return std::nullopt;
+  return simulate::Blackout{*begin, *duration};
 }
 
 CLI::Validator IsBlackout() {
@@ -188,7 +185,7 @@ Simulation Simulate(const SimulateArguments& arguments, const SimulationOptions&
   if (!arguments.trajectory.empty()) {
     const simulate::RecordedMotion motion = FitMotion(arguments);
     const simulate::MotionConsistency& median = motion.consistency;
-    std::cout << fmt::format(
+    fmt::print(
         "motion and captured poses differ by {:.1f} mm and {:.2f} deg, and from the readings by "
         "{:.4f} rad/s and {:.3f} m/s^2 (medians)\n",
         1e3 * median.position, median.orientation * 180.0 / std::numbers::pi, median.gyroscope,
@@ -220,8 +217,7 @@ int RunSimulate(const SimulateArguments& arguments) {
         },
         MakeTumOptions(arguments));
   }
-  std::cout << simulation.size() << " frames of the " << arguments.scene << " in "
-            << arguments.folder << "\n";
+  fmt::print("{} frames of the {} in {}\n", simulation.size(), arguments.scene, arguments.folder);
   return kExitOk;
 }
 

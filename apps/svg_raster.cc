@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
+
+#include <highwall/internal/number_text.h>
 
 namespace highwall::apps {
 namespace {
@@ -28,7 +29,7 @@ cv::Scalar Colour(const std::string& text) {
 // Pieces of a line as its dashes cut it.
 std::vector<std::vector<SvgPoint>> Dashed(const std::vector<SvgPoint>& points,
                                           const std::string& dashes) {
-  std::istringstream stream(dashes);
+  TextReader stream(dashes);
   double on = 0.0, off = 0.0;
   if (!(stream >> on >> off) || on + off <= 0.0) return {points};
   std::vector<std::vector<SvgPoint>> pieces;

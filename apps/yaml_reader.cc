@@ -59,7 +59,7 @@ template <typename T>
 void YamlReader::ReadAs(const std::string& key, const char* type, T* value) {
   Read(key, type, [value](const std::string& text) {
     T result{};
-    if (!YAML::convert<T>::decode(YAML::Node(text), result) || !IsFinite(result)) return false;
+    if (!ReadScalar(text, &result) || !IsFinite(result)) return false;
     *value = std::move(result);
     return true;
   });
@@ -97,7 +97,7 @@ void YamlReader::Read(const std::string& key, std::span<double> values) {
   bool valid = list.IsSequence() && list.size() == values.size();
   std::vector<double> numbers(values.size());
   for (std::size_t i = 0; valid && i < numbers.size(); ++i) {
-    valid = list[i].IsScalar() && YAML::convert<double>::decode(list[i], numbers[i]) &&
+    valid = list[i].IsScalar() && ReadScalar(list[i].Scalar(), &numbers[i]) &&
             std::isfinite(numbers[i]);
   }
   if (!valid) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -9,9 +11,30 @@
 #include <string>
 #include <vector>
 
-#include <yaml-cpp/node/node.h>
+#include <yaml-cpp/yaml.h>
+
+#include <highwall/internal/number_text.h>
 
 namespace highwall::apps {
+
+// What the text of a scalar says, the same under every locale: yaml-cpp reads numbers by streams.
+// False where it is no T.
+template <typename T>
+bool ReadScalar(const std::string& text, T* value) {
+  if constexpr (std::integral<T> && !std::same_as<T, bool>) {
+    const std::optional<T> number = ReadNumber<T>(text);
+    if (number) *value = *number;
+    return number.has_value();
+  } else if constexpr (std::floating_point<T>) {
+    if (const std::optional<T> number = ReadNumber<T>(text); number && std::isfinite(*number)) {
+      *value = *number;
+      return true;
+    }
+    return YAML::convert<T>::decode(YAML::Node(text), *value) && !std::isfinite(*value);  // ".inf"
+  } else {
+    return YAML::convert<T>::decode(YAML::Node(text), *value);
+  }
+}
 
 // One map of a YAML file, read key by key. Every key that is asked for becomes known; Finish() then
 // refuses whatever else the map holds, so that a misspelt option is never ignored:

@@ -10,7 +10,6 @@
 #include <iterator>
 #include <map>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +23,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/mapping/octomap_builder.h>
 
 #include "bench_main.h"
@@ -62,7 +62,7 @@ std::optional<Pose> PoseAt(const std::map<Stamp, std::string>& poses, Stamp stam
     --nearest;
   }
   if (std::abs(nearest->first - stamp) > kMaxStampDifference) return std::nullopt;
-  std::istringstream values(nearest->second);
+  TextReader values(nearest->second);
   double block[Pose::kSize];
   for (double& value : block) values >> value;
   if (!values) return std::nullopt;

@@ -12,6 +12,7 @@
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+#include <fmt/core.h>
 #include <CLI/App.hpp>
 #include <Eigen/Cholesky>
 #include <nlohmann/json.hpp>
@@ -184,10 +185,11 @@ PoseGraph ReadWithPoses(const std::filesystem::path& path) {
 
 nlohmann::ordered_json CompareFile(const std::filesystem::path& path, int runs) {
   const auto [straight, chordal] = Compare(ReadWithPoses(path), runs);
-  std::fprintf(
+  fmt::print(
       stderr,
-      "%-26s straight %8.4f s %4d it chi2 %-14.7g chordal %8.4f s %4d it chi2 %-14.7g x%.2f\n",
-      path.stem().c_str(), straight.seconds, straight.iterations, straight.chi2, chordal.seconds,
+      "{:<26} straight {:8.4f} s {:4} it chi2 {:<14.7g} chordal {:8.4f} s {:4} it chi2 {:<14.7g} "
+      "x{:.2f}\n",
+      path.stem().string(), straight.seconds, straight.iterations, straight.chi2, chordal.seconds,
       chordal.iterations, chordal.chi2, straight.seconds / chordal.seconds);
   return {{"file", path.filename().string()},
           {"straight", ToJson(straight)},
@@ -217,13 +219,12 @@ nlohmann::ordered_json RejectFalseLoops(const std::filesystem::path& path, doubl
   const char* const names[] = {"none", "gnc", "dcs", "switchable"};
   const std::string name = names[static_cast<int>(robust)];
   const std::string kind_name = kind == FalseLoopKind::kRandom ? "random" : "aliased";
-  std::fprintf(stderr,
-               "%-12s %-8s seed %u %-10s %6.2f s  chi2 over true edges %.4f (%+.3f %%)  false "
-               "rejected %zu of %zu, "
-               "true %zu of %zu\n",
-               path.stem().c_str(), kind_name.c_str(), seed, name.c_str(), seconds, chi2,
-               100.0 * (chi2 / clean_chi2 - 1.0), false_rejected, places.size(),
-               summary.rejected.size() - false_rejected, loops);
+  fmt::print(stderr,
+             "{:<12} {:<8} seed {} {:<10} {:6.2f} s  chi2 over true edges {:.4f} ({:+.3f} %)  "
+             "false rejected {} of {}, true {} of {}\n",
+             path.stem().string(), kind_name, seed, name, seconds, chi2,
+             100.0 * (chi2 / clean_chi2 - 1.0), false_rejected, places.size(),
+             summary.rejected.size() - false_rejected, loops);
   return {{"file", path.filename().string()},
           {"robust", name},
           {"kind", kind_name},
@@ -273,7 +274,7 @@ void Run(const Arguments& arguments) {
       }
     }
   }
-  if (arguments.json) std::printf("%s\n", rows.dump(1).c_str());
+  if (arguments.json) fmt::print("{}\n", rows.dump(1));
 }
 
 void AddOptions(CLI::App& app, Arguments& arguments) {

@@ -8,6 +8,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
+#include <highwall/internal/number_text.h>
 
 #include "bindings.h"
 #include "cost_function.h"
@@ -61,8 +62,7 @@ void BindSolver(py::module_& module) {
       .def("is_usable", &SolveSummary::IsUsable)
       .def("__repr__", [](const SolveSummary& summary) {
         return std::string("SolveSummary(") + ToString(summary.status) + ", cost " +
-               std::to_string(summary.initial_cost) + " -> " + std::to_string(summary.final_cost) +
-               ")";
+               FixedText(summary.initial_cost) + " -> " + FixedText(summary.final_cost) + ")";
       });
 }
 

@@ -2,8 +2,6 @@
 #include <pybind11/operators.h>
 #include <pybind11/stl.h>
 
-#include <sstream>
-
 #include <highwall/core/camera.h>
 #include <highwall/core/line3.h>
 #include <highwall/core/manifolds.h>
@@ -11,6 +9,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/number_text.h>
 
 #include "bindings.h"
 
@@ -24,7 +23,7 @@ Eigen::Quaterniond Quaternion(const Eigen::Vector4d& xyzw) {
 }
 
 std::string Repr(const Pose& pose) {
-  std::ostringstream text;
+  TextWriter text;
   text << "Pose(p=[" << pose.p().transpose() << "], q_xyzw=[" << pose.q().coeffs().transpose()
        << "])";
   return text.str();

@@ -10,6 +10,7 @@
 
 #include <highwall/core/error.h>
 
+#include "classic_locale.h"
 #include "json_text.h"
 #include "option_checks.h"
 
@@ -20,6 +21,7 @@ int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& 
     return fmt::format("{}: {} (see --help)\n", failed->get_name(), error.what());
   });
   try {
+    const apps::ClassicLocale classic;
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 1;  // --help arrives here too

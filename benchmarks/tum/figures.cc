@@ -10,6 +10,7 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 #include "cache_folder.h"
 #include "json_text.h"
@@ -45,7 +46,8 @@ nlohmann::json Measure(const nlohmann::json& sweep, const nlohmann::json& tolera
     for (const auto& [name, share] : tolerances.items()) {
       const auto figure = row.median.find(name);
       if (figure == row.median.end()) continue;
-      measured[row.sequence][row.setting][name] = std::stod(fmt::format("{:.6g}", figure->second));
+      measured[row.sequence][row.setting][name] =
+          *ReadNumber<double>(RoundedText(figure->second, 6));
     }
   }
   return measured;

@@ -14,7 +14,6 @@
 #include <iomanip>
 #include <iterator>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -24,8 +23,10 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/internal/number_text.h>
 
 #include "cache_folder.h"
+#include "classic_locale.h"
 #include "progress.h"
 #include "slam_arguments.h"
 
@@ -34,7 +35,7 @@ namespace {
 
 // Separated by blanks; "double quotes" keep them.
 std::vector<std::string> Words(const std::string& setting) {
-  std::istringstream text(setting);
+  TextReader text(setting);
   std::vector<std::string> words;
   for (std::string word; text >> std::quoted(word);) words.push_back(word);
   return words;
@@ -52,6 +53,7 @@ std::vector<std::string> CommandLine(const std::string& dataset, const std::stri
 
 apps::SlamArguments ParseSetting(const std::string& setting, const std::string& dataset,
                                  const SettingMode& mode) {
+  const apps::ClassicLocale classic;
   apps::SlamArguments arguments;
   CLI::App app;
   apps::AddSlamOptions(&app, &arguments);

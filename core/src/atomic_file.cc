@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <locale>
 #include <random>
 #include <string>
 #include <string_view>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
@@ -121,6 +123,7 @@ bool AtomicFile::Buffer::Close() {
 }
 
 AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(Target(path)) {
+  stream_.imbue(std::locale::classic());
   const auto is_in_use = [this] {  // by somebody who took it for left behind, or has that name
     const FileLock::State state = lock_->state();
     return state == FileLock::State::kTaken || state == FileLock::State::kRemoved ||

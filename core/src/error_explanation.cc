@@ -11,6 +11,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/number_text.h>
 
 #include "trajectory_alignment.h"
 
@@ -259,10 +260,10 @@ void ExplainRotation(const TrajectoryError& error, int pieces, ErrorExplanation*
 void ErrorExplanationOptions::Validate() const {
   HIGHWALL_REQUIRE(
       slow_seconds > 0.0 && std::isfinite(slow_seconds),
-      "ErrorExplanationOptions::slow_seconds must be positive, is " + std::to_string(slow_seconds));
-  HIGHWALL_REQUIRE(max_time_shift > 0.0 && std::isfinite(max_time_shift),
-                   "ErrorExplanationOptions::max_time_shift must be positive, is " +
-                       std::to_string(max_time_shift));
+      "ErrorExplanationOptions::slow_seconds must be positive, is " + FixedText(slow_seconds));
+  HIGHWALL_REQUIRE(
+      max_time_shift > 0.0 && std::isfinite(max_time_shift),
+      "ErrorExplanationOptions::max_time_shift must be positive, is " + FixedText(max_time_shift));
   HIGHWALL_REQUIRE(pieces >= 4, "ErrorExplanationOptions::pieces must be at least 4, is " +
                                     std::to_string(pieces));
 }

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include <Eigen/Core>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::testing {
 namespace {
@@ -100,7 +100,7 @@ JacobianCheckResult Failure(const std::string& message) {
 
 JacobianCheckResult Failure(const std::string& message, const Eigen::MatrixXd& actual,
                             const std::string& expected_name, const Eigen::MatrixXd& expected) {
-  std::ostringstream text;
+  TextWriter text;
   text << message << "\nJacobian:\n" << actual << "\n" << expected_name << ":\n" << expected;
   return Failure(text.str());
 }
@@ -151,7 +151,7 @@ JacobianCheckResult CheckJacobians(const ceres::CostFunction& factor,
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const std::string name = "block " + std::to_string(i);
     if (!full.jacobians[i].allFinite()) {
-      std::ostringstream text;
+      TextWriter text;
       text << name << ": an entry is not written or not finite\n" << full.jacobians[i];
       return Failure(text.str());
     }

@@ -8,6 +8,7 @@
 #include <ceres/problem.h>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include "linearization.h"
 #include "row_system.h"
 
@@ -89,9 +90,9 @@ Marginal Reduce(const ceres::Problem& problem, const std::vector<ceres::Residual
 }  // namespace
 
 void MarginalizationOptions::Validate() const {
-  HIGHWALL_REQUIRE(rank_tolerance > 0.0 && rank_tolerance < 1.0,
-                   "MarginalizationOptions::rank_tolerance must be in (0, 1), is " +
-                       std::to_string(rank_tolerance));
+  HIGHWALL_REQUIRE(
+      rank_tolerance > 0.0 && rank_tolerance < 1.0,
+      "MarginalizationOptions::rank_tolerance must be in (0, 1), is " + FixedText(rank_tolerance));
 }
 
 Marginal Marginalize(const ceres::Problem& problem, std::span<double* const> removed,

@@ -1,15 +1,13 @@
 #include <highwall/internal/option_table.h>
 
-#include <array>
-#include <charconv>
 #include <cmath>
+
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 
 std::string FormatOption(double value) {
-  std::array<char, 32> text{};
-  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
-  return {text.data(), end};
+  return NumberText(value);
 }
 
 std::string OptionRange::ToString() const {

@@ -1,13 +1,12 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <string>
 #include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/pose_graph.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 #include <highwall/internal/stopwatch.h>
 #include "loop_consistency.h"
@@ -200,10 +199,8 @@ class PoseGraphSolver {
   }
 
   std::string Reason(double chi2) const {
-    std::array<char, 100> text;
-    std::snprintf(text.data(), text.size(),
-                  "chi2 %.4g against odometry and the other loops exceeds %.4g", chi2, max_chi2_);
-    return text.data();
+    return "chi2 " + RoundedText(chi2, 4) + " against odometry and the other loops exceeds " +
+           RoundedText(max_chi2_, 4);
   }
 
   const PoseGraphOptions& options_;

@@ -9,6 +9,7 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::internal {
 namespace {
@@ -18,11 +19,8 @@ constexpr int kVersion = 1;
 // Larger counts are taken for a damaged file rather than allocated.
 constexpr int kMaxCount = 1'000'000;
 
-// The shortest text that reads back as the same double.
 void WriteDouble(std::ostream& out, double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof(text), value);
-  out << ' ' << std::string_view(text, static_cast<std::size_t>(end.ptr - text));
+  out << ' ' << NumberText(value);
 }
 
 // Words of a file, line by line, with an error that names the line.

@@ -11,6 +11,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/marginalization.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/stopwatch.h>
 #include "sliding_window_file.h"
 
@@ -90,7 +91,7 @@ const char* ToString(LandmarkPolicy policy) {
 void SlidingWindowOptions::Validate() const {
   const auto require = [](bool ok, const char* field, double value) {
     HIGHWALL_REQUIRE(ok, std::string("SlidingWindowOptions::") + field +
-                             " is out of range: " + std::to_string(value));
+                             " is out of range: " + FixedText(value));
   };
   require(max_states >= 1, "max_states", max_states);
   require(max_seconds > 0.0, "max_seconds", max_seconds);
@@ -200,8 +201,8 @@ std::string SlidingWindowSmoother::Impl::FaultOfSolution() const {
                                    graph.Factor(new_factors[i]).num_residuals());
     if (!(error <= options.max_error)) {
       return "factor " + std::to_string(i + 1) + " of the " + std::to_string(new_factors.size()) +
-             " added since the last update is left with an error of " + std::to_string(error) +
-             " a row, beyond max_error = " + std::to_string(options.max_error);
+             " added since the last update is left with an error of " + FixedText(error) +
+             " a row, beyond max_error = " + FixedText(options.max_error);
     }
   }
   return "";

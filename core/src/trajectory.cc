@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -15,6 +14,7 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_log.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
@@ -120,11 +120,9 @@ std::string FormatLine(const StampedPose& stamped) {
   HIGHWALL_REQUIRE(stamped.pose.IsFinite(),
                    "the pose at stamp " + FormatStamp(stamped.stamp) + " is not finite");
   std::string line = FormatStamp(stamped.stamp);
+  // Ten decimals: rounding each of four to 1e-9 may cost 1.5e-9 once they are normalised.
   for (int i = 0; i < Pose::kSize; ++i) {
-    // Ten decimals: rounding each of four to 1e-9 may cost 1.5e-9 once they are normalised.
-    std::array<char, 400> text;
-    std::snprintf(text.data(), text.size(), " %.10f", stamped.pose.data()[i]);
-    line += text.data();
+    line += ' ' + FixedText(stamped.pose.data()[i], 10);
   }
   return line + '\n';
 }

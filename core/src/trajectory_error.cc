@@ -8,6 +8,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 
 #include "trajectory_alignment.h"
 
@@ -169,7 +170,7 @@ std::vector<PosePair> FindPairs(const Trajectory& estimate,
 
 void RequireTolerance(double t_max_diff) {
   HIGHWALL_REQUIRE(t_max_diff >= 0.0 && t_max_diff <= 1e6,
-                   "t_max_diff must lie in [0, 1e6] s, got " + std::to_string(t_max_diff));
+                   "t_max_diff must lie in [0, 1e6] s, got " + FixedText(t_max_diff));
 }
 
 }  // namespace
@@ -181,9 +182,9 @@ void AbsolutePoseErrorOptions::Validate() const {
 void RelativePoseErrorOptions::Validate() const {
   RequireTolerance(t_max_diff);
   HIGHWALL_REQUIRE(delta > 0.0 && delta <= 1e9,
-                   "delta must lie in (0, 1e9], got " + std::to_string(delta));
+                   "delta must lie in (0, 1e9], got " + FixedText(delta));
   HIGHWALL_REQUIRE(delta_unit != DeltaUnit::kFrames || delta == std::floor(delta),
-                   "delta must be a whole number of frames, got " + std::to_string(delta));
+                   "delta must be a whole number of frames, got " + FixedText(delta));
 }
 
 ErrorStatistics ComputeStatistics(const std::vector<double>& errors) {
@@ -236,10 +237,10 @@ TrajectoryError RelativePoseError(const Trajectory& reference, const Trajectory&
     result.indices.push_back(j);
   }
   if (result.errors.empty()) {
-    throw InvalidArgument("no two matched poses are " + std::to_string(options.delta) +
+    throw InvalidArgument("no two matched poses are " + FixedText(options.delta) +
                           (options.delta_unit == DeltaUnit::kFrames ? " frames" : " m") +
                           " apart: " + std::to_string(P.size()) + " poses match, along a path of " +
-                          std::to_string(PathLengths(P).back()) + " m; choose a smaller delta");
+                          FixedText(PathLengths(P).back()) + " m; choose a smaller delta");
   }
   result.statistics = ComputeStatistics(result.errors);
   return result;

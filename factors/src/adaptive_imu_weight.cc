@@ -5,6 +5,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -118,7 +119,7 @@ ConsistentImuWeight::ConsistentImuWeight(const ConsistentImuWeightOptions& optio
 double ConsistentImuWeight::Update(double squared_innovation, int dof) {
   HIGHWALL_REQUIRE(std::isfinite(squared_innovation) && squared_innovation >= 0.0,
                    "ConsistentImuWeight: squared_innovation must be finite and not negative, is " +
-                       std::to_string(squared_innovation));
+                       FixedText(squared_innovation));
   HIGHWALL_REQUIRE(dof > 0, "ConsistentImuWeight: dof must be positive");
   window_.push_back({squared_innovation, dof});
   if (static_cast<int>(window_.size()) > options_.window) window_.pop_front();
@@ -140,7 +141,7 @@ double ConsistentImuWeight::Update(double squared_innovation, int dof) {
 double ChiSquaredQuantile(double probability, int dof) {
   HIGHWALL_REQUIRE(
       probability > 0.0 && probability < 1.0,
-      "ChiSquaredQuantile: the probability must lie in (0, 1), is " + std::to_string(probability));
+      "ChiSquaredQuantile: the probability must lie in (0, 1), is " + FixedText(probability));
   HIGHWALL_REQUIRE(dof > 0, "ChiSquaredQuantile: dof must be positive");
   const double c = 2.0 / (9.0 * dof);
   const double root = std::max(0.0, 1.0 - c + NormalQuantile(probability) * std::sqrt(c));

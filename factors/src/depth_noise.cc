@@ -3,6 +3,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -26,7 +27,7 @@ void DepthNoise::Validate() const {
                    "DepthNoise::offset and quadratic must not both be zero");
   HIGHWALL_REQUIRE(offset > 0.0 || reference == 0.0,
                    "DepthNoise::offset must be positive where reference is: a depth of " +
-                       std::to_string(reference) + " m would have no noise");
+                       FixedText(reference) + " m would have no noise");
 }
 
 Eigen::Matrix3d PointSqrtInformation(Weighting weighting, double sigma_px, double sigma_disparity) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -21,8 +22,8 @@ RgbdProjection::RgbdProjection(const PinholeCamera& camera, const Pose& T_BC,
   HIGHWALL_REQUIRE(!camera.HasDistortion(),
                    "RgbdProjection works in undistorted pixels: pass camera.WithoutDistortion()");
   HIGHWALL_REQUIRE(T_BC.IsFinite(), "RgbdProjection: non-finite T_BC");
-  HIGHWALL_REQUIRE(right.fx == camera.fx, "VirtualRightCamera::fx must equal the camera's, is " +
-                                              std::to_string(right.fx));
+  HIGHWALL_REQUIRE(right.fx == camera.fx,
+                   "VirtualRightCamera::fx must equal the camera's, is " + FixedText(right.fx));
   RequirePositiveFinite(right.baseline, "VirtualRightCamera::baseline");
   RequirePositiveFinite(min_depth, "RgbdProjection: min_depth");
 }

@@ -1,14 +1,12 @@
 #include <highwall/mapping/color_octree.h>
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string>
-#include <string_view>
 
 #include <octomap/ColorOcTree.h>
 
 #include <highwall/core/atomic_file.h>
+#include <highwall/internal/number_text.h>
 
 #include "voxel_filter.h"
 
@@ -71,11 +69,9 @@ void WriteColorOctree(const std::filesystem::path& path, const OctomapBuilder& m
   tree.updateInnerOccupancy();
   tree.prune();
 
-  std::array<char, 32> text;
-  const char* const end = std::to_chars(text.data(), text.data() + text.size(), resolution).ptr;
   AtomicFile file(path);
   file.stream() << "# Octomap OcTree file\nid ColorOcTree\nsize " << std::to_string(tree.size())
-                << "\nres " << std::string_view(text.data(), end) << "\ndata\n";
+                << "\nres " << NumberText(resolution) << "\ndata\n";
   tree.writeData(file.stream());
   file.Commit();
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -71,7 +72,7 @@ float WindowMean(const cv::Mat& inverse, int u, int v, const Window& window) {
 void DepthSmoothingOptions::Validate() const {
   const auto require = [](bool valid, const char* field, double value) {
     HIGHWALL_REQUIRE(valid, "DepthSmoothingOptions::" + std::string(field) +
-                                " is out of range: " + std::to_string(value));
+                                " is out of range: " + FixedText(value));
   };
   require(target_sigma > 0.0, "target_sigma", target_sigma);
   require(max_extent > 0.0, "max_extent", max_extent);

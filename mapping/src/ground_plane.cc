@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -48,13 +49,11 @@ GroundPlane LeastSquares(const Points& points, const GroundPlane& plane, double 
 }  // namespace
 
 void GroundPlaneOptions::Validate() const {
-  HIGHWALL_REQUIRE(
-      max_tilt > 0.0 && max_tilt < 90.0,
-      "GroundPlaneOptions::max_tilt must lie in (0, 90), is " + std::to_string(max_tilt));
+  HIGHWALL_REQUIRE(max_tilt > 0.0 && max_tilt < 90.0,
+                   "GroundPlaneOptions::max_tilt must lie in (0, 90), is " + FixedText(max_tilt));
   RequirePositive(thickness, "GroundPlaneOptions::thickness");
-  HIGHWALL_REQUIRE(
-      min_share > 0.0 && min_share <= 1.0,
-      "GroundPlaneOptions::min_share must lie in (0, 1], is " + std::to_string(min_share));
+  HIGHWALL_REQUIRE(min_share > 0.0 && min_share <= 1.0,
+                   "GroundPlaneOptions::min_share must lie in (0, 1], is " + FixedText(min_share));
   RequireAtLeast(trials, 1, "GroundPlaneOptions::trials");
 }
 

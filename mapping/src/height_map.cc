@@ -5,6 +5,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 #include "leaf_samples.h"
 
@@ -46,9 +47,9 @@ VolumeChange CutAndFill(const HeightMap& before, const HeightMap& after, double 
   VolumeChange change;
   if (before.z.empty() || after.z.empty()) return change;
   const double resolution = before.resolution;
-  HIGHWALL_REQUIRE(std::abs(after.resolution - resolution) <= 1e-9 * resolution,
-                   "the resolutions differ: " + std::to_string(resolution) + " and " +
-                       std::to_string(after.resolution));
+  HIGHWALL_REQUIRE(
+      std::abs(after.resolution - resolution) <= 1e-9 * resolution,
+      "the resolutions differ: " + FixedText(resolution) + " and " + FixedText(after.resolution));
   HIGHWALL_REQUIRE(threshold >= 0.0, "threshold must not be negative");
   const Eigen::Vector2d shift = (before.origin_G - after.origin_G) / resolution;
   const Eigen::Vector2i cells = shift.array().round().cast<int>();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 #include "voxel_filter.h"
@@ -53,13 +54,13 @@ void KeyframeCloudOptions::Validate() const {
   RequirePositive(min_depth, "KeyframeCloudOptions::min_depth");
   HIGHWALL_REQUIRE(
       max_depth > min_depth,
-      "KeyframeCloudOptions::max_depth must exceed min_depth, is " + std::to_string(max_depth));
+      "KeyframeCloudOptions::max_depth must exceed min_depth, is " + FixedText(max_depth));
   RequireAtLeast(stride, 1, "KeyframeCloudOptions::stride");
   HIGHWALL_REQUIRE(edge_rejection >= 0.0,
                    "KeyframeCloudOptions::edge_rejection must not be negative");
-  HIGHWALL_REQUIRE(max_incidence > 0.0 && max_incidence <= 90.0,
-                   "KeyframeCloudOptions::max_incidence must lie in (0, 90], is " +
-                       std::to_string(max_incidence));
+  HIGHWALL_REQUIRE(
+      max_incidence > 0.0 && max_incidence <= 90.0,
+      "KeyframeCloudOptions::max_incidence must lie in (0, 90], is " + FixedText(max_incidence));
   RequireAtLeast(normal_radius, 1, "KeyframeCloudOptions::normal_radius");
   RequirePositiveFinite(voxel_size, "KeyframeCloudOptions::voxel_size");
 }

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 #include "kd_tree.h"
@@ -120,7 +121,7 @@ ReferenceSurface::ReferenceSurface(const TriangleMesh& mesh, double spacing) {
   }
   HIGHWALL_REQUIRE(!triangles_.empty(), "the reference has no triangle");
   HIGHWALL_REQUIRE(expected < kMaxSamples,
-                   "a spacing of " + std::to_string(spacing) + " m makes too many samples");
+                   "a spacing of " + FixedText(spacing) + " m makes too many samples");
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     SampleTriangle(Legs(triangles_[i]), spacing, points_);
     triangle_of_point_.resize(points_.size(), static_cast<std::uint32_t>(i));

@@ -6,6 +6,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 #include "leaf_samples.h"
 
@@ -26,7 +27,7 @@ GridCell OccupancyGrid::Query(const Eigen::Vector2d& p_G) const {
 void OccupancyGridOptions::Validate() const {
   HIGHWALL_REQUIRE(std::isfinite(z_min), "OccupancyGridOptions::z_min must be finite");
   HIGHWALL_REQUIRE(z_max > z_min,
-                   "OccupancyGridOptions::z_max must exceed z_min, is " + std::to_string(z_max));
+                   "OccupancyGridOptions::z_max must exceed z_min, is " + FixedText(z_max));
   HIGHWALL_REQUIRE(std::isfinite(ground_height),
                    "OccupancyGridOptions::ground_height must be finite");
   HIGHWALL_REQUIRE(R_GW.coeffs().allFinite() && R_GW.norm() > 0.0,

@@ -1,22 +1,14 @@
-#include <array>
 #include <cctype>
-#include <charconv>
 #include <string>
 #include <string_view>
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/mapping/occupancy_grid.h>
 
 namespace highwall {
 namespace {
-
-// Shortest text that reads back to the same double, whatever the locale.
-std::string Text(double value) {
-  std::array<char, 32> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
-}
 
 // A YAML scalar; single quotes around anything that a parser might not take for a plain string.
 std::string Quoted(const std::string& text) {
@@ -57,8 +49,8 @@ void WriteOccupancyGrid(const std::filesystem::path& yaml_path, const OccupancyG
   }
   AtomicFile yaml(yaml_path);
   yaml.stream() << "image: " << Quoted(pgm_path.filename().string())
-                << "\nmode: trinary\nresolution: " << Text(grid.resolution) << "\norigin: ["
-                << Text(grid.origin_G.x()) << ", " << Text(grid.origin_G.y())
+                << "\nmode: trinary\nresolution: " << NumberText(grid.resolution) << "\norigin: ["
+                << NumberText(grid.origin_G.x()) << ", " << NumberText(grid.origin_G.y())
                 << ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
   // The image first: a YAML file never names an image that is not there.
   pgm.Commit();

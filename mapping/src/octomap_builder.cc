@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 #include "octomap_builder_impl.h"
@@ -17,10 +18,9 @@ namespace highwall {
 namespace {
 
 void RequireBetween(double value, double low, double high, const char* field) {
-  HIGHWALL_REQUIRE(value > low && value < high, "OctomapBuilderOptions::" + std::string(field) +
-                                                    " must lie between " + std::to_string(low) +
-                                                    " and " + std::to_string(high) + ", is " +
-                                                    std::to_string(value));
+  HIGHWALL_REQUIRE(value > low && value < high,
+                   "OctomapBuilderOptions::" + std::string(field) + " must lie between " +
+                       FixedText(low) + " and " + FixedText(high) + ", is " + FixedText(value));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "octree_io.h"
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -13,6 +12,7 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::internal {
 namespace {
@@ -97,13 +97,8 @@ T ParseNumber(const std::filesystem::path& path, std::int64_t line, std::string_
 }
 
 void WriteHeader(std::string_view title, const ScanOctree& tree, std::ostream& out) {
-  // The shortest text that reads back to the same double, whatever the locale.
-  std::array<char, 32> resolution;
-  const char* const end =
-      std::to_chars(resolution.data(), resolution.data() + resolution.size(), tree.getResolution())
-          .ptr;
   out << title << "\nid OcTree\nsize " << std::to_string(tree.size()) << "\nres "
-      << std::string_view(resolution.data(), end) << "\ndata\n";
+      << NumberText(tree.getResolution()) << "\ndata\n";
 }
 
 // A node of a ColorOcTree has its colour, three bytes, between its value and its children.
@@ -168,7 +163,7 @@ OctreeFile LoadOctreeFile(const std::filesystem::path& path) {
 
 void ReadPayload(const OctreeFile& file, ScanOctree& tree) {
   if (file.size == 0) return;
-  std::istringstream stream(file.payload);
+  TextReader stream(file.payload);
   file.binary ? tree.readBinaryData(stream) : tree.readData(stream);
 }
 

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 #include "octomap_builder_impl.h"
@@ -95,7 +96,7 @@ std::optional<RayHit> CastRay(const OctomapBuilder& map, const Eigen::Vector3d& 
   HIGHWALL_REQUIRE(origin_W.allFinite() && direction_W.allFinite() && !direction_W.isZero(0.0),
                    "a ray needs a finite origin and a direction");
   HIGHWALL_REQUIRE(max_range > 0.0 && std::isfinite(max_range),
-                   "max_range must be positive and finite, is " + std::to_string(max_range));
+                   "max_range must be positive and finite, is " + FixedText(max_range));
   const double resolution = map.options().resolution;
   const Eigen::Vector3d direction = direction_W.normalized();
   Eigen::Vector3d voxel = (origin_W / resolution).array().floor();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 #include <highwall/mapping/height_map.h>
 #include <highwall/mapping/occupancy_grid.h>
@@ -46,11 +47,11 @@ double StepAt(const HeightMap& ground, int i, int j) {
 void TraversabilityOptions::Validate() const {
   HIGHWALL_REQUIRE(
       max_slope > 0.0 && max_slope < 90.0,
-      "TraversabilityOptions::max_slope must lie in (0, 90), is " + std::to_string(max_slope));
+      "TraversabilityOptions::max_slope must lie in (0, 90), is " + FixedText(max_slope));
   RequirePositive(max_step, "TraversabilityOptions::max_step");
   HIGHWALL_REQUIRE(vehicle_height > max_step,
                    "TraversabilityOptions::vehicle_height must exceed max_step, is " +
-                       std::to_string(vehicle_height));
+                       FixedText(vehicle_height));
   RequirePositive(slope_radius, "TraversabilityOptions::slope_radius");
   HIGHWALL_REQUIRE(R_GW.coeffs().allFinite() && R_GW.norm() > 0.0,
                    "TraversabilityOptions::R_GW must be a rotation");

@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::simulate {
 namespace {
@@ -63,7 +63,7 @@ void ImuFaults::Validate() const {
     const double value = this->*field.value;
     HIGHWALL_REQUIRE(
         value >= field.min && value <= field.max,
-        std::string("ImuFaults::") + field.name + " is out of range: " + std::to_string(value));
+        std::string("ImuFaults::") + field.name + " is out of range: " + FixedText(value));
   }
 }
 
@@ -83,7 +83,7 @@ ImuFaults HardImuFaults() {
 
 ImuFaults ParseImuFaults(const std::string& text) {
   ImuFaults faults;
-  std::istringstream parts(text);
+  TextReader parts(text);
   bool first = true;
   for (std::string part; std::getline(parts, part, ','); first = false) {
     if (first && part == "off") continue;
@@ -99,11 +99,9 @@ ImuFaults ParseImuFaults(const std::string& text) {
                          "gyroscope_scale, accelerometer_scale, misalignment, g_sensitivity, "
                          "gyroscope_range, accelerometer_range, gyroscope_drift, "
                          "accelerometer_drift, warm_up, stamp_jitter, dropped, blow_interval");
-    std::istringstream number(part.substr(equals + 1));
-    double value = 0.0;
-    HIGHWALL_REQUIRE(number >> value && number.eof(),
-                     "'" + part + "': " + field->name + " must be a number");
-    faults.*field->value = value;
+    const std::optional<double> value = ReadNumber<double>(part.substr(equals + 1));
+    HIGHWALL_REQUIRE(value, "'" + part + "': " + field->name + " must be a number");
+    faults.*field->value = *value;
   }
   faults.Validate();
   return faults;

@@ -8,6 +8,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::simulate {
 namespace {
@@ -39,7 +40,7 @@ Vector6d Sigmas(double gyroscope, double accelerometer) {
 void RequireNotNegative(double value, const char* field) {
   HIGHWALL_REQUIRE(std::isfinite(value) && value >= 0.0, std::string("ImuSimulationOptions::") +
                                                              field + " must not be negative, got " +
-                                                             std::to_string(value));
+                                                             FixedText(value));
 }
 
 }  // namespace
@@ -52,26 +53,25 @@ ImuNoise ImuSimulationOptions::TrueNoise() const {
 }
 
 void ImuSimulationOptions::Validate() const {
-  HIGHWALL_REQUIRE(
-      rate >= 20.0 && rate <= 10000.0,
-      "ImuSimulationOptions::rate must be in [20, 10000] Hz, got " + std::to_string(rate));
+  HIGHWALL_REQUIRE(rate >= 20.0 && rate <= 10000.0,
+                   "ImuSimulationOptions::rate must be in [20, 10000] Hz, got " + FixedText(rate));
   HIGHWALL_REQUIRE(T_BC.IsFinite(), "ImuSimulationOptions::T_BC must be finite");
   noise.Validate();
   HIGHWALL_REQUIRE(
       std::isfinite(noise_ratio) && noise_ratio > 0.0,
-      "ImuSimulationOptions::noise_ratio must be positive, got " + std::to_string(noise_ratio));
+      "ImuSimulationOptions::noise_ratio must be positive, got " + FixedText(noise_ratio));
   RequireNotNegative(gyroscope_bias, "gyroscope_bias");
   RequireNotNegative(accelerometer_bias, "accelerometer_bias");
   faults.Validate();
-  HIGHWALL_REQUIRE(std::abs(time_offset) <= kMaxTimeOffset,
-                   "ImuSimulationOptions::time_offset must be in [-0.2, 0.2] s, got " +
-                       std::to_string(time_offset));
+  HIGHWALL_REQUIRE(
+      std::abs(time_offset) <= kMaxTimeOffset,
+      "ImuSimulationOptions::time_offset must be in [-0.2, 0.2] s, got " + FixedText(time_offset));
   RequireNotNegative(vibration.minCoeff(), "vibration");
   HIGHWALL_REQUIRE(vibration.allFinite(), "ImuSimulationOptions::vibration must be finite");
   HIGHWALL_REQUIRE(
       vibration_low > 0.0 && vibration_low < vibration_high && vibration_high < 0.5 * rate,
       "ImuSimulationOptions: 0 < vibration_low < vibration_high < rate / 2 must hold, got " +
-          std::to_string(vibration_low) + " and " + std::to_string(vibration_high));
+          FixedText(vibration_low) + " and " + FixedText(vibration_high));
 }
 
 ImuSimulator::ImuSimulator(const ImuSimulationOptions& options, std::uint64_t seed, Stamp begin,

@@ -12,6 +12,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall::simulate {
@@ -35,7 +36,7 @@ std::vector<Node> LayOutNodes(const Trajectory& captured, std::span<const ImuSam
   const Stamp begin = std::max(captured.front().stamp, readings.front().stamp);
   const Stamp end = std::min(captured.back().stamp, readings.back().stamp);
   HIGHWALL_REQUIRE(ToSeconds(end - begin) >= kShortest,
-                   "motion and readings share less than " + std::to_string(kShortest) + " s");
+                   "motion and readings share less than " + FixedText(kShortest) + " s");
   std::vector<Stamp> steps;
   for (std::size_t i = 1; i < captured.size(); ++i) {
     steps.push_back(captured[i].stamp - captured[i - 1].stamp);

@@ -2,9 +2,9 @@
 
 #include <iomanip>
 #include <numbers>
-#include <sstream>
 
 #include <highwall/core/stamp.h>
+#include <highwall/internal/number_text.h>
 
 #include "simulate/random.h"
 
@@ -32,7 +32,7 @@ std::string GpsCsv(const Simulation& simulation, const GpsOptions& options) {
   const Pose T_GW = GpsAlignment(simulation);
   const Eigen::Vector3d sigma = options.sigma * Eigen::Vector3d(1.0, 1.0, 2.0);
   const Stamp first = simulation.StampOf(0), last = simulation.StampOf(simulation.size() - 1);
-  std::ostringstream out;
+  TextWriter out;
   out << "# stamp [s],x [m],y [m],z [m],sigma_x [m],sigma_y [m],sigma_z [m]\n"
       << std::fixed << std::setprecision(4);
   for (std::uint64_t i = 0;; ++i) {
@@ -50,7 +50,7 @@ std::string GpsCsv(const Simulation& simulation, const GpsOptions& options) {
 std::string GpsCalibrationYaml(const SimulationOptions& options) {
   const Pose T_BC = options.imu.enabled ? options.imu.T_BC : Pose();
   const Eigen::Vector3d l = T_BC * GpsAntenna();
-  std::ostringstream out;
+  TextWriter out;
   out << std::setprecision(12) << "gps:\n  antenna: [" << l.x() << ", " << l.y() << ", " << l.z()
       << "]\n";
   return out.str();
@@ -58,7 +58,7 @@ std::string GpsCalibrationYaml(const SimulationOptions& options) {
 
 std::string GpsAlignmentText(const Simulation& simulation) {
   const Pose T_GW = GpsAlignment(simulation);
-  std::ostringstream out;
+  TextWriter out;
   out << "# pose of the world of groundtruth.txt in the frame of gps.csv\n"
          "# tx ty tz qx qy qz qw\n"
       << std::fixed << std::setprecision(9);

@@ -1,11 +1,10 @@
 #include "simulate/output/imu_files.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <iomanip>
-#include <sstream>
 #include <utility>
+
+#include <highwall/internal/number_text.h>
 
 namespace highwall::simulate {
 namespace {
@@ -16,17 +15,10 @@ void Append(const Eigen::Vector3d& v, std::ostream& out) {
   out << ',' << v.x() << ',' << v.y() << ',' << v.z();
 }
 
-// The shortest text that reads back as the same number.
-std::string Shortest(double value) {
-  std::array<char, 32> text{};
-  const auto result = std::to_chars(text.data(), text.data() + text.size(), value);
-  return {text.data(), result.ptr};
-}
-
 }  // namespace
 
 std::string ImuCsv(std::span<const ImuSample> samples) {
-  std::ostringstream out;
+  TextWriter out;
   out << "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
          "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
       << std::fixed << std::setprecision(kDecimals);
@@ -40,7 +32,7 @@ std::string ImuCsv(std::span<const ImuSample> samples) {
 }
 
 std::string StateCsv(const Simulation& simulation, const std::vector<Stamp>& stamps) {
-  std::ostringstream out;
+  TextWriter out;
   out << "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],"
          "q_RS_z [],v_RS_R_x [m s^-1],v_RS_R_y [m s^-1],v_RS_R_z [m s^-1],b_w_RS_S_x [rad s^-1],"
          "b_w_RS_S_y [rad s^-1],b_w_RS_S_z [rad s^-1],b_a_RS_S_x [m s^-2],b_a_RS_S_y [m s^-2],"
@@ -68,7 +60,7 @@ std::string ImuCalibrationYaml(const ImuSimulationOptions& options) {
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) {
       if (row + column > 0) yaml += column == 0 ? ",\n         " : ", ";
-      yaml += Shortest(T_BC(row, column));
+      yaml += NumberText(T_BC(row, column));
     }
   }
   yaml += "]\n";
@@ -79,12 +71,12 @@ std::string ImuCalibrationYaml(const ImuSimulationOptions& options) {
                                    {"accelerometer_walk", noise.accelerometer_walk},
                                    {"rate", options.rate},
                                    {"time_offset", 0.0}}) {
-    yaml += std::string("  ") + key + ": " + Shortest(value) + "\n";
+    yaml += std::string("  ") + key + ": " + NumberText(value) + "\n";
   }
   const ImuFaults& faults = options.faults;
   for (const auto& [key, range] : {std::pair("gyroscope_range", faults.gyroscope_range),
                                    {"accelerometer_range", faults.accelerometer_range}}) {
-    if (std::isfinite(range)) yaml += std::string("  ") + key + ": " + Shortest(range) + "\n";
+    if (std::isfinite(range)) yaml += std::string("  ") + key + ": " + NumberText(range) + "\n";
   }
   return yaml;
 }

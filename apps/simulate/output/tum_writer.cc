@@ -7,7 +7,6 @@
 #include <iomanip>
 #include <limits>
 #include <mutex>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,6 +16,7 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 #include "simulate/output/imu_files.h"
 #include "simulate/parallel_for.h"
@@ -112,7 +112,7 @@ std::vector<Stamp> TruthStamps(const Simulation& simulation) {
 }
 
 std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& stamps) {
-  std::ostringstream out;
+  TextWriter out;
   out << "# ground truth, pose of the camera in the world\n# timestamp tx ty tz qx qy qz qw\n"
       << std::fixed << std::setprecision(9);
   for (const Stamp stamp : stamps) {
@@ -127,7 +127,7 @@ std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& 
 std::string Calibration(const SimulationOptions& options) {
   const PinholeCamera& camera = options.camera;
   const DepthNoise noise = options.sensor.Noise();
-  std::ostringstream out;
+  TextWriter out;
   out << std::setprecision(std::numeric_limits<double>::max_digits10) << "camera:\n"
       << "  width: " << camera.width << "\n  height: " << camera.height << "\n  fx: " << camera.fx
       << "\n  fy: " << camera.fy << "\n  cx: " << camera.cx << "\n  cy: " << camera.cy
@@ -141,7 +141,7 @@ std::string Calibration(const SimulationOptions& options) {
 }
 
 std::string ErrorsYaml(const SimulationOptions& options) {
-  std::ostringstream out;
+  TextWriter out;
   out << std::setprecision(std::numeric_limits<double>::digits10)
       << "colour:\n  readout: " << options.readout << "\ndepth:\n  delay: " << options.depth_delay
       << "\n  readout: " << options.depth_readout

@@ -1,12 +1,12 @@
 #include "features/sound_points.h"
 
 #include <cmath>
-#include <sstream>
 #include <string>
 
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
@@ -18,7 +18,7 @@ std::string FaultOf(const cv::KeyPoint& keypoint, int levels, const cv::Size& im
   // Pixels reach half a pixel around their centres.
   if (pt.x < -0.5F || pt.y < -0.5F || pt.x > static_cast<float>(image.width) - 0.5F ||
       pt.y > static_cast<float>(image.height) - 0.5F) {
-    std::ostringstream fault;
+    TextWriter fault;
     fault << "is at (" << pt.x << ", " << pt.y << "), outside of the image of " << image.width
           << " x " << image.height;
     return fault.str();

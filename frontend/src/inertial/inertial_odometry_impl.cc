@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 
 #include <highwall/core/error.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/zero_velocity.h>
 #include <highwall/frontend/input/imu_check.h>
+#include <highwall/internal/number_text.h>
 
 #include "inertial/imu_saturation.h"
 #include "inertial/imu_vibration.h"
@@ -70,9 +69,7 @@ std::optional<Vector6> ExtrinsicsSigma(const InertialOptions& options) {
 }
 
 std::string Decimals(double value) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(2) << value;
-  return text.str();
+  return FixedText(value, 2);
 }
 
 std::string Explain(const InitializationReport& report) {

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
@@ -147,8 +148,8 @@ std::vector<GpsFix> ReadGps(const std::filesystem::path& path) {
   const LocalFrame frame(fixes.front().p_G);
   for (GpsFix& fix : fixes) {
     if (std::abs(fix.p_G.x()) > 90.0 || std::abs(fix.p_G.y()) > 360.0) {
-      throw IoError(path, "the heading names lat, but " + std::to_string(fix.p_G.x()) + " " +
-                              std::to_string(fix.p_G.y()) +
+      throw IoError(path, "the heading names lat, but " + FixedText(fix.p_G.x()) + " " +
+                              FixedText(fix.p_G.y()) +
                               " is no latitude and longitude [deg]: name the columns x y z");
     }
     fix.p_G = frame.ToLocal(fix.p_G);

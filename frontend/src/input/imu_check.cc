@@ -1,9 +1,7 @@
 #include <highwall/frontend/input/imu_check.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -15,6 +13,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -27,9 +26,7 @@ using Kind = ImuFindingKind;
 using Sensor = Eigen::Vector3d ImuSample::*;
 
 std::string Rounded(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
+  return RoundedText(value, 3);
 }
 
 // Those that are finite, in order, each stamp once: the first of equal ones stays.
@@ -380,11 +377,11 @@ const char* ToString(ImuFindingKind kind) {
 
 void ImuCheckOptions::Validate() const {
   HIGHWALL_REQUIRE(max_step > 0.0,
-                   "ImuCheckOptions::max_step must be positive, got " + std::to_string(max_step));
+                   "ImuCheckOptions::max_step must be positive, got " + FixedText(max_step));
   RequireAtLeast(frozen_readings, 2, "ImuCheckOptions::frozen_readings");
   HIGHWALL_REQUIRE(
       max_bad_share >= 0.0 && max_bad_share <= 1.0,
-      "ImuCheckOptions::max_bad_share must be in [0, 1], got " + std::to_string(max_bad_share));
+      "ImuCheckOptions::max_bad_share must be in [0, 1], got " + FixedText(max_bad_share));
   RequirePositive(max_angular_rate, "ImuCheckOptions::max_angular_rate");
 }
 

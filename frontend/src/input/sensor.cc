@@ -6,6 +6,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
 namespace highwall {
@@ -59,15 +60,14 @@ void RgbdSensor::Validate() const {
   depth_noise.Validate();
   depth_pattern.Validate();
   timing.Validate();
-  HIGHWALL_REQUIRE(
-      std::isfinite(depth_factor) && depth_factor > 0.0,
-      "RgbdSensor::depth_factor must be positive, got " + std::to_string(depth_factor));
+  HIGHWALL_REQUIRE(std::isfinite(depth_factor) && depth_factor > 0.0,
+                   "RgbdSensor::depth_factor must be positive, got " + FixedText(depth_factor));
   HIGHWALL_REQUIRE(std::abs(inverse_depth_offset) < 1.0,
                    "RgbdSensor::inverse_depth_offset must be within 1 / m, got " +
-                       std::to_string(inverse_depth_offset));
+                       FixedText(inverse_depth_offset));
   RequirePositiveFinite(min_depth, "RgbdSensor::min_depth");
   HIGHWALL_REQUIRE(std::isfinite(max_depth) && max_depth > min_depth,
-                   "RgbdSensor::max_depth must exceed min_depth, got " + std::to_string(max_depth));
+                   "RgbdSensor::max_depth must exceed min_depth, got " + FixedText(max_depth));
 }
 
 std::optional<RgbdSensor> SensorPreset(std::string_view name) {

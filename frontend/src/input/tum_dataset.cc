@@ -1,9 +1,7 @@
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <system_error>
 #include <tuple>
@@ -14,6 +12,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 
 #include "input/image_io.h"
 #include "input/pair_advice.h"
@@ -23,9 +22,7 @@ namespace highwall {
 namespace {
 
 std::string FourDigits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
+  return RoundedText(value, 4);
 }
 
 std::string Size(const cv::Mat& image) {
@@ -94,17 +91,17 @@ std::optional<double> LikelyDepthFactor(double median_depth, double depth_factor
 void TumDatasetOptions::Validate() const {
   HIGHWALL_REQUIRE(
       std::isfinite(depth_factor) && depth_factor > 0.0,
-      "TumDatasetOptions::depth_factor must be positive, got " + std::to_string(depth_factor));
+      "TumDatasetOptions::depth_factor must be positive, got " + FixedText(depth_factor));
   HIGHWALL_REQUIRE(std::abs(inverse_depth_offset) < 1.0,
                    "TumDatasetOptions::inverse_depth_offset must be within 1 / m, got " +
-                       std::to_string(inverse_depth_offset));
+                       FixedText(inverse_depth_offset));
   depth_pattern.Validate();
   HIGHWALL_REQUIRE(width >= 0 && height >= 0 && (width == 0) == (height == 0),
                    "TumDatasetOptions::width and height must both be positive or both 0, got " +
                        std::to_string(width) + " and " + std::to_string(height));
   HIGHWALL_REQUIRE(std::isfinite(max_stamp_difference) && max_stamp_difference > 0.0,
                    "TumDatasetOptions::max_stamp_difference must be positive, got " +
-                       std::to_string(max_stamp_difference));
+                       FixedText(max_stamp_difference));
 }
 
 TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetOptions& options)

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "loops/submap_merge.h"
@@ -39,8 +40,8 @@ bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
       MakeKeyFrameGraph(*map, old_loops, graph_options, map->keyframe(loop.edge.keyframe)->submap);
   const double chi2 = LoopChi2(graph, loop.edge, graph_options);
   if (!(chi2 <= graph_options.max_loop_chi2)) {
-    *message = "chi2 " + std::to_string(chi2) + " against the drift exceeds " +
-               std::to_string(graph_options.max_loop_chi2);
+    *message = "chi2 " + FixedText(chi2) + " against the drift exceeds " +
+               FixedText(graph_options.max_loop_chi2);
     return false;
   }
   graph.AllowBias(loop.edge, graph_options);

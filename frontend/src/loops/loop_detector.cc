@@ -5,6 +5,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/keyframe_index.h>
+#include <highwall/internal/number_text.h>
 
 #include "loops/submap_merge.h"
 #include "map/covisibility.h"
@@ -143,8 +144,8 @@ bool LoopDetector::Contradicts(const Map& map, const LoopEdge& edge) {
   }
   const auto share = MergeContradiction(map, *merge, grid_, model_.depth_noise());
   if (!share || *share <= kMaxContradiction) return false;
-  Refuse(edge, "share of the depth that contradicts, " + std::to_string(*share) + ", exceeds " +
-                   std::to_string(kMaxContradiction));
+  Refuse(edge, "share of the depth that contradicts, " + FixedText(*share) + ", exceeds " +
+                   FixedText(kMaxContradiction));
   return true;
 }
 
@@ -163,8 +164,8 @@ bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
     if (chi2 <= graph_.max_loop_chi2) {
       now.keyframes += merge_candidate_->keyframes;
     } else {
-      Refuse(edge, "chi2 " + std::to_string(chi2) + " against the keyframe before exceeds " +
-                       std::to_string(graph_.max_loop_chi2));
+      Refuse(edge, "chi2 " + FixedText(chi2) + " against the keyframe before exceeds " +
+                       FixedText(graph_.max_loop_chi2));
     }
   }
   merge_candidate_ = now;
@@ -225,8 +226,8 @@ std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrame
   const SubmapId submap = map.keyframe(id)->submap;
   loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, graph_, submap), loop.edge, graph_);
   if (loop.chi2 <= graph_.max_loop_chi2) return std::move(loop);
-  Refuse(loop.edge, "chi2 " + std::to_string(loop.chi2) + " against the drift exceeds " +
-                        std::to_string(graph_.max_loop_chi2));
+  Refuse(loop.edge, "chi2 " + FixedText(loop.chi2) + " against the drift exceeds " +
+                        FixedText(graph_.max_loop_chi2));
   return std::nullopt;
 }
 
@@ -266,7 +267,7 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
       map.RootOf(id) == map.RootOf(candidate) ? options_.min_found : options_.min_found_apart;
   if (share < bound) {
     Refuse(edge(), "share of the landmarks in view that it finds, against its own surroundings, " +
-                       std::to_string(share) + ", is below " + std::to_string(bound));
+                       FixedText(share) + ", is below " + FixedText(bound));
     return std::nullopt;
   }
   return Found{{edge(), std::move(found->points), std::move(found->lines), 0.0}, support, share};

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 #include "map/yaw_and_shift.h"
 
@@ -40,8 +41,8 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
   const double variance =
       2.0 * kGravitySigma * kGravitySigma + options.loop_rotation * options.loop_rotation;
   if (tilt * tilt > kChi2 * variance) {
-    *message = "tilts gravity by " + std::to_string(tilt * 180.0 / M_PI) + " deg, more than " +
-               std::to_string(std::sqrt(kChi2 * variance) * 180.0 / M_PI);
+    *message = "tilts gravity by " + FixedText(tilt * 180.0 / M_PI) + " deg, more than " +
+               FixedText(std::sqrt(kChi2 * variance) * 180.0 / M_PI);
     return std::nullopt;
   }
   merge.T_new_old = YawAndShift(merge.T_new_old, before.p());

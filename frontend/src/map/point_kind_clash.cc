@@ -1,18 +1,18 @@
 #include <highwall/frontend/map/point_kind_clash.h>
 
-#include <sstream>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
 
 std::string WithPyramid(const PointKind& kind) {
-  std::ostringstream words;
+  TextWriter words;
   words << kind.name << " in " << kind.pyramid.levels << " levels of " << kind.pyramid.scale_factor;
   return words.str();
 }
 
 std::string WithDescriptor(const PointKind& kind) {
-  std::ostringstream words;
+  TextWriter words;
   words << kind.name << " with descriptors of " << kind.columns
         << (kind.descriptor == DescriptorType::kBinary ? " bytes" : " numbers");
   return words.str();

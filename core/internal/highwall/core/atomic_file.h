@@ -21,7 +21,7 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  // Binary; write errors are found by Commit().
+  // Binary, and numbers look the same under every locale; write errors are found by Commit().
   std::ostream& stream() { return stream_; }
   // For writers that open a file by its name themselves (then do not use stream()).
   const std::filesystem::path& temporary() const { return temporary_; }

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 // The conditions that most options have to meet. Each throws InvalidArgument with the name as
 // given, what is asked of it and its value; NaN meets none of them, infinity those that do not
@@ -19,9 +20,17 @@ concept Number = std::integral<T> || std::floating_point<T>;
 namespace internal {
 
 template <Number T>
+std::string ValueText(T value) {
+  if constexpr (std::floating_point<T>) {
+    return FixedText(value);
+  } else {
+    return std::to_string(value);
+  }
+}
+
+template <Number T>
 void RequireValue(bool condition, T value, std::string_view name, const std::string& demand) {
-  HIGHWALL_REQUIRE(condition,
-                   std::string(name) + " must " + demand + ", is " + std::to_string(value));
+  HIGHWALL_REQUIRE(condition, std::string(name) + " must " + demand + ", is " + ValueText(value));
 }
 
 }  // namespace internal
@@ -48,15 +57,16 @@ void RequireNotNegativeFinite(T value, std::string_view name) {
 
 template <Number T>
 void RequireAtLeast(T value, std::type_identity_t<T> least, std::string_view name) {
-  internal::RequireValue(value >= least, value, name, "be at least " + std::to_string(least));
+  internal::RequireValue(value >= least, value, name, "be at least " + internal::ValueText(least));
 }
 
 // low <= value <= high
 template <Number T>
 void RequireWithin(T value, std::type_identity_t<T> low, std::type_identity_t<T> high,
                    std::string_view name) {
-  internal::RequireValue(value >= low && value <= high, value, name,
-                         "lie in [" + std::to_string(low) + ", " + std::to_string(high) + "]");
+  internal::RequireValue(
+      value >= low && value <= high, value, name,
+      "lie in [" + internal::ValueText(low) + ", " + internal::ValueText(high) + "]");
 }
 
 }  // namespace highwall
