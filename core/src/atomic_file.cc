@@ -17,7 +17,6 @@
 #include <vector>
 
 #include <highwall/core/error.h>
-#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
