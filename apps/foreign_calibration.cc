@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
-#include <sstream>
 #include <vector>
+
+#include <highwall/internal/number_text.h>
 
 namespace highwall::apps {
 namespace {
@@ -57,7 +58,7 @@ const std::vector<ForeignForm>& ForeignForms() {
 // The words in front of a colon, and the tag of OpenCV's matrices; comments aside.
 Keys KeysOf(const std::string& text) {
   Keys keys;
-  std::istringstream lines(text);
+  TextReader lines(text);
   const auto is_of_word = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
   };

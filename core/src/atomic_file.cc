@@ -1,13 +1,12 @@
 #include <highwall/core/atomic_file.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <iomanip>
 #include <locale>
 #include <random>
 #include <string>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
@@ -43,9 +43,9 @@ std::string ThisSystem() {
 std::string RandomNumber() {
   std::random_device random;
   const std::uint64_t number = (std::uint64_t{random()} << 32) | std::uint64_t{random()};
-  std::array<char, kNumberDigits + 1> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
+  TextWriter text;
+  text << std::hex << std::setfill('0') << std::setw(kNumberDigits) << number;
+  return text.str();
 }
 
 // The system whose process made a temporary; empty for another file.

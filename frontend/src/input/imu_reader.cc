@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 
 #include "input/imu_columns.h"
 #include "input/text_file.h"
@@ -132,7 +132,7 @@ bool IsImuHeading(std::string_view line) {
 }
 
 RawRecording ReadLines(const std::filesystem::path& path) {
-  std::istringstream file(ReadTextFile(path));
+  TextReader file(ReadTextFile(path));
   RawRecording recording;
   std::optional<ImuColumns> named;
   bool heading_allowed = true;

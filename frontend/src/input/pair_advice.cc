@@ -1,19 +1,16 @@
 #include "input/pair_advice.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include <highwall/core/stamp.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
 
 std::string ThreeDigits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
+  return RoundedText(value, 3);
 }
 
 // The stamps of the images that are in no pair.

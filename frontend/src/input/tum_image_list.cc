@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 
 #include "input/text_file.h"
 #include "input/tum_associations.h"
@@ -44,7 +44,7 @@ std::string_view Between(std::string_view behind_stamp) {
 // The pairs of stamp and name of each line that is no comment, up to `pairs` of them.
 std::vector<std::vector<ListedImage>> ReadPairs(const std::filesystem::path& list,
                                                 std::size_t pairs) {
-  std::istringstream text(ReadTextFile(list));
+  TextReader text(ReadTextFile(list));
   std::vector<std::vector<ListedImage>> columns(pairs);
   std::string content;
   for (std::int64_t number = 1; std::getline(text, content); ++number) {
