@@ -87,8 +87,9 @@ TEST_F(OutputFolder, OfOtherFilesIsRefusedAndStaysAsItWas) {
     Fill("out", files);
     EXPECT_EQ(ContentOf(out()), FolderContent::kForeign) << files.begin()->first;
     for (const auto& [command, why] : Commands()) {
-      ExpectRefused(command, "out: holds files that are not of a run of Highwall");
-      ExpectRefused(command, "--overwrite");
+      ExpectRefused(command,
+                    "out: holds files that are not of a run of Highwall: choose another folder, or "
+                    "give --overwrite");
     }
   }
 }
