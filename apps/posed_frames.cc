@@ -15,6 +15,7 @@
 namespace highwall::apps {
 namespace {
 
+constexpr const char* kCausalFile = "trajectory_causal.txt";
 constexpr Stamp kMaxStampDifference = 20'000'000;  // [ns]
 
 std::filesystem::path DatasetOfRun(const std::filesystem::path& run, const nlohmann::json& report) {
@@ -61,11 +62,30 @@ std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
   return std::nullopt;
 }
 
+// A run that was killed leaves the poses of its frames, but does not say of which dataset.
+bool IsUnfinished(const std::filesystem::path& source) {
+  return std::filesystem::exists(source / kCausalFile) &&
+         !std::filesystem::exists(source / "run.json") &&
+         !std::filesystem::exists(source / "rgb.txt");
+}
+
+// The command that maps it.
+[[noreturn]] void RefuseUnfinished(const std::filesystem::path& source,
+                                   const std::string& dataset) {
+  throw IoError(source,
+                "is a run that did not end (it has no run.json). Its frames until then: "
+                "highwall map " +
+                    source.string() + " --dataset " + (dataset.empty() ? "DATASET" : dataset) +
+                    " --trajectory " + (source / kCausalFile).string() + " --out FOLDER");
+}
+
 }  // namespace
 
 MapSource ResolveSource(const std::filesystem::path& source, const std::string& dataset,
                         const std::string& trajectory) {
   MapSource resolved;
+  const bool unfinished = IsUnfinished(source);
+  if (unfinished && (dataset.empty() || trajectory.empty())) RefuseUnfinished(source, dataset);
   const bool run = std::filesystem::exists(source / kReportFile);
   if (run) {
     const nlohmann::json report = ReadJson(source / kReportFile);
@@ -86,6 +106,7 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
   } else {
     resolved.dataset = dataset.empty() ? source : std::filesystem::path(dataset);
     resolved.trajectory = resolved.dataset / "groundtruth.txt";
+    if (unfinished) resolved.level = false;
   }
   if (!trajectory.empty()) {
     resolved.trajectory = trajectory;

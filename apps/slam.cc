@@ -6,6 +6,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <system_error>
@@ -31,6 +32,7 @@
 #include "settings.h"
 #include "slam_arguments.h"
 #include "slam_run.h"
+#include "stop_signals.h"
 
 namespace highwall::apps {
 namespace {
@@ -170,6 +172,23 @@ void RequireMemory(const Dataset& dataset, const PinholeCamera& camera,
   }
 }
 
+// Of a run that a signal has ended: which one, and how far it came.
+struct Stopped {
+  int signal = 0;
+  std::size_t done = 0, frames = 0;
+};
+
+std::optional<Stopped> StoppedBy(const StopSignals& signals, const SlamRun& run) {
+  if (run.left == 0) return std::nullopt;
+  const std::size_t done = run.frames + run.skipped + run.dropped;
+  return Stopped{signals.caught(), done, done + run.left};
+}
+
+void PrintStopped(const Stopped& stopped, const char* then) {
+  fmt::print(stderr, "highwall slam: stopped by {} after {} of {} frames: {}\n",
+             SignalName(stopped.signal), stopped.done, stopped.frames, then);
+}
+
 // report.html, of what is in the folder by now; false where it could not be written.
 bool WritePage(const std::filesystem::path& folder) {
   try {
@@ -229,6 +248,8 @@ int RunSlamCommand(const SlamArguments& arguments) {
   }
   RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
   if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;
+  const StopSignals signals;
+  options.stop = [&signals] { return signals.caught() != 0; };
   SlamRun run;
   {
     Progress progress("tracking");
@@ -250,6 +271,11 @@ int RunSlamCommand(const SlamArguments& arguments) {
   WarnOfImu(run);
   WarnOfDepth(run, sensor.depth_factor);
   WarnOfGps(run);
+  const std::optional<Stopped> stopped = StoppedBy(signals, run);
+  if (stopped && run.largest.trajectory.empty()) {
+    PrintStopped(*stopped, "no frame had a pose, and nothing is written");
+    return ExitCodeOf(stopped->signal);
+  }
   if (run.largest.trajectory.empty() && !arguments.load_map.empty()) {
     throw IoError(arguments.load_map, "no frame was recognized in this map");
   }
@@ -264,6 +290,11 @@ int RunSlamCommand(const SlamArguments& arguments) {
   report["max_pair_difference_s"] = arguments.max_pair_difference;
   report["depth_noise"] = ToJson(sensor.depth_noise);
   report["settings"] = ChangedSettings(options.slam);
+  if (stopped) {
+    report["stopped"] = {{"signal", SignalName(stopped->signal)},
+                         {"frames_done", stopped->done},
+                         {"frames", stopped->frames}};
+  }
   {
     const Progress progress("writing the results");
     report = output.WriteRest(run, report);
@@ -277,6 +308,10 @@ int RunSlamCommand(const SlamArguments& arguments) {
     fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));
   }
   const bool has_page = !arguments.report || WritePage(arguments.out);
+  if (stopped) {
+    PrintStopped(*stopped, "the results are those of these frames");
+    return ExitCodeOf(stopped->signal);
+  }
   return output.failures().empty() && has_page ? kExitOk : kExitFailed;
 }
 

@@ -188,6 +188,8 @@ class FrameSource {
   std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
   std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
   std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
+  // Frames behind the last one that was taken.
+  std::size_t left() const { return count() - std::min(position(), count()); }
 
  private:
   std::optional<FrameReader> reader_;  // one of the two
@@ -409,7 +411,8 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   FrameSource reader(dataset, options);
 
   RunTally tally;
-  while (const std::optional<RgbdImage> image = reader.Next()) {
+  const auto stopped = [&] { return options.stop && reader.left() > 0 && options.stop(); };
+  while (const std::optional<RgbdImage> image = stopped() ? std::nullopt : reader.Next()) {
     imu.FeedUntil(image->stamp, slam);
     gps.FeedUntil(image->stamp, slam);
     const FrameResult result = slam.Track(*image);
@@ -417,6 +420,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
     mapping.Follow(result);
   }
+  const std::size_t dropped = reader.dropped(), left = reader.left();
   std::vector<LoopReport> last;
   std::vector<std::string> failures;
   Attempt("last adjustment", &failures, [&] { last = slam.Finish(); });
@@ -426,8 +430,9 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   Record(last, &run.loop_events);
   if (!options.imu) run.inertial.reset();
   run.gps = gps.Summary(slam);
-  run.dropped = reader.dropped();
-  run.skipped = reader.count() - run.frames - run.dropped;
+  run.dropped = dropped;
+  run.left = left;
+  run.skipped = reader.count() - run.left - run.frames - run.dropped;
   run.without_depth = CountWithoutDepth(dataset, options);
   run.keyframes = slam.keyframe_trajectory();
   if (on_tracked && !run.largest.trajectory.empty()) on_tracked(run);

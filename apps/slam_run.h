@@ -41,6 +41,8 @@ struct SlamRunOptions {
   bool adjust_all = false;                // all keyframes and landmarks together, in the end
   // The camera is calibrated by the map that results, where given.
   std::optional<CameraCalibrationOptions> calibrate;
+  // Asked before each frame: true ends the run there, as if the recording ended; empty: never.
+  std::function<bool()> stop{};
 };
 
 // Mean, median, 95th and 99th percentile of samples [ms]; zeros for none.
@@ -160,6 +162,7 @@ struct SlamRun {
   double seconds = 0.0;  // of the whole run, dense map included
   // What could not be done in the end, and why; it stopped nothing else.
   std::vector<std::string> failures;
+  std::size_t left = 0;  // frames that were not looked at: SlamRunOptions::stop ended the run
 };
 
 // Share of the frames of the recording that have a pose in any submap: those that could not be

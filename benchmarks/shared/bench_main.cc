@@ -13,6 +13,7 @@
 #include "classic_locale.h"
 #include "json_text.h"
 #include "option_checks.h"
+#include "stop_signals.h"
 
 namespace highwall::bench {
 
@@ -29,6 +30,9 @@ int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& 
   try {
     run();
     return 0;
+  } catch (const apps::StoppedBySignal& stopped) {
+    fmt::print(stderr, "{}: {}\n", app.get_name(), stopped.what());
+    return apps::ExitCodeOf(stopped.signal());
   } catch (const IoError& error) {
     fmt::print(stderr, "{}: {}\n", app.get_name(), error.what());
     return 2;

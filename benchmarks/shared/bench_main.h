@@ -15,7 +15,7 @@ namespace highwall::bench {
 
 // What the main() of a benchmark does: parses the options of `app`, which is named as its binary
 // is, and runs. What is thrown becomes one line on standard error and an exit code: 1 wrong usage,
-// 2 IoError, 3 anything else.
+// 2 IoError, 3 anything else, 130, 143 or 129 where a signal has stopped it (apps/stop_signals.h).
 int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& run);
 
 struct BenchName {

@@ -25,6 +25,7 @@
 #include "option_checks.h"
 #include "paired.h"
 #include "paper_tables.h"
+#include "stop_signals.h"
 #include "sweep.h"
 #include "sweep_report.h"
 #include "sweep_tables.h"
@@ -124,15 +125,18 @@ ReportOptions ReportOptionsOf(const ReportArguments& arguments) {
 void Run(const BenchArguments& arguments) {
   const ReportOptions options = ReportOptionsOf(arguments.report);
   const bool text = options.format == ReportFormat::kText;
-  const SweepPlan plan = PlanOf(arguments);
+  SweepPlan plan = PlanOf(arguments);
+  const apps::StopSignals signals;
+  plan.stop = [&signals] { return signals.caught() != 0; };
   if (text) fmt::print("{}", TextHeader());
   const std::vector<RunRecord> records = RunSweep(plan, [&](const std::vector<RunRecord>& group) {
     if (!text) return;
     fmt::print("{}", TextLine(MakeRow(group)));
     std::fflush(stdout);
   });
-  if (plan.shard.count > 1) return;  // a part has no tables
-  Report(records, options);
+  const bool has_tables = plan.shard.count == 1 && !records.empty();  // a part has none
+  if (has_tables) Report(records, options);
+  if (plan.stop()) throw apps::StoppedBySignal(signals.caught());
 }
 
 void Merge(const std::vector<std::string>& sweeps, const ReportArguments& arguments) {

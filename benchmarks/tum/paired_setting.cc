@@ -172,8 +172,10 @@ OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& 
 }
 
 apps::SlamRun OwnSetting::RunWhole(std::size_t begin, const std::string& label,
-                                   const std::function<void(const RgbdImage&)>& on_image) const {
+                                   const std::function<void(const RgbdImage&)>& on_image,
+                                   const std::function<bool()>& stop) const {
   apps::SlamRunOptions options = options_;
+  options.stop = stop;
   options.begin = begin;
   apps::Progress progress(label);
   apps::SlamRun run = apps::RunSlam(

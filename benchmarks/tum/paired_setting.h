@@ -55,9 +55,11 @@ class OwnSetting final : public Setting {
 
   const Dataset& images() const { return *dataset_.images; }
   // All that a run tells, in the mode of the constructor. on_image: called after each frame. Throws
-  // what the run throws, and std::runtime_error where a part of it failed.
+  // what the run throws, and std::runtime_error where a part of it failed. stop: as
+  // SlamRunOptions::stop.
   apps::SlamRun RunWhole(std::size_t begin, const std::string& label,
-                         const std::function<void(const RgbdImage&)>& on_image = {}) const;
+                         const std::function<void(const RgbdImage&)>& on_image = {},
+                         const std::function<bool()>& stop = {}) const;
   SettingRun Run(std::size_t begin, const std::string& label) const override;
 
  private:

@@ -64,11 +64,13 @@ std::optional<RunRecord> KeptRun(const SweepPlan& plan, const RunKey& key) {
   return record;
 }
 
-RunRecord RunOrRead(const SweepPlan& plan, const Source& source, const RunKey& key) {
-  if (std::optional<RunRecord> kept = KeptRun(plan, key)) return *std::move(kept);
+// Empty where the sweep is stopped.
+std::optional<RunRecord> RunOrRead(const SweepPlan& plan, const Source& source, const RunKey& key) {
+  if (plan.stop && plan.stop()) return std::nullopt;
+  if (std::optional<RunRecord> kept = KeptRun(plan, key)) return kept;
   MakeImages(source, plan.data);
-  RunRecord record = RunOnce(source.folder, key);
-  if (!plan.out.empty()) WriteRecord(plan.out, record);
+  std::optional<RunRecord> record = RunOnce(source.folder, key, plan.stop);
+  if (record && !plan.out.empty()) WriteRecord(plan.out, *record);
   return record;
 }
 
@@ -95,8 +97,9 @@ std::vector<RunRecord> RunSweep(const SweepPlan& plan, const GroupCallback& on_g
       for (const Source& source : row) {
         for (int run = 1; run <= plan.runs; ++run) {
           if (count++ % plan.shard.count != plan.shard.number - 1) continue;
-          group.push_back(
-              RunOrRead(plan, source, {source.name, source.seed, setting, run, plan.lockstep}));
+          std::optional<RunRecord> record =
+              RunOrRead(plan, source, {source.name, source.seed, setting, run, plan.lockstep});
+          if (record) group.push_back(*std::move(record));
         }
       }
       if (on_group && !group.empty()) on_group(group);

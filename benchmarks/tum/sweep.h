@@ -31,14 +31,15 @@ struct SweepPlan {
   bool lockstep = false;
   std::filesystem::path out;  // keeps the runs; empty: nothing is kept
   Shard shard;
+  std::function<bool()> stop{};  // asked between frames: true ends the sweep; empty: never
 };
 
 // Called where all runs of a sequence with a setting, as far as they are in the shard, are done.
 using GroupCallback = std::function<void(const std::vector<RunRecord>& group)>;
 
-// Runs all that is not yet kept, and returns all, kept ones included, sequence by sequence. Throws
-// IoError for a sequence that cannot be used and for a kept run of other switches, and what the
-// runs throw.
+// Runs all that is not yet kept, and returns all, kept ones included, sequence by sequence: all
+// that were done where plan.stop ends it, for a run that it cuts off is none. Throws IoError for a
+// sequence that cannot be used and for a kept run of other switches, and what the runs throw.
 std::vector<RunRecord> RunSweep(const SweepPlan& plan, const GroupCallback& on_group = {});
 
 }  // namespace highwall::bench

@@ -112,14 +112,16 @@ void AddCounts(const apps::SlamRun& run, Scores* figures) {
 
 }  // namespace
 
-RunRecord RunOnce(const std::filesystem::path& dataset, const RunKey& key) {
+std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
+                                 const std::function<bool()>& stop) {
   ForgetPeakMemory();
   if (key.lockstep) cv::setNumThreads(1);  // as `highwall slam --deterministic`
   const OwnSetting setting(key.setting.switches, dataset,
                            {.lockstep = key.lockstep, .map = key.setting.map});
   OrbReference orb;
-  apps::SlamRun run = setting.RunWhole(0, NameOf(key).string(),
-                                       [&orb](const RgbdImage& image) { orb.Measure(image.bgr); });
+  apps::SlamRun run = setting.RunWhole(
+      0, NameOf(key).string(), [&orb](const RgbdImage& image) { orb.Measure(image.bgr); }, stop);
+  if (run.left > 0) return std::nullopt;
   RunRecord record{key, {}, run.loss_reasons, {}};
   AddTimes(run, orb.MedianMs(), &record.figures);
   AddCounts(run, &record.figures);

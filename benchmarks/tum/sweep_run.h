@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <optional>
 
 #include <highwall/core/trajectory_error.h>
 
@@ -12,7 +14,7 @@ namespace highwall::bench {
 inline constexpr RelativePoseErrorOptions kThirtyFrames{.delta = 30.0, .all_pairs = true};
 
 // Runs a dataset that `highwall slam` takes. Throws IoError for one that cannot be used, and what
-// the run throws.
+// the run throws. stop: asked between its frames; empty where it has ended the run.
 //
 // Figures, each with its unit in its name:
 //   ape_, rpe_1_frame_, rpe_30_frames_   {max,mean,median,min,rmse,std}_m and sse_m2, over all
@@ -25,6 +27,7 @@ inline constexpr RelativePoseErrorOptions kThirtyFrames{.delta = 30.0, .all_pair
 //   included mapping_ms, seconds, peak_memory_mib orb_ms, tracking_over_orb
 //   cv::ORB::detectAndCompute on the same images, between them cloud_mb, octree_mb of cloud.ply and
 //   map.bt, where there is a dense map
-RunRecord RunOnce(const std::filesystem::path& dataset, const RunKey& key);
+std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
+                                 const std::function<bool()>& stop = {});
 
 }  // namespace highwall::bench

@@ -1,9 +1,13 @@
 // Runs sweeps of highwall_bench_tum as a user does, on a few generated frames.
+#include <signal.h>
+
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <regex>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -78,6 +82,27 @@ TEST_F(BenchTumSweep, AnInterruptedSweepGoesOnWhereItEnded) {
   for (const char* table : {"figures.json", "runs.csv", "table.md"}) {
     EXPECT_TRUE(std::filesystem::exists(File("kept") / table)) << table;
   }
+}
+
+TEST_F(BenchTumSweep, ASignalEndsItWithTheTablesOfWhatIsDone) {
+  WriteSequence("first", 4);
+  WriteSequence("second", 40);
+  const std::string out = File("kept").string();
+  testing::BackgroundProgram program(
+      testing::kBenchTum, {"--data", File("").string(), "--sequences", "first,second", "--runs",
+                           "1", "--features", "points", "--deterministic", "--out", out});
+  while (program.IsRunning() && !std::filesystem::exists(File("kept/runs/first/points/1.json"))) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_TRUE(program.IsRunning());
+  program.Send(SIGTERM);
+  EXPECT_EQ(program.ExitCode(), 143);
+  EXPECT_FALSE(std::filesystem::exists(File("kept/runs/second"))) << "a part of a run";
+  const std::string table = ReadText(File("kept/table.md"));
+  EXPECT_TRUE(Contains(table, "first") && !Contains(table, "second")) << table;
+  const json whole = Report("--data . --sequences first,second --runs 1 --features points " +
+                            std::string("--deterministic --out kept"));
+  EXPECT_EQ(whole["sequences"].size(), 2U);
 }
 
 TEST_F(BenchTumSweep, ARunOfOtherSwitchesIsNotTakenForThisOne) {

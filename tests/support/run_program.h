@@ -59,6 +59,7 @@ class BackgroundProgram {
     words.push_back(nullptr);
     process_ = ::fork();
     if (process_ != 0) return;
+    ::signal(SIGINT, SIG_DFL);  // a shell makes what runs in its background ignore it
     const int nothing = ::open("/dev/null", O_RDWR);
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
     ::execv(words.front(), words.data());
@@ -69,8 +70,14 @@ class BackgroundProgram {
   BackgroundProgram& operator=(const BackgroundProgram&) = delete;
 
   bool IsRunning() {
-    if (!ended_) ended_ = ::waitpid(process_, nullptr, WNOHANG) == process_;
+    if (!ended_) ended_ = ::waitpid(process_, &status_, WNOHANG) == process_;
     return !ended_;
+  }
+  void Send(int signal) const { ::kill(process_, signal); }
+  // Waits for its end; -1 where a signal ended it.
+  int ExitCode() {
+    if (!ended_) ended_ = ::waitpid(process_, &status_, 0) == process_;
+    return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1;
   }
   void Kill() {
     if (ended_) return;
@@ -81,6 +88,7 @@ class BackgroundProgram {
 
  private:
   pid_t process_ = 0;
+  int status_ = 0;
   bool ended_ = false;
 };
 
