@@ -15,7 +15,6 @@
 namespace highwall::apps {
 namespace {
 
-constexpr const char* kCausalFile = "trajectory_causal.txt";
 constexpr Stamp kMaxStampDifference = 20'000'000;  // [ns]
 
 std::filesystem::path DatasetOfRun(const std::filesystem::path& run, const nlohmann::json& report) {
@@ -65,7 +64,7 @@ std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
 // A run that was killed leaves the poses of its frames, but does not say of which dataset.
 bool IsUnfinished(const std::filesystem::path& source) {
   return std::filesystem::exists(source / kCausalFile) &&
-         !std::filesystem::exists(source / "run.json") &&
+         !std::filesystem::exists(source / kReportFile) &&
          !std::filesystem::exists(source / "rgb.txt");
 }
 
