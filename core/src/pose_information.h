@@ -16,9 +16,10 @@ constexpr double kInformationRounding = 1e-9;  // of the largest eigenvalue
 // Positive definite, or semidefinite to rounding. information: symmetric, finite.
 inline bool IsPositiveSemidefinite(const PoseInformation& information) {
   if (Eigen::LLT<PoseInformation>(information).info() == Eigen::Success) return true;
+  // On the heap: g++ takes the members of a bounded matrix for uninitialized.
+  const Eigen::MatrixXd dynamic = information;
   const Eigen::VectorXd values =
-      Eigen::SelfAdjointEigenSolver<PoseInformation>(information, Eigen::EigenvaluesOnly)
-          .eigenvalues();
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dynamic, Eigen::EigenvaluesOnly).eigenvalues();
   return values.minCoeff() >= -kInformationRounding * values.maxCoeff();
 }
 
