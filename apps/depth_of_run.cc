@@ -16,7 +16,7 @@
 namespace highwall::apps {
 namespace {
 
-using Pointer = nlohmann::json::json_pointer;
+using JsonPlace = nlohmann::json::json_pointer;
 
 // The motion at a stamp, by the poses before and after it; none where one of them is too far.
 Twist MotionAt(const Trajectory& trajectory, Stamp stamp) {
@@ -33,14 +33,14 @@ Twist MotionAt(const Trajectory& trajectory, Stamp stamp) {
 DepthPattern PatternOf(const nlohmann::json& report) {
   DepthPattern pattern;
   const std::vector<double> values =
-      report.value(Pointer("/depth_pattern/values_per_m"), std::vector<double>());
+      report.value(JsonPlace("/depth_pattern/values_per_m"), std::vector<double>());
   if (values.size() == DepthPattern::kNodes) std::ranges::copy(values, pattern.nodes.begin());
   return pattern;
 }
 
 FrameTiming TimingOf(const nlohmann::json& report) {
   const nlohmann::json value =
-      report.value(Pointer("/frame_timing_s/value"), nlohmann::json::object());
+      report.value(JsonPlace("/frame_timing_s/value"), nlohmann::json::object());
   return {.colour_readout = value.value("colour_readout", 0.0),
           .depth_readout = value.value("depth_readout", 0.0),
           .depth_delay = value.value("depth_delay", 0.0)};
@@ -56,7 +56,7 @@ DepthOfRun::DepthOfRun(const std::filesystem::path& run) {
     timing_ = TimingOf(report);
     pattern_.Validate();
     timing_.Validate();
-    const std::string rows = report.value(Pointer("/options/frame_timing"), "ignored");
+    const std::string rows = report.value(JsonPlace("/options/frame_timing"), "ignored");
     if (rows == "ignored" || !std::filesystem::exists(run / "trajectory.txt")) return;
   } catch (const nlohmann::json::exception& error) {
     throw IoError(run / "run.json", std::string("is not that of a run: ") + error.what());
