@@ -131,10 +131,6 @@ struct SequenceFigures {
   std::size_t lost_a = 0, lost_b = 0;  // frames of all runs
 };
 
-std::string Cell(const char* format, const std::optional<double>& value) {
-  return value ? fmt::format(fmt::runtime(format), *value) : "-";
-}
-
 void PrintHeader() {
   fmt::print("{:<20} {:>5} {:>9} {:>9} {:>6} {:>16} {:>6} {:>6} {:>10} {:>10}\n", "sequence",
              "pairs", "APE A mm", "APE B mm", "B/A", "95 % interval", "lost A", "lost B",
@@ -146,12 +142,11 @@ void PrintRow(const SequenceResult& result) {
   const auto millimetres = [](const std::optional<double>& ape) {
     return ape ? fmt::format("{:.2f}", 1e3 * *ape) : "-";
   };
-  const std::optional<double> ratio =
-      result.ratio ? std::optional(Ratio(*result.ratio)) : std::nullopt;
+  const std::string ratio = result.ratio ? fmt::format("{:.3f}", Ratio(*result.ratio)) : "-";
   fmt::print("{:<20} {:>5} {:>9} {:>9} {:>6} {:>16} {:>6} {:>6} {:>10.2f} {:>10.2f}\n", result.name,
-             figures.compared, millimetres(figures.ape_a), millimetres(figures.ape_b),
-             Cell("{:.3f}", ratio), IntervalText(result.ratio), figures.lost_a, figures.lost_b,
-             figures.frame_ms_a, figures.frame_ms_b);
+             figures.compared, millimetres(figures.ape_a), millimetres(figures.ape_b), ratio,
+             IntervalText(result.ratio), figures.lost_a, figures.lost_b, figures.frame_ms_a,
+             figures.frame_ms_b);
   std::fflush(stdout);
 }
 
