@@ -22,6 +22,7 @@
 #include "imu_input.h"
 #include "json_text.h"
 #include "opened_dataset.h"
+#include "option_checks.h"
 #include "output_checks.h"
 #include "progress.h"
 #include "run_dataset.h"
