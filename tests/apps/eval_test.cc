@@ -205,7 +205,7 @@ void ExpectTextsInside(const std::string& svg) {
 TEST_F(EvalCommand, PlotsHoldTheirTexts) {
   const std::string name = std::string(130, 'n') + ".txt";
   Write(name, estimate_lines_);
-  for (const std::string arguments :
+  for (const std::string& arguments :
        {"ape reference.txt " + name + " --explain",
         "rpe reference.txt " + name + " --delta 0.123456 --delta-unit m --relation angle_deg",
         "ape reference.txt estimate.txt " + name}) {
