@@ -40,8 +40,8 @@ std::filesystem::path DatasetOfRun(const std::filesystem::path& run, const nlohm
 
 double MaxPairDifferenceOfRun(const nlohmann::json& report) {
   constexpr const char* kKey = "max_pair_difference_s";
-  const bool told = report.is_object() && report.contains(kKey) && report[kKey].is_number();
-  const double seconds = told ? report[kKey].get<double>() : kMaxPairDifference;
+  const bool stated = report.is_object() && report.contains(kKey) && report[kKey].is_number();
+  const double seconds = stated ? report[kKey].get<double>() : kMaxPairDifference;
   return seconds > 0.0 && seconds <= 1.0 ? seconds : kMaxPairDifference;
 }
 
