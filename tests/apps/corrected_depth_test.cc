@@ -74,7 +74,8 @@ TEST_F(CorrectedDepth, OfAPatternThatIsFoundFollowsFromTheFirstKeyframeOn) {
   const double of_run = Error("run/cloud.ply"), again = Error("again/cloud.ply"),
                raw = Error("raw/cloud.ply");
   EXPECT_LT(of_run, 0.9 * raw);
-  EXPECT_NEAR(of_run, again, 0.05 * again);
+  // The run corrects the rows of its keyframes by what it knew of their times then.
+  EXPECT_NEAR(of_run, again, 0.1 * again);
 }
 
 }  // namespace
