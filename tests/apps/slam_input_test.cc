@@ -96,7 +96,11 @@ TEST_F(SlamInput, CoverageCountsColourImagesAndSaysHowManyHaveNoDepth) {
 }
 
 TEST_F(SlamInput, TakesTheSwitchThatItNamesWhereDepthIsLate) {
-  WriteSequence(6);
+  // So slow that no other image is nearer than its own.
+  simulate::SimulationOptions options = testing::SmallRoomOptions();
+  options.fps = 10.0;
+  options.duration = 0.6;
+  simulate::WriteTum(simulate::SimulateRoom(options), dataset());
   std::istringstream list(ReadText(dataset() / "depth.txt"));
   std::string late;
   for (std::string line; std::getline(list, line);) {
