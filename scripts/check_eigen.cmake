@@ -42,6 +42,7 @@ foreach(case IN ITEMS "3.3.9 refused" "3.4.0 accepted" "3.4.90 accepted" "5.0.0 
     execute_process(COMMAND ${CMAKE_COMMAND} -D ROOT=${ROOT} -D ASK=${ask}
                             -D CMAKE_PREFIX_PATH=${prefix} -P ${CMAKE_CURRENT_LIST_FILE}
                     RESULT_VARIABLE result OUTPUT_VARIABLE said ERROR_VARIABLE said)
+    string(REGEX REPLACE "[ \n]+" " " said "${said}")  # lines break where a path is long
     if(result EQUAL 0)
       set(answer accepted)
     elseif(said MATCHES "Eigen 3\\.3\\.9 in[^:]*is too old")

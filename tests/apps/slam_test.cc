@@ -77,7 +77,7 @@ class SlamCommand : public ::testing::Test {
   void ExpectRefused(const std::vector<std::string>& parts, const std::string& options = "") const {
     fs::create_directories(run());
     WriteText(run() / "trajectory.txt", "earlier trajectory");
-    WriteText(run() / "run.json", "earlier report");
+    WriteText(run() / "run.json", R"({"versions": {"highwall": "0.1.0"}})");
     const auto before = Contents(run());
     const Outcome outcome = SlamOnDataset(options);
     testing::ExpectRefused(outcome, 2, parts);
