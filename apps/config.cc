@@ -49,6 +49,7 @@ void ReadCamera(YamlReader& section, const std::filesystem::path& path, PinholeC
 
 // What other systems call a calibration is named before it is read as one of ours.
 void RefuseForeign(const std::filesystem::path& path) {
+  if (!std::filesystem::is_regular_file(path)) return;  // which the reader of ours refuses
   std::ifstream stream(path);
   const std::string text(std::istreambuf_iterator<char>(stream), {});
   if (const auto foreign = DescribeForeignCalibration(text)) throw IoError(path, *foreign);

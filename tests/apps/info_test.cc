@@ -185,9 +185,10 @@ TEST_F(InfoTest, CountsAndNamesUnreadableFilesAndCarriesOn) {
 TEST_F(InfoTest, ReportsGapsAndStampsWithoutAPartner) {
   WriteTum(dataset(), {.frames = 5, .textured = true});
   std::string rgb, depth;
+  int image = 100;
   for (const char* stamp : {"10.0", "10.1", "10.2", "11.0", "11.1"}) {
-    rgb += std::string(stamp) + " rgb/100.png\n";
-    depth += std::string(stamp) + " depth/100.png\n";
+    rgb += std::string(stamp) + " rgb/" + std::to_string(image) + ".png\n";
+    depth += std::string(stamp) + " depth/" + std::to_string(image++) + ".png\n";
   }
   WriteText(dataset() / "rgb.txt", rgb + "11.2 rgb/101.png\n");
   WriteText(dataset() / "depth.txt", depth + "11.25 depth/101.png\n11.3 depth/102.png\n");

@@ -53,6 +53,9 @@ std::vector<std::vector<ListedImage>> ReadPairs(const std::filesystem::path& lis
       const std::string_view stamp = NextField(&line, " \t\r,;");
       if (i == 0 && (stamp.empty() || stamp.front() == '#')) break;
       const std::string_view name = NextField(&line, Between(line));
+      if (name.empty() && !ParseStamp(std::string(stamp))) {
+        throw IoError(list, number, "'" + std::string(stamp) + "' is not a time stamp in seconds");
+      }
       if (name.empty()) throw IoError(list, number, "a file name is missing behind the stamp");
       columns[i].push_back({number, std::string(stamp), std::string(name)});
     }
