@@ -4,7 +4,7 @@ namespace highwall::internal {
 namespace {
 
 constexpr std::size_t kMostOfAByte = 88;  // 264 bytes are repeated by three
-constexpr unsigned kLongRun = 7;          // a length that goes on in the next byte
+constexpr unsigned kLongRun = 7;          // a length that continues in the next byte
 
 }  // namespace
 

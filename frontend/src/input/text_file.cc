@@ -52,7 +52,7 @@ std::string FromUtf16(std::string_view bytes, bool big_endian) {
   return text;
 }
 
-// Text of digits and Latin letters without a mark, told by the zero of its first letter.
+// Text of digits and Latin letters without a mark, recognized by the zero of its first letter.
 bool LooksLikeUtf16(std::string_view bytes, std::size_t zero) {
   return bytes.size() >= 4 && bytes[zero] == '\0' && bytes[zero + 2] == '\0' &&
          bytes[1 - zero] != '\0' && bytes[3 - zero] != '\0';

@@ -111,7 +111,7 @@ class OctomapBuilder {
   void WriteBinary(const std::filesystem::path& path) const;
   // OctoMap's .ot: full log-odds. Throws IoError; the old file then stays.
   void Write(const std::filesystem::path& path) const;
-  // Reads either format (told apart by the first line), of a ColorOcTree without its colours.
+  // Reads either format (distinguished by the first line), of a ColorOcTree without its colours.
   // options: all but the resolution. The whole file is checked first: IoError if it is missing,
   // truncated, too long or of another tree type.
   static OctomapBuilder Read(const std::filesystem::path& path,
