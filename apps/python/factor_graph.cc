@@ -198,8 +198,11 @@ void BindFactorGraph(py::module_& module) {
             const auto ids = Ids(ReadVariables(variables));
             return self.Call([&](const FactorGraph& graph) { return graph.Covariance(ids); });
           },
-          "covariance(*variables): joint, in their tangent spaces. Throws InvalidArgument if the "
-          "factors do not determine them.");
+          "covariance(*variables): joint, in their tangent spaces; None where the factors do not "
+          "determine them.")
+      .def("undetermined", &FactorGraph::Undetermined,
+           "A variable that the factors do not determine, and what to do; empty if they determine "
+           "all.");
 }
 
 }  // namespace highwall::python

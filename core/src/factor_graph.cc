@@ -545,18 +545,22 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
   return summary;
 }
 
-Eigen::MatrixXd FactorGraph::Covariance(std::span<const VariableId> variables) const {
-  const std::vector<double*> unknown = impl_->Unknown();
-  std::vector<const double*> wanted;
-  for (const VariableId& id : variables) wanted.push_back(Block(id));
-  impl_->faults.last = nullptr;
+std::optional<Eigen::MatrixXd> FactorGraph::Covariance(
+    std::span<const VariableId> variables) const {
+  std::vector<double*> wanted;
+  for (const VariableId& id : variables) wanted.push_back(impl_->At(id).block.get());
   try {
-    return internal::TangentCovariance(impl_->problem, unknown, wanted);
+    const auto of_all = internal::TangentCovariance(impl_->problem, impl_->Unknown(),
+                                                    {wanted.begin(), wanted.end()});
+    // Where something is open, it may be something else.
+    return of_all ? of_all : internal::MarginalCovariance(impl_->problem, wanted, {});
   } catch (const InvalidArgument&) {
-    throw InvalidArgument("FactorGraph::Covariance: " + (impl_->faults.last != nullptr
-                                                             ? impl_->FirstFault()
-                                                             : impl_->FirstUndetermined()));
+    throw InvalidArgument("FactorGraph::Covariance: " + impl_->FirstFault());
   }
+}
+
+std::string FactorGraph::Undetermined() const {
+  return impl_->FirstUndetermined();
 }
 
 std::optional<Eigen::MatrixXd> FactorGraph::ReducedCovariance(

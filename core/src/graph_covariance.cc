@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <ceres/crs_matrix.h>
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
@@ -88,11 +89,11 @@ const double* FindUndetermined(ceres::Problem& problem, const std::vector<double
   return Normal(problem, unknown).undetermined;
 }
 
-Eigen::MatrixXd TangentCovariance(ceres::Problem& problem, const std::vector<double*>& unknown,
-                                  const std::vector<const double*>& wanted) {
+std::optional<Eigen::MatrixXd> TangentCovariance(ceres::Problem& problem,
+                                                 const std::vector<double*>& unknown,
+                                                 const std::vector<const double*>& wanted) {
   const Normal normal(problem, unknown);
-  HIGHWALL_REQUIRE(normal.undetermined == nullptr,
-                   "Covariance: the factors do not determine every variable");
+  if (normal.undetermined != nullptr) return std::nullopt;
   const std::vector<int> wanted_columns = ColumnsOf(problem, wanted, normal.first_column);
   const auto size = static_cast<Eigen::Index>(wanted_columns.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
@@ -107,6 +108,45 @@ Eigen::MatrixXd TangentCovariance(ceres::Problem& problem, const std::vector<dou
     }
   }
   return 0.5 * (covariance + covariance.transpose());
+}
+
+std::optional<Eigen::MatrixXd> MarginalCovariance(ceres::Problem& problem,
+                                                  const std::vector<double*>& wanted,
+                                                  const MarginalizationOptions& options) {
+  std::vector<double*> unknown;
+  std::vector<Eigen::Index> first_row;  // of each of `wanted` in the result
+  Eigen::Index total = 0, unknown_total = 0;
+  for (double* const block : wanted) {
+    const int size = problem.ParameterBlockTangentSize(block);
+    first_row.push_back(total);
+    total += size;
+    if (problem.IsParameterBlockConstant(block)) continue;
+    if (std::find(unknown.begin(), unknown.end(), block) != unknown.end()) continue;
+    unknown.push_back(block);
+    unknown_total += size;
+  }
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(total, total);
+  if (unknown.empty()) return covariance;
+  const Marginal marginal = Summarize(problem, unknown, options);
+  if (marginal.report.rank < unknown_total) return std::nullopt;
+  const MarginalPrior& prior = *marginal.prior;
+  const Eigen::MatrixXd inverse = prior.A().inverse();  // square: full rank
+  const auto rows_of = [&](std::size_t i) {
+    return inverse.middleRows(prior.Column(i), prior.TangentSize(i));
+  };
+  std::vector<std::pair<Eigen::Index, std::size_t>> known;  // first row, block of the prior
+  for (std::size_t w = 0; w < wanted.size(); ++w) {
+    const auto found = std::find(marginal.blocks.begin(), marginal.blocks.end(), wanted[w]);
+    if (found == marginal.blocks.end()) continue;
+    known.emplace_back(first_row[w], static_cast<std::size_t>(found - marginal.blocks.begin()));
+  }
+  for (const auto& [row, i] : known) {
+    for (const auto& [column, j] : known) {
+      covariance.block(row, column, prior.TangentSize(i), prior.TangentSize(j)) =
+          rows_of(i) * rows_of(j).transpose();
+    }
+  }
+  return covariance;
 }
 
 }  // namespace highwall::internal

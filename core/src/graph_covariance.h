@@ -1,10 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
 #include <ceres/problem.h>
 #include <Eigen/Core>
+
+#include <highwall/core/marginalization.h>
 
 namespace highwall::internal {
 
@@ -13,10 +16,17 @@ namespace highwall::internal {
 inline constexpr double kMinPivot = 1e-13;
 
 // Joint tangent-space covariance of `wanted` given that just the blocks `unknown` are estimated;
-// blocks of `wanted` that are not among `unknown` get zeros. Throws InvalidArgument if the Jacobian
-// with respect to `unknown` has not full column rank or cannot be evaluated.
-Eigen::MatrixXd TangentCovariance(ceres::Problem& problem, const std::vector<double*>& unknown,
-                                  const std::vector<const double*>& wanted);
+// blocks of `wanted` that are not among `unknown` get zeros. Empty if the Jacobian with respect to
+// `unknown` has not full column rank. Throws InvalidArgument if it cannot be evaluated.
+std::optional<Eigen::MatrixXd> TangentCovariance(ceres::Problem& problem,
+                                                 const std::vector<double*>& unknown,
+                                                 const std::vector<const double*>& wanted);
+
+// The same, everything but `wanted` marginalized, whether the factors determine it or not. Empty if
+// they leave a direction of `wanted` open; constant blocks get zeros.
+std::optional<Eigen::MatrixXd> MarginalCovariance(ceres::Problem& problem,
+                                                  const std::vector<double*>& wanted,
+                                                  const MarginalizationOptions& options);
 
 // All columns of the blocks that are wanted, -1 for those of one that has no first column.
 std::vector<int> ColumnsOf(const ceres::Problem& problem, const std::vector<const double*>& wanted,

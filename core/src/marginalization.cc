@@ -83,7 +83,7 @@ Marginal Reduce(const ceres::Problem& problem, const std::vector<ceres::Residual
   std::vector<int> kept(linearization.blocks().size() - eliminated.size());
   std::iota(kept.begin(), kept.end(), static_cast<int>(eliminated.size()));
   const RankRevealed revealed =
-      internal::RevealRank(system.Triangular(kept), options.rank_tolerance);
+      internal::RevealRank(system.Triangular(kept), system.Lengths(kept), options.rank_tolerance);
   return MakePrior(linearization.blocks(), kept, revealed, report);
 }
 

@@ -164,7 +164,10 @@ Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std:
   }
   std::vector<VariableId> wanted;
   for (const std::int64_t id : ids) wanted.push_back(problem.variable(topology.IndexOf(id)));
-  return problem.graph().Covariance(wanted);
+  const auto covariance = problem.graph().Covariance(wanted);
+  HIGHWALL_REQUIRE(covariance, "PoseGraphCovariance: the edges do not determine these nodes: " +
+                                   problem.graph().Undetermined());
+  return *covariance;
 }
 
 }  // namespace highwall

@@ -126,15 +126,17 @@ std::optional<Eigen::MatrixXd> ProjectedProblem::Covariance(
   int n = 0;
   const auto first = FirstColumns(problem_, blocks, &n);
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
-  if (!projection_.AddInformation(&H)) return std::nullopt;
+  Eigen::VectorXd eliminated = Eigen::VectorXd::Zero(n);
+  if (!projection_.AddInformation(&H, &eliminated)) return std::nullopt;
   AddInformation(problem_, others_, first, &H);
   const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return std::nullopt;
+  const Eigen::VectorXd left = H.diagonal().cwiseQuotient(H.diagonal() + eliminated);
   H = (scale.asDiagonal() * H.eval() * scale.asDiagonal()).eval();
   const Eigen::LLT<Eigen::MatrixXd> factors(H.transpose());  // its lower triangle
-  // Squares of its diagonal: the pivots.
+  // Squares of its diagonal: the pivots, which may be rounding of what the landmarks took away.
   if (factors.info() != Eigen::Success ||
-      factors.matrixLLT().diagonal().cwiseAbs2().minCoeff() <= kMinPivot) {
+      factors.matrixLLT().diagonal().cwiseAbs2().cwiseProduct(left).minCoeff() <= kMinPivot) {
     return std::nullopt;
   }
   const std::vector<int> columns = ColumnsOf(problem_, wanted, first);

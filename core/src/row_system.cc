@@ -1,6 +1,7 @@
 #include "row_system.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <queue>
@@ -11,10 +12,30 @@
 namespace highwall::internal {
 namespace {
 
-// Column norms; 1 for a zero column.
-Eigen::VectorXd ColumnScale(const Eigen::Ref<const Eigen::MatrixXd>& A) {
-  return A.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? norm : 1.0; });
-}
+// The columns scaled to unit length and pivoted. `lengths`: what they were before anything was
+// eliminated; columns and pivots that are nothing beside these do not count.
+struct Pivoted {
+  Pivoted(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::VectorXd& lengths,
+          double tolerance)
+      : scale(A.colwise().norm().transpose()) {
+    Eigen::VectorXd inverse(scale.size());
+    for (Eigen::Index c = 0; c < scale.size(); ++c) {
+      inverse[c] = scale[c] > tolerance * lengths[c] ? 1.0 / scale[c] : 0.0;
+    }
+    qr.setThreshold(tolerance);
+    qr.compute(A * inverse.asDiagonal());
+    rank = qr.rank();
+    const Eigen::VectorXi& column = qr.colsPermutation().indices();
+    const auto is_rounding = [&](Eigen::Index k) {
+      return std::abs(qr.matrixQR()(k, k)) * scale[column[k]] <= tolerance * lengths[column[k]];
+    };
+    while (rank > 0 && is_rounding(rank - 1)) --rank;
+  }
+
+  Eigen::VectorXd scale;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  Eigen::Index rank = 0;
+};
 
 // [A b] -> [R Q^T b], as many rows as columns of A: what lies below is a constant of the cost.
 void Compress(Eigen::MatrixXd* A_b) {
@@ -77,7 +98,25 @@ double Condition(const Eigen::MatrixXd& R) {
 
 }  // namespace
 
+RowSystem::RowSystem(std::vector<int> block_sizes, double rank_tolerance)
+    : sizes_(std::move(block_sizes)),
+      rows_of_(sizes_.size()),
+      column_(sizes_.size(), 0),
+      tolerance_(rank_tolerance) {
+  for (const int size : sizes_) squared_.push_back(Eigen::VectorXd::Zero(size));
+}
+
 void RowSystem::Add(Rows rows) {
+  Eigen::Index from = 0;
+  for (const int block : rows.blocks) {
+    Eigen::VectorXd& squared = squared_[static_cast<std::size_t>(block)];
+    squared += rows.matrix.middleCols(from, squared.size()).colwise().squaredNorm().transpose();
+    from += squared.size();
+  }
+  Insert(std::move(rows));
+}
+
+void RowSystem::Insert(Rows rows) {
   const int index = static_cast<int>(rows_.size());
   for (const int block : rows.blocks) rows_of_[static_cast<std::size_t>(block)].push_back(index);
   rows_.push_back(std::move(rows));
@@ -168,20 +207,17 @@ int RowSystem::EliminateOne(int block) {
     rows = {};
   }
 
-  const Eigen::VectorXd scale = ColumnScale(front.leftCols(size));
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(tolerance_);
-  qr.compute(front.leftCols(size) * scale.cwiseInverse().asDiagonal());  // Eq. 4
-  const Eigen::Index rank = qr.rank();
+  const Pivoted pivoted(front.leftCols(size), Lengths({block}), tolerance_);  // Eq. 4
+  const Eigen::Index rank = pivoted.rank;
   if (rank == count || reduced.blocks.empty()) return static_cast<int>(rank);
-  front.rightCols(columns + 1 - size).applyOnTheLeft(qr.householderQ().adjoint());
+  front.rightCols(columns + 1 - size).applyOnTheLeft(pivoted.qr.householderQ().adjoint());
   reduced.matrix = front.bottomRightCorner(count - rank, columns + 1 - size);  // Eq. 5
 
   const auto same = merged_.find(reduced.blocks);
   if (same == merged_.end()) {
     Compress(&reduced.matrix);
     merged_.emplace(reduced.blocks, static_cast<int>(rows_.size()));
-    Add(std::move(reduced));
+    Insert(std::move(reduced));
     return static_cast<int>(rank);
   }
   // Landmarks with the same neighbours share one triangle.
@@ -215,22 +251,31 @@ Eigen::MatrixXd RowSystem::Triangular(const std::vector<int>& kept) const {
   return result;
 }
 
-RankRevealed RevealRank(const Eigen::MatrixXd& A_b, double tolerance) {
+Eigen::VectorXd RowSystem::Lengths(const std::vector<int>& blocks) const {
+  Eigen::VectorXd lengths(Dimensions(blocks));
+  Eigen::Index to = 0;
+  for (const int block : blocks) {
+    const Eigen::VectorXd& squared = squared_[static_cast<std::size_t>(block)];
+    lengths.segment(to, squared.size()) = squared.cwiseSqrt();
+    to += squared.size();
+  }
+  return lengths;
+}
+
+RankRevealed RevealRank(const Eigen::MatrixXd& A_b, const Eigen::VectorXd& lengths,
+                        double tolerance) {
   const Eigen::Index n = A_b.cols() - 1;
   RankRevealed out;
   if (A_b.rows() == 0 || n == 0) {
     out.A.resize(0, n);
     return out;
   }
-  const Eigen::VectorXd scale = ColumnScale(A_b.leftCols(n));
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(tolerance);
-  qr.compute(A_b.leftCols(n) * scale.cwiseInverse().asDiagonal());
-  const Eigen::Index rank = qr.rank();
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
-  out.A = R * qr.colsPermutation().transpose() * scale.asDiagonal();
-  out.b = (qr.householderQ().adjoint() * A_b.col(n)).head(rank);
-  if (rank > 0) out.condition = Condition(R);
+  const Pivoted pivoted(A_b.leftCols(n), lengths, tolerance);
+  const auto& qr = pivoted.qr;
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(pivoted.rank).triangularView<Eigen::Upper>();
+  out.A = R * qr.colsPermutation().transpose() * pivoted.scale.asDiagonal();
+  out.b = (qr.householderQ().adjoint() * A_b.col(n)).head(pivoted.rank);
+  if (pivoted.rank > 0) out.condition = Condition(R);
   return out;
 }
 

@@ -20,13 +20,12 @@ struct Rows {
 class RowSystem {
  public:
   // block_sizes: dimensions of each block of unknowns. rank_tolerance: a pivot of a column (scaled
-  // to unit length) below it counts as zero.
-  RowSystem(std::vector<int> block_sizes, double rank_tolerance)
-      : sizes_(std::move(block_sizes)),
-        rows_of_(sizes_.size()),
-        column_(sizes_.size(), 0),
-        tolerance_(rank_tolerance) {}
+  // to unit length) below it counts as zero, and so does one below it of the length that the column
+  // had before anything was eliminated: what an elimination leaves of a column that it used up is
+  // rounding.
+  RowSystem(std::vector<int> block_sizes, double rank_tolerance);
 
+  // To be called before Eliminate().
   void Add(Rows rows);
 
   // Minimizes over the blocks, those with few neighbours first: landmarks go one at a time, each
@@ -36,8 +35,11 @@ class RowSystem {
   // All rows that remain, as one matrix over the blocks [x_kept... b], upper trapezoidal, with at
   // most as many rows as unknowns. Every row must touch these blocks only.
   Eigen::MatrixXd Triangular(const std::vector<int>& kept) const;
+  // Of the columns of these blocks, before anything was eliminated.
+  Eigen::VectorXd Lengths(const std::vector<int>& blocks) const;
 
  private:
+  void Insert(Rows rows);
   int EliminateOne(int block);
   int NeighbourDimensions(int block) const;
   int Dimensions(const std::vector<int>& blocks) const;
@@ -46,6 +48,7 @@ class RowSystem {
                Eigen::MatrixXd* out) const;
 
   std::vector<int> sizes_;
+  std::vector<Eigen::VectorXd> squared_;    // lengths of the columns of each block, as added
   std::vector<Rows> rows_;                  // an empty block list: used up
   std::vector<std::vector<int>> rows_of_;   // block -> indices into rows_, used up ones too
   std::map<std::vector<int>, int> merged_;  // reduced rows by their blocks -> index into rows_
@@ -54,12 +57,13 @@ class RowSystem {
 };
 
 // Rank-revealing triangular form of [A b]: the rows R with R^T R = A^T A up to pivots below
-// tolerance, for columns scaled to unit length.
+// tolerance, for columns scaled to unit length, or below tolerance times `lengths`.
 struct RankRevealed {
   Eigen::MatrixXd A;       // rank x n
   Eigen::VectorXd b;       // rank
   double condition = 1.0;  // largest over smallest singular value of A with unit columns
 };
-RankRevealed RevealRank(const Eigen::MatrixXd& A_b, double tolerance);
+RankRevealed RevealRank(const Eigen::MatrixXd& A_b, const Eigen::VectorXd& lengths,
+                        double tolerance);
 
 }  // namespace highwall::internal

@@ -7,12 +7,12 @@
 #include <string_view>
 
 #include <ceres/problem.h>
-#include <Eigen/LU>
 
 #include <highwall/core/error.h>
 #include <highwall/core/marginalization.h>
 #include <highwall/internal/number_text.h>
 #include <highwall/internal/stopwatch.h>
+#include "graph_covariance.h"
 #include "sliding_window_file.h"
 
 namespace highwall {
@@ -434,38 +434,14 @@ std::optional<Eigen::MatrixXd> SlidingWindowSmoother::Covariance(
     std::span<const VariableId> variables) const {
   impl_->RequireDistinct(variables);
   FactorGraph& graph = impl_->graph;
-  std::vector<double*> unknown;
-  std::map<const double*, Eigen::Index> first_row;  // in the result
-  Eigen::Index total = 0, unknown_total = 0;
-  for (const VariableId& id : variables) {
-    double* block = graph.MutableBlock(id);
-    const int size = graph.problem().ParameterBlockTangentSize(block);
-    first_row.emplace(block, total);
-    total += size;
-    if (graph.IsFixed(id)) continue;
-    unknown.push_back(block);
-    unknown_total += size;
-  }
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(total, total);
-  if (unknown.empty()) return covariance;
   // By the normal equations that the solver took its steps with; where they leave something open,
   // by what leaves open what it may. Those of first estimates are others.
   if (!impl_->options.marginalization.first_estimate_jacobians) {
     if (auto reduced = graph.ReducedCovariance(variables)) return reduced;
   }
-  const Marginal marginal = Summarize(graph.problem(), unknown, impl_->PriorOptions());
-  if (marginal.report.rank < unknown_total) return std::nullopt;
-  const MarginalPrior& prior = *marginal.prior;
-  const Eigen::MatrixXd inverse = prior.A().inverse();  // square: full rank
-  for (std::size_t i = 0; i < marginal.blocks.size(); ++i) {
-    for (std::size_t j = 0; j < marginal.blocks.size(); ++j) {
-      covariance.block(first_row[marginal.blocks[i]], first_row[marginal.blocks[j]],
-                       prior.TangentSize(i), prior.TangentSize(j)) =
-          inverse.middleRows(prior.Column(i), prior.TangentSize(i)) *
-          inverse.middleRows(prior.Column(j), prior.TangentSize(j)).transpose();
-    }
-  }
-  return covariance;
+  std::vector<double*> wanted;
+  for (const VariableId& id : variables) wanted.push_back(graph.MutableBlock(id));
+  return internal::MarginalCovariance(graph.problem(), wanted, impl_->PriorOptions());
 }
 
 std::optional<Eigen::MatrixXd> SlidingWindowSmoother::NewestCovariance() const {

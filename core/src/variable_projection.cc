@@ -109,6 +109,7 @@ VariableProjection::VariableProjection(LandmarkProblem problem, FactorFaults* fa
     state->feedback.resize(feedback);
     state->H.resize(columns, columns);
     state->g.resize(columns);
+    state->eliminated.resize(columns);
   }
 }
 
@@ -185,7 +186,7 @@ bool VariableProjection::Evaluate(double const* const* parameters, double* resid
   return true;
 }
 
-bool VariableProjection::AddInformation(Eigen::MatrixXd* sum) const {
+bool VariableProjection::AddInformation(Eigen::MatrixXd* sum, Eigen::VectorXd* eliminated) const {
   std::vector<const double*> present;
   for (const LandmarkProblem::Block& block : problem_.unknowns) present.push_back(block.values);
   if (!MoveTo(present.data())) return false;
@@ -193,6 +194,7 @@ bool VariableProjection::AddInformation(Eigen::MatrixXd* sum) const {
   if (here.open) return false;
   const Eigen::Index n = here.H.rows();
   sum->topLeftCorner(n, n).triangularView<Eigen::Upper>() += here.H;
+  eliminated->head(n) += here.eliminated;
   return true;
 }
 
@@ -220,6 +222,7 @@ bool VariableProjection::MoveTo(double const* const* parameters) const {
   Memory::State& trial = memory_.trial;
   trial.H.setZero();
   trial.g.setZero();
+  trial.eliminated.setZero();
   trial.cost = 0.0;
   trial.open = false;
   for (std::size_t i = 0; i < memory_.layouts.size(); ++i) {
@@ -529,6 +532,8 @@ void VariableProjection::Eliminate(std::size_t index, const LandmarkNormal<kDim>
           W.template middleCols<kTangent>(c, dims).transpose();
       memory_.trial.g.template segment<kTangent>(first, dims).noalias() -=
           gain.lazyProduct(normal.g);
+      memory_.trial.eliminated.template segment<kTangent>(first, dims) +=
+          gain.cwiseProduct(E.template middleCols<kTangent>(c, dims).transpose()).rowwise().sum();
       for (std::size_t b = a; b < layout.end_coupling; ++b) {
         const auto [other, other_column] = memory_.couplings[b];
         const int others = problem_.unknowns[Index(other)].tangent_size;

@@ -34,8 +34,9 @@ class VariableProjection final : public ceres::CostFunction {
 
   // Adds H at the blocks' present values to the upper triangle of `sum`, whose first columns are
   // the unknowns' tangent spaces: that of the solver where it ended there and damped no landmark.
-  // False where a factor cannot be evaluated, or a landmark has a direction open.
-  bool AddInformation(Eigen::MatrixXd* sum) const;
+  // To `eliminated` it adds what the landmarks took from H's diagonal, of which what is left may be
+  // rounding. False where a factor cannot be evaluated, or a landmark has a direction open.
+  bool AddInformation(Eigen::MatrixXd* sum, Eigen::VectorXd* eliminated) const;
 
   // Puts the landmarks to where they were when it was last evaluated with Jacobians.
   void WriteLandmarks() const;
@@ -115,7 +116,8 @@ struct VariableProjection::Memory {
     std::vector<double> feedback;
     Eigen::MatrixXd H;  // upper triangle
     Eigen::VectorXd g;
-    double cost = 0.0;  // sum of rho
+    Eigen::VectorXd eliminated;  // what the landmarks took from the diagonal of H
+    double cost = 0.0;           // sum of rho
   };
 
   std::vector<Layout> layouts;  // of the landmarks

@@ -459,10 +459,10 @@ void Troubleshooting::Graphs() {
   FactorGraph singular;
   const auto pair = singular.AddVariable(Eigen::Vector2d(1.0, 1.0));
   singular.AddFactor(std::make_unique<Bad<2>>(1.0, 1.0), pair);
-  said_.push_back(testing::MessageOf<InvalidArgument>([&] { singular.Covariance(pair); }));
+  said_.push_back(singular.Undetermined());
   FactorGraph alone;
   const auto x = alone.AddVariable(1.0);
-  said_.push_back(testing::MessageOf<InvalidArgument>([&] { alone.Covariance(x); }));
+  said_.push_back(alone.Undetermined());
   FactorGraph landmarks;
   const auto a = landmarks.AddLandmark(1.0), b = landmarks.AddLandmark(2.0);
   class Both final : public ceres::SizedCostFunction<1, 1, 1> {

@@ -219,7 +219,7 @@ TEST(DirectionPrior, SigmaIsTheStandardDeviationInEitherTangent) {
   const UnitDirection n_0(Eigen::Vector3d(1, 2, -3));
   const auto n = graph.AddVariable(n_0);
   graph.AddFactor(std::make_unique<DirectionPrior>(n_0, 0.1), n);
-  EXPECT_LT((graph.Covariance(n) - 0.01 * Eigen::Matrix2d::Identity()).norm(), 1e-14);
+  EXPECT_LT((*graph.Covariance(n) - 0.01 * Eigen::Matrix2d::Identity()).norm(), 1e-14);
 }
 
 TEST(DirectionPrior, RefusesASigmaThatIsNotPositive) {

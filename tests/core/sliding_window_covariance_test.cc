@@ -7,10 +7,12 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/core/prior.h>
 #include <highwall/core/sliding_window_smoother.h>
 
 #include "plane_steps.h"
 #include "plane_walk.h"
+#include "point_observation.h"
 #include "random_states.h"
 
 namespace highwall::sliding_window_covariance_test {
@@ -42,11 +44,11 @@ TEST(SlidingWindowCovariance, CovarianceWithLandmarksIsThatOfTheGraph) {
     ASSERT_TRUE(smoother.Update().accepted);
   }
   const std::vector<VariableId> wanted = {walk.states[8], walk.states[5]};
-  const Eigen::MatrixXd expected = smoother.graph().Covariance(wanted);
+  const Eigen::MatrixXd expected = *smoother.graph().Covariance(wanted);
   EXPECT_LT((*smoother.Covariance(wanted) - expected).norm(), 1e-12 * expected.norm());
   // Of a landmark, which is eliminated, and of a state that nothing else is known of.
   const std::vector<VariableId> landmark = {walk.landmarks.back(), walk.states[8]};
-  EXPECT_LT((*smoother.Covariance(landmark) - smoother.graph().Covariance(landmark)).norm(), 1e-9);
+  EXPECT_LT((*smoother.Covariance(landmark) - *smoother.graph().Covariance(landmark)).norm(), 1e-9);
   smoother.AddState(700, Vector2(0, 0));
   EXPECT_LT((*smoother.Covariance(wanted) - expected).norm(), 1e-9 * expected.norm());
 }
@@ -174,6 +176,92 @@ TEST(SlidingWindowCovariance, AFactorThatThrowsIsOneThatCannotBeEvaluated) {
   smoother.SetValue(state, Vector2(2, 0));
   const std::vector<VariableId> wanted = {walk.states[0]};
   EXPECT_THROW(smoother.Covariance(wanted), InvalidArgument);
+}
+
+// How well all of a walk with points is known that nothing holds at its place.
+enum class Held { kNothing, kPosition, kPose };
+struct PoseWalk {
+  PoseWalk(unsigned seed, Held held, double sigma, SlidingWindowSmoother* s) : smoother(s) {
+    RandomStates random(seed);
+    std::vector<Pose> truth;
+    for (int k = 0; k < 8; ++k) {
+      truth.push_back(Pose::FromTangent({0.2 * k, 0.0, 0.0}, random.Vector(0.3)));
+      states.push_back(smoother->AddState(k, truth.back()));
+    }
+    if (held == Held::kPosition || held == Held::kPose) {
+      Eigen::Matrix<double, 6, 1> weights = Eigen::Matrix<double, 6, 1>::Zero();
+      weights.head(held == Held::kPose ? 6 : 3).setConstant(1.0 / sigma);
+      smoother->AddFactor(
+          std::make_unique<PosePrior>(truth[0], Eigen::Matrix<double, 6, 6>(weights.asDiagonal())),
+          states[0]);
+    }
+    for (int j = 0; j < 40; ++j) {
+      const Point x = random.Vector(4.0) + Point(0, 0, 6.0);
+      const auto landmark = smoother->AddLandmark(x);
+      for (std::size_t k = 0; k < truth.size(); ++k) {
+        smoother->AddFactor(MakeObservation(truth[k].Inverse() * x, 300.0), states[k], landmark);
+      }
+    }
+  }
+  SlidingWindowSmoother* smoother;
+  std::vector<Variable<Pose>> states;
+};
+
+TEST(SlidingWindowCovariance, OfAWindowWithAnOpenGaugeThereIsNone) {
+  for (const Held held : {Held::kNothing, Held::kPosition}) {
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      for (const bool first_estimates : {false, true}) {
+        SlidingWindowOptions options = Projected();
+        options.max_states = 5;
+        options.marginalization.first_estimate_jacobians = first_estimates;
+        SlidingWindowSmoother smoother(options);
+        const PoseWalk walk(seed, held, 1.0, &smoother);
+        const std::vector<VariableId> wanted = {walk.states.back()};
+        const UpdateReport report = smoother.Update(wanted);
+        ASSERT_TRUE(report.accepted) << report.message;
+        EXPECT_FALSE(report.covariance) << seed << ": " << report.covariance->trace();
+        // Three states have left by now: nor does the prior know where the window is.
+        EXPECT_FALSE(smoother.NewestCovariance()) << seed;
+        EXPECT_FALSE(smoother.graph().Covariance(wanted)) << seed;
+        EXPECT_FALSE(smoother.Update(wanted).covariance) << seed;
+      }
+    }
+  }
+}
+
+// However weak it is beside what the landmarks tell of each other's places.
+TEST(SlidingWindowCovariance, OfAWindowThatAWeakPriorHoldsItIsThatOfThePrior) {
+  for (const double sigma : {1e-2, 1.0, 100.0, 1e3}) {
+    SlidingWindowSmoother smoother(Projected());
+    const PoseWalk walk(3, Held::kPose, sigma, &smoother);
+    const std::vector<VariableId> wanted = {walk.states.front()};
+    const UpdateReport report = smoother.Update(wanted);
+    ASSERT_TRUE(report.accepted) << report.message;
+    ASSERT_TRUE(report.covariance) << sigma;
+    EXPECT_NEAR(std::sqrt((*report.covariance)(0, 0)), sigma, 0.01 * sigma);
+    EXPECT_NEAR(std::sqrt((*report.covariance)(5, 5)), sigma, 0.01 * sigma);
+  }
+}
+
+// A chain of steps alone: what it knows of the one that is asked for is rounding.
+TEST(SlidingWindowCovariance, OfAChainThatNothingHoldsThereIsNone) {
+  for (int length = 2; length <= 10; ++length) {
+    SlidingWindowSmoother smoother;
+    std::vector<Variable<Vector2>> states;
+    RandomStates random(7);
+    for (int k = 0; k < length; ++k) {
+      states.push_back(smoother.AddState(k, Vector2(0, 0)));
+      for (int i = 0; i < k; ++i) {
+        smoother.AddFactor(MakeStep({1, 0}, random.Uniform(0.01, 300.0)),
+                           states[static_cast<std::size_t>(i)], states.back());
+      }
+    }
+    const std::vector<VariableId> wanted = {states[0]};
+    const UpdateReport report = smoother.Update(wanted);
+    ASSERT_TRUE(report.accepted) << report.message;
+    EXPECT_FALSE(report.covariance) << length;
+    EXPECT_FALSE(smoother.graph().Covariance(wanted)) << length;
+  }
 }
 
 }  // namespace

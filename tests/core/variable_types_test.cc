@@ -157,7 +157,7 @@ TEST(VariableTypes, AUsersTypeBringsItsOwnManifold) {
   // Across half a turn, and still on the circle: both to rounding, the residual is linear in d.
   EXPECT_NEAR(graph.Value(y).angle(), 4.0 - 2.0 * M_PI, 1e-12);
   EXPECT_NEAR(std::hypot(graph.Block(y)[0], graph.Block(y)[1]), 1.0, 1e-14);
-  EXPECT_NEAR(graph.Covariance(y)(0, 0), 1.0, 1e-12);
+  EXPECT_NEAR((*graph.Covariance(y))(0, 0), 1.0, 1e-12);
 }
 
 TEST(VariableTypes, ATypeOfAnotherLibraryBecomesAVariableByItsTraits) {

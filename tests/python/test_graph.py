@@ -39,6 +39,9 @@ def test_a_factor_in_python_finds_the_pose():
     assert summary.is_usable()
     np.testing.assert_allclose(graph.value(pose).p, truth, atol=1e-9)
     assert graph.covariance(pose).shape == (6, 6)
+    loose = graph.add_variable(1.0)
+    assert graph.covariance(loose) is None
+    assert "is in no factor" in graph.undetermined()
 
 
 def test_factors_in_python_work_with_several_threads_and_losses():

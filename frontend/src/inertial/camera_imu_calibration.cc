@@ -183,7 +183,9 @@ class CalibrationGraph {
   Covariances Covariance() const {
     const State& middle = states_[states_.size() / 2];
     const std::array<VariableId, 4> ids = {T_BC_, time_offset_, depth_scale_, middle.bias};
-    const Eigen::MatrixXd P = graph_.Covariance(ids);
+    const auto determined = graph_.Covariance(ids);
+    HIGHWALL_REQUIRE(determined, "calibration failed: " + graph_.Undetermined());
+    const Eigen::MatrixXd& P = *determined;
     return {.T_BC = P.topLeftCorner<6, 6>(),
             .time_offset = P(6, 6),
             .depth_scale = P(7, 7),

@@ -144,12 +144,12 @@ class Problem {
     std::vector<VariableId> ids = {poses_.back(), velocities_.back(), biases_.back(), gravity_,
                                    time_offset_};
     if (extrinsics_) ids.push_back(extrinsics_->T_BC);
-    Eigen::MatrixXd covariance;
+    std::optional<Eigen::MatrixXd> covariance;
     try {
       covariance = graph_.Covariance(ids);
-    } catch (const InvalidArgument&) {  // rank-deficient
-      return std::nullopt;
+    } catch (const InvalidArgument&) {  // a factor that cannot be evaluated there
     }
+    if (!covariance) return std::nullopt;
     InertialPrior result;
     result.estimate.stamp = stamp;
     result.estimate.state = {graph_.Value(poses_.back()), graph_.Value(velocities_.back())};
@@ -157,7 +157,7 @@ class Problem {
     result.gravity_W = graph_.Value(gravity_);
     result.time_offset = graph_.Value(time_offset_);
     if (extrinsics_) result.T_BC = graph_.Value(extrinsics_->T_BC);
-    result.SetJoint(covariance);
+    result.SetJoint(*covariance);
     return result;
   }
 

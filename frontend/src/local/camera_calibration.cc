@@ -138,20 +138,25 @@ class CameraGraph {
     result.intrinsics = graph_.Value(intrinsics_);
     result.sigma.setZero();
     if (options.intrinsics) {
-      result.sigma = growth * graph_.Covariance(intrinsics_).diagonal().cwiseSqrt();
+      result.sigma = growth * CovarianceOf(intrinsics_).diagonal().cwiseSqrt();
     }
     result.inverse_depth_offset = graph_.Value(inverse_depth_);
-    result.inverse_depth_sigma = growth * std::sqrt(graph_.Covariance(inverse_depth_).value());
+    result.inverse_depth_sigma = growth * std::sqrt(CovarianceOf(inverse_depth_).value());
     const double depth = MedianDepth();
     result.inverse_depth_seen = result.inverse_depth_sigma * depth <= options.good_depth;
     if (!pattern_of_) return result;
     result.depth_pattern.nodes = graph_.Value(pattern_);
-    result.depth_pattern_sigma.nodes = growth * graph_.Covariance(pattern_).diagonal().cwiseSqrt();
+    result.depth_pattern_sigma.nodes = growth * CovarianceOf(pattern_).diagonal().cwiseSqrt();
     result.depth_pattern_seen = result.depth_pattern_sigma.Rms() * depth <= options.good_depth;
     return result;
   }
 
  private:
+  Eigen::MatrixXd CovarianceOf(const VariableId& variable) const {
+    const auto covariance = graph_.Covariance(variable);
+    HIGHWALL_REQUIRE(covariance, "calibration failed: " + graph_.Undetermined());
+    return *covariance;
+  }
   static Eigen::Vector4d Known(const PinholeCamera& camera) {
     return {camera.fx, camera.fy, camera.cx, camera.cy};
   }

@@ -74,14 +74,16 @@ class Problem {
     degrees_of_freedom_ += 6 * (static_cast<int>(chain.size()) - 1) - 5;
   }
 
-  // Throws InvalidArgument where the solution has no covariance.
+  // Empty where the solution has no covariance.
   std::optional<DepthScale> Solve() {
     if (!graph_.Solve().IsUsable()) return std::nullopt;
+    const auto covariance = graph_.Covariance(scale_);
+    if (!covariance) return std::nullopt;
     DepthScale result;
     result.scale = graph_.Value(scale_);
     result.keyframes = keyframes_;
     result.error = 2.0 * graph_.Cost() / degrees_of_freedom_;
-    result.sigma = std::sqrt(graph_.Covariance(scale_)(0, 0) * std::max(1.0, result.error));
+    result.sigma = std::sqrt((*covariance)(0, 0) * std::max(1.0, result.error));
     return result;
   }
 

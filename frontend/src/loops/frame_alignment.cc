@@ -80,9 +80,11 @@ class Alignment {
   // determined.
   double AngleSigma() const {
     try {
-      const Eigen::MatrixXd covariance = graph_.Covariance(T_FW_);
-      return std::sqrt(upright_ ? covariance(5, 5) : covariance.diagonal().tail<3>().maxCoeff());
-    } catch (const InvalidArgument&) {
+      const auto covariance = graph_.Covariance(T_FW_);
+      if (!covariance) return std::numeric_limits<double>::infinity();
+      return std::sqrt(upright_ ? (*covariance)(5, 5)
+                                : covariance->diagonal().tail<3>().maxCoeff());
+    } catch (const InvalidArgument&) {  // a factor that cannot be evaluated there
       return std::numeric_limits<double>::infinity();
     }
   }

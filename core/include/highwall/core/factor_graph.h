@@ -137,12 +137,16 @@ class FactorGraph {
 
   // Joint covariance of the variables in their tangent spaces, in the order given, from the
   // linearized graph: (J^T J)^-1 with losses applied. A fixed variable is known: zero rows and
-  // columns. Throws InvalidArgument if the factors do not determine the variables of the graph
-  // (rank-deficient J: fix a variable or add a prior), or if one cannot be evaluated.
-  Eigen::MatrixXd Covariance(std::span<const VariableId> variables) const;
-  Eigen::MatrixXd Covariance(const VariableId& variable) const {
+  // columns. Empty if the factors do not determine these variables (an open gauge: fix a variable
+  // or add a prior); whether they determine others does not matter. Throws InvalidArgument if a
+  // factor cannot be evaluated.
+  std::optional<Eigen::MatrixXd> Covariance(std::span<const VariableId> variables) const;
+  std::optional<Eigen::MatrixXd> Covariance(const VariableId& variable) const {
     return Covariance(std::span<const VariableId>(&variable, 1));
   }
+  // A variable that the factors do not determine, with one of them, and what to do; empty where
+  // they determine all. Throws InvalidArgument if a factor cannot be evaluated.
+  std::string Undetermined() const;
 
   // The block behind a handle, and the handle of a block (throws InvalidArgument if it is none).
   const double* Block(const VariableId& variable) const;

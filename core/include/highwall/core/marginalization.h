@@ -54,7 +54,8 @@ class MarginalPrior final : public ceres::CostFunction {
 // Of Marginalize() and Summarize().
 struct MarginalizationOptions {
   // A direction counts as unobserved where its pivot, for Jacobian columns scaled to unit length,
-  // is below this. In (0, 1).
+  // is below this, or below this times the length that its column had before anything was
+  // eliminated: such a pivot is rounding. In (0, 1).
   double rank_tolerance = 1e-10;
   // Blocks under a MarginalPrior are linearized where that prior was, so that unobservable
   // directions gain no information from one marginalization to the next (docs/marginalization.md,

@@ -162,7 +162,8 @@ PoseGraphSummary SolvePoseGraph(PoseGraph* graph, const PoseGraphOptions& option
 // Joint covariance of nodes at the present poses, given the nodes that SolvePoseGraph() would keep:
 // in kSe3 6 rows each, [dp dtheta] of PoseManifold (position in W); in kSe2 3 rows, [x y theta] in
 // W. without: edges to leave out, by their place, such as rejected loops. Throws as Validate();
-// InvalidArgument for an id that is no node, and if the remaining edges leave a node loose.
+// InvalidArgument for an id that is no node, and if the remaining edges leave one of these nodes
+// loose.
 Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std::int64_t> ids,
                                     std::span<const std::size_t> without = {});
 
