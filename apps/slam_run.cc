@@ -72,6 +72,25 @@ class ImuReplay {
   std::size_t next_ = 0;
 };
 
+// The frames of a recording, whose stamps are sorted: what lies far ahead of the others is a pause
+// of the recording, which may be longer than a camera's.
+class StampedFrames {
+ public:
+  FrameResult Track(const RgbdImage& image, SlamSystem& slam) {
+    const bool paused = last_ && ToSeconds(image.stamp - *last_) > kLongestPause;
+    last_ = image.stamp;
+    if (!paused) return slam.Track(image);
+    try {
+      return slam.Track(image);
+    } catch (const InvalidArgument&) {
+      return slam.Track(image);  // given once more, it is taken
+    }
+  }
+
+ private:
+  std::optional<Stamp> last_;
+};
+
 // The fixes of a recording, likewise.
 class GpsReplay {
  public:
@@ -411,11 +430,12 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   FrameSource reader(dataset, options);
 
   RunTally tally;
+  StampedFrames tracked;
   const auto stopped = [&] { return options.stop && reader.left() > 0 && options.stop(); };
   while (const std::optional<RgbdImage> image = stopped() ? std::nullopt : reader.Next()) {
     imu.FeedUntil(image->stamp, slam);
     gps.FeedUntil(image->stamp, slam);
-    const FrameResult result = slam.Track(*image);
+    const FrameResult result = tracked.Track(*image, slam);
     tally.Add(result);
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
     mapping.Follow(result);

@@ -124,7 +124,11 @@ void BindSensor(py::module_& module) {
       .value("DUPLICATE", ImuSampleStatus::kDuplicate)
       .value("TOO_OLD", ImuSampleStatus::kTooOld)
       .value("NOT_FINITE", ImuSampleStatus::kNotFinite)
-      .value("IMPOSSIBLE", ImuSampleStatus::kImpossible);
+      .value("IMPOSSIBLE", ImuSampleStatus::kImpossible)
+      .value("JUMPED", ImuSampleStatus::kJumped)
+      .def_property_readonly(
+          "advice", [](ImuSampleStatus status) { return Advice(status); },
+          "What is wrong with a reading that was dropped, and what to do; empty if it was not.");
   py::class_<ImuCalibration> imu(module, "ImuCalibration", "An IMU that is fixed to a camera.");
   KeywordConstructor<ImuCalibration>(imu);
   imu.def_readwrite("T_BC", &ImuCalibration::T_BC, "The camera in the frame of the IMU.")

@@ -8,8 +8,7 @@ namespace highwall {
 namespace {
 
 constexpr Stamp kNanosecondsPerSecond = 1'000'000'000;
-// int64 nanoseconds end at 9.2e9 s; the difference of two stamps must be one as well.
-constexpr std::int64_t kMaxSeconds = 4'600'000'000;
+constexpr std::int64_t kMaxSeconds = kMaxStamp / kNanosecondsPerSecond;
 
 bool IsDigit(char c) {
   return c >= '0' && c <= '9';

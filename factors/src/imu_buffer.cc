@@ -28,7 +28,8 @@ bool IsFinite(const ImuSample& sample) {
 }
 
 bool IsPossible(const ImuSample& sample) {
-  return IsFinite(sample) && sample.gyroscope.cwiseAbs().maxCoeff() <= kMaxAngularRate &&
+  return IsFinite(sample) && sample.stamp <= kMaxStamp && sample.stamp >= -kMaxStamp &&
+         sample.gyroscope.cwiseAbs().maxCoeff() <= kMaxAngularRate &&
          sample.accelerometer.cwiseAbs().maxCoeff() <= kMaxSpecificForce;
 }
 
@@ -50,17 +51,61 @@ const char* ToString(ImuSampleStatus status) {
       return "not finite";
     case ImuSampleStatus::kImpossible:
       return "impossible";
+    case ImuSampleStatus::kJumped:
+      return "jumped";
   }
   return "unknown";
+}
+
+const char* Advice(ImuSampleStatus status) {
+  switch (status) {
+    case ImuSampleStatus::kAdded:
+    case ImuSampleStatus::kReordered:
+      return "";
+    case ImuSampleStatus::kDuplicate:
+      return "a reading with this stamp is there already: give each once";
+    case ImuSampleStatus::kTooOld:
+      return "the reading comes after all around it was forgotten: give readings as they come";
+    case ImuSampleStatus::kNotFinite:
+      return "the reading is NaN or infinite: leave it out";
+    case ImuSampleStatus::kImpossible:
+      return "no sensor measures such a value, nor is there such a stamp: check the units (rad/s, "
+             "m/s^2, ns)";
+    case ImuSampleStatus::kJumped:
+      return "the stamp is too far from those before: check the sensor's clock and the unit (ns); "
+             "go on with the next reading, a clock that has moved for good is followed";
+  }
+  return "";
 }
 
 ImuBuffer::ImuBuffer(const ImuBufferOptions& options) : options_(options) {
   options_.Validate();
 }
 
+bool ImuBuffer::Jumps(Stamp stamp) {
+  const double ahead = samples_.empty() ? 0.0 : ToSeconds(stamp - newest());
+  const double longest_back = std::max(options_.horizon, kMaxStampJump);
+  if (ahead <= kMaxStampJump && ahead >= -longest_back) {
+    jumped_.reset();
+    return false;
+  }
+  const double step = jumped_ ? ToSeconds(stamp - *jumped_) : 0.0;
+  const bool follows = step > 0.0 && step <= options_.max_step;
+  jumps_ = follows ? jumps_ + 1 : 1;
+  jumped_ = stamp;
+  if (jumps_ <= kReadingsAfterJump) return true;
+  jumped_.reset();
+  if (ahead < 0.0) {
+    samples_.clear();
+    forgotten_.reset();
+  }
+  return false;
+}
+
 ImuSampleStatus ImuBuffer::Add(const ImuSample& sample) {
   if (!IsFinite(sample)) return ImuSampleStatus::kNotFinite;
   if (!IsPossible(sample)) return ImuSampleStatus::kImpossible;
+  if (Jumps(sample.stamp)) return ImuSampleStatus::kJumped;
   if (forgotten_ && sample.stamp <= *forgotten_) return ImuSampleStatus::kTooOld;
   const auto place = std::lower_bound(samples_.begin(), samples_.end(), sample.stamp, Earlier);
   if (place != samples_.end() && place->stamp == sample.stamp) return ImuSampleStatus::kDuplicate;

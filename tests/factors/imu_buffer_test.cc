@@ -1,6 +1,7 @@
 #include <highwall/factors/imu_buffer.h>
 
 #include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -124,6 +125,81 @@ TEST(ImuBuffer, DropsReadingsThatNoSensorMeasures) {
   EXPECT_EQ(buffer.Add(reading), ImuSampleStatus::kAdded) << "the bounds themselves are possible";
 }
 
+ImuSample Still(Stamp stamp) {
+  return {stamp, {0.0, 0.0, 0.0}, {0.0, 0.0, 9.8}};
+}
+
+// Both ends of the horizon of 30 s included, one every 5 ms.
+constexpr std::size_t kHeld = 6001;
+
+// 100 s of readings every 5 ms, among which one has this stamp; how many are kept.
+void ExpectToGoOn(Stamp wrong) {
+  ImuBuffer buffer;
+  for (Stamp stamp = 0; stamp < 100'000 * kMs; stamp += 5 * kMs) {
+    ASSERT_EQ(buffer.Add(Still(stamp)), ImuSampleStatus::kAdded) << wrong << " at " << stamp;
+    if (stamp != 40'000 * kMs) continue;
+    const ImuSampleStatus status = buffer.Add(Still(wrong));
+    EXPECT_TRUE(status == ImuSampleStatus::kJumped || status == ImuSampleStatus::kImpossible)
+        << wrong << ": " << ToString(status);
+    EXPECT_NE(std::string(Advice(status)), "");
+  }
+  EXPECT_EQ(buffer.size(), kHeld);
+  EXPECT_EQ(buffer.newest(), 99'995 * kMs);
+  EXPECT_FALSE(buffer.Between(99'000 * kMs, 99'995 * kMs)->HasGap());
+}
+
+TEST(ImuBuffer, AStampThatJumpsIsDroppedAndTheOthersGoOn) {
+  constexpr Stamp kHour = 3'600'000 * kMs;
+  for (const Stamp wrong :
+       {Stamp{55'000 * kMs}, kHour, 24 * 365 * kHour, Stamp{4'000'000'000'000'000'000},
+        std::numeric_limits<Stamp>::max(), -kHour, std::numeric_limits<Stamp>::min()}) {
+    ExpectToGoOn(wrong);
+  }
+}
+
+TEST(ImuBuffer, SeveralStampsThatJumpAreDroppedTogetherOrApart) {
+  ImuBuffer buffer;
+  for (int i = 0; i < 20'000; ++i) {
+    const Stamp stamp = i * 5 * kMs;
+    EXPECT_EQ(buffer.Add(Still(stamp)), ImuSampleStatus::kAdded);
+    if (i % 1000 >= 5) continue;
+    EXPECT_EQ(buffer.Add(Still(stamp + 3'600'000 * kMs)), ImuSampleStatus::kJumped);
+  }
+  EXPECT_EQ(buffer.size(), kHeld);
+}
+
+TEST(ImuBuffer, FollowsAClockThatMovedForGood) {
+  for (const Stamp by : {3'600'000 * kMs, -3'600'000 * kMs}) {
+    ImuBuffer buffer;
+    ImuSample reading;
+    for (int i = 0; i < 2000; ++i) {
+      reading.stamp = i * 5 * kMs;
+      buffer.Add(reading);
+    }
+    int dropped = 0;
+    for (int i = 2000; i < 22'000; ++i) {
+      reading.stamp = i * 5 * kMs + by;
+      if (buffer.Add(reading) == ImuSampleStatus::kJumped) ++dropped;
+    }
+    EXPECT_EQ(dropped, kReadingsAfterJump) << by;
+    EXPECT_EQ(buffer.newest(), reading.stamp);
+    EXPECT_EQ(buffer.size(), kHeld) << by;
+  }
+}
+
+TEST(ImuBuffer, AFirstStampInTheFutureIsForgotten) {
+  ImuBuffer buffer;
+  ImuSample reading;
+  reading.stamp = 24 * 3'600'000 * kMs;
+  EXPECT_EQ(buffer.Add(reading), ImuSampleStatus::kAdded);
+  for (int i = 0; i < 20'000; ++i) {
+    reading.stamp = i * 5 * kMs;
+    buffer.Add(reading);
+  }
+  EXPECT_EQ(buffer.newest(), 19'999 * 5 * kMs);
+  EXPECT_EQ(buffer.size(), kHeld);
+}
+
 TEST(ImuBuffer, ForgetsWhatIsBeyondItsHorizon) {
   ImuBuffer buffer = Filled({0, 500 * kMs, 1000 * kMs}, {.max_step = 0.1, .horizon = 1.0});
   EXPECT_EQ(buffer.oldest(), 0);
@@ -137,6 +213,8 @@ TEST(ImuBuffer, NamesWhatBecameOfAReading) {
   EXPECT_STREQ(ToString(ImuSampleStatus::kAdded), "added");
   EXPECT_STREQ(ToString(ImuSampleStatus::kNotFinite), "not finite");
   EXPECT_STREQ(ToString(ImuSampleStatus::kImpossible), "impossible");
+  EXPECT_STREQ(ToString(ImuSampleStatus::kJumped), "jumped");
+  EXPECT_STREQ(Advice(ImuSampleStatus::kAdded), "");
 }
 
 TEST(ImuBuffer, RefusesBadArguments) {

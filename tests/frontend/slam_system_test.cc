@@ -1,5 +1,6 @@
 #include <highwall/frontend/system/slam_system.h>
 
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -240,6 +241,27 @@ TEST_F(SlamSystemTest, RefusesStampsThatDoNotAscendAndGoesOn) {
   earlier.stamp = Images()[0].stamp - 1;
   EXPECT_THROW(system.Track(earlier), InvalidArgument);
   EXPECT_EQ(system.Track(Images()[1]).state, TrackingState::kTracking);
+}
+
+TEST_F(SlamSystemTest, OneStampFarInTheFutureIsRefusedAndTheOthersGoOn) {
+  constexpr Stamp kYear = Stamp{365} * 86'400 * 1'000'000'000;
+  SlamSystem system(Sensor());
+  system.Track(Images()[0]);
+  std::size_t next = 1;
+  for (const Stamp wrong : {Images()[0].stamp + kYear, Stamp{kMaxStamp},
+                            std::numeric_limits<Stamp>::max(), std::numeric_limits<Stamp>::min()}) {
+    RgbdImage image = Images()[next];
+    image.stamp = wrong;
+    EXPECT_THROW(system.Track(image), InvalidArgument) << wrong;
+    EXPECT_EQ(system.Track(Images()[next++]).state, TrackingState::kTracking) << wrong;
+  }
+  // A camera that did pause goes on.
+  RgbdImage later = Images()[next];
+  later.stamp += kYear;
+  testing::ExpectError("more than a day after", [&] { system.Track(later); });
+  later.stamp += 33'000'000;
+  EXPECT_NO_THROW(system.Track(later));
+  EXPECT_EQ(system.trajectory().size(), next + 1);
 }
 
 TEST_F(SlamSystemTest, RefusesImagesOfAnotherSizeAndGoesOn) {

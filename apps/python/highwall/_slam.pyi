@@ -66,6 +66,7 @@ class ImuSampleStatus:
     ADDED: ClassVar[ImuSampleStatus]
     DUPLICATE: ClassVar[ImuSampleStatus]
     IMPOSSIBLE: ClassVar[ImuSampleStatus]
+    JUMPED: ClassVar[ImuSampleStatus]
     NOT_FINITE: ClassVar[ImuSampleStatus]
     REORDERED: ClassVar[ImuSampleStatus]
     TOO_OLD: ClassVar[ImuSampleStatus]

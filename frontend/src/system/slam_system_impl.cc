@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -82,10 +83,26 @@ std::optional<Pose> SlamSystem::Impl::T_FW(ReferenceFrameId frame) const {
   return map_.factors().T_FW(frame, all.empty() ? kFirstSubmap : all.front().submap);
 }
 
+void SlamSystem::Impl::RequireNext(Stamp stamp) {
+  HIGHWALL_REQUIRE(stamp <= kMaxStamp && stamp >= -kMaxStamp,
+                   "SlamSystem::Track: stamp " + std::to_string(stamp) +
+                       " ns is beyond 146 years: leave the frame out, or check the clock's unit");
+  if (!last_stamp_) return;
+  HIGHWALL_REQUIRE(stamp > *last_stamp_, "SlamSystem::Track: stamp " + FormatStamp(stamp) +
+                                             " is not after " + FormatStamp(*last_stamp_));
+  const auto is_near = [&](Stamp before) {
+    return stamp >= before && ToSeconds(stamp - before) <= kLongestPause;
+  };
+  if (is_near(*last_stamp_) || (jumped_ && is_near(*jumped_))) return;
+  jumped_ = stamp;
+  throw InvalidArgument("SlamSystem::Track: stamp " + FormatStamp(stamp) +
+                        " is more than a day after " + FormatStamp(*last_stamp_) +
+                        ": leave the frame out if its clock is wrong, and go on with the next; if "
+                        "the camera did pause, give it once more");
+}
+
 FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
-  HIGHWALL_REQUIRE(!last_stamp_ || image.stamp > *last_stamp_,
-                   "SlamSystem::Track: stamp " + FormatStamp(image.stamp) + " is not after " +
-                       FormatStamp(last_stamp_.value_or(0)));
+  RequireNext(image.stamp);
   FrameResult result;
   result.stamp = image.stamp;
   builder_.Check(image);

@@ -56,6 +56,8 @@ class SlamSystem::Impl {
   const Map& map() const { return map_; }
 
  private:
+  // Throws InvalidArgument where the stamp cannot be that of the next frame.
+  void RequireNext(Stamp stamp);
   // A submap that is lost with fewer, and joined with no other, is dropped: it began in blur.
   static constexpr int kMinSubmapKeyFrames = 5;
 
@@ -123,7 +125,8 @@ class SlamSystem::Impl {
   SlamCallbacks callbacks_;
   std::vector<PosedFrame> tracked_;
   std::optional<Stamp> last_stamp_;
-  bool metric_ = false;  // depth was seen to be in metres
+  std::optional<Stamp> jumped_;  // the stamp that was refused last because it jumped
+  bool metric_ = false;          // depth was seen to be in metres
   RepeatedImage repeated_;
   std::optional<LossReason> lost_for_;  // of the last frame, where it has no pose
   SubmapId submap_ = kFirstSubmap;      // that keyframes join now

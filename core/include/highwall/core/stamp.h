@@ -11,6 +11,8 @@ namespace [[gnu::visibility("default")]] highwall {
 
 // Nanoseconds.
 using Stamp = std::int64_t;
+// 146 years: the difference of two stamps that are no farther from zero is a stamp.
+inline constexpr Stamp kMaxStamp = 4'600'000'000'000'000'000;
 
 // "1305031102.175304" -> 1305031102175304000, exactly; digits beyond the ninth are cut. Accepts a
 // sign, a missing fraction, an exponent (through double). Empty for all else and beyond 4.6e9 s.

@@ -24,7 +24,13 @@ using ImuBias = Eigen::Matrix<double, 6, 1>;  // [b_g b_a] of its readings, rad/
 inline constexpr double kMaxSpecificForce = 4000.0;  // [m/s^2] of an axis
 inline constexpr double kMaxAngularRate = 70.0;      // [rad/s] of an axis
 
-// Whether all values are finite, and whether they are within these ranges too.
+// No sensor is silent for so long between two readings: a stamp that jumps farther is a fault of a
+// clock or on the way, or the recording paused. [s]
+inline constexpr double kMaxStampJump = 10.0;
+// After so many readings that follow one that jumped, each as a neighbour, the clock has moved.
+inline constexpr int kReadingsAfterJump = 10;
+
+// Whether all values are finite, and whether they and the stamp are within these ranges too.
 bool IsFinite(const ImuSample& sample);
 bool IsPossible(const ImuSample& sample);
 
@@ -53,10 +59,13 @@ enum class ImuSampleStatus {
   kDuplicate,   // its stamp is there already: dropped, the first one stays
   kTooOld,      // came after everything around it was forgotten: dropped
   kNotFinite,   // dropped
-  kImpossible,  // beyond what any sensor measures: dropped
+  kImpossible,  // beyond what any sensor measures, or a stamp beyond kMaxStamp: dropped
+  kJumped,      // its stamp is too far from those before (ImuBuffer::Add): dropped
 };
 // "added", "reordered" and so on.
 const char* ToString(ImuSampleStatus status);
+// What is wrong with a reading that was dropped, and what to do; empty where it was not.
+const char* Advice(ImuSampleStatus status);
 
 // Orders the readings of an IMU by stamp, and cuts out what lies between two images.
 class ImuBuffer {
@@ -64,6 +73,10 @@ class ImuBuffer {
   // Throws InvalidArgument on bad options.
   explicit ImuBuffer(const ImuBufferOptions& options = {});
 
+  // A stamp that is more than kMaxStampJump after the newest reading, or before it by more than
+  // that and the horizon, would end the use of all others, and is dropped. Where the readings that
+  // follow say the same, the clock has moved, or was wrong before: after kReadingsAfterJump of them
+  // they are taken again, and what a clock that was ahead has left is forgotten.
   ImuSampleStatus Add(const ImuSample& sample);
 
   // The readings of [start, end], linearly interpolated at both ends, unless readings are there.
@@ -79,9 +92,14 @@ class ImuBuffer {
   Stamp newest() const;
 
  private:
+  // Whether the stamp is too far from those before, as long as the clock has not moved for good.
+  bool Jumps(Stamp stamp);
+
   ImuBufferOptions options_;
   std::deque<ImuSample> samples_;
   std::optional<Stamp> forgotten_;  // stamp of the newest reading that was forgotten
+  std::optional<Stamp> jumped_;     // the latest stamp, where it jumped
+  int jumps_ = 0;                   // readings in a row that jumped to the same time
 };
 
 }  // namespace highwall

@@ -138,6 +138,10 @@ struct SubmapTrajectory {
   Trajectory frames;          // T_WC, as SlamSystem::trajectory()
 };
 
+// [s] No camera pauses for longer between two frames: a stamp that jumps farther is a fault of the
+// clock, unless the next frame follows it (SlamSystem::Track).
+inline constexpr double kLongestPause = 86'400.0;
+
 // Point-line RGB-D(-inertial) odometry with a map: images and the readings of an IMU in, poses and
 // keyframes out. Local adjustments and loops are computed on threads of their own and applied
 // between frames (SlamOptions::mapper, loops; Deterministic()).
@@ -169,7 +173,8 @@ class SlamSystem {
   // For the calls that follow.
   void SetCallbacks(SlamCallbacks callbacks);
 
-  // Readings may come late or twice; what became of one is returned. Throws InvalidArgument where
+  // Readings may come late or twice; what became of one is returned, and Advice() says what to do
+  // where it was refused (ImuBuffer::Add): the others go on. Throws InvalidArgument where
   // the system was made without an IMU.
   ImuSampleStatus AddImu(const ImuSample& sample);
 
@@ -185,7 +190,9 @@ class SlamSystem {
   FactorCounts factor_counts() const;
 
   // Throws InvalidArgument where stamps do not ascend, images do not fit, or depth is not in
-  // metres.
+  // metres; a frame that was refused leaves no trace. So does a stamp more than kLongestPause after
+  // the frame before: once, so that one wrong stamp does not end the use of those that follow, and
+  // the next frame is taken where it is the same once more, or follows it.
   FrameResult Track(const RgbdImage& image);
 
   // What moves in the image of a live keyframe (FrameResult::moving), by what was seen in the
