@@ -35,7 +35,7 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
                    double* residuals, double** jacobians) {
   try {
     if (!factor.Evaluate(parameters, residuals, jacobians)) return false;
-  } catch (const std::exception&) {
+  } catch (...) {  // it may be a user's
     return false;
   }
   const int rows = factor.num_residuals();
@@ -87,6 +87,8 @@ std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* c
     }
   } catch (const std::exception& error) {
     return std::string("throws: ") + error.what();
+  } catch (...) {
+    return "throws what is no std::exception";
   }
   if (!AreSmall(residuals, rows)) return "has a residual " + FaultOf(residuals, rows);
   for (std::size_t i = 0; i < sizes.size(); ++i) {

@@ -7,6 +7,8 @@
 
 #include <ceres/cost_function.h>
 
+#include <highwall/internal/cost_fault.h>
+
 namespace highwall::internal {
 
 // Readable for people.

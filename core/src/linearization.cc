@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <unordered_set>
 
 #include <ceres/cost_function.h>
@@ -30,7 +29,7 @@ bool Linearization::Evaluate(const ceres::CostFunction& cost,
                              Evaluation* out) {
   try {
     return EvaluateUnguarded(cost, parameters, with_jacobians, out);
-  } catch (const std::exception&) {  // as GuardedFactor
+  } catch (...) {  // as GuardedFactor
     return false;
   }
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <numeric>
 #include <type_traits>
@@ -417,7 +416,7 @@ const double* VariableProjection::EvaluateFactor(const LandmarkProblem::Factor& 
     if (factor.cost->Evaluate(memory_.parameters.data(), out, memory_.jacobians.data())) {
       return of_landmark;
     }
-  } catch (const std::exception&) {  // as GuardedFactor
+  } catch (...) {  // as GuardedFactor
   }
   return nullptr;
 }

@@ -1,6 +1,7 @@
 #include <highwall/internal/background_job.h>
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -59,6 +60,52 @@ TEST(JobSlot, IsEmptyOnceItsJobIsCancelledAndTheJobEnds) {
     EXPECT_FALSE(slot->IsDone());
   }
   EXPECT_EQ(ended, 2);
+}
+
+// Ends when it is let go, whoever asks it to end.
+class Stubborn {
+ public:
+  explicit Stubborn(const std::atomic<bool>* let_go)
+      : task_(true, [let_go](const std::stop_token&) {
+          while (!*let_go) std::this_thread::yield();
+        }) {}
+  void Cancel() { task_.Cancel(); }
+  bool IsDone() const { return task_.IsDone(); }
+
+ private:
+  BackgroundTask task_;
+};
+
+TEST(JobSlot, HasNoRoomWhereTwoThatWereCancelledHaveNotEnded) {
+  std::atomic<bool> let_go = false;
+  JobSlot<Stubborn> slot;
+  int begun = 0;
+  for (; begun < 100 && slot.HasRoom(); ++begun) {
+    slot.Put(std::make_unique<Stubborn>(&let_go));
+    slot.Cancel();
+  }
+  EXPECT_EQ(begun, 2);
+  let_go = true;
+  while (!slot.HasRoom()) std::this_thread::yield();
+}
+
+TEST(JobSlot, BeyondItsRoomItWaitsForTheOldest) {
+  std::atomic<bool> let_go = false;
+  JobSlot<Stubborn> slot;
+  for (int i = 0; i < 3; ++i) {
+    slot.Put(std::make_unique<Stubborn>(&let_go));
+    slot.Cancel();
+  }
+  std::atomic<bool> is_put = false;
+  std::thread fourth([&] {
+    slot.Put(std::make_unique<Stubborn>(&let_go));
+    is_put = true;
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(is_put);
+  let_go = true;
+  fourth.join();
+  EXPECT_TRUE(is_put);
 }
 
 }  // namespace

@@ -4,9 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <random>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -339,6 +341,39 @@ TEST(OwnFactorOptions, AreValidated) {
   EXPECT_THROW(OwnFactorOptions{.max_angle = 0.0}.Validate(), InvalidArgument);
   EXPECT_THROW(OwnFactorOptions{.max_gap = 0.0}.Validate(), InvalidArgument);
   EXPECT_THROW(OwnFactorOptions{.threads = 0}.Validate(), InvalidArgument);
+}
+
+// A user's cost that is no good: it throws, refuses, or is not finite.
+enum class Fault { kThrows, kThrowsANumber, kRefuses, kNotFinite };
+class Faulty final : public ceres::SizedCostFunction<3, 7, 7> {
+ public:
+  explicit Faulty(Fault fault) : fault_(fault) {}
+  bool Evaluate(double const* const*, double* r, double**) const override {
+    if (fault_ == Fault::kThrows) throw std::runtime_error("the marker was not found");
+    if (fault_ == Fault::kThrowsANumber) throw 7;
+    std::fill_n(r, 3, std::numeric_limits<double>::quiet_NaN());
+    return fault_ != Fault::kRefuses;
+  }
+
+ private:
+  Fault fault_;
+};
+
+TEST_F(FactorAdjusterTest, OneFaultyFactorInSevenIsSetAsideAndTheOthersPlaceTheFrame) {
+  Measure(0.1);
+  const int faulty = static_cast<int>(map.factors().all().size()) / 6;
+  constexpr Fault kFaults[] = {Fault::kThrows, Fault::kThrowsANumber, Fault::kRefuses,
+                               Fault::kNotFinite};
+  for (int i = 0; i < faulty; ++i) {
+    auto cost = std::make_shared<Faulty>(kFaults[i % 4]);
+    map.AddFactor({{{KeyFrameId(8 * i), Pose()}}, frame, std::move(cost), nullptr});
+  }
+  std::optional<FactorAdjustmentReport> report;
+  ASSERT_NO_THROW(report = Adjust(lockstep));
+  ASSERT_TRUE(report && report->accepted) << report->message;
+  EXPECT_EQ(report->set_aside, faulty);
+  EXPECT_EQ(report->fault, "throws: the marker was not found");
+  EXPECT_LT(Error(), 0.1);
 }
 
 }  // namespace

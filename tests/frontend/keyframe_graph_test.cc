@@ -62,9 +62,34 @@ TEST_F(KeyFrameGraphTest, NodesCountOnAcrossRemovedKeyFrames) {
   const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops, {.neighbours = 0});
   EXPECT_EQ(graph.NodeOf(6_kf), 5);
   EXPECT_THROW(graph.NodeOf(5_kf), InvalidArgument);
-  ASSERT_EQ(graph.loop_edges.size(), 1u) << "one of its keyframes is no more";
+  ASSERT_EQ(graph.loop_edges.size(), 2u);
   EXPECT_EQ(graph.graph.edges[graph.loop_edges[0]].j, 18);
-  EXPECT_EQ(graph.graph.edges.size(), 18u + 1u);
+  EXPECT_EQ(graph.graph.edges.size(), 18u + 2u);
+}
+
+TEST_F(KeyFrameGraphTest, ALoopGoesOnAtTheKeyFramesThatItsOwnHangOn) {
+  const auto T_WC = [&](KeyFrameId id) { return map().ResolvePose(id); };
+  const LoopEdge loop{5_kf, 18_kf, T_WC(5_kf).Inverse() * T_WC(18_kf)};
+  map().RemoveKeyFrame(5_kf, 4_kf);
+  map().RemoveKeyFrame(4_kf, 3_kf);
+  map().RemoveKeyFrame(18_kf, 19_kf);
+  const std::vector<LoopEdge> loops{loop};
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops, {.neighbours = 0});
+  ASSERT_EQ(graph.loop_edges.size(), 1u);
+  const PoseGraphEdge& edge = graph.graph.edges[graph.loop_edges[0]];
+  EXPECT_EQ(edge.i, graph.NodeOf(3_kf));
+  EXPECT_EQ(edge.j, graph.NodeOf(19_kf));
+  const Pose expected = T_WC(3_kf).Inverse() * T_WC(19_kf);
+  EXPECT_LT((edge.Z.p() - expected.p()).norm(), 1e-12);
+  EXPECT_LT(edge.Z.q().angularDistance(expected.q()), 1e-7);
+}
+
+TEST_F(KeyFrameGraphTest, ALoopBetweenWhatOdometryJoinsByNowIsLeftOut) {
+  const std::vector<LoopEdge> loops{{5_kf, 7_kf, Pose()}, {5_kf, 8_kf, Pose()}};
+  map().RemoveKeyFrame(5_kf, 6_kf);
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops, {.neighbours = 0});
+  ASSERT_EQ(graph.loop_edges.size(), 1u);
+  EXPECT_EQ(graph.graph.edges[graph.loop_edges[0]].j, graph.NodeOf(8_kf));
 }
 
 TEST_F(KeyFrameGraphTest, WhatALoopSaysIsJudgedByTheWayBetween) {

@@ -1,8 +1,11 @@
 #include <highwall/frontend/map/own_factors.h>
 
+#include <algorithm>
 #include <memory>
 #include <random>
+#include <stdexcept>
 
+#include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>

@@ -132,7 +132,7 @@ DepthPatternFinder::~DepthPatternFinder() = default;
 void DepthPatternFinder::Begin(const Map& map, const MeasurementModel& model, SubmapId submap,
                                KeyFrameId given) {
   if (!job_.IsEmpty() && job_->IsDone() && !job_->HasFound()) job_.Take();
-  if (!options_.enabled || !job_.IsEmpty()) return;
+  if (!options_.enabled || !job_.IsEmpty() || !job_.HasRoom()) return;
   const std::size_t keyframes = MadeIn(map, submap, given).size();
   if (keyframes < next_) return;
   next_ = static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(keyframes)));

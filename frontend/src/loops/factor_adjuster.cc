@@ -17,6 +17,7 @@
 #include <Eigen/Core>
 
 #include <highwall/core/pose_graph.h>
+#include <highwall/internal/cost_fault.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "loops/frame_alignment.h"
@@ -73,7 +74,11 @@ std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
     for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
     const int size = factor.cost->num_residuals();
     Eigen::VectorXd r(size);
-    if (!factor.cost->Evaluate(blocks.data(), r.data(), nullptr)) r.setConstant(HUGE_VAL);
+    if (internal::FaultOf(*factor.cost, blocks).empty()) {
+      factor.cost->Evaluate(blocks.data(), r.data(), nullptr);
+    } else {
+      r.setConstant(HUGE_VAL);
+    }
     // A frame is the last node; of what has none, each is of its own kind.
     alike[{factor.nodes.back(), size}].push_back(std::move(r));
   }
@@ -169,8 +174,11 @@ class FactorAdjuster::Job {
     KeyFrameGraph graph = MakeKeyFrameGraph(map_, loops_, graph_, submap_);
     report_.keyframes = static_cast<int>(graph.keyframes.size());
     report_.factors = static_cast<int>(graph.graph.factors.size());
+    report_.set_aside = graph.set_aside;
+    report_.fault = graph.fault;
     if (graph.graph.factors.empty()) {
-      report_.message = "where the factors' frame lies is not known yet";
+      report_.message = graph.set_aside > 0 ? "no factor can be evaluated: " + graph.fault
+                                            : "where the factors' frame lies is not known yet";
       return;
     }
     TakeOutMoves(&graph);
@@ -252,6 +260,7 @@ void FactorAdjuster::Adopt(const Map& map) {
 }
 
 bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
+  if (!job_.HasRoom()) return false;
   const double share = options_.share * static_cast<double>(adjusted_[map.Root(submap)]);
   return Start(map, submap, loops,
                static_cast<std::size_t>(std::max<double>(options_.every, std::ceil(share))));

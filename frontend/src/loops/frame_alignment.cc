@@ -57,11 +57,12 @@ class Alignment {
 
   // The best of what all headings lead to. Without losses at first, whose pull ends far away.
   bool Solve() {
+    SetAside();
+    if (IsEmpty()) return false;
     std::optional<Pose> best;
     double least = std::numeric_limits<double>::infinity();
-    Add(/*robust=*/false);
     for (int i = 0; i < kHeadings; ++i) {
-      graph_.SetValue(T_FW_, Pose::FromTangent({0, 0, 0}, {0, 0, 2.0 * M_PI * i / kHeadings}));
+      graph_.SetValue(T_FW_, Heading(i));
       const SolveSummary summary = graph_.Solve();
       if (!summary.IsUsable() || !(summary.final_cost < least)) continue;
       least = summary.final_cost;
@@ -90,6 +91,27 @@ class Alignment {
   }
 
  private:
+  static Pose Heading(int i) {
+    return Pose::FromTangent({0, 0, 0}, {0, 0, 2.0 * M_PI * i / kHeadings});
+  }
+  // Factors that cannot be evaluated at any of the headings would let every solution fail.
+  void SetAside() {
+    Add(/*robust=*/false);
+    std::vector<int> faults(factors_.size(), 0);
+    for (int i = 0; i < kHeadings; ++i) {
+      graph_.SetValue(T_FW_, Heading(i));
+      for (std::size_t f = 0; f < factors_.size(); ++f) {
+        if (!graph_.FaultOf(factors_[f].id).empty()) ++faults[f];
+      }
+    }
+    std::size_t f = 0;
+    std::erase_if(factors_, [&](const Factor& factor) {
+      if (faults[f++] < kHeadings) return false;
+      graph_.RemoveFactor(factor.id);
+      return true;
+    });
+  }
+
   struct Factor {
     std::shared_ptr<ceres::CostFunction> cost;
     std::shared_ptr<ceres::LossFunction> loss;

@@ -13,6 +13,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/so3.h>
+#include <highwall/internal/cost_fault.h>
 
 #include "map/carried_cost.h"
 
@@ -85,8 +86,35 @@ void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
       }
       added.nodes.push_back(node);
     }
+    std::vector<const double*> blocks;
+    for (const KeyFrameId id : cost->keyframes()) {
+      blocks.push_back(graph.nodes[static_cast<std::size_t>(result->NodeOf(id))].pose.data());
+    }
+    if (factor->frame != kNoId) {
+      blocks.push_back(graph.nodes[result->frames.at(factor->frame)].pose.data());
+    }
+    if (std::string fault = internal::FaultOf(*cost, blocks); !fault.empty()) {
+      if (result->set_aside++ == 0) result->fault = std::move(fault);
+      continue;
+    }
     graph.factors.push_back(std::move(added));
   }
+}
+
+// At the keyframes that those of the loop hang on; empty where they are not in the graph, or
+// neighbours by now, which odometry joins.
+std::optional<LoopEdge> Carried(const Map& map, const LoopEdge& loop,
+                                const std::vector<KeyFrameId>& keyframes) {
+  const auto match = map.LiveKeyFrameOf(loop.match), keyframe = map.LiveKeyFrameOf(loop.keyframe);
+  if (!match || !keyframe) return std::nullopt;
+  const auto i = std::ranges::lower_bound(keyframes, match->first);
+  const auto j = std::ranges::lower_bound(keyframes, keyframe->first);
+  if (i == keyframes.end() || *i != match->first) return std::nullopt;
+  if (j == keyframes.end() || *j != keyframe->first) return std::nullopt;
+  if (match->first == loop.match && keyframe->first == loop.keyframe) return loop;
+  if (std::abs(i - j) <= 1) return std::nullopt;
+  return LoopEdge{match->first, keyframe->first,
+                  match->second * loop.Z * keyframe->second.Inverse()};
 }
 
 // The older keyframe with which a submap shares most landmarks, and the keyframe of the submap; the
@@ -191,10 +219,7 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
     before->second = i;
   }
   for (const LoopEdge& loop : loops) {
-    const auto takes_part = [&](KeyFrameId id) {
-      return std::binary_search(result.keyframes.begin(), result.keyframes.end(), id);
-    };
-    if (takes_part(loop.match) && takes_part(loop.keyframe)) result.Add(loop, options);
+    if (const auto carried = Carried(map, loop, result.keyframes)) result.Add(*carried, options);
   }
   if (options.hold_gravity && map.gravity_W(submap)) HoldGravity(&graph);
   if (!map.factors().all().empty()) AddFactors(map, submap, &result);

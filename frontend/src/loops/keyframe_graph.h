@@ -2,6 +2,7 @@
 
 #include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <highwall/core/pose.h>
@@ -19,6 +20,8 @@ struct KeyFrameGraph {
   std::vector<std::size_t> loop_edges;  // places in graph.edges, of the loops in their order
   // Places in graph.nodes of the frames, T_FW, in which the user's factors are measured.
   std::map<ReferenceFrameId, std::size_t> frames{};
+  int set_aside = 0;    // factors of the user's that cannot be evaluated at these poses
+  std::string fault{};  // of the first of them
 
   // Throws InvalidArgument where there is no such keyframe.
   std::int64_t NodeOf(KeyFrameId keyframe) const;
@@ -33,8 +36,9 @@ struct KeyFrameGraph {
 // Of the keyframes of a submap and all that is joined with it, at least two. Odometry joins each
 // keyframe of a submap with the next, covisibility with those it shares most landmarks with, and a
 // submap with the older ones where they share most; all as the map has them now, sharing the
-// information of one, and trusted. Loops join as measured; one is left out where one of its
-// keyframes is no more, or of another submap. The factors of the user's (FactorsIn) take part.
+// information of one, and trusted. Loops join as measured, at the keyframe that a removed one hangs
+// on; one is left out where it is of another submap, or joins neighbours by then. The factors of
+// the user's (FactorsIn) take part, but for those that cannot be evaluated.
 KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
                                 const KeyFrameGraphOptions& options = {},
                                 SubmapId submap = kFirstSubmap);

@@ -114,7 +114,7 @@ LoopCloser::~LoopCloser() = default;
 
 bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
   // Until the map is corrected, the keyframes that follow see the same loop.
-  if (!options_.enabled || IsClosing()) return false;
+  if (!options_.enabled || IsClosing() || !job_.HasRoom()) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
   Cancel();  // the adjustment after an older loop

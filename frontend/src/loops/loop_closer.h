@@ -30,6 +30,7 @@ class LoopCloser {
   LoopCloser& operator=(const LoopCloser&) = delete;
 
   // Looks for a loop of a new keyframe of the map and begins to close it. True where one was found.
+  // Where too much that was cancelled has yet to end, the next keyframe looks.
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe);
   // What InsertKeyFrame() saw and did not believe, since the last call.
   std::vector<LoopReport> TakeRefused();

@@ -338,6 +338,12 @@ Pose Map::ResolvePose(KeyFrameId id) const {
   return live->T_WC * T;
 }
 
+std::optional<std::pair<KeyFrameId, Pose>> Map::LiveKeyFrameOf(KeyFrameId id) const {
+  Pose T;
+  const KeyFrame* const live = Resolve(id, &T);
+  return live != nullptr ? std::optional(std::pair(live->id, T)) : std::nullopt;
+}
+
 std::optional<SubmapId> Map::RootOf(KeyFrameId id) const {
   Pose T;
   const KeyFrame* const live = Resolve(id, &T);

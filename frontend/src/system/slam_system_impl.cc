@@ -79,8 +79,7 @@ void SlamSystem::Impl::AddFactor(PoseFactor factor) {
 }
 
 std::optional<Pose> SlamSystem::Impl::T_FW(ReferenceFrameId frame) const {
-  const std::vector<SubmapTrajectory> all = submaps();
-  return map_.factors().T_FW(frame, all.empty() ? kFirstSubmap : all.front().submap);
+  return map_.factors().T_FW(frame, LargestWorld().value_or(kFirstSubmap));
 }
 
 void SlamSystem::Impl::RequireNext(Stamp stamp) {
@@ -261,6 +260,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
   tracked_.push_back({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
+  ++frames_in_[map_.keyframe(map_.LiveKeyFrameOf(tracked.reference)->first)->submap];
   refiner_.Add(tracked, tracked_.back(), tracker_.moved_by(), depth_pattern_.pattern(),
                last_keyframe_);
 }
@@ -550,13 +550,21 @@ Trajectory SlamSystem::Impl::trajectory() const {
 
 Trajectory SlamSystem::Impl::keyframe_trajectory() const {
   Trajectory trajectory;
-  const std::vector<SubmapTrajectory> all = submaps();
-  if (all.empty()) return trajectory;
-  for (const KeyFrameId id : map_.KeyFramesOf(all.front().submap)) {
+  const std::optional<SubmapId> largest = LargestWorld();
+  if (!largest) return trajectory;
+  for (const KeyFrameId id : map_.KeyFramesOf(*largest)) {
     if (id <= last_given_keyframe_) continue;
     trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
   }
   return trajectory;
+}
+
+std::optional<SubmapId> SlamSystem::Impl::LargestWorld() const {
+  std::map<SubmapId, std::size_t> by_root;
+  for (const auto& [submap, frames] : frames_in_) by_root[map_.Root(submap)] += frames;
+  const auto largest =
+      std::ranges::max_element(by_root, {}, [](const auto& of) { return of.second; });
+  return largest != by_root.end() ? std::optional(largest->first) : std::nullopt;
 }
 
 std::vector<SubmapTrajectory> SlamSystem::Impl::submaps() const {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -108,6 +110,8 @@ class SlamSystem::Impl {
   void ApplyResults(FrameResult& result);
   void Notify(const FrameResult& result, const RgbdImage& image) const;
   void Notify(const std::vector<LoopReport>& loops) const;
+  // The root of the world in which most frames were tracked; empty where there is none.
+  std::optional<SubmapId> LargestWorld() const;
 
   SlamOptions options_;
   FrameBuilder builder_;
@@ -124,6 +128,7 @@ class SlamSystem::Impl {
   Map map_;
   SlamCallbacks callbacks_;
   std::vector<PosedFrame> tracked_;
+  std::map<SubmapId, std::size_t> frames_in_;  // how many of these, by the submap of their keyframe
   std::optional<Stamp> last_stamp_;
   std::optional<Stamp> jumped_;  // the stamp that was refused last because it jumped
   bool metric_ = false;          // depth was seen to be in metres

@@ -60,6 +60,7 @@ void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   depth_pattern_.Cancel();
   result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
   map_.RemoveSubmap(submap_);
+  frames_in_.erase(submap_);
   std::erase_if(tracked_, [&](const PosedFrame& t) { return !map_.RootOf(t.pose.reference); });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -39,17 +40,27 @@ class BackgroundTask {
 };
 
 // The job that is under way, or waits to be applied, and those that were cancelled and have still
-// to end. Job: has Cancel() and IsDone(), as BackgroundTask.
+// to end: each holds its thread and what it works on, such as a copy of a map, so that there are
+// no more than kMaxEnding. Job: has Cancel() and IsDone(), as BackgroundTask.
 template <class Job>
 class JobSlot {
  public:
+  static constexpr std::size_t kMaxEnding = 2;
+
   bool IsEmpty() const { return job_ == nullptr; }
+  // Whether the job may be cancelled and another one put without a wait.
+  bool HasRoom() {
+    DropEnded();
+    return ending_.size() < kMaxEnding;
+  }
   Job* operator->() { return job_.get(); }
   const Job* operator->() const { return job_.get(); }
   Job& operator*() { return *job_; }
 
+  // Waits for the oldest of those that were cancelled where there are too many.
   void Put(std::unique_ptr<Job> job) {
-    std::erase_if(ending_, [](const auto& cancelled) { return cancelled->IsDone(); });
+    DropEnded();
+    while (ending_.size() > kMaxEnding) ending_.erase(ending_.begin());
     job_ = std::move(job);
   }
   std::unique_ptr<Job> Take() { return std::move(job_); }
@@ -58,9 +69,14 @@ class JobSlot {
     if (!job_) return;
     job_->Cancel();
     ending_.push_back(std::move(job_));
+    DropEnded();
   }
 
  private:
+  void DropEnded() {
+    std::erase_if(ending_, [](const auto& cancelled) { return cancelled->IsDone(); });
+  }
+
   std::unique_ptr<Job> job_;
   std::vector<std::unique_ptr<Job>> ending_;
 };

@@ -72,7 +72,9 @@ struct FactorAdjustmentReport {
   bool accepted = false;  // false: nothing was moved
   std::string message{};  // the solver's words, or why not
   int keyframes = 0, factors = 0;
-  double moved = 0.0;  // [m] the largest way of a keyframe
+  int set_aside = 0;    // factors that cannot be evaluated where the map has their bodies
+  std::string fault{};  // what the first of them throws, or what else is wrong with it
+  double moved = 0.0;   // [m] the largest way of a keyframe
   double seconds = 0.0;
 };
 

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include <ceres/cost_function.h>
+
+namespace [[gnu::visibility("default")]] highwall {
+namespace internal {
+
+// Why a factor cannot be used there: it throws, returns false, or is not finite; empty if it can.
+std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* const> parameters);
+
+}  // namespace internal
+}  // namespace highwall
