@@ -187,5 +187,26 @@ TEST_P(CoupledOdometry, FindsWhereTheCameraSits) {
 
 INSTANTIATE_TEST_SUITE_P(InLockstepAndBeside, CoupledOdometry, ::testing::Bool());
 
+// A window that has much to do: how long an image takes, in milliseconds.
+TEST_F(TightCouplingTest, WhatIsCancelledEndsLongBeforeItsWorkIsDone) {
+  options_.tight.max_points = 2000, options_.tight.max_lines = 200;
+  Begin();
+  const auto now = [] { return std::chrono::steady_clock::now(); };
+  std::chrono::duration<double> whole{}, cancelled{};
+  for (int k = 0; k < 4; ++k) {  // the last of them is of a window with states and landmarks
+    Feed();
+    const auto begin = now();
+    Await();
+    whole = now() - begin;
+  }
+  Feed();
+  const auto begin = now();
+  coupling_->Cancel();
+  EXPECT_LT(now() - begin, 0.2 * whole) << "it does not wait";
+  while (!coupling_->IsDone()) std::this_thread::yield();
+  cancelled = now() - begin;
+  EXPECT_LT(cancelled, 0.7 * whole);
+}
+
 }  // namespace
 }  // namespace highwall::tight_coupling_test

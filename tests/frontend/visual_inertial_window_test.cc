@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 #include <random>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,6 +72,21 @@ class Drive {
                                 .omega_B = omega_B}));
       EXPECT_EQ(window_->newest().stamp, to);
     }
+  }
+
+  // One more image, with a stop that is requested already; whether it joined.
+  bool GoWithStop() {
+    const double t = kStart + kImageStep * ++image_;
+    for (const ImuSample& reading : place_.scene().Readings(read_ + 0.005, t + 0.05)) {
+      buffer_.Add(reading);
+    }
+    read_ = t + 0.05;
+    const auto interval = buffer_.Between(window_->newest().stamp, FromSeconds(t));
+    const ImuPreintegration imu(interval->samples, window_->newest().bias);
+    const SeenLandmarks seen = place_.See(t);
+    std::stop_source stop;
+    stop.request_stop();
+    return window_->Add({.imu = &imu, .seen = &seen}, stop.get_token());
   }
 
   // In the world of the map.
@@ -341,6 +357,14 @@ TEST(VisualInertialWindow, FindsWhereTheCameraSitsWithAClockThatIsKnown) {
   const Eigen::Vector3d sigma = prior.calibration_covariance.diagonal().tail<3>().cwiseSqrt();
   EXPECT_LT(sigma.maxCoeff(), 0.4 * 0.01) << sigma.transpose();  // [rad]
   EXPECT_LT(error.Angle(), 3.0 * sigma.norm());
+}
+
+TEST(VisualInertialWindow, WhatIsAskedToStopAddsNothing) {
+  Drive drive({}, {});
+  drive.Go(2);
+  const Stamp newest = drive.window().newest().stamp;
+  EXPECT_FALSE(drive.GoWithStop());
+  EXPECT_EQ(drive.window().newest().stamp, newest);
 }
 
 }  // namespace

@@ -239,10 +239,10 @@ InertialWindow InertialOdometry::Impl::MakeLoose(const InertialPrior& prior) con
 }
 
 void InertialOdometry::Impl::StartTight(const InertialPrior& prior) {
-  tight_.reset();
+  tight_.Cancel();
   if (options_.coupling != InertialCoupling::kTight || !model_) return;
   try {
-    tight_ = std::make_unique<TightCoupling>(calibration_, *model_, options_, prior);
+    tight_.Put(std::make_unique<TightCoupling>(calibration_, *model_, options_, prior));
   } catch (const InvalidArgument&) {  // the window of poses goes on alone
   }
 }
@@ -321,7 +321,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
     Resume(observation, report);
     return;
   }
-  if (tight_) Couple(observation, step);
+  if (!tight_.IsEmpty()) Couple(observation, step);
   ReadWindow();
   TakeOver(&report);
   if (!observation.keeps_level) report.T_level = Level();
@@ -365,7 +365,7 @@ std::optional<InertialWindow> InertialOdometry::Impl::Follow(
 }
 
 void InertialOdometry::Impl::TakeOver(InertialReport* report) {
-  if (!tight_) return;
+  if (tight_.IsEmpty()) return;
   const std::optional<TightCoupling::Result> result = tight_->Take();
   if (!result) return;
   report->tight = result->update;
@@ -403,7 +403,7 @@ void InertialOdometry::Impl::Suspend() {
   known_ = window_->Prior();
   AddDoubt(*known_);
   window_.reset();
-  tight_.reset();
+  tight_.Cancel();
   status_ = InertialStatus::kWaiting;
 }
 
@@ -503,7 +503,7 @@ void InertialOdometry::Impl::MoveMap(const Pose& T_new_old) {
 void InertialOdometry::Impl::Restart() {
   if (status_ == InertialStatus::kGivenUp) return;
   window_.reset();
-  tight_.reset();
+  tight_.Cancel();
   known_.reset();
   last_visual_.reset();
   visual_motion_.reset();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/internal/background_job.h>
 
 #include <highwall/frontend/features/twist.h>
 #include "inertial/imu_weighting.h"
@@ -85,7 +86,7 @@ class InertialOdometry::Impl {
   InertialInitializer initializer_;
   ImuWeight weight_;
   std::optional<InertialWindow> window_;
-  std::unique_ptr<TightCoupling> tight_;
+  JobSlot<TightCoupling> tight_;
   InertialStatus status_ = InertialStatus::kWaiting;
   std::string reason_;
   int attempts_ = 0;

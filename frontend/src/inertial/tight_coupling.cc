@@ -35,10 +35,10 @@ void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenL
   pending_.reset();
   weighed_ = 0.0;
   since_.clear();
-  task_.emplace(options_.tight.background, [this](const std::stop_token&) {
+  task_.emplace(options_.tight.background, [this](const std::stop_token& stop) {
     const Stopwatch watch;
     try {
-      work_->update.accepted = window_.Add(work_->step);
+      work_->update.accepted = window_.Add(work_->step, stop);
     } catch (const std::exception&) {  // as a step that was refused
     }
     work_->update.milliseconds = watch.Milliseconds();

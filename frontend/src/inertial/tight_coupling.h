@@ -52,6 +52,12 @@ class TightCoupling {
   void Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see);
   // Once, when the work is done; in lockstep that is at once.
   std::optional<Result> Take();
+  // Nothing is to be taken any more: what it works on ends after the iteration that runs, as it
+  // does in the destructor. Does not wait.
+  void Cancel() {
+    if (task_) task_->Cancel();
+  }
+  bool IsDone() const { return !task_ || task_->IsDone(); }
 
  private:
   // What the window is given, kept while it works.

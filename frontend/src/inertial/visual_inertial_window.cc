@@ -34,10 +34,13 @@ Matrix6 SqrtInformationOf(double position, double rotation, const Eigen::Vector3
   return w.asDiagonal() * about_body;
 }
 
-SlidingWindowOptions SmootherOptions(const InertialOptions& options) {
-  return {.max_states = options.window_states,
-          .leaving = options.tight.leaving,
-          .landmarks = LandmarkPolicy::kMarginalize};
+SlidingWindowOptions SmootherOptions(const InertialOptions& options,
+                                     const std::atomic<bool>* stopped) {
+  SlidingWindowOptions smoother{.max_states = options.window_states,
+                                .leaving = options.tight.leaving,
+                                .landmarks = LandmarkPolicy::kMarginalize};
+  smoother.solve.stop = stopped;
+  return smoother;
 }
 
 Point Placed(const Pose& T_VM, const SeenPoint& seen) {
@@ -56,7 +59,8 @@ VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
                                            const InertialPrior& prior)
     : model_(model),
       options_(options),
-      smoother_(SmootherOptions(options)),
+      stopped_(std::make_unique<std::atomic<bool>>(false)),
+      smoother_(SmootherOptions(options, stopped_.get())),
       map_loss_(std::make_shared<ceres::HuberLoss>(kHuber)),
       newest_V_(prior.estimate),
       newest_(prior.estimate),
@@ -109,7 +113,10 @@ void VisualInertialWindow::Tie(const State& before, const State& after, const St
   if (step.stationary) smoother_.AddFactor(std::make_unique<ZeroVelocity>(), after.velocity);
 }
 
-bool VisualInertialWindow::Add(const Step& step) {
+bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop) {
+  *stopped_ = false;
+  const std::stop_callback on_stop(stop, [this] { *stopped_ = true; });
+  if (*stopped_) return false;
   const Eigen::Vector3d gravity_V = kStandardGravity * smoother_.Value(gravity_).vector();
   const InertialEstimate predicted = Propagate(newest_V_, *step.imu, gravity_V);
   const State after = AddState(predicted, smoother_.Value(last_.T_VW));
@@ -130,7 +137,7 @@ bool VisualInertialWindow::Add(const Step& step) {
   }
   ReadNewest(predicted.stamp);
   if (report.covariance) ReadCovariance(*report.covariance);
-  return report.covariance.has_value();
+  return report.covariance.has_value() && !*stopped_;
 }
 
 std::vector<VariableId> VisualInertialWindow::Told() const {

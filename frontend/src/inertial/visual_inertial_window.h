@@ -1,8 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include <ceres/loss_function.h>
@@ -52,8 +54,9 @@ class VisualInertialWindow {
     bool stationary = false;                            // the body does not move
   };
   // False where the smoother refused the step, or leaves the new state open: Prior() is that of the
-  // state before, or of no use. No step is to be added then.
-  bool Add(const Step& step);
+  // state before, or of no use. No step is to be added then. So it is where it was asked to stop,
+  // which it does after the iteration that runs.
+  bool Add(const Step& step, const std::stop_token& stop = {});
 
   // In W.
   const InertialEstimate& newest() const { return newest_; }
@@ -97,6 +100,7 @@ class VisualInertialWindow {
 
   MeasurementModel model_;
   InertialOptions options_;
+  std::unique_ptr<std::atomic<bool>> stopped_;  // which the smoother looks at
   SlidingWindowSmoother smoother_;
   Variable<UnitDirection> gravity_;  // in V
   Variable<double> time_offset_;
