@@ -100,6 +100,10 @@ void PrintMapping(const SlamRun& run) {
                run.gps->fixes, run.gps->rms);
   }
   fmt::print("loops       {} closed, {} refused\n", run.loops.closed, run.loops.refused);
+  const AdjustmentCounts& adjusted = run.adjustments;
+  fmt::print("adjusted    {} times, {} refused, {} failed, {} moved nothing; {} steps rejected\n",
+             adjusted.all, adjusted.refused, adjusted.failed, adjusted.unmoved,
+             adjusted.rejected_steps);
   fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
 }
 

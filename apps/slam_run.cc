@@ -242,6 +242,20 @@ void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
   }
 }
 
+void Count(const BundleAdjustmentReport& report, AdjustmentCounts* counts) {
+  ++counts->all;
+  if (report.refused) ++counts->refused;
+  if (!report.usable && !report.refused) ++counts->failed;
+  if (report.usable && !report.moved) ++counts->unmoved;
+  counts->rejected_steps += static_cast<std::size_t>(report.rejected_steps);
+}
+
+void Count(const std::vector<LoopReport>& reports, AdjustmentCounts* counts) {
+  for (const LoopReport& report : reports) {
+    if (report.bundle) Count(*report.bundle, counts);
+  }
+}
+
 // As the run has found it, where it was asked to.
 Pose ExtrinsicsOf(const SlamRunOptions& options, const SlamRun& run) {
   if (!options.imu) return Pose();
@@ -272,6 +286,8 @@ class RunTally {
     samples_.Add(result.times, result.mapping.has_value());
     inertial_.Add(result);
     Count(result.loops, &run_.loops);
+    Count(result.loops, &run_.adjustments);
+    if (result.adjustment) Count(*result.adjustment, &run_.adjustments);
     Record(result.loops, &run_.loop_events);
     run_.matched_points += result.matched_points;
     run_.matched_lines += result.matched_lines;
@@ -447,6 +463,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   SlamRun run = tally.Take(slam.submaps());
   run.failures = std::move(failures);
   Count(last, &run.loops);
+  Count(last, &run.adjustments);
   Record(last, &run.loop_events);
   if (!options.imu) run.inertial.reset();
   run.gps = gps.Summary(slam);

@@ -109,6 +109,15 @@ struct LoopCounts {
   double worst_seconds = 0.0;  // from the detection of a loop to the adjusted map
 };
 
+// What adjustments came to in a run, those after loops included.
+struct AdjustmentCounts {
+  std::size_t all = 0;
+  std::size_t refused = 0;         // they would have forgotten too much
+  std::size_t failed = 0;          // for other reasons
+  std::size_t unmoved = 0;         // usable, and no step was taken
+  std::size_t rejected_steps = 0;  // that led up, or where an observation cannot be
+};
+
 // Frames with poses in one world.
 struct SubmapRun {
   SubmapId submap = kNoId;
@@ -132,6 +141,7 @@ struct SlamRun {
   Trajectory keyframes;           // of the largest, live
   SparseMap sparse;               // in the end
   LoopCounts loops;
+  AdjustmentCounts adjustments;
   std::vector<LoopEvent> loop_events;
   std::map<KeyFrameId, Stamp> keyframe_stamps;  // of all that were made, culled ones included
   std::size_t frames = 0;                       // fed

@@ -270,6 +270,7 @@ struct FactorGraph::Impl {
     summary.iterations =
         std::max(0, ceres_summary.num_successful_steps) +  // -1 where there was nothing to solve
         std::max(0, ceres_summary.num_unsuccessful_steps);
+    summary.rejected_steps = std::max(0, ceres_summary.num_unsuccessful_steps);
     summary.seconds = ceres_summary.total_time_in_seconds;
     return summary;
   }
@@ -525,6 +526,7 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
   impl_->faults.last = nullptr;
   impl_->faults.must_stop = false;
   impl_->faults.solving = true;
+  ++impl_->faults.solve;
   {
     const internal::QuietGlog quiet;
     if (projected) {

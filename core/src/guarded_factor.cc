@@ -12,6 +12,8 @@
 
 #include <Eigen/Core>
 
+#include <highwall/core/silent_domain.h>
+
 namespace highwall::internal {
 namespace {
 
@@ -47,7 +49,32 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
   return true;
 }
 
+// What is seen without Jacobians, and hardly ever.
+bool MayBeSilent(const ceres::CostFunction& factor, const double* residuals) {
+  const double* const end = residuals + factor.num_residuals();
+  return std::find(residuals, end, 0.0) != end &&
+         dynamic_cast<const SilentOutsideDomain*>(&factor) != nullptr;
+}
+
 }  // namespace
+
+std::uint64_t SilentRows(const ceres::CostFunction& factor, const double* residuals,
+                         double* const* jacobians) {
+  if (!MayBeSilent(factor, residuals)) return 0;
+  const std::vector<int>& sizes = factor.parameter_block_sizes();
+  std::uint64_t silent = 0;
+  for (int row = 0; row < std::min(factor.num_residuals(), 64); ++row) {
+    if (residuals[row] != 0.0) continue;
+    bool is_silent = true;
+    for (std::size_t i = 0; is_silent && i < sizes.size(); ++i) {
+      if (jacobians[i] == nullptr) continue;
+      const double* const J = jacobians[i] + row * sizes[i];
+      is_silent = std::all_of(J, J + sizes[i], [](double x) { return x == 0.0; });
+    }
+    if (is_silent) silent |= std::uint64_t{1} << row;
+  }
+  return silent;
+}
 
 void FillWithZeros(const ceres::CostFunction& factor, double* residuals, double** jacobians) {
   const std::vector<int>& sizes = factor.parameter_block_sizes();
@@ -108,12 +135,35 @@ GuardedFactor::GuardedFactor(const ceres::CostFunction& factor, FactorFaults* fa
 
 bool GuardedFactor::Evaluate(double const* const* parameters, double* residuals,
                              double** jacobians) const {
-  if (EvaluatesWell(factor_, parameters, residuals, jacobians)) return true;
+  if (EvaluatesWell(factor_, parameters, residuals, jacobians) &&
+      !(faults_->solving && LeavesDomain(parameters, residuals, jacobians))) {
+    return true;
+  }
   faults_->last = &factor_;
   if (!faults_->solving || jacobians == nullptr) return false;
   faults_->must_stop = true;
   FillWithZeros(*this, residuals, jacobians);
   return true;
+}
+
+bool GuardedFactor::LeavesDomain(double const* const* parameters, const double* residuals,
+                                 double** jacobians) const {
+  if (jacobians != nullptr) {
+    silent_ = SilentRows(factor_, residuals, jacobians);
+    solve_ = faults_->solve;
+    return false;
+  }
+  if (solve_ != faults_->solve || !MayBeSilent(factor_, residuals)) return false;
+  const std::vector<int>& sizes = parameter_block_sizes();
+  std::vector<std::vector<double>> values;
+  std::vector<double*> all;
+  for (const int size : sizes) {
+    values.emplace_back(static_cast<std::size_t>(num_residuals() * size));
+    all.push_back(values.back().data());
+  }
+  std::vector<double> r(static_cast<std::size_t>(num_residuals()));
+  if (!EvaluatesWell(factor_, parameters, r.data(), all.data())) return true;
+  return (SilentRows(factor_, residuals, all.data()) & ~silent_) != 0;
 }
 
 const ceres::CostFunction& Unguarded(const ceres::CostFunction& factor) {

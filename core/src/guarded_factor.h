@@ -1,7 +1,7 @@
 #pragma once
 
 #include <atomic>
-#include <span>
+#include <cstdint>
 #include <string>
 #include <typeinfo>
 
@@ -14,8 +14,10 @@ namespace highwall::internal {
 // Readable for people.
 std::string TypeName(const std::type_info& type);
 
-// Why a factor cannot be used there; empty if it can.
-std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* const> parameters);
+// By row, of the first 64, of a factor that is SilentOutsideDomain: r = 0 and J = 0. None of any
+// other. jacobians: as Evaluate() has filled them.
+std::uint64_t SilentRows(const ceres::CostFunction& factor, const double* residuals,
+                         double* const* jacobians);
 
 // In place of what cannot be evaluated.
 void FillWithZeros(const ceres::CostFunction& factor, double* residuals, double** jacobians);
@@ -26,6 +28,7 @@ struct FactorFaults {
   // Where Ceres cannot linearize it ends, and prints: while it solves it is given zeros, and must
   // be stopped before it uses them.
   bool solving = false;
+  int solve = 0;  // the number of this one
   std::atomic<bool> must_stop = false;
 };
 
@@ -41,8 +44,15 @@ class GuardedFactor final : public ceres::CostFunction {
   const ceres::CostFunction& factor() const { return factor_; }
 
  private:
+  // Whether a row is silent now that was not where Ceres is.
+  bool LeavesDomain(double const* const* parameters, const double* residuals,
+                    double** jacobians) const;
+
   const ceres::CostFunction& factor_;
   FactorFaults* const faults_;
+  // Where it was evaluated with Jacobians last: rows that are silent, and in which solve.
+  mutable std::uint64_t silent_ = 0;
+  mutable int solve_ = 0;
 };
 
 // The factor itself, guarded or not.

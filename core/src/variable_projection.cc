@@ -90,6 +90,7 @@ VariableProjection::VariableProjection(LandmarkProblem problem, FactorFaults* fa
   memory_.step.resize(columns);
   memory_.layouts.clear(), memory_.couplings.clear();
   memory_.column_of.resize(problem_.arguments.size());
+  memory_.silent.assign(problem_.factors.size(), 0);
   std::size_t value = 0, feedback = 0;
   for (const LandmarkProblem::Landmark& landmark : problem_.landmarks) {
     LayOut(landmark);
@@ -276,7 +277,10 @@ bool VariableProjection::FitLandmark(std::size_t index, double* value,
   const LandmarkProblem::Block& block = landmark.block;
   if (!memory_.accepted.valid) {
     std::copy_n(block.values, block.size, value);
-    if (!Linearize<kDim>(landmark, value, normal)) return false;
+    memory_.begins = true;
+    const bool done = Linearize<kDim>(landmark, value, normal);
+    memory_.begins = false;
+    if (!done) return false;
     // One that nothing pulls along waits for no step of the unknowns: there may be none.
     return memory_.layouts[index].coupled > 0 || Descend<kDim>(landmark, value, normal);
   }
@@ -362,6 +366,9 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     if (f + 2 < problem_.factors.size()) __builtin_prefetch(problem_.factors[f + 2].cost);
     const double* const ambient = EvaluateFactor(factor, value, numbers);
     if (ambient == nullptr) return Fail(factor);
+    const auto silent = SilentRows(*factor.cost, numbers, memory_.jacobians.data());
+    if (memory_.begins) memory_.silent[f] = silent;
+    if ((silent & ~memory_.silent[f]) != 0) return Fail(factor);
     const int rows = factor.cost->num_residuals();
     MutableRows<kDim> J(tangent, rows, dim);
     const ConstRows<Eigen::Dynamic> J_ambient(ambient, rows, size);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <ceres/cost_function.h>
@@ -127,7 +128,10 @@ struct VariableProjection::Memory {
   std::vector<std::size_t> place;  // of each unknown in State::x
   // Where Ceres is, and where it tries to go.
   State accepted, trial;
-  int trials = 0;                // from the accepted state
+  int trials = 0;  // from the accepted state
+  // Of each factor: SilentRows() where the solve began; and whether it is about to begin.
+  std::vector<std::uint64_t> silent;
+  bool begins = false;
   std::vector<Matrix<-1>> plus;  // of each unknown, at the trial's x
   Eigen::VectorXd step;          // from the accepted state to the trial
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -369,6 +370,71 @@ TEST_F(BundleAdjustment, WhatLeavesTheMapMeanwhileIsPassedOver) {
   for (const KeyFrameId id : {1_kf, 3_kf}) {
     EXPECT_LT(PositionError(map.keyframe(id)->T_WC, kTruth[id.index()]), 1e-6);
   }
+}
+
+class BundleAdjustmentWithoutDepth : public BundleAdjustment {
+ protected:
+  BundleAdjustmentWithoutDepth() : BundleAdjustment(150, 0) {
+    for (const KeyFrameId id : all) {
+      auto features = std::make_shared<FrameFeatures>(*map.keyframe(id)->frame.features);
+      for (PointFeature& feature : features->points) feature.depth = 0.0;
+      map.keyframe(id)->frame.features = features;
+    }
+    // Along their rays: so far off that a Gauss-Newton step leads behind the camera.
+    for (const PointId id : map.point_ids()) map.point(id)->p_W *= 2.5;
+  }
+  int NumObservations() const {
+    int count = 0;
+    for (const PointId id : map.point_ids()) {
+      count += static_cast<int>(map.point(id)->observations.size());
+    }
+    return count;
+  }
+};
+
+TEST_F(BundleAdjustmentWithoutDepth, AStepThatLeadsPointsBehindTheCameraIsNoPerfectFit) {
+  BundleAdjustmentOptions careless = thorough;
+  careless.trust_region = 1e8;
+  careless.first_iterations = 50;
+  const int observations = NumObservations();
+  ASSERT_GT(observations, 400);
+  const std::vector<KeyFrameId> held{0_kf, 1_kf}, free{2_kf, 3_kf};
+  const auto report = AdjustBundle(map, model, free, held, careless);
+  ASSERT_TRUE(report.usable) << report.message;
+  EXPECT_GT(report.rejected_steps, 0);
+  EXPECT_TRUE(report.moved);
+  EXPECT_EQ(report.outliers, 0);
+  EXPECT_EQ(NumObservations(), observations);
+  for (const KeyFrameId id : free) {
+    EXPECT_LT(PositionError(map.keyframe(id)->T_WC, kTruth[id.index()]), 1e-3);
+  }
+}
+
+TEST_F(BundleAdjustment, OneThatWouldForgetMoreThanAThirdIsRefused) {
+  const auto before = map.keyframe(2_kf)->T_WC.Matrix();
+  const std::size_t seen = map.point(map.keyframe(1_kf)->points[0])->observations.size();
+  for (const KeyFrameId id : rest) {
+    auto features = std::make_shared<FrameFeatures>(*map.keyframe(id)->frame.features);
+    for (std::size_t i = 0; i < features->points.size(); ++i) {
+      if (i % 2 == 0) features->points[i].uv += Eigen::Vector2d(i % 4 == 0 ? 60.0 : -60.0, 30.0);
+    }
+    for (LineFeature& line : features->lines)
+      line.segment.s.y() += 40.0F, line.segment.e.x() += 40.0F;
+    map.keyframe(id)->frame.features = features;
+  }
+  const auto report = AdjustBundle(map, model, rest, first, thorough);
+  EXPECT_FALSE(report.usable);
+  EXPECT_TRUE(report.refused);
+  EXPECT_NE(report.message.find("more than a third"), std::string::npos) << report.message;
+  EXPECT_EQ(map.keyframe(2_kf)->T_WC.Matrix(), before);
+  EXPECT_EQ(map.point(map.keyframe(1_kf)->points[0])->observations.size(), seen);
+}
+
+TEST_F(BundleAdjustment, WhereNothingIsToBeDoneNothingMoves) {
+  AdjustBundle(map, model, rest, first, thorough);
+  const auto report = AdjustBundle(map, model, rest, first, thorough);
+  ASSERT_TRUE(report.usable);
+  EXPECT_FALSE(report.moved);
 }
 
 TEST_F(BundleAdjustment, SolvingAloneMovesNothing) {

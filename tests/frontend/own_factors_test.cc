@@ -176,6 +176,38 @@ TEST_F(OwnFactorsTest, PullsAKeyFrameInAnAdjustment) {
   EXPECT_EQ(map.factors().T_FW(frame, kFirstSubmap)->p(), T_FW.p());
 }
 
+// A cost that can be evaluated so many times, and throws from then on.
+class WearsOut final : public ceres::SizedCostFunction<3, 7, 7> {
+ public:
+  explicit WearsOut(int times) : left_(times) {}
+  bool Evaluate(double const* const*, double* r, double** J) const override {
+    if (left_-- <= 0) throw std::runtime_error("worn out");
+    std::fill_n(r, 3, 1.0);
+    for (int i = 0; J != nullptr && i < 2; ++i) {
+      if (J[i] != nullptr) std::fill_n(J[i], 21, 0.0);
+    }
+    return true;
+  }
+
+ private:
+  mutable int left_;
+};
+
+TEST_F(OwnFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
+  map.factors().Place(frame, kFirstSubmap, Pose());
+  const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
+  for (const int times : {0, 2}) {  // at once, and on the way
+    map.keyframe(3_kf)->T_WC = Pose(truth[3].q(), truth[3].p() + Eigen::Vector3d(0.005, 0, 0));
+    map.AddFactor({{{3_kf, Pose()}}, frame, std::make_shared<WearsOut>(times), nullptr});
+    BundleAdjustmentReport report;
+    ASSERT_NO_THROW(report = AdjustBundle(map, model, free, fixed, {.first_iterations = 20}));
+    ASSERT_TRUE(report.usable) << report.message;
+    EXPECT_EQ(report.own_factors, 0);
+    EXPECT_EQ(report.own_factors_set_aside, times == 0 ? 1 : 2);
+    EXPECT_LT((map.keyframe(3_kf)->T_WC.p() - truth[3].p()).norm(), 1e-4);
+  }
+}
+
 TEST_F(OwnFactorsTest, AFrameMovesWhereEverythingIsAdjusted) {
   const Pose T_FW = Pose::FromTangent({10, -4, 2}, {0, 0, 1.0});
   map.factors().Place(frame, kFirstSubmap, T_FW * Pose::FromTangent({0.1, 0, 0}, {0, 0, 0.05}));

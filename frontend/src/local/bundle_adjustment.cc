@@ -24,8 +24,9 @@ namespace {
 // [rad] Which way is down is found anew by each adjustment. Were it taken from the odometry, whose
 // own estimate hangs on the tilt of the very map that is adjusted, the two would drift together.
 constexpr double kGravitySigma = 0.02;
-constexpr double kOfLinesAlone = 1e4;    // the largest trust region for a map without points
-constexpr double kMinLineLength = 1e-3;  // [m] shorter than this a segment tells no direction
+constexpr double kOfLinesAlone = 1e4;         // the largest trust region for a map without points
+constexpr double kMinLineLength = 1e-3;       // [m] shorter than this a segment tells no direction
+constexpr double kMostForgotten = 1.0 / 3.0;  // of the observations, by one adjustment
 
 }  // namespace
 
@@ -138,9 +139,10 @@ class BundleAdjuster::Problem {
       }
       if (variables.size() < cost->keyframes().size() || !moves) continue;
       if (factor->frame != kNoId) variables.push_back(FrameAt(map, factor->frame, !all));
-      graph_.AddFactorToBlocks(std::move(cost), factor->loss, variables);
-      ++report_.own_factors;
+      own_.push_back(graph_.AddFactorToBlocks(std::move(cost), factor->loss, variables));
+      if (!graph_.FaultOf(own_.back()).empty()) SetAside({own_.back()});
     }
+    report_.own_factors = static_cast<int>(own_.size());
   }
 
   // Every landmark that a keyframe of `ids` sees.
@@ -161,11 +163,17 @@ class BundleAdjuster::Problem {
     std::atomic<bool> stopped = false;
     const std::stop_callback on_stop(stop, [&] { stopped = true; });
     SolveSummary summary = Improve(options_.first_iterations, &stopped);
+    if (!summary.IsUsable() && !own_.empty()) {  // one of them may fail on the way
+      SetAside(std::vector<FactorId>(own_));
+      report_.own_factors = 0;
+      summary = Improve(options_.first_iterations, &stopped);
+    }
     if (!summary.IsUsable()) return;
     report_.initial_cost = summary.initial_cost;
     // Where it was stopped on the way, what does not fit may be right and the start wrong.
     if (!stopped) {
       RemoveOutliers();
+      if (ForgetsTooMuch()) return;
       summary = Improve(options_.second_iterations, &stopped);
     }
     report_.final_cost = summary.final_cost;
@@ -225,7 +233,32 @@ class BundleAdjuster::Problem {
         points_.empty() ? std::min(options_.trust_region, kOfLinesAlone) : options_.trust_region;
     solve.threads = options_.threads;
     solve.stop = stopped;
-    return graph_.Solve(solve);
+    const SolveSummary summary = graph_.Solve(solve);
+    report_.rejected_steps += summary.rejected_steps;
+    report_.moved = report_.moved || summary.iterations > summary.rejected_steps;
+    if (!summary.IsUsable()) report_.message = summary.message;
+    return summary;
+  }
+
+  // What an adjustment throws away is lost for good: of so much the adjustment itself is wrong.
+  bool ForgetsTooMuch() {
+    const std::size_t all = factors_.size() + outliers_.size();
+    if (static_cast<double>(outliers_.size()) <= kMostForgotten * static_cast<double>(all)) {
+      return false;
+    }
+    report_.message = "it would forget " + std::to_string(outliers_.size()) + " of " +
+                      std::to_string(all) + " observations, more than a third";
+    report_.refused = true;
+    return true;
+  }
+
+  // Takes factors of the user's out that cannot be evaluated.
+  void SetAside(const std::vector<FactorId>& faulty) {
+    for (const FactorId& factor : faulty) {
+      graph_.RemoveFactor(factor);
+      std::erase(own_, factor);
+    }
+    report_.own_factors_set_aside += static_cast<int>(faulty.size());
   }
 
   // Takes the factors out that do not fit; they are forgotten by the map in Write.
@@ -341,6 +374,7 @@ class BundleAdjuster::Problem {
   std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
   std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keep what Seen points at alive
   std::vector<Seen> factors_, outliers_;
+  std::vector<FactorId> own_;  // the user's
   BundleAdjustmentReport report_;
 };
 

@@ -5,6 +5,7 @@
 #include <ceres/cost_function.h>
 
 #include <highwall/core/abi.h>
+#include <highwall/core/silent_domain.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -18,7 +19,7 @@ namespace [[gnu::visibility("default")]] highwall {
 // Domain: that of the factor at the camera's pose.
 // Source: Kelly, Sukhatme, "Visual-inertial sensor fusion", IJRR 2011, section 3; for points alone:
 // ExtrinsicReprojection.
-class ExtrinsicFactor final : public ceres::CostFunction {
+class ExtrinsicFactor final : public ceres::CostFunction, public SilentOutsideDomain {
  public:
   // seen: its block 0 is T_WC, as where the camera's frame is the body's. Throws InvalidArgument
   // without a factor on a pose.

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
+#include <highwall/core/silent_domain.h>
 #include <highwall/core/variable.h>
 #include <highwall/factors/point_reprojection.h>
 
@@ -19,7 +20,8 @@ namespace [[gnu::visibility("default")]] highwall {
 //          2: T_BC  pose   (7, PoseManifold)
 // Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate is true.
 template <int kRows>
-class ExtrinsicReprojection final : public ceres::SizedCostFunction<kRows, 7, 3, 7> {
+class ExtrinsicReprojection final : public ceres::SizedCostFunction<kRows, 7, 3, 7>,
+                                    public SilentOutsideDomain {
   static_assert(kRows == 2 || kRows == 3, "(u, v) or (u, v, disparity)");
 
  public:

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
+#include <highwall/core/silent_domain.h>
 #include <highwall/core/variable.h>
 #include <highwall/factors/depth_pattern.h>
 #include <highwall/factors/rgbd_projection.h>
@@ -26,7 +27,8 @@ namespace [[gnu::visibility("default")]] highwall {
 //          4: g     nodes of the pattern  (20) [1/m], DepthPattern::nodes
 // Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate is true.
 class IntrinsicReprojection final
-    : public ceres::SizedCostFunction<3, 7, 3, 4, 1, DepthPattern::kNodes> {
+    : public ceres::SizedCostFunction<3, 7, 3, 4, 1, DepthPattern::kNodes>,
+      public SilentOutsideDomain {
  public:
   using Variables = VariableList<Pose, Point, Eigen::Vector4d, double, DepthPattern::Vector>;
   enum Block { kPose = 0, kPoint = 1, kIntrinsics = 2, kInverseDepthOffset = 3, kPattern = 4 };

@@ -7,6 +7,7 @@
 
 #include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
+#include <highwall/core/silent_domain.h>
 #include <highwall/core/variable.h>
 #include <highwall/factors/depth_noise.h>
 #include <highwall/factors/rgbd_projection.h>
@@ -55,7 +56,8 @@ std::array<ProjectionRows<2>, 2> SegmentRows(const RgbdSegment& observed, const 
 // Domain: an end with z < RgbdProjection::min_depth gives r = 0, J = 0 in its rows; Evaluate is
 // true. p belongs to the observed end s, q to e; only the depth rows depend on it.
 // Source: Xiao et al. 2025, section 3.2.
-class LineReprojection final : public ceres::SizedCostFunction<2, 7, 6> {
+class LineReprojection final : public ceres::SizedCostFunction<2, 7, 6>,
+                               public SilentOutsideDomain {
  public:
   using Variables = VariableList<Pose, Segment3>;
   enum Block { kPose = 0, kSegment = 1 };
@@ -74,7 +76,8 @@ class LineReprojection final : public ceres::SizedCostFunction<2, 7, 6> {
 
 // End-point form with depth (4 rows: left and depth of p, left and depth of q). Blocks, domain as
 // LineReprojection. Source: Xiao et al. 2025, section 3.3; the covariance is derived on the page.
-class LineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6> {
+class LineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6>,
+                                   public SilentOutsideDomain {
  public:
   using Variables = VariableList<Pose, Segment3>;
   enum Block { kPose = 0, kSegment = 1 };
@@ -100,7 +103,8 @@ class LineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6> {
 // Domain: the line passes the optical centre at min_depth or more, and its image at most 100 focal
 // lengths from the principal point; outside of it r = 0, J = 0 and Evaluate is true.
 // Source: Bartoli, Sturm, "Structure-from-motion using lines", CVIU 2005, section 4.
-class OrthonormalLineReprojection final : public ceres::SizedCostFunction<2, 7, 6> {
+class OrthonormalLineReprojection final : public ceres::SizedCostFunction<2, 7, 6>,
+                                          public SilentOutsideDomain {
  public:
   using Variables = VariableList<Pose, OrthonormalLine>;
   enum Block { kPose = 0, kLine = 1 };
@@ -122,7 +126,8 @@ class OrthonormalLineReprojection final : public ceres::SizedCostFunction<2, 7, 
 // the disparity of the line at the observed end (Eq. 11) or, for kPaper, the signed distance in the
 // virtual right image (Eq. 12); then the domain holds for the virtual right camera as well.
 // Blocks as OrthonormalLineReprojection.
-class OrthonormalLineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6> {
+class OrthonormalLineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6>,
+                                              public SilentOutsideDomain {
  public:
   using Variables = VariableList<Pose, OrthonormalLine>;
   enum Block { kPose = 0, kLine = 1 };

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
+#include <highwall/core/silent_domain.h>
 #include <highwall/core/variable.h>
 #include <highwall/factors/rgbd_projection.h>
 
@@ -24,7 +25,8 @@ ProjectionRows<3> PointRows(const Eigen::Vector3d& uvd, const Eigen::Matrix3d& s
 // Blocks:  0: T_WB  pose   (7, PoseManifold)
 //          1: p_W   point  (3) [m]
 // Domain: p_C.z >= RgbdProjection::min_depth; outside of it r = 0, J = 0 and Evaluate is true.
-class PointReprojection final : public ceres::SizedCostFunction<2, 7, 3> {
+class PointReprojection final : public ceres::SizedCostFunction<2, 7, 3>,
+                                public SilentOutsideDomain {
  public:
   using Variables = VariableList<Pose, Point>;
   enum Block { kPose = 0, kPoint = 1 };
@@ -44,7 +46,8 @@ class PointReprojection final : public ceres::SizedCostFunction<2, 7, 3> {
 
 // The same with depth (3 rows): r = W (y(p_C) - z), y = (u, v, delta)                        Eq. 2
 // With the W of Weighting::kPaper the rows are (u, v, u_R) of the virtual right camera.
-class PointReprojectionRgbd final : public ceres::SizedCostFunction<3, 7, 3> {
+class PointReprojectionRgbd final : public ceres::SizedCostFunction<3, 7, 3>,
+                                    public SilentOutsideDomain {
  public:
   using Variables = VariableList<Pose, Point>;
   enum Block { kPose = 0, kPoint = 1 };

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <highwall/core/abi.h>
+#include <highwall/core/silent_domain.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -23,7 +24,7 @@ namespace [[gnu::visibility("default")]] highwall {
 // Domain: that of the factor at the moved pose.
 // Source: Li, Mourikis, "Online temporal calibration for camera-IMU systems", IJRR 2014, section 3;
 // for points by their motion in the image instead: TimeOffsetReprojection.
-class TimeOffsetFactor final : public ceres::CostFunction {
+class TimeOffsetFactor final : public ceres::CostFunction, public SilentOutsideDomain {
  public:
   // seen: its block 0 is T_WB. v_WB [m/s], omega_B [rad/s]: of the body at the state's instant.
   // t_d_state: [s] the offset with which the stamp of the state was computed. Throws

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
+#include <highwall/core/silent_domain.h>
 #include <highwall/core/variable.h>
 #include <highwall/factors/point_reprojection.h>
 
@@ -22,7 +23,8 @@ namespace [[gnu::visibility("default")]] highwall {
 // Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate is true.
 // Source: Qin, Shen, "Online temporal calibration for monocular visual-inertial systems", 2018.
 template <int kRows>
-class TimeOffsetReprojection final : public ceres::SizedCostFunction<kRows, 7, 3, 1> {
+class TimeOffsetReprojection final : public ceres::SizedCostFunction<kRows, 7, 3, 1>,
+                                     public SilentOutsideDomain {
   static_assert(kRows == 2 || kRows == 3, "(u, v) or (u, v, disparity)");
 
  public:

@@ -16,9 +16,14 @@ struct BundleAdjustmentReport {
   int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;
   int observations = 0, outliers = 0;
   int imu_factors = 0;
-  int own_factors = 0;  // of the user's
+  int own_factors = 0;            // of the user's
+  int own_factors_set_aside = 0;  // of the user's, which cannot be evaluated where the map has them
   double initial_cost = 0.0, final_cost = 0.0;
-  bool usable = false;  // false: the solver failed and the map was not touched
+  int rejected_steps = 0;  // that led up, or where an observation cannot be: behind the camera
+  bool moved = false;      // false: no step was taken, all is as it was
+  bool usable = false;   // false: the solver failed, or it was refused, and the map was not touched
+  bool refused = false;  // more than a third of the observations would have been forgotten
+  std::string message{};  // why it is not usable
 };
 
 // What a new keyframe changed in the map.
