@@ -92,6 +92,32 @@ TEST(InertialOdometry, InitializesAtRestAndKnowsThatItRests) {
   for (const InertialReport& report : moving.reports) EXPECT_FALSE(report.stationary);
 }
 
+TEST(InertialOdometry, WhatCreepsDoesNotRestAndItsVelocityIsRight) {
+  for (const double creep : {0.005, 0.01, 0.02, 0.028}) {
+    Drive drive({.motion = 0.0, .creep = creep, .T_WN = kTilted});
+    drive.Until(12.0);
+    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+    for (const InertialReport& report : drive.reports) EXPECT_FALSE(report.stationary) << creep;
+    const Eigen::Vector3d v = drive.T_map.q() * Eigen::Vector3d(creep, 0.0, 0.0);
+    // Two sigmas of ten images' positions.
+    EXPECT_LT((drive.odometry.estimate()->state.v_WB - v).norm(), 2e-3) << creep;
+  }
+}
+
+TEST(InertialOdometry, WhatRestedInTheLightRestsInTheDark) {
+  Drive drive({.motion = 0.0, .T_WN = kTilted});
+  drive.Until(8.0, [](double t) { return t < 5.0; });
+  std::size_t at_rest = 0, dark = 0;
+  for (std::size_t i = 0; i < drive.reports.size(); ++i) {
+    if (kFirst + kStep * static_cast<double>(i) < 5.0) continue;
+    ++dark;
+    if (drive.reports[i].stationary) ++at_rest;
+  }
+  EXPECT_GT(dark, 25u);
+  EXPECT_EQ(at_rest, dark);
+  EXPECT_LT(drive.PositionError(), 0.01);
+}
+
 TEST(InertialOdometry, FindsTheTimeOffsetToAMillisecond) {
   for (const double offset : {-0.03, 0.03}) {
     Drive drive({.bias = kBias, .time_offset = offset});

@@ -24,6 +24,7 @@ namespace highwall::testing {
 struct InertialSceneOptions {
   double motion = 1.0;  // of SinusoidalMotion; 0: at rest
   double rest = 0.0;  // [s] it stands still so long and gets under way within a second; 0: it moves
+  double creep = 0.0;  // [m/s] along x of W, at constant speed; with motion = 0: that alone
   double hertz = 200.0;
   ImuNoise noise{.gyroscope = 2.44e-4,
                  .accelerometer = 1.47e-3,
@@ -72,6 +73,9 @@ class InertialScene {
     state.v_WB *= way.rate;
     state.T_WB = options_.T_WN * state.T_WB;
     state.v_WB = options_.T_WN.q() * state.v_WB;
+    const Eigen::Vector3d creep(options_.creep, 0.0, 0.0);  // nothing that readings show
+    state.T_WB = Pose(state.T_WB.q(), state.T_WB.p() + t_imu * creep);
+    state.v_WB += creep;
     return state;
   }
   // The camera in W when an image was taken, by the stamp of the image [s].

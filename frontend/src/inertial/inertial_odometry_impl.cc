@@ -35,7 +35,8 @@ constexpr double kBetterGravity = 1.0 / 3.0;
 constexpr double kSureTilt = 3.0;
 constexpr double kWorthwhileTilt = 2e-3;  // [rad] 2 mm a metre
 constexpr StationaryOptions kStationary;
-constexpr double kStationarySpeed = 0.03;  // [m/s]; at rest the estimate must be slower as well
+// [m/s], and squared in sigmas of its own (99.9 %): at rest the estimate must be slower as well.
+constexpr double kStationarySpeed = 0.03, kRestChi2 = 16.27;
 
 constexpr double kNeighbours = 0.2;  // [s] apart at most, two images that tell a velocity
 
@@ -300,6 +301,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   std::optional<VisualPose> visual;
   if (observation.visual) {
     visual = InO(*observation.visual);
+    visual_rest_.Add(observation.image, visual->T_WC.p());
     step.visual = &*visual;
     step.omega_B = RateAt(buffer_, imu->end(), bias_);
     if (Innovate(*imu, *visual, observation.image, report)) {
@@ -314,7 +316,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   }
   step.imu = &*imu;
   step.weight = report.weight = weight_.Update(input);
-  step.stationary = report.stationary = Rests(*imu);
+  step.stationary = report.stationary = rests_ = Rests(*imu, !observation.visual);
   if (!window_->Add(step)) {
     report.weight = 0.0;
     Suspend();
@@ -402,6 +404,7 @@ std::optional<Pose> InertialOdometry::Impl::Level() {
 void InertialOdometry::Impl::Suspend() {
   known_ = window_->Prior();
   AddDoubt(*known_);
+  rests_ = false;
   window_.reset();
   tight_.Cancel();
   status_ = InertialStatus::kWaiting;
@@ -484,10 +487,15 @@ std::optional<Twist> InertialOdometry::Impl::MotionTo(const Observation& observa
   return Twist::Between(from.Inverse() * to, since);
 }
 
-bool InertialOdometry::Impl::Rests(const ImuPreintegration& imu) const {
+bool InertialOdometry::Impl::Rests(const ImuPreintegration& imu, bool is_dark) const {
   const Stamp end = imu.end();
   const Stamp start = end - FromSeconds(1.5 * kStationary.min_duration);
-  if (window_->newest().state.v_WB.norm() > kStationarySpeed) return false;
+  const InertialEstimate& newest = window_->newest();
+  const Eigen::Vector3d& v = newest.state.v_WB;
+  if (v.norm() > kStationarySpeed) return false;
+  const Eigen::Matrix3d covariance = newest.covariance.block<3, 3>(6, 6);
+  if (!(v.dot(covariance.ldlt().solve(v)) <= kRestChi2)) return false;
+  if (is_dark ? !rests_ : !visual_rest_.Agrees()) return false;
   const auto interval = buffer_.Between(start, end);
   return interval && !interval->HasGap() && IsStationary(interval->samples, kStationary);
 }
@@ -508,6 +516,10 @@ void InertialOdometry::Impl::Restart() {
   last_visual_.reset();
   visual_motion_.reset();
   initializer_.Clear();
+  visual_rest_.Clear();
+  rests_ = false;
+  T_WO_ = Pose();
+  if (status_ == InertialStatus::kGivenUp) return;  // as rarely tried as before
   last_attempt_.reset();
   attempts_ = 0;
   T_WO_ = Pose();

@@ -14,6 +14,7 @@
 #include "inertial/inertial_odometry.h"
 #include "inertial/inertial_window.h"
 #include "inertial/tight_coupling.h"
+#include "inertial/visual_rest.h"
 
 namespace highwall {
 
@@ -75,7 +76,9 @@ class InertialOdometry::Impl {
   // From the last image that told its pose to this one; none where that is long ago.
   std::optional<Twist> MotionTo(const Observation& observation) const;
   std::optional<ExtrinsicsEstimate> extrinsics() const;
-  bool Rests(const ImuPreintegration& imu) const;
+  // By the readings, the velocity within its own sigmas, and the images; where these show nothing,
+  // what rested before still does.
+  bool Rests(const ImuPreintegration& imu, bool is_dark) const;
   Stamp ImuStamp(Stamp image) const { return image + FromSeconds(time_offset()); }
   VisualPose InO(const VisualPose& visual_W) const;
 
@@ -93,6 +96,8 @@ class InertialOdometry::Impl {
   std::optional<Stamp> last_attempt_;
   std::optional<StampedPose> last_visual_;  // T_WC of the last image that told it, image stamp
   std::optional<Twist> visual_motion_;      // that led there from the image before
+  VisualRest visual_rest_;                  // of the camera in O
+  bool rests_ = false;                      // at the latest image
   std::optional<InertialPrior> known_;      // between Suspend() and Resume()
   std::deque<std::pair<Stamp, Stamp>> contradicted_;  // intervals of readings, IMU stamps
   // Kept over a pause.
