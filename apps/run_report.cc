@@ -152,6 +152,10 @@ nlohmann::json ToJson(const InertialSummary& inertial) {
   if (!inertial.states.empty()) json["states"] = ToJson(inertial.states);
   if (inertial.initialized) json["initialized"] = FormatStamp(*inertial.initialized);
   if (!last.reason.empty()) json["reason"] = last.reason;
+  if (inertial.given_up > 0) {
+    json["given_up_frames"] = inertial.given_up;
+    json["given_up_because"] = inertial.given_up_because;
+  }
   if (const auto& depth = inertial.depth_scale) {
     json["depth_scale"] = {{"value", depth->scale},
                            {"sigma", depth->sigma},

@@ -38,7 +38,13 @@ namespace highwall::apps {
 namespace {
 
 void WarnOfImu(const SlamRun& run) {
-  if (!run.inertial || run.inertial->initialized) return;
+  if (!run.inertial) return;
+  if (run.inertial->initialized) {
+    if (run.inertial->given_up == 0) return;
+    fmt::print(stderr, "highwall slam: warning: the IMU was not used for {} frames: {}\n",
+               run.inertial->given_up, run.inertial->given_up_because);
+    return;
+  }
   fmt::print(
       stderr, "highwall slam: warning: the IMU was not used: {}\n",
       run.inertial->last.reason.empty() ? "it was never initialized" : run.inertial->last.reason);

@@ -124,6 +124,10 @@ class InertialTally {
     if (!result.inertial) return;
     const InertialReport& report = *result.inertial;
     summary_.last = report;
+    if (report.status == InertialStatus::kGivenUp) {
+      ++summary_.given_up;
+      summary_.given_up_because = report.reason;
+    }
     if (report.estimate && !summary_.initialized) summary_.initialized = result.stamp;
     AddState(result.stamp, report);
     if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;

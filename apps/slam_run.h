@@ -79,6 +79,8 @@ struct ImuState {
 // How the IMU fared over a run.
 struct InertialSummary {
   InertialReport last;                     // of the last frame
+  std::size_t given_up = 0;                // frames for which it was
+  std::string given_up_because;            // the last time
   std::optional<Stamp> initialized;        // frame at which gravity and biases were known first
   std::size_t dead_reckoned = 0;           // frames whose pose is that of the IMU alone
   std::size_t restarts = 0;                // for want of readings

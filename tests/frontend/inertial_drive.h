@@ -40,6 +40,8 @@ class Drive {
       observation.tracked_share = tracked_share;
       if (sees(t)) {
         observation.visual = scene.See(t);
+        const Pose& seen = observation.visual->T_WC;
+        observation.visual->T_WC = Pose(seen.q(), seen.p() + drift(t));
         // The map was levelled and moved since: the images' poses with it.
         observation.visual->T_WC = T_map * observation.visual->T_WC;
       }
@@ -72,6 +74,10 @@ class Drive {
   InertialOdometry odometry;
   // Whether a reading is there, and what becomes of it.
   std::function<bool(ImuSample&)> change = [](ImuSample&) { return true; };
+  // [m] by which the images' poses are off, in the frame of the scene.
+  std::function<Eigen::Vector3d(double)> drift = [](double) -> Eigen::Vector3d {
+    return Eigen::Vector3d::Zero();
+  };
   double sharpness = 1.0, tracked_share = 1.0;  // of the images
   Pose T_map;                                   // of the images' first frame in W
   std::vector<InertialReport> reports;

@@ -458,6 +458,34 @@ TEST(InertialOdometry, GivesUpAnImuThatContradictsTheImages) {
   }
 }
 
+// Images whose poses fall by 0.7 m/s^2 make gravity 9.1 m/s^2 of readings that have 9.8 themselves.
+TEST(InertialOdometry, PoorPosesDoNotEndTheUseOfReadingsThatAreRight) {
+  Drive drive({}, {.max_attempts = 3});
+  drive.drift = [](double t) { return Eigen::Vector3d(0.0, 0.0, t < 10.0 ? -0.35 * t * t : 0.0); };
+  drive.Until(9.9);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kInitializing);
+  const std::string& reason = drive.reports.back().reason;
+  EXPECT_NE(reason.find("the readings alone 9.8"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("tried again"), std::string::npos) << reason;
+  drive.Until(25.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_LT(drive.PositionError(), 5e-3);
+}
+
+TEST(InertialOdometry, AnImuThatWasGivenUpIsUsedOnceItFits) {
+  Drive drive({}, {.max_attempts = 3});
+  drive.change = [](ImuSample& reading) {
+    if (ToSeconds(reading.stamp) < 6.0) reading.accelerometer *= -1.0;
+    return true;
+  };
+  drive.Until(6.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kGivenUp);
+  EXPECT_FALSE(drive.reports.back().reason.empty());
+  drive.Until(25.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
+  EXPECT_LT(drive.PositionError(), 5e-3);
+}
+
 TEST(InertialOdometry, ACameraMountedUpsideDownDoesNotContradictTheImu) {
   InertialScene scene({.bias = kBias});
   const Pose T_turn = Pose::FromTangent({0, 0, 0}, {0, 0, M_PI});  // about the optical axis

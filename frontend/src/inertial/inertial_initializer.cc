@@ -13,6 +13,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/internal/median.h>
 
 #include "inertial/imu_saturation.h"
 #include "inertial/imu_vibration.h"
@@ -196,6 +197,19 @@ const char* ToString(InitializationStatus status) {
   return "unknown";
 }
 
+namespace {
+
+// [m/s^2] Of the accelerometer's readings; 0 without any.
+double MedianNorm(const ImuBuffer& imu, Stamp begin, Stamp end) {
+  const auto interval = imu.Between(begin, end);
+  if (!interval) return 0.0;
+  std::vector<double> norms;
+  for (const ImuSample& sample : interval->samples) norms.push_back(sample.accelerometer.norm());
+  return UpperMedian(std::move(norms));
+}
+
+}  // namespace
+
 Eigen::Vector3d RateAt(const ImuBuffer& imu, Stamp stamp, const ImuBias& bias) {
   constexpr Stamp kHalf = 10'000'000;
   if (imu.empty() || imu.newest() <= stamp - kHalf) return Eigen::Vector3d::Zero();
@@ -272,6 +286,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     report.gravity_norm = gravity.norm();
     if (std::abs(report.gravity_norm / kStandardGravity - 1.0) > options_.max_gravity_error) {
       report.status = InitializationStatus::kWrongGravity;
+      report.reading_norm = MedianNorm(imu, motion.stamps.front(), motion.stamps.back());
       return report;
     }
     Problem problem(motion, guess, UnitDirection(gravity));

@@ -28,6 +28,7 @@ struct InitializationReport {
   InitializationStatus status = InitializationStatus::kTooShort;
   double duration = 0.0;       // [s] of the images that were used
   double gravity_norm = 0.0;   // [m/s^2] as measured
+  double reading_norm = 0.0;   // [m/s^2] median of the accelerometer's readings, in kWrongGravity
   double gravity_sigma = 0.0;  // [rad]
   double error = 0.0;          // chi-squared per degree of freedom
   // In kReady, and in kUncertain and kInconsistent where the images leave no direction open: the

@@ -27,6 +27,9 @@ constexpr double kWalkInflation = 4.0;
 // Of the prediction's covariance before it guides the search for landmarks.
 constexpr double kPredictionInflation = 4.0;
 constexpr double kRetryInterval = 0.5;  // [s] between attempts to initialize
+// [s] The same once the IMU is given up: images may have been at fault as long as tracking was
+// poor, and an IMU that fits later on is used.
+constexpr double kLateRetryInterval = 5.0;
 // [m/s] After readings were missing: of the velocity that the displacement of two images shows.
 constexpr double kRestartVelocitySigma = 0.5;
 // The map may be levelled once more each time that gravity is known better by this factor, and is
@@ -73,7 +76,11 @@ std::string Decimals(double value) {
   return FixedText(value, 2);
 }
 
-std::string Explain(const InitializationReport& report) {
+bool IsNearGravity(double norm, const InertialInitializerOptions& options) {
+  return std::abs(norm / kStandardGravity - 1.0) <= options.max_gravity_error;
+}
+
+std::string Explain(const InitializationReport& report, const InertialInitializerOptions& options) {
   switch (report.status) {
     case InitializationStatus::kTooShort:
       return "more images are needed";
@@ -82,8 +89,12 @@ std::string Explain(const InitializationReport& report) {
     case InitializationStatus::kUncertain:
       return "gravity is known to " + Decimals(report.gravity_sigma * 180.0 / M_PI) + " deg only";
     case InitializationStatus::kWrongGravity:
-      return "the accelerometer feels " + Decimals(report.gravity_norm) +
-             " m/s^2 where gravity is " + Decimals(kStandardGravity) + ": check its unit and scale";
+      return "images and readings together make gravity " + Decimals(report.gravity_norm) +
+             " m/s^2 where it is " + Decimals(kStandardGravity) +
+             (IsNearGravity(report.reading_norm, options)
+                  ? ", and the readings alone " + Decimals(report.reading_norm) +
+                        ": the images' poses are poor here; tried again"
+                  : ": check the accelerometer's unit and scale");
     case InitializationStatus::kInconsistent:
       return "images and IMU contradict each other (chi-squared " + Decimals(report.error) +
              " per degree of freedom): check T_BC, the signs of the axes, units and clocks";
@@ -159,11 +170,6 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
 
 InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
   InertialReport report;
-  if (status_ == InertialStatus::kGivenUp) {
-    report.status = status_;
-    report.reason = reason_;
-    return report;
-  }
   const std::optional<Twist> motion = MotionTo(observation);
   if (window_) {
     Advance(observation, report);
@@ -193,26 +199,35 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
     report.reason = "no readings";
     return;
   }
-  status_ = InertialStatus::kInitializing;
+  const bool given_up = attempts_ >= options_.max_attempts;
+  status_ = given_up ? InertialStatus::kGivenUp : InertialStatus::kInitializing;
   if (!observation.visual) {
     initializer_.Clear();
-    report.reason = "the image gives no pose";
+    report.reason = given_up ? reason_ : "the image gives no pose";
     return;
   }
   initializer_.Add(observation.image, *observation.visual);
-  if (last_attempt_ && ToSeconds(observation.image - *last_attempt_) < kRetryInterval - 5e-4) {
+  const double interval = given_up ? kLateRetryInterval : kRetryInterval;
+  if (last_attempt_ && ToSeconds(observation.image - *last_attempt_) < interval - 5e-4) {
     report.reason = reason_;
     return;
   }
   const InitializationReport solution = SolveWithSign(*observation.visual, report);
-  if (solution.status == InitializationStatus::kTooShort) return;
+  if (solution.status == InitializationStatus::kTooShort) {
+    if (given_up) report.reason = reason_;
+    return;
+  }
   last_attempt_ = observation.image;
-  if (report.reason.empty()) report.reason = Explain(solution);
+  if (report.reason.empty()) report.reason = Explain(solution, options_.initializer);
   reason_ = report.reason;
   if (solution.status != InitializationStatus::kReady) {
-    const bool contradiction = solution.status == InitializationStatus::kInconsistent ||
-                               solution.status == InitializationStatus::kWrongGravity;
+    // Readings that are right by themselves are no reason to give them up.
+    const bool wrong_readings = solution.status == InitializationStatus::kWrongGravity &&
+                                !IsNearGravity(solution.reading_norm, options_.initializer);
+    const bool contradiction =
+        solution.status == InitializationStatus::kInconsistent || wrong_readings;
     if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;
+    attempts_ = std::min(attempts_, options_.max_attempts);
     return;
   }
   const Eigen::Quaterniond q_level = Upright(-solution.estimate->gravity_W.vector());
@@ -509,7 +524,6 @@ void InertialOdometry::Impl::MoveMap(const Pose& T_new_old) {
 }
 
 void InertialOdometry::Impl::Restart() {
-  if (status_ == InertialStatus::kGivenUp) return;
   window_.reset();
   tight_.Cancel();
   known_.reset();
@@ -522,7 +536,6 @@ void InertialOdometry::Impl::Restart() {
   if (status_ == InertialStatus::kGivenUp) return;  // as rarely tried as before
   last_attempt_.reset();
   attempts_ = 0;
-  T_WO_ = Pose();
   status_ = InertialStatus::kWaiting;
 }
 

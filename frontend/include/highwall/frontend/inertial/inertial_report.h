@@ -36,7 +36,7 @@ enum class InertialStatus {
   kInitializing,   // gravity, biases and velocity are not known yet
   kRunning,        // images and IMU
   kDeadReckoning,  // the IMU alone
-  kGivenUp,        // images and IMU contradict each other: the images alone from now on
+  kGivenUp,        // images and IMU contradict each other: the images alone; tried every 5 s
 };
 
 // "waiting", "initializing", "running", "dead reckoning", "given up".
