@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cstddef>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -38,6 +40,9 @@ class KeyframeRowTimesTest : public ::testing::Test {
   }
 
   Map& map() { return scene_map_.map; }
+  void Retime(const FrameTimingEstimate& timing) {
+    times_.Retime(timing, map().KeyFramesOf(kFirstSubmap), &map());
+  }
   const FrameFeatures& features() { return *map().keyframe(id_)->frame.features; }
   // [m] of the landmark of point feature i.
   double Error(std::size_t i) {
@@ -65,7 +70,7 @@ TEST_F(KeyframeRowTimesTest, FeaturesAndLandmarksFollowWhatIsLearntOfTimingAndMo
   const double before = LargestError();
   EXPECT_GT(before, 0.02);
   times_.Correct(id_, kMotion);
-  times_.Retime(kTiming, &map());
+  Retime({.value = kTiming});
   const KeyFrame& keyframe = *map().keyframe(id_);
   for (std::size_t i = 0; i < truth_.points.size(); ++i) {
     const PointFeature &now = features().points[i], &should = expected->points[i];
@@ -87,7 +92,7 @@ TEST_F(KeyframeRowTimesTest, LinesMoveAsTheirKeyframeSeesThem) {
   std::vector<Segment3> landmarks;
   for (const LineId id : lines) landmarks.push_back(map().line(id)->segment_W);
   times_.Correct(id_, kMotion);
-  times_.Retime(kTiming, &map());
+  Retime({.value = kTiming});
   ASSERT_FALSE(lines.empty());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const SegmentDepth &from = *before->lines[i].segment_C, &to = *features().lines[i].segment_C;
@@ -110,7 +115,7 @@ TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
   const auto kept = map().keyframe(other)->frame.features;
   const PointFeature from = features().points[0];
   times_.Correct(id_, kMotion);
-  times_.Retime(kTiming, &map());
+  Retime({.value = kTiming});
   const PointFeature& to = features().points[0];
   const Eigen::Vector3d shift = T_WC_.q() * (sensor_.camera.Unproject(to.uv, to.depth) -
                                              sensor_.camera.Unproject(from.uv, from.depth));
@@ -121,15 +126,53 @@ TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
 TEST_F(KeyframeRowTimesTest, WhatShowsLessThanATenthOfAPixelMovesNothing) {
   const auto before = map().keyframe(id_)->frame.features;
   times_.Correct(id_, kMotion);
-  times_.Retime({.colour_readout = 1e-5, .depth_readout = 1e-5}, &map());
+  Retime({.value = {.colour_readout = 1e-5, .depth_readout = 1e-5}});
   EXPECT_EQ(map().keyframe(id_)->frame.features, before);
 }
 
-TEST_F(KeyframeRowTimesTest, AKeyframeThatWasRemovedIsForgotten) {
-  const KeyFrameId other = scene_map_.Add(truth_, T_WC_);
-  map().RemoveKeyFrame(id_, other);
-  times_.Retime(kTiming, &map());
-  EXPECT_EQ(times_.Find(id_), nullptr);
+TEST_F(KeyframeRowTimesTest, AnEstimateWithinItsOwnSigmaMovesNothing) {
+  const auto before = map().keyframe(id_)->frame.features;
+  const std::vector<PointId> points = map().keyframe(id_)->points;
+  const Eigen::Vector3d p_W = map().point(points[0])->p_W;
+  times_.Remember(*map().keyframe(id_), {FrameTiming(), kMotion});
+  const FrameTiming sigma{.colour_readout = 0.031, .depth_readout = 0.031, .depth_delay = 0.01};
+  Retime({.value = kTiming, .sigma = sigma});
+  EXPECT_EQ(map().keyframe(id_)->frame.features, before);
+  EXPECT_EQ(map().point(points[0])->p_W, p_W);
+  // Beyond that of one of the three it does, by all of it.
+  Retime({.value = kTiming, .sigma = {.colour_readout = 0.029, .depth_readout = 0.031}});
+  EXPECT_NE(map().keyframe(id_)->frame.features, before);
+  EXPECT_EQ(times_.Find(id_)->timing.depth_readout, kTiming.depth_readout);
+}
+
+// However large the map: its landmarks stay where their keyframes, which nothing moves, have them.
+TEST_F(KeyframeRowTimesTest, KeyframesThatNoAdjustmentMovesStayAsTheyAre) {
+  const Pose elsewhere = T_WC_ * Pose::FromTangent({0.02, 0.0, 0.0}, Eigen::Vector3d::Zero());
+  const KeyFrameId other = scene_map_.Add(Look(scene_, sensor_, elsewhere), elsewhere);
+  times_.Remember(*map().keyframe(other), {FrameTiming(), kMotion});
+  times_.Correct(id_, kMotion);
+  const auto kept = map().keyframe(id_)->frame.features;
+  const auto moved = map().keyframe(other)->frame.features;
+  const std::vector<KeyFrameId> adjusted{other};
+  times_.Retime({.value = kTiming}, adjusted, &map());
+  EXPECT_EQ(map().keyframe(id_)->frame.features, kept);
+  EXPECT_EQ(times_.Find(id_)->timing.colour_readout, 0.0);
+  EXPECT_NE(map().keyframe(other)->frame.features, moved);
+  EXPECT_EQ(times_.Find(other)->timing.colour_readout, kTiming.colour_readout);
+}
+
+TEST_F(KeyframeRowTimesTest, KeyframesThatWereRemovedAreForgotten) {
+  constexpr int kMade = 8;
+  std::vector<KeyFrameId> made{id_};
+  for (int i = 1; i < kMade; ++i) {
+    made.push_back(scene_map_.Add(truth_, T_WC_));
+    times_.Remember(*map().keyframe(made.back()), {});
+  }
+  const std::vector<KeyFrameId> removed(made.begin(), made.end() - 1);
+  for (const KeyFrameId id : removed) map().RemoveKeyFrame(id, made.back());
+  Retime({.value = kTiming});
+  for (const KeyFrameId id : removed) EXPECT_EQ(times_.Find(id), nullptr) << id;
+  EXPECT_NE(times_.Find(made.back()), nullptr);
 }
 
 }  // namespace

@@ -112,12 +112,14 @@ LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& o
 
 LoopCloser::~LoopCloser() = default;
 
-bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe) {
+bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
+                                const std::function<void()>& prepare) {
   // Until the map is corrected, the keyframes that follow see the same loop.
   if (!options_.enabled || IsClosing() || !job_.HasRoom()) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
   Cancel();  // the adjustment after an older loop
+  if (prepare) prepare();
   job_.Put(std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_));
   return true;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,7 +32,9 @@ class LoopCloser {
 
   // Looks for a loop of a new keyframe of the map and begins to close it. True where one was found.
   // Where too much that was cancelled has yet to end, the next keyframe looks.
-  bool InsertKeyFrame(const Map& map, KeyFrameId keyframe);
+  // prepare: called where one was found, before the map is copied: all of it is about to move.
+  bool InsertKeyFrame(const Map& map, KeyFrameId keyframe,
+                      const std::function<void()>& prepare = {});
   // What InsertKeyFrame() saw and did not believe, since the last call.
   std::vector<LoopReport> TakeRefused();
   // How the graph of the loop that was applied last moved keyframes, once, where factors of the

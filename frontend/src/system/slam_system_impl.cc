@@ -427,7 +427,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   });
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
-  tracker_.Retime(&map_);
+  RetimeAround(tracked);
   if (map_.keyframe(last_keyframe_) != nullptr) {
     tracker_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
   }
@@ -448,9 +448,30 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   result.times.mapping = watch.Milliseconds();
 }
 
+void SlamSystem::Impl::RetimeAround(const TrackedFrame& tracked) {
+  const auto most = static_cast<std::size_t>(options_.mapper.adjusted_keyframes);
+  std::vector<KeyFrameId> around;
+  for (const auto& [id, shared] : map_.Observers(tracked.points, tracked.lines)) {
+    if (around.size() == most) break;
+    around.push_back(id);
+  }
+  tracker_.Retime(around, &map_);
+}
+
+void SlamSystem::Impl::RetimeAll() {
+  for (const SubmapId root : map_.roots()) tracker_.Retime(map_.KeyFramesOf(root), &map_);
+}
+
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
-  if (loop_closer_.InsertKeyFrame(map_, last_keyframe_)) {
+  const auto prepare = [&] {
+    // What is being adjusted was made with rows' times as they were: that comes first.
+    WithTracker([&] {
+      if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
+    });
+    RetimeAll();
+  };
+  if (loop_closer_.InsertKeyFrame(map_, last_keyframe_, prepare)) {
     factor_adjuster_.Cancel();  // they are among what closes the loop
     depth_pattern_.Cancel();    // the map is moved under it
     // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
@@ -533,6 +554,7 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
                    "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
   BundleAdjustmentReport report;
   WithTracker([&] {
+    RetimeAll();
     for (const SubmapId root : map_.roots()) {
       const BundleAdjustmentReport adjusted =
           AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle);

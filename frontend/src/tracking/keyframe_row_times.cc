@@ -1,5 +1,6 @@
 #include "tracking/keyframe_row_times.h"
 
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <utility>
@@ -72,6 +73,14 @@ class LandmarkShifts {
   std::map<LineId, Eigen::Vector3d> lines_;
 };
 
+bool IsBeyondSigma(const FrameTimingEstimate& estimate, const FrameTiming& from) {
+  const auto is_beyond = [&](double FrameTiming::*part) {
+    return std::abs(estimate.value.*part - from.*part) > estimate.sigma.*part;
+  };
+  return is_beyond(&FrameTiming::colour_readout) || is_beyond(&FrameTiming::depth_readout) ||
+         is_beyond(&FrameTiming::depth_delay);
+}
+
 }  // namespace
 
 void KeyframeRowTimes::Remember(const KeyFrame& keyframe, const RowMotion& moved_by) {
@@ -89,17 +98,17 @@ const RowMotion* KeyframeRowTimes::Find(KeyFrameId id) const {
   return known != keyframes_.end() ? &known->second.moved_by : nullptr;
 }
 
-void KeyframeRowTimes::Retime(const FrameTiming& timing, Map* map) {
+void KeyframeRowTimes::Retime(const FrameTimingEstimate& timing,
+                              std::span<const KeyFrameId> keyframes, Map* map) {
   LandmarkShifts shifts(camera_);
-  for (auto it = keyframes_.begin(); it != keyframes_.end();) {
-    KeyFrame* keyframe = map->keyframe(it->first);
-    if (keyframe == nullptr) {
-      it = keyframes_.erase(it);
-      continue;
-    }
-    Known& known = it++->second;
-    RowMotion now{timing, known.motion};
+  for (const KeyFrameId id : keyframes) {
+    const auto found = keyframes_.find(id);
+    KeyFrame* keyframe = map->keyframe(id);
+    if (found == keyframes_.end() || keyframe == nullptr) continue;
+    Known& known = found->second;
+    RowMotion now{timing.value, known.motion};
     now.timing.depth_delay += keyframe->frame.depth_delay;
+    if (!IsBeyondSigma({now.timing, timing.sigma}, known.moved_by.timing)) now.timing = known.moved_by.timing;
     if (!Differ(known.moved_by, now, camera_, known.depth)) continue;
     const auto before = std::exchange(
         keyframe->frame.features,
@@ -108,6 +117,12 @@ void KeyframeRowTimes::Retime(const FrameTiming& timing, Map* map) {
     known.moved_by = now;
   }
   shifts.Apply(map);
+  Forget(*map);
+}
+
+void KeyframeRowTimes::Forget(const Map& map) {
+  if (keyframes_.size() <= 2 * map.num_keyframes()) return;
+  std::erase_if(keyframes_, [&](const auto& known) { return map.keyframe(known.first) == nullptr; });
 }
 
 }  // namespace highwall

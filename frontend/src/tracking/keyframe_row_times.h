@@ -1,7 +1,9 @@
 #pragma once
 
 #include <map>
+#include <span>
 
+#include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/map.h>
 
 #include "features/depth_grid.h"
@@ -23,10 +25,11 @@ class KeyframeRowTimes {
   // Nothing where it is not known: a keyframe of another run.
   const RowMotion* Find(KeyFrameId id) const;
 
-  // Moves the features of keyframes where this timing, or their corrected motion, shows, and the
-  // landmarks made of them, as far as these keyframes have a say in them. Their poses are left to
-  // the adjustments that follow.
-  void Retime(const FrameTiming& timing, Map* map);
+  // Moves the features of these keyframes where the timing or their corrected motion shows, and the
+  // landmarks made of them, as far as these keyframes have a say in them. An estimate that has
+  // wandered within its own sigma moves nothing. Their poses are left to the adjustment that
+  // follows: of keyframes that none is about to move, features and landmarks fit as they are.
+  void Retime(const FrameTimingEstimate& timing, std::span<const KeyFrameId> keyframes, Map* map);
 
  private:
   struct Known {
@@ -34,6 +37,9 @@ class KeyframeRowTimes {
     Twist motion;
     double depth;  // [m] of its scene
   };
+  // Those that were removed from the map, now and then.
+  void Forget(const Map& map);
+
   PinholeCamera camera_;  // without distortion
   const DepthGrid& grid_;
   std::map<KeyFrameId, Known> keyframes_;

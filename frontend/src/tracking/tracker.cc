@@ -178,8 +178,11 @@ void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFr
   moved_by_ = now;
 }
 
-void Tracker::Retime(Map* map) {
-  if (options_.timing != FrameTimingMode::kIgnored) keyframe_times_.Retime(timing(), map);
+void Tracker::Retime(std::span<const KeyFrameId> keyframes, Map* map) {
+  if (options_.timing == FrameTimingMode::kIgnored) return;
+  FrameTimingEstimate by{.value = timing()};
+  if (options_.timing == FrameTimingMode::kEstimated) by.sigma = timing_.estimate().sigma;
+  keyframe_times_.Retime(by, keyframes, map);
 }
 
 bool Tracker::LearnsNoise() const {

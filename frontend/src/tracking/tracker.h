@@ -68,8 +68,9 @@ class Tracker {
   const NoiseEstimate& noise() const { return noise_.estimate(); }
   // Learns it from keyframes, as an adjustment has left them.
   void LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes);
-  // Keyframes and landmarks that were made with rows' times known worse than now follow.
-  void Retime(Map* map);
+  // These keyframes and their landmarks follow where their rows' times are known better by now;
+  // their poses are left to the adjustment that follows.
+  void Retime(std::span<const KeyFrameId> keyframes, Map* map);
   // What the rows of a keyframe were moved by; null where it is not of this run.
   const RowMotion* RowsOf(KeyFrameId keyframe) const { return keyframe_times_.Find(keyframe); }
   // Follows the map, which has moved about here: p_new = T_new_old p_old.

@@ -26,7 +26,7 @@ struct FrameTiming {
 
 // What a sequence tells of it; sigma: standard deviations.
 struct FrameTimingEstimate {
-  FrameTiming value, sigma;
+  FrameTiming value{}, sigma{};
 };
 
 // An RGB-D camera whose depth image is registered to its colour image: one pinhole for both. The
