@@ -37,7 +37,8 @@ class SilentDomain : public ::testing::TestWithParam<LinearSolver> {};
 
 TEST_P(SilentDomain, AStepThatLeadsBehindTheCameraIsNotTaken) {
   FactorGraph graph;
-  const auto pose = graph.AddVariable(Pose());
+  // Where the unknowns have nothing to do at all, variable projection ends before landmarks move.
+  const auto pose = graph.AddVariable(Pose::FromTangent({1e-3, 0, 0}, {0, 0, 0}));
   graph.AddFactor(
       std::make_unique<PosePrior>(Pose(), 1e4 * Eigen::Matrix<double, 6, 6>::Identity()), pose);
   const auto point = Hold(&graph, [&](const Point& p) { return graph.AddLandmark(p); });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <unordered_map>
 #include <utility>
@@ -163,11 +164,6 @@ class BundleAdjuster::Problem {
     std::atomic<bool> stopped = false;
     const std::stop_callback on_stop(stop, [&] { stopped = true; });
     SolveSummary summary = Improve(options_.first_iterations, &stopped);
-    if (!summary.IsUsable() && !own_.empty()) {  // one of them may fail on the way
-      SetAside(std::vector<FactorId>(own_));
-      report_.own_factors = 0;
-      summary = Improve(options_.first_iterations, &stopped);
-    }
     if (!summary.IsUsable()) return;
     report_.initial_cost = summary.initial_cost;
     // Where it was stopped on the way, what does not fit may be right and the start wrong.
@@ -225,7 +221,20 @@ class BundleAdjuster::Problem {
     const LineSegment* segment = nullptr;  // of a line
   };
 
+  // Without those of the user's factors that could not be evaluated on the way.
   SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {
+    const SolveSummary summary = Step(iterations, stopped);
+    std::vector<FactorId> faulty;
+    std::ranges::copy_if(own_, std::back_inserter(faulty),
+                         [&](FactorId id) { return !graph_.FaultOf(id).empty(); });
+    if (faulty.empty() && !summary.IsUsable()) faulty = own_;
+    if (faulty.empty()) return summary;
+    SetAside(faulty);
+    report_.own_factors = static_cast<int>(own_.size());
+    return Step(iterations, stopped);
+  }
+
+  SolveSummary Step(int iterations, const std::atomic<bool>* stopped) {
     SolveOptions solve;
     solve.max_iterations = iterations;
     solve.function_tolerance = options_.tolerance;
@@ -235,8 +244,9 @@ class BundleAdjuster::Problem {
     solve.stop = stopped;
     const SolveSummary summary = graph_.Solve(solve);
     report_.rejected_steps += summary.rejected_steps;
-    report_.moved = report_.moved || summary.iterations > summary.rejected_steps;
-    if (!summary.IsUsable()) report_.message = summary.message;
+    // The evaluation at the start is the first iteration.
+    report_.moved = report_.moved || summary.iterations > summary.rejected_steps + 1;
+    report_.message = summary.IsUsable() ? "" : summary.message;
     return summary;
   }
 

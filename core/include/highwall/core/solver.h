@@ -54,7 +54,7 @@ struct SolveSummary {
   std::string message;        // the solver's own words
   double initial_cost = 0.0;  // sum over factors of rho(|r|^2) / 2, fixed parts included
   double final_cost = 0.0;
-  int iterations = 0;  // steps tried, accepted or not
+  int iterations = 0;  // the evaluation at the start and steps tried, accepted or not
   // Of these, steps that would have raised the cost or led where a factor cannot be evaluated, out
   // of its domain included (SilentOutsideDomain).
   int rejected_steps = 0;
