@@ -67,7 +67,7 @@ class TrackerTiming : public TrackerTest {
     tracker.Anchor(tracked, keyframe);
     Track(tracker, SeenByRows(i + 1), i + 1);
     const auto before = keyframe.frame.features;
-    tracker.Retime(scene_map.map.KeyFramesOf(kFirstSubmap), &scene_map.map);
+    tracker.RetimeAll(&scene_map.map);
     return keyframe.frame.features == before;
   }
 
@@ -142,7 +142,7 @@ TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
   keyframe.frame = tracked.frame;
   tracker.Anchor(tracked, keyframe);
   for (int i = 11; i < 240; ++i) Track(tracker, SeenByRows(i), i);
-  tracker.Retime(scene_map.map.KeyFramesOf(kFirstSubmap), &scene_map.map);
+  tracker.RetimeAll(&scene_map.map);
   const SyntheticView truth =
       Look(scene, IdealSensor(), PoseOfFrame(10), {.px = 0.5, .depth = true, .seed = 10});
   double before = 0.0, after = 0.0;
@@ -244,7 +244,7 @@ TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
   KeyFrame& keyframe = scene_map.map.AddKeyFrame(lost.frame, PoseOfFrame(10));
   tracker.Anchor(lost, keyframe);
   const auto seen = keyframe.frame.features;
-  tracker.Retime(scene_map.map.KeyFramesOf(kFirstSubmap), &scene_map.map);
+  tracker.RetimeAll(&scene_map.map);
   EXPECT_EQ(keyframe.frame.features, seen);
 }
 

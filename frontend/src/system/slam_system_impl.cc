@@ -427,7 +427,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   });
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
-  RetimeAround(tracked);
+  tracker_.RetimeAround(tracked, options_.mapper.adjusted_keyframes, &map_);
   if (map_.keyframe(last_keyframe_) != nullptr) {
     tracker_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
   }
@@ -448,20 +448,6 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   result.times.mapping = watch.Milliseconds();
 }
 
-void SlamSystem::Impl::RetimeAround(const TrackedFrame& tracked) {
-  const auto most = static_cast<std::size_t>(options_.mapper.adjusted_keyframes);
-  std::vector<KeyFrameId> around;
-  for (const auto& [id, shared] : map_.Observers(tracked.points, tracked.lines)) {
-    if (around.size() == most) break;
-    around.push_back(id);
-  }
-  tracker_.Retime(around, &map_);
-}
-
-void SlamSystem::Impl::RetimeAll() {
-  for (const SubmapId root : map_.roots()) tracker_.Retime(map_.KeyFramesOf(root), &map_);
-}
-
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
   const auto prepare = [&] {
@@ -469,7 +455,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
     WithTracker([&] {
       if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
     });
-    RetimeAll();
+    tracker_.RetimeAll(&map_);
   };
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_, prepare)) {
     factor_adjuster_.Cancel();  // they are among what closes the loop
@@ -554,7 +540,7 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
                    "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
   BundleAdjustmentReport report;
   WithTracker([&] {
-    RetimeAll();
+    tracker_.RetimeAll(&map_);
     for (const SubmapId root : map_.roots()) {
       const BundleAdjustmentReport adjusted =
           AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle);

@@ -97,10 +97,6 @@ class SlamSystem::Impl {
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
-  // Rows' times of the keyframes that the adjustment of this one is about to move.
-  void RetimeAround(const TrackedFrame& tracked);
-  // Of all, before all of them move.
-  void RetimeAll();
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
   // Applies what was found out of the pattern of depth, between frames; whether the map was moved.
   bool MendDepth(FrameResult& result);

@@ -185,6 +185,19 @@ void Tracker::Retime(std::span<const KeyFrameId> keyframes, Map* map) {
   keyframe_times_.Retime(by, keyframes, map);
 }
 
+void Tracker::RetimeAround(const TrackedFrame& tracked, int most, Map* map) {
+  std::vector<KeyFrameId> around;
+  for (const auto& [id, shared] : map->Observers(tracked.points, tracked.lines)) {
+    if (static_cast<int>(around.size()) == most) break;
+    around.push_back(id);
+  }
+  Retime(around, map);
+}
+
+void Tracker::RetimeAll(Map* map) {
+  for (const SubmapId root : map->roots()) Retime(map->KeyFramesOf(root), map);
+}
+
 bool Tracker::LearnsNoise() const {
   // The paper's one sigma of all rows is a choice, not knowledge.
   return options_.learn_noise && model_.options().weighting == Weighting::kCovariance;

@@ -68,15 +68,18 @@ class Tracker {
   const NoiseEstimate& noise() const { return noise_.estimate(); }
   // Learns it from keyframes, as an adjustment has left them.
   void LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes);
-  // These keyframes and their landmarks follow where their rows' times are known better by now;
-  // their poses are left to the adjustment that follows.
-  void Retime(std::span<const KeyFrameId> keyframes, Map* map);
+  // Keyframes and their landmarks follow where their rows' times are known better by now; their
+  // poses are left to the adjustment that follows. Those that share most landmarks with a frame, at
+  // most `most`, or all.
+  void RetimeAround(const TrackedFrame& tracked, int most, Map* map);
+  void RetimeAll(Map* map);
   // What the rows of a keyframe were moved by; null where it is not of this run.
   const RowMotion* RowsOf(KeyFrameId keyframe) const { return keyframe_times_.Find(keyframe); }
   // Follows the map, which has moved about here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
  private:
+  void Retime(std::span<const KeyFrameId> keyframes, Map* map);
   // What may tell a pose, beside points and lines.
   enum class Aid { kNone, kSurfaces };
 
