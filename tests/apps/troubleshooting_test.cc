@@ -461,7 +461,7 @@ void Troubleshooting::Graphs() {
   singular.AddFactor(std::make_unique<Bad<2>>(1.0, 1.0), pair);
   said_.push_back(singular.Undetermined());
   FactorGraph alone;
-  const auto x = alone.AddVariable(1.0);
+  alone.AddVariable(1.0);
   said_.push_back(alone.Undetermined());
   FactorGraph landmarks;
   const auto a = landmarks.AddLandmark(1.0), b = landmarks.AddLandmark(2.0);
