@@ -109,8 +109,9 @@ std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* c
     next += rows * size;
   }
   try {
-    if (!factor.Evaluate(parameters.data(), residuals, jacobians.data())) {
-      return "cannot be evaluated";
+    // Without Jacobians last: that is what a solver tries a step by.
+    for (double** const wanted : {jacobians.data(), static_cast<double**>(nullptr)}) {
+      if (!factor.Evaluate(parameters.data(), residuals, wanted)) return "cannot be evaluated";
     }
   } catch (const std::exception& error) {
     return std::string("throws: ") + error.what();
@@ -128,15 +129,17 @@ std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* c
 }
 
 GuardedFactor::GuardedFactor(const ceres::CostFunction& factor, FactorFaults* faults)
-    : factor_(factor), faults_(faults) {
+    : factor_(factor),
+      faults_(faults),
+      is_priced_(dynamic_cast<const SilentOutsideDomain*>(&factor) != nullptr) {
   *mutable_parameter_block_sizes() = factor.parameter_block_sizes();
   set_num_residuals(factor.num_residuals());
 }
 
 bool GuardedFactor::Evaluate(double const* const* parameters, double* residuals,
                              double** jacobians) const {
-  if (EvaluatesWell(factor_, parameters, residuals, jacobians) &&
-      !(faults_->solving && LeavesDomain(parameters, residuals, jacobians))) {
+  if (EvaluatesWell(factor_, parameters, residuals, jacobians)) {
+    if (is_priced_ && faults_->solving) PriceSilence(parameters, residuals, jacobians);
     return true;
   }
   faults_->last = &factor_;
@@ -146,24 +149,39 @@ bool GuardedFactor::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-bool GuardedFactor::LeavesDomain(double const* const* parameters, const double* residuals,
+void GuardedFactor::PriceSilence(double const* const* parameters, double* residuals,
                                  double** jacobians) const {
-  if (jacobians != nullptr) {
-    silent_ = SilentRows(factor_, residuals, jacobians);
+  if (solve_ != faults_->solve) {
+    if (jacobians == nullptr) return;  // the solve has not begun here
     solve_ = faults_->solve;
-    return false;
+    inside_ = 0;
+    kept_.assign(static_cast<std::size_t>(num_residuals()), 0.0);
   }
-  if (solve_ != faults_->solve || !MayBeSilent(factor_, residuals)) return false;
-  const std::vector<int>& sizes = parameter_block_sizes();
+  const std::uint64_t silent = jacobians != nullptr ? SilentRows(factor_, residuals, jacobians)
+                                                    : SilentAt(parameters, residuals);
+  for (std::size_t row = 0; row < std::min<std::size_t>(kept_.size(), 64); ++row) {
+    const std::uint64_t bit = std::uint64_t{1} << row;
+    if ((silent & inside_ & bit) != 0) {
+      residuals[row] = 2.0 * kept_[row] + std::copysign(1.0, kept_[row]);
+    } else if (jacobians != nullptr && (silent & bit) == 0) {
+      kept_[row] = residuals[row];
+      inside_ |= bit;
+    }
+  }
+}
+
+std::uint64_t GuardedFactor::SilentAt(double const* const* parameters,
+                                      const double* residuals) const {
+  if (inside_ == 0 || !MayBeSilent(factor_, residuals)) return 0;
   std::vector<std::vector<double>> values;
-  std::vector<double*> all;
-  for (const int size : sizes) {
+  std::vector<double*> jacobians;
+  for (const int size : parameter_block_sizes()) {
     values.emplace_back(static_cast<std::size_t>(num_residuals() * size));
-    all.push_back(values.back().data());
+    jacobians.push_back(values.back().data());
   }
-  std::vector<double> r(static_cast<std::size_t>(num_residuals()));
-  if (!EvaluatesWell(factor_, parameters, r.data(), all.data())) return true;
-  return (SilentRows(factor_, residuals, all.data()) & ~silent_) != 0;
+  std::vector<double> again(static_cast<std::size_t>(num_residuals()));
+  if (!EvaluatesWell(factor_, parameters, again.data(), jacobians.data())) return 0;
+  return SilentRows(factor_, residuals, jacobians.data());
 }
 
 const ceres::CostFunction& Unguarded(const ceres::CostFunction& factor) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <typeinfo>
+#include <vector>
 
 #include <ceres/cost_function.h>
 
@@ -44,15 +45,18 @@ class GuardedFactor final : public ceres::CostFunction {
   const ceres::CostFunction& factor() const { return factor_; }
 
  private:
-  // Whether a row is silent now that was not where Ceres is.
-  bool LeavesDomain(double const* const* parameters, const double* residuals,
-                    double** jacobians) const;
+  // Rows that are silent now, and were not where Ceres was, cost more than they did there.
+  // Constant: a landmark that went behind the camera neither pulls nor holds up the others.
+  void PriceSilence(double const* const* parameters, double* residuals, double** jacobians) const;
+  std::uint64_t SilentAt(double const* const* parameters, const double* residuals) const;
 
   const ceres::CostFunction& factor_;
   FactorFaults* const faults_;
-  // Where it was evaluated with Jacobians last: rows that are silent, and in which solve.
-  mutable std::uint64_t silent_ = 0;
+  const bool is_priced_;  // it is SilentOutsideDomain
+  // In the solve of that number: rows that were in their domain, and their residuals there.
   mutable int solve_ = 0;
+  mutable std::uint64_t inside_ = 0;
+  mutable std::vector<double> kept_;
 };
 
 // The factor itself, guarded or not.

@@ -89,10 +89,10 @@ bool ImuBuffer::Jumps(Stamp stamp) {
     jumped_.reset();
     return false;
   }
-  const double step = jumped_ ? ToSeconds(stamp - *jumped_) : 0.0;
-  const bool follows = step > 0.0 && step <= options_.max_step;
+  if (jumped_ == stamp) return true;  // one reading given twice
+  const bool follows = jumped_ && std::abs(ToSeconds(stamp - *jumped_)) <= options_.max_step;
   jumps_ = follows ? jumps_ + 1 : 1;
-  jumped_ = stamp;
+  jumped_ = follows ? std::max(*jumped_, stamp) : stamp;
   if (jumps_ <= kReadingsAfterJump) return true;
   jumped_.reset();
   if (ahead < 0.0) {

@@ -187,6 +187,26 @@ TEST(ImuBuffer, FollowsAClockThatMovedForGood) {
   }
 }
 
+TEST(ImuBuffer, FollowsAClockThatMovedWhoseReadingsComeTwiceOrOutOfOrder) {
+  for (const bool twice : {true, false}) {
+    ImuBuffer buffer;
+    for (int i = 0; i < 2000; ++i) buffer.Add(Still(i * 5 * kMs));
+    const Stamp moved = 3'600'000 * kMs;
+    int dropped = 0;
+    const auto add = [&](int i) {
+      if (buffer.Add(Still(moved + i * 5 * kMs)) == ImuSampleStatus::kJumped) ++dropped;
+    };
+    for (int i = 2000; i < 12'000; i += 2) {
+      add(twice ? i : i + 1);
+      add(i);
+      if (twice) add(i + 1), add(i + 1);
+    }
+    EXPECT_LE(dropped, 2 * kReadingsAfterJump) << twice;
+    EXPECT_EQ(buffer.newest(), moved + 11'999 * 5 * kMs) << twice;
+    EXPECT_EQ(buffer.size(), kHeld) << twice;
+  }
+}
+
 TEST(ImuBuffer, AFirstStampInTheFutureIsForgotten) {
   ImuBuffer buffer;
   ImuSample reading;

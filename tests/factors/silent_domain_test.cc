@@ -76,6 +76,32 @@ TEST(SilentDomain, AFactorThatWrapsOneIsHeldInItsDomain) {
   EXPECT_NEAR(graph.Value(point).z(), kTrue, 0.01);
 }
 
+// As a local adjustment runs: five iterations for a thousand landmarks, and one that is bad.
+TEST(SilentDomain, OneThatGoesBehindTheCameraDoesNotHoldUpTheOthers) {
+  FactorGraph graph;
+  const auto pose = graph.AddVariable(Pose());
+  graph.Fix(pose);
+  const auto bad = graph.AddVariable(Point(0.1, 0.0, 20.0));
+  graph.AddFactor(
+      std::make_unique<PointReprojection>(Seen(), Eigen::Matrix2d::Identity(), SimpleProjection()),
+      pose, bad);
+  const auto good = graph.AddVariable(Point(0.3, 0.2, 2.2));
+  const RgbdProjection projection = SimpleProjection();
+  for (const double x : {-0.5, 0.5}) {
+    const auto from = graph.AddVariable(Pose::FromTangent({x, 0, 0}, {0, 0, 0}));
+    graph.Fix(from);
+    const Eigen::Vector3d p_C(0.3 - x, 0.2, 2.0);
+    const Eigen::Vector2d uv(320.0 + 500.0 * p_C.x() / p_C.z(), 240.0 + 500.0 * p_C.y() / p_C.z());
+    graph.AddFactor(
+        std::make_unique<PointReprojection>(uv, Eigen::Matrix2d::Identity(), projection), from,
+        good);
+  }
+  const SolveSummary summary =
+      graph.Solve({.max_iterations = 5, .initial_trust_region_radius = 1e4});
+  ASSERT_TRUE(summary.IsUsable()) << summary.message;
+  EXPECT_LT((graph.Value(good) - Point(0.3, 0.2, 2.0)).norm(), 1e-3);
+}
+
 TEST(SilentDomain, WhatIsOutsideFromTheBeginningHindersNothing) {
   FactorGraph graph;
   const auto pose = graph.AddVariable(Pose());

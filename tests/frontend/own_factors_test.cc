@@ -196,7 +196,7 @@ class WearsOut final : public ceres::SizedCostFunction<3, 7, 7> {
 TEST_F(OwnFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
   map.factors().Place(frame, kFirstSubmap, Pose());
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
-  for (const int times : {0, 2}) {  // at once, and on the way
+  for (const int times : {0, 4}) {  // at once, and on the way
     map.keyframe(3_kf)->T_WC = Pose(truth[3].q(), truth[3].p() + Eigen::Vector3d(0.005, 0, 0));
     map.AddFactor({{{3_kf, Pose()}}, frame, std::make_shared<WearsOut>(times), nullptr});
     BundleAdjustmentReport report;
@@ -206,6 +206,35 @@ TEST_F(OwnFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
     EXPECT_EQ(report.own_factors_set_aside, times == 0 ? 1 : 2);
     EXPECT_LT((map.keyframe(3_kf)->T_WC.p() - truth[3].p()).norm(), 1e-4);
   }
+}
+
+// One that only a solver's trials meet: those are without Jacobians.
+class ThrowsAtTrials final : public ceres::SizedCostFunction<3, 7, 7> {
+ public:
+  bool Evaluate(double const* const*, double* r, double** J) const override {
+    if (J == nullptr) throw std::runtime_error("a trial");
+    std::fill_n(r, 3, 1.0);
+    for (int i = 0; i < 2; ++i) {
+      if (J[i] != nullptr) std::fill_n(J[i], 21, 0.0);
+    }
+    return true;
+  }
+};
+
+TEST_F(OwnFactorsTest, TwoThatFailInDifferentWaysAreSetAsideTogether) {
+  map.factors().Place(frame, kFirstSubmap, Pose());
+  const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
+  map.keyframe(3_kf)->T_WC = Pose(truth[3].q(), truth[3].p() + Eigen::Vector3d(0.005, 0, 0));
+  map.AddFactor({{{3_kf, Pose()}}, frame, std::make_shared<ThrowsAtTrials>(), nullptr});
+  for (const int times : {4, 8}) {
+    map.AddFactor({{{3_kf, Pose()}}, frame, std::make_shared<WearsOut>(times), nullptr});
+  }
+  BundleAdjustmentReport report;
+  ASSERT_NO_THROW(report = AdjustBundle(map, model, free, fixed, {.first_iterations = 20}));
+  ASSERT_TRUE(report.usable) << report.message;
+  EXPECT_TRUE(report.moved);
+  EXPECT_EQ(report.own_factors_set_aside, 3);
+  EXPECT_LT((map.keyframe(3_kf)->T_WC.p() - truth[3].p()).norm(), 1e-4);
 }
 
 TEST_F(OwnFactorsTest, AFrameMovesWhereEverythingIsAdjusted) {

@@ -89,6 +89,23 @@ TEST_F(PoseSolver, FindsThePoseFromPointsWithoutDepth) {
   EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-7);
 }
 
+// Points near the optical axis, without depth, that are seen from much nearer: the first step would
+// lead past them, where nothing is left to contradict it.
+TEST_F(PoseSolver, AStepPastAllPointsIsNoPerfectFit) {
+  Problem problem;
+  for (int i = 0; i < 24; ++i) {
+    const double angle = 2.0 * M_PI * i / 24.0, radius = i % 2 == 0 ? 1.5e-3 : 1e-3;
+    const Eigen::Vector3d p_W(radius * std::cos(angle), radius * std::sin(angle), 2.6);
+    PointFeature seen;
+    seen.uv = model.camera().Project(p_W - Eigen::Vector3d(0.0, 0.0, 2.0));
+    problem.points.push_back({p_W, model.Rows(seen), 2});
+  }
+  const auto solution = Solve(problem, Pose());
+  ASSERT_TRUE(solution);
+  EXPECT_EQ(solution->num_points, 24);
+  EXPECT_LT(solution->T_WC.p().z(), 2.6);
+}
+
 TEST_F(PoseSolver, FindsTheExactPoseFromLines) {
   // The ends of a map line move along it where the start is wrong, which costs nothing: only what
   // is across the line is measured. Pixels are floats, 3e-5 px, 1e-7 m at 3 m.

@@ -255,6 +255,13 @@ TEST_F(SlamSystemTest, OneStampFarInTheFutureIsRefusedAndTheOthersGoOn) {
     EXPECT_THROW(system.Track(image), InvalidArgument) << wrong;
     EXPECT_EQ(system.Track(Images()[next++]).state, TrackingState::kTracking) << wrong;
   }
+  // The same wrong stamp once more, later on, is no pause.
+  RgbdImage wrong = Images()[next];
+  wrong.stamp = Images()[0].stamp + kYear;
+  EXPECT_THROW(system.Track(wrong), InvalidArgument);
+  EXPECT_NO_THROW(system.Track(Images()[next++]));
+  EXPECT_THROW(system.Track(wrong), InvalidArgument);
+  EXPECT_NO_THROW(system.Track(Images()[next++]));
   // A camera that did pause goes on.
   RgbdImage later = Images()[next];
   later.stamp += kYear;

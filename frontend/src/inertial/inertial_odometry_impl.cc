@@ -208,7 +208,9 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   }
   initializer_.Add(observation.image, *observation.visual);
   const double interval = given_up ? kLateRetryInterval : kRetryInterval;
-  if (last_attempt_ && ToSeconds(observation.image - *last_attempt_) < interval - 5e-4) {
+  const bool is_early =
+      last_attempt_ && ToSeconds(observation.image - *last_attempt_) < interval - 5e-4;
+  if (is_early || observation.keeps_level) {
     report.reason = reason_;
     return;
   }

@@ -7,7 +7,7 @@ namespace highwall {
 namespace {
 
 constexpr double kRestSeconds = 2.0;      // [s] of images
-constexpr double kRestStep = 0.2;         // [s] between two of them
+constexpr double kRestStep = 0.5;         // [s] between two of them
 constexpr double kRestScatter = 3e-4;     // [m] no image tells a position better
 constexpr double kRestSpeedChi2 = 16.27;  // 99.9 % of three degrees of freedom
 // [m/s] A camera that creeps faster does not rest, however much its positions scatter.

@@ -223,15 +223,18 @@ class BundleAdjuster::Problem {
 
   // Without those of the user's factors that could not be evaluated on the way.
   SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {
-    const SolveSummary summary = Step(iterations, stopped);
-    std::vector<FactorId> faulty;
-    std::ranges::copy_if(own_, std::back_inserter(faulty),
-                         [&](FactorId id) { return !graph_.FaultOf(id).empty(); });
-    if (faulty.empty() && !summary.IsUsable()) faulty = own_;
-    if (faulty.empty()) return summary;
-    SetAside(faulty);
-    report_.own_factors = static_cast<int>(own_.size());
-    return Step(iterations, stopped);
+    SolveSummary summary = Step(iterations, stopped);
+    while (!own_.empty()) {
+      std::vector<FactorId> faulty;
+      std::ranges::copy_if(own_, std::back_inserter(faulty),
+                           [&](FactorId id) { return !graph_.FaultOf(id).empty(); });
+      if (faulty.empty() && !summary.IsUsable()) faulty = own_;
+      if (faulty.empty()) break;
+      SetAside(faulty);
+      report_.own_factors = static_cast<int>(own_.size());
+      summary = Step(iterations, stopped);
+    }
+    return summary;
   }
 
   SolveSummary Step(int iterations, const std::atomic<bool>* stopped) {
@@ -259,6 +262,7 @@ class BundleAdjuster::Problem {
     report_.message = "it would forget " + std::to_string(outliers_.size()) + " of " +
                       std::to_string(all) + " observations, more than a third";
     report_.refused = true;
+    report_.moved = false;
     return true;
   }
 

@@ -63,6 +63,17 @@ double Chi2Quantile(double n, double z) {
 
 using Residuals = std::vector<Eigen::VectorXd>;
 
+// False where a factor of the user's cannot be evaluated, throws, or is not finite.
+bool EvaluatesTo(const ceres::CostFunction& cost, std::span<const double* const> blocks,
+                 Eigen::VectorXd* r) {
+  try {
+    return internal::FaultOf(cost, blocks).empty() &&
+           cost.Evaluate(blocks.data(), r->data(), nullptr) && r->allFinite();
+  } catch (...) {  // whatever it is
+    return false;
+  }
+}
+
 // By what was measured alike: in one frame, with as many residuals; in the order of joining the
 // map.
 std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
@@ -74,11 +85,7 @@ std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
     for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
     const int size = factor.cost->num_residuals();
     Eigen::VectorXd r(size);
-    if (internal::FaultOf(*factor.cost, blocks).empty()) {
-      factor.cost->Evaluate(blocks.data(), r.data(), nullptr);
-    } else {
-      r.setConstant(HUGE_VAL);
-    }
+    if (!EvaluatesTo(*factor.cost, blocks, &r)) r.setConstant(HUGE_VAL);
     // A frame is the last node; of what has none, each is of its own kind.
     alike[{factor.nodes.back(), size}].push_back(std::move(r));
   }

@@ -16,6 +16,8 @@ void PoseFactor::Validate() const {
   HIGHWALL_REQUIRE(!stamps.empty(), "PoseFactor: it has no stamp");
   HIGHWALL_REQUIRE(std::ranges::is_sorted(stamps, std::less_equal<>()),
                    "PoseFactor: the stamps must ascend, each once");
+  HIGHWALL_REQUIRE(stamps.front() >= -kMaxStamp && stamps.back() <= kMaxStamp,
+                   "PoseFactor: a stamp is beyond 146 years: check the clock's unit (ns)");
   const std::vector<std::int32_t>& sizes = cost->parameter_block_sizes();
   const std::size_t blocks = stamps.size() + (frame != kNoId ? 1 : 0);
   HIGHWALL_REQUIRE(sizes.size() == blocks && std::ranges::count(sizes, Pose::kSize) ==

@@ -123,14 +123,19 @@ class PoseProblem {
       if (point_rows_[i] == 0) continue;
       Eigen::Vector3d r;
       Eigen::Matrix<double, 3, 6> J;
-      PointRows(view, i, r, jacobian != nullptr ? &J : nullptr);
+      if (!PointRows(view, i, r, jacobian != nullptr ? &J : nullptr)) {
+        r.x() = WorstInlier(points_[i].dimension);
+      }
       out.Append<3>(r, J, options_.point_huber);
     }
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       if (!line_active_[i]) continue;
       Eigen::Vector4d r;
       Eigen::Matrix<double, 4, 6> J;
-      LineRows(view, lines_[i], r, jacobian != nullptr ? &J : nullptr);
+      if (!LineRows(view, lines_[i], r, jacobian != nullptr ? &J : nullptr)) {
+        r = WorstInlier(lines_[i].dimension) * Eigen::Vector4d::UnitX();
+        J.setZero();
+      }
       out.Append<4>(r, J, options_.line_huber);
     }
     for (std::size_t i = 0; i < planes_.size(); ++i) {
@@ -253,6 +258,10 @@ class PoseProblem {
   }
 
  private:
+  // What takes part is in its domain where a round begins, and fits as well as this. Outside of it
+  // that is what it costs, or a step past all landmarks would fit best.
+  double WorstInlier(int dimension) const { return std::sqrt(options_.inliers.Of(dimension)); }
+
   // Zero rows and false outside of the domain; the row of a depth that takes no part is zero.
   bool PointRows(const RgbdProjection::View& view, std::size_t i, Eigen::Vector3d& r,
                  Eigen::Matrix<double, 3, 6>* J) const {

@@ -92,7 +92,10 @@ void SlamSystem::Impl::RequireNext(Stamp stamp) {
   const auto is_near = [&](Stamp before) {
     return stamp >= before && ToSeconds(stamp - before) <= kLongestPause;
   };
-  if (is_near(*last_stamp_) || (jumped_ && is_near(*jumped_))) return;
+  if (is_near(*last_stamp_) || (jumped_ && is_near(*jumped_))) {
+    jumped_.reset();
+    return;
+  }
   jumped_ = stamp;
   throw InvalidArgument("SlamSystem::Track: stamp " + FormatStamp(stamp) +
                         " is more than a day after " + FormatStamp(*last_stamp_) +
@@ -451,6 +454,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
   const auto prepare = [&] {
+    if (options_.tracker.timing == FrameTimingMode::kIgnored) return;
     // What is being adjusted was made with rows' times as they were: that comes first.
     WithTracker([&] {
       if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);

@@ -108,7 +108,8 @@ void KeyframeRowTimes::Retime(const FrameTimingEstimate& timing,
     Known& known = found->second;
     RowMotion now{timing.value, known.motion};
     now.timing.depth_delay += keyframe->frame.depth_delay;
-    if (!IsBeyondSigma({now.timing, timing.sigma}, known.moved_by.timing)) now.timing = known.moved_by.timing;
+    if (!IsBeyondSigma({now.timing, timing.sigma}, known.moved_by.timing))
+      now.timing = known.moved_by.timing;
     if (!Differ(known.moved_by, now, camera_, known.depth)) continue;
     const auto before = std::exchange(
         keyframe->frame.features,
@@ -122,7 +123,8 @@ void KeyframeRowTimes::Retime(const FrameTimingEstimate& timing,
 
 void KeyframeRowTimes::Forget(const Map& map) {
   if (keyframes_.size() <= 2 * map.num_keyframes()) return;
-  std::erase_if(keyframes_, [&](const auto& known) { return map.keyframe(known.first) == nullptr; });
+  std::erase_if(keyframes_,
+                [&](const auto& known) { return map.keyframe(known.first) == nullptr; });
 }
 
 }  // namespace highwall

@@ -55,8 +55,8 @@ struct SolveSummary {
   double initial_cost = 0.0;  // sum over factors of rho(|r|^2) / 2, fixed parts included
   double final_cost = 0.0;
   int iterations = 0;  // the evaluation at the start and steps tried, accepted or not
-  // Of these, steps that would have raised the cost or led where a factor cannot be evaluated, out
-  // of its domain included (SilentOutsideDomain).
+  // Of these, steps that would have raised the cost, by SilentOutsideDomain too, or led where a
+  // factor cannot be evaluated.
   int rejected_steps = 0;
   double seconds = 0.0;  // wall time, preprocessing included
 
