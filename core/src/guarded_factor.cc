@@ -162,7 +162,7 @@ void GuardedFactor::PriceSilence(double const* const* parameters, double* residu
   for (std::size_t row = 0; row < std::min<std::size_t>(kept_.size(), 64); ++row) {
     const std::uint64_t bit = std::uint64_t{1} << row;
     if ((silent & inside_ & bit) != 0) {
-      residuals[row] = 2.0 * kept_[row] + std::copysign(1.0, kept_[row]);
+      residuals[row] = kept_[row] + std::copysign(1.0, kept_[row]);
     } else if (jacobians != nullptr && (silent & bit) == 0) {
       kept_[row] = residuals[row];
       inside_ |= bit;
