@@ -200,7 +200,7 @@ void BindFactorGraph(py::module_& module) {
           },
           "covariance(*variables): joint, in their tangent spaces; None where the factors do not "
           "determine them.")
-      .def("undetermined", &FactorGraph::Undetermined,
+      .def("undetermined", Exclusively<FactorGraph>(&FactorGraph::Undetermined),
            "A variable that the factors do not determine, and what to do; empty if they determine "
            "all.");
 }
