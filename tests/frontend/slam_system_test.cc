@@ -262,7 +262,7 @@ TEST_F(SlamSystemTest, OneStampFarInTheFutureIsRefusedAndTheOthersGoOn) {
   EXPECT_NO_THROW(system.Track(Images()[next++]));
   EXPECT_THROW(system.Track(wrong), InvalidArgument);
   EXPECT_NO_THROW(system.Track(Images()[next++]));
-  // A camera that did pause goes on.
+  // A camera that did pause continues.
   RgbdImage later = Images()[next];
   later.stamp += kYear;
   testing::ExpectError("more than a day after", [&] { system.Track(later); });
