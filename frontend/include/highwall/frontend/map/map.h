@@ -153,8 +153,8 @@ class Map {
   // The present pose of a keyframe, also of a removed one (through its parent at that time). Throws
   // InvalidArgument where it never was, or went with its submap.
   Pose ResolvePose(KeyFrameId id) const;
-  // The live keyframe that a removed one hangs on, and the pose of that one in it; of a live one
-  // itself. Empty where ResolvePose throws.
+  // The live keyframe that stands in for a removed one, and the pose of that one in it; of a live
+  // one itself. Empty where ResolvePose throws.
   std::optional<std::pair<KeyFrameId, Pose>> LiveKeyFrameOf(KeyFrameId id) const;
   // The root of its submap, also of a removed keyframe; empty where ResolvePose throws.
   std::optional<SubmapId> RootOf(KeyFrameId id) const;
