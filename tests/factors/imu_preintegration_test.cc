@@ -17,13 +17,20 @@ namespace {
 std::size_t allocations = 0;
 }  // namespace
 
-// Counts the heap allocations of this binary.
-[[gnu::noinline]] void* operator new(std::size_t size) {
+// Counts the heap allocations of this binary. All forms that a call of one of the others may be
+// matched with are replaced: std::stable_sort allocates by the one that does not throw.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++allocations;
-  if (void* p = std::malloc(size)) return p;
+  return std::malloc(size);
+}
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  if (void* p = operator new(size, std::nothrow)) return p;
   throw std::bad_alloc();
 }
 [[gnu::noinline]] void operator delete(void* p) noexcept {
+  std::free(p);
+}
+[[gnu::noinline]] void operator delete(void* p, const std::nothrow_t&) noexcept {
   std::free(p);
 }
 [[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept {
