@@ -146,7 +146,7 @@ TEST(ExplainError, TellsCausesApartThatCameTogether) {
 
 // The jackknife: over 200 seeds the squared error is what it says, and three sigmas hold nearly
 // all.
-TEST(ExplainError, StandardDeviationsAreRight) {
+TEST(ExplainError, StandardDeviationsAreRightOverTwoHundredSeeds) {
   constexpr int kSeeds = 200;
   double shift = 0.0, scale = 0.0;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {

@@ -2,6 +2,7 @@
 //   --source=x_test   the tests that x_test.cc holds, only
 //   --apart           each test in a process of its own, forked once the libraries are loaded: what
 //                     one of them leaves behind reaches no other
+//   --fast            without statistics over many seeds: tests with a name that ends in "Seeds"
 // Exit code 0: all passed; 1: some failed; 77: none failed, some were skipped.
 #include <sys/wait.h>
 #include <unistd.h>
@@ -24,6 +25,7 @@ constexpr int kSkipped = 77;
 struct Arguments {
   std::string source;
   bool apart = false;
+  bool fast = false;
 };
 
 Arguments Parse(int argc, char** argv) {
@@ -35,6 +37,8 @@ Arguments Parse(int argc, char** argv) {
       arguments.source = word.substr(kSource.size());
     } else if (word == "--apart") {
       arguments.apart = true;
+    } else if (word == "--fast") {
+      arguments.fast = true;
     } else {
       std::fprintf(stderr, "unknown option %s\n", argv[i]);
       std::exit(1);
@@ -43,13 +47,14 @@ Arguments Parse(int argc, char** argv) {
   return arguments;
 }
 
-std::vector<std::string> TestsOf(const std::string& source) {
+std::vector<std::string> TestsOf(const std::string& source, bool fast) {
   std::vector<std::string> names;
   const testing::UnitTest& all = *testing::UnitTest::GetInstance();
   for (int s = 0; s < all.total_test_suite_count(); ++s) {
     const testing::TestSuite& suite = *all.GetTestSuite(s);
     for (int t = 0; t < suite.total_test_count(); ++t) {
       const testing::TestInfo& test = *suite.GetTestInfo(t);
+      if (fast && std::string_view(test.name()).ends_with("Seeds")) continue;
       if (std::filesystem::path(test.file()).stem() == source) {
         names.push_back(std::string(suite.name()) + '.' + test.name());
       }
@@ -125,7 +130,7 @@ int main(int argc, char** argv) {
   const Arguments arguments = Parse(argc, argv);
   if (arguments.source.empty()) return RUN_ALL_TESTS();
 
-  const std::vector<std::string> names = TestsOf(arguments.source);
+  const std::vector<std::string> names = TestsOf(arguments.source, arguments.fast);
   if (names.empty()) {
     std::fprintf(stderr, "this program has no test of %s.cc\n", arguments.source.c_str());
     return 1;
