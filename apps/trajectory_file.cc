@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +15,8 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
+#include <highwall/internal/text_file.h>
 
 #include "decimal_stamp.h"
 #include "trajectory_columns.h"
@@ -40,19 +41,43 @@ std::optional<double> Number(std::string_view text) {
   return value;
 }
 
+// Between semicolons and between blanks a comma inside of a number is a decimal one.
+bool HasDecimalCommas(std::string_view line) {
+  if (line.find(',') == std::string_view::npos) return false;
+  if (line.find(';') != std::string_view::npos) return true;
+  const std::vector<std::string_view> fields = SplitFields(line, ' ');
+  return fields.size() > 1 && std::ranges::all_of(fields, [](std::string_view field) {
+           return std::ranges::count(field, ',') <= 1 && !field.starts_with(',') &&
+                  !field.ends_with(',');
+         });
+}
+
+// Without quotes, and with decimal points.
+std::string PlainLine(std::string line) {
+  std::erase(line, '"');
+  if (HasDecimalCommas(line)) std::ranges::replace(line, ',', '.');
+  return line;
+}
+
+std::string ReadTrajectoryText(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) throw IoError(path, "is a folder, not a file");
+  if (!std::filesystem::exists(path)) {
+    throw IoError(path, "cannot be opened: no such trajectory file, or not readable");
+  }
+  return ReadTextFile(path);
+}
+
 // Reads a file line by line, without empty ones and comments.
 class Reader {
  public:
-  explicit Reader(const std::filesystem::path& path) : path_(path), stream_(path) {
-    if (std::filesystem::is_directory(path)) throw IoError(path, "is a folder, not a file");
-    if (!stream_) throw IoError(path, "cannot be opened: no such trajectory file, or not readable");
-  }
+  explicit Reader(const std::filesystem::path& path)
+      : path_(path), stream_(ReadTrajectoryText(path)) {}
 
   // False at the end. The first line with values decides what separates them.
   bool Next(Line* line) {
     while (std::getline(stream_, text_)) {
       ++line->number;
-      if (line->number == 1) RemoveByteOrderMark();
+      text_ = PlainLine(std::move(text_));
       const std::string_view text = TrimmedBlanks(text_);
       if (text.empty()) continue;
       if (text.front() == '#' || text.front() == '%') {
@@ -61,14 +86,13 @@ class Reader {
       }
       if (!separator_ && IsHeading(text)) {
         headings_.emplace_back(text);
-        bare_heading_ = *line;
+        if (!bare_heading_) bare_heading_ = *line;
         continue;
       }
       if (!separator_) separator_ = SeparatorOf(text);
       line->fields = SplitFields(text, *separator_);
       return true;
     }
-    if (stream_.bad()) throw IoError(path_, "cannot be read");
     return false;
   }
   char separator() const { return separator_.value_or(' '); }
@@ -98,19 +122,13 @@ class Reader {
   }
 
  private:
-  void RemoveByteOrderMark() {
-    if (text_.starts_with("\xef\xbb\xbf")) text_.erase(0, 3);
-    if (text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff")) {
-      throw IoError(path_, "is text in UTF-16: save it as UTF-8");
-    }
-  }
   static bool IsHeading(std::string_view text) {
     return std::ranges::none_of(SplitFields(text, SeparatorOf(text)),
                                 [](std::string_view field) { return Number(field).has_value(); });
   }
 
   const std::filesystem::path& path_;
-  std::ifstream stream_;
+  TextReader stream_;
   std::string text_;
   std::optional<char> separator_;
   std::vector<std::string> headings_;
@@ -157,15 +175,6 @@ std::optional<Layout> NamedLayout(const Reader& reader, const Line& line) {
   return std::nullopt;
 }
 
-double QuaternionNorm(const Reader& reader, const Line& line, std::size_t first) {
-  double squares = 0.0;
-  for (std::size_t i = first; i < first + 4; ++i) {
-    const double value = reader.NumberAt(line, i, kPoseNames[3 + i - first]);
-    squares += value * value;
-  }
-  return std::sqrt(squares);
-}
-
 Layout LayoutOf(const Reader& reader, const Line& line) {
   if (const auto named = NamedLayout(reader, line)) return *named;
   const std::size_t width = line.fields.size();
@@ -178,13 +187,7 @@ Layout LayoutOf(const Reader& reader, const Line& line) {
                             : fmt::format("expected the 8 numbers {}, found {} value{}",
                                           kTumColumns, width, width == 1 ? "" : "s"));
   }
-  const bool extra = width > 8;
-  if (extra && std::abs(QuaternionNorm(reader, line, 4) - 1.0) > 0.01) {
-    reader.Fail(line,
-                "its values 5 to 8 are no unit quaternion: write a heading that names the columns, "
-                "such as 'stamp tx ty tz qx qy qz qw'");
-  }
-  return {.order_open = table, .extra = extra};
+  return {.order_open = table, .extra = width > 8};
 }
 
 // As they stand in the file, until the unit of its stamps is known.
@@ -240,6 +243,25 @@ std::vector<Row> ReadRows(Reader& reader, Line line, const TrajectoryColumns& co
     rows.push_back(RowOf(reader, line, columns));
   } while (reader.Next(&line));
   return rows;
+}
+
+// Numbers without a heading may be anything: a matrix behind a stamp, a quaternion before its
+// position. Of the form of TUM, which needs none, quaternions may be of any length.
+void RequireUnitQuaternions(const Reader& reader, const Layout& layout,
+                            const std::vector<Row>& rows) {
+  if (layout.named || layout.ros) return;
+  const auto unit = [](std::size_t first) {
+    return [first](const Row& row) {
+      const double norm = Eigen::Map<const Eigen::Vector4d>(row.values.data() + first).norm();
+      return std::abs(norm - 1.0) <= 0.01;
+    };
+  };
+  const auto other = std::ranges::find_if_not(rows, unit(3));
+  const bool free_form = layout.order_open || layout.extra;
+  if (other == rows.end() || !(free_form || std::ranges::all_of(rows, unit(0)))) return;
+  reader.Fail({.number = other->line, .fields = {}},
+              "its values 5 to 8 are no unit quaternion: write a heading that names the columns, "
+              "such as 'stamp tx ty tz qx qy qz qw'");
 }
 
 std::string NameOfUnit(std::int64_t unit) {
@@ -306,6 +328,7 @@ TrajectoryFile ReadTable(Reader& reader, const Line& line) {
   const std::size_t width = line.fields.size();
   const bool table = reader.separator() != ' ';
   std::vector<Row> rows = ReadRows(reader, line, layout.columns);
+  RequireUnitQuaternions(reader, layout, rows);
   std::vector<std::string> assumed;
   const std::int64_t unit = UnitOfStamps(layout, rows, table, &assumed);
   if (layout.order_open) {

@@ -1,4 +1,5 @@
 // Tables of poses by any program: which column holds what, in which unit and order.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -224,10 +225,47 @@ TEST_F(TrajectoryTables, SixteenNumbersAreAMatrix) {
   EXPECT_TRUE(Contains(Refusal(pose + "0 0 0 1\n" + pose + "\n"), "poses.txt:2: expected the 16"));
 }
 
-TEST_F(TrajectoryTables, MarksOfTheEncodingAreReadOrNamed) {
+TEST_F(TrajectoryTables, EncodingsAndEndsOfLinesOfAnySystemAreRead) {
   ExpectPoses("\xef\xbb\xbf" + Table({}));
   ExpectPoses("\xef\xbb\xbf" + Table({.heading = "# timestamp tx ty tz qx qy qz qw\n"}));
-  EXPECT_TRUE(Contains(Refusal("\xff\xfe" + Table({})), "UTF-16"));
+  std::string utf16 = "\xff\xfe", mac = Table({});
+  for (const char c : mac) utf16 += {c, '\0'};
+  ExpectPoses(utf16);
+  ExpectPoses(utf16.substr(2));
+  std::ranges::replace(mac, '\n', '\r');
+  ExpectPoses(mac);
+}
+
+TEST_F(TrajectoryTables, DecimalCommasAndQuotesOfSpreadsheetsAreRead) {
+  const std::string heading = "timestamp;tx;ty;tz;qx;qy;qz;qw\n";
+  for (const Form& form : {Form{.heading = heading, .separator = ';'}, Form{.separator = '\t'}}) {
+    std::string text = Table(form);
+    std::ranges::replace(text, '.', ',');
+    ExpectPoses(text);
+  }
+  std::string quoted;
+  for (const char c : "timestamp,tx,ty,tz,qx,qy,qz,qw\n" + Table({.separator = ','})) {
+    if (quoted.empty() || quoted.back() == '\n') quoted += '"';
+    quoted += c == ',' ? "\",\"" : c == '\n' ? "\"\n" : std::string{c};
+  }
+  ExpectPoses(quoted);
+}
+
+// Of these the first pose happens to look like a position and a quaternion.
+TEST_F(TrajectoryTables, OtherNumbersThanPositionAndQuaternionAreRefusedWithTheirLine) {
+  const std::string matrices =
+      "1 1 0 0 0 0 1 0 0 0 0 1 0\n2 0 -1 0 0.5 1 0 0 0.7 0 0 1 0.3\n3 0 -1 0 1 1 0 0 1 0 0 1 1\n";
+  EXPECT_TRUE(Contains(Refusal(matrices), "poses.txt:2: its values 5 to 8")) << Refusal(matrices);
+  EXPECT_TRUE(Contains(Refusal("# time r11 r12 r13 tx r21 r22 r23 ty r31 r32 r33 tz\n" + matrices),
+                       "poses.txt:3: its values 5 to 8"));
+  for (const std::string separator : {" ", ","}) {
+    std::string text;
+    for (const std::string values : {"1 0 0 0 1 0 0 0", "2 0.6 0.8 0 0 0.3 0.4 0.5"}) {
+      for (const char c : values) text += c == ' ' ? separator : std::string{c};
+      text += "\n";
+    }
+    EXPECT_TRUE(Contains(Refusal(text), "poses.txt:2: its values 5 to 8")) << Refusal(text);
+  }
 }
 
 TEST_F(TrajectoryTables, WhatIsNoTableIsRefusedWithItsLine) {
@@ -236,7 +274,7 @@ TEST_F(TrajectoryTables, WhatIsNoTableIsRefusedWithItsLine) {
   EXPECT_TRUE(Contains(Refusal(Table({}) + "timestamp tx ty tz qx qy qz qw\n"),
                        "poses.txt:41: the stamp 'timestamp' is not a number"));
   EXPECT_TRUE(
-      Contains(Refusal("1,5;0,5;0;0;0;0;0;1\n"), "poses.txt:1: the stamp '1,5' is not a number"));
+      Contains(Refusal("1-5;0,5;0;0;0;0;0;1\n"), "poses.txt:1: the stamp '1-5' is not a number"));
   EXPECT_TRUE(Contains(Refusal("1e19 0 0 0 0 0 0 1\n"), "poses.txt:1: '1e19' is no stamp"));
   EXPECT_TRUE(
       Contains(Refusal("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n"), "poses.txt:2: the stamp goes"));

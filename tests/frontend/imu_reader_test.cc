@@ -109,8 +109,27 @@ TEST(ReadImu, FindsTheColumnsByTheirHeading) {
   // An index without a name before the stamp.
   ExpectTheReading("\"\",\"timestamp\",\"gyroX\",\"gyroY\",\"gyroZ\",\"accX\",\"accY\",\"accZ\"",
                    "0," + t + ",1,2,3,4,5,6");
+  ExpectTheReading(",timestamp,wx,wy,wz,ax,ay,az", "0," + t + ",1,2,3,4,5,6");
+  // ROS has stamps in two parts.
+  ExpectTheReading(
+      "header.stamp.secs,header.stamp.nsecs,angular_velocity.x,angular_velocity.y,"
+      "angular_velocity.z,linear_acceleration.x,linear_acceleration.y,linear_acceleration.z",
+      "1403715274,0,1,2,3,4,5,6");
   // One that names nothing: the usual order.
   ExpectTheReading("# a comment about time", t + ",1,2,3,4,5,6");
+}
+
+TEST(ReadImu, AddsTheNanosecondsOfRosToItsSeconds) {
+  const std::string heading =
+      "header.stamp.sec,header.stamp.nanosec,w.x,w.y,w.z,acc.x,acc.y,acc.z\n";
+  const auto samples = ReadText(heading +
+                                "1403715274,5000000,1,2,3,4,5,6\n"
+                                "1403715274,900000000,1,2,3,4,5,6\n")
+                           .samples;
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[0].stamp, 1'403'715'274'005'000'000);
+  EXPECT_EQ(samples[1].stamp, 1'403'715'274'900'000'000);
+  EXPECT_THROW(ReadText(heading + "1403715274,1000000000,1,2,3,4,5,6\n"), IoError);
 }
 
 TEST(ReadImu, ReadsSemicolonsDecimalCommasAndUtf16) {

@@ -96,6 +96,14 @@ TEST_F(ImageList, ConvertsWholeNumbersInAnotherUnitAndSaysSo) {
   EXPECT_EQ(Read("1403636579763555584 a\n").files.at(0).stamp, 1403636579763555584);
 }
 
+TEST_F(ImageList, ReadsDecimalCommasAndAHeadingWithoutItsSign) {
+  ExpectTheTwo(Read("1,5 rgb/a.png\n1,533 rgb/b.png\n"));
+  ExpectTheTwo(Read("1,5;rgb/a.png\n1,533;rgb/b.png\n"));
+  ExpectTheTwo(Read("timestamp,filename\n1.5,rgb/a.png\n1.533,rgb/b.png\n"));
+  EXPECT_NE(Message("time rgb/a.png\n1.5 rgb/b.png\n").find("rgb.txt:1: 'time' is not"),
+            std::string::npos);
+}
+
 TEST_F(ImageList, LeavesSecondsAsTheyAre) {
   for (const std::string text : {"1 a\n2 b\n", "1305031102 a\n1305031103 b\n", "1305031102 a\n",
                                  "100.5 a\n900.5 b\n", "0 a\n"}) {

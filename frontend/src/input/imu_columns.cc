@@ -78,10 +78,14 @@ bool IsStamp(std::string_view name) {
   return name == "t" || name == "ts" || HoldsAny(name, {"time", "stamp"});
 }
 
+bool IsNanoseconds(std::string_view name) {
+  return name.ends_with("stamp.nsecs") || name.ends_with("stamp.nanosec");
+}
+
 }  // namespace
 
 std::size_t ImuColumns::count() const {
-  return 1 + std::max(stamp, *std::ranges::max_element(values));
+  return 1 + std::max({stamp, nanoseconds.value_or(0), *std::ranges::max_element(values)});
 }
 
 std::vector<std::string_view> ImuFields(std::string_view line) {
@@ -104,10 +108,14 @@ std::vector<std::string_view> ImuFields(std::string_view line) {
 std::optional<ImuColumns> FindImuColumns(std::string_view heading) {
   const std::string plain = PlainHeading(heading);
   std::array<std::optional<std::size_t>, 6> values;
-  std::optional<std::size_t> stamp;
+  std::optional<std::size_t> stamp, nanoseconds;
   const std::vector<std::string_view> names = ImuFields(plain);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string_view name = names[i];
+    if (IsNanoseconds(name)) {
+      nanoseconds = i;
+      continue;
+    }
     if (!stamp && IsStamp(name)) {
       stamp = i;
       continue;
@@ -120,6 +128,10 @@ std::optional<ImuColumns> FindImuColumns(std::string_view heading) {
     if (!value || (IsDerived(names[*value]) && !IsDerived(name))) value = i;
   }
   ImuColumns columns{.stamp = stamp.value_or(0)};
+  const std::string_view seconds = names[columns.stamp];
+  if (seconds.ends_with("stamp.secs") || seconds.ends_with("stamp.sec")) {
+    columns.nanoseconds = nanoseconds;
+  }
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!values[i] || *values[i] == columns.stamp) return std::nullopt;
     columns.values[i] = *values[i];

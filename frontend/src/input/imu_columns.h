@@ -11,6 +11,7 @@ namespace highwall {
 // Where the fields of a reading stand in a line.
 struct ImuColumns {
   std::size_t stamp = 0;
+  std::optional<std::size_t> nanoseconds{};             // of a stamp in two parts, as ROS has it
   std::array<std::size_t, 6> values{1, 2, 3, 4, 5, 6};  // gyroscope x y z, accelerometer x y z
 
   std::size_t count() const;  // fields that a line must have

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -14,9 +15,9 @@
 #include <highwall/core/error.h>
 #include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
+#include <highwall/internal/text_file.h>
 
 #include "input/imu_columns.h"
-#include "input/text_file.h"
 
 namespace highwall {
 namespace {
@@ -117,6 +118,14 @@ RawReading ParseLine(const std::filesystem::path& path, std::int64_t number,
         path, number,
         "'" + stamp + "' is not a time stamp; write whole nanoseconds or decimal seconds");
   }
+  if (columns.nanoseconds) {
+    const std::string_view part = fields[*columns.nanoseconds];
+    if (!ParseWhole(part, &reading.stamp.nano) || reading.stamp.nano < 0 ||
+        reading.stamp.nano >= kNano) {
+      throw IoError(path, number,
+                    "'" + std::string(part) + "' is no part of a second in nanoseconds");
+    }
+  }
   for (std::size_t i = 0; i < reading.values.size(); ++i) {
     const std::string_view field = fields[columns.values[i]];
     if (!ParseField(field, &reading.values[i])) {
@@ -127,8 +136,10 @@ RawReading ParseLine(const std::filesystem::path& path, std::int64_t number,
   return reading;
 }
 
+// The first name may be empty: pandas does not name its index.
 bool IsImuHeading(std::string_view line) {
-  return std::isalpha(static_cast<unsigned char>(line.front())) != 0 || line.front() == '"';
+  const char first = line[line.find_first_not_of(" \t\r,;")];
+  return std::isalpha(static_cast<unsigned char>(first)) != 0 || first == '"';
 }
 
 RawRecording ReadLines(const std::filesystem::path& path) {
@@ -150,7 +161,8 @@ RawRecording ReadLines(const std::filesystem::path& path) {
     const std::vector<std::string_view> fields = FieldsOf(path, number, line, named);
     const ImuColumns columns = named.value_or(ImuColumns());
     recording.readings.push_back(ParseLine(path, number, fields, columns));
-    recording.decimal |= fields[columns.stamp].find_first_of(".,eE") != std::string_view::npos;
+    recording.decimal |= columns.nanoseconds.has_value() ||
+                         fields[columns.stamp].find_first_of(".,eE") != std::string_view::npos;
   }
   if (recording.readings.empty()) {
     throw IoError(path, "holds no reading; remove it to run without an IMU");

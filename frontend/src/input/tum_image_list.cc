@@ -1,18 +1,20 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
+#include <highwall/internal/text_file.h>
 
-#include "input/text_file.h"
 #include "input/tum_associations.h"
 
 namespace highwall {
@@ -41,23 +43,46 @@ std::string_view Between(std::string_view behind_stamp) {
   return " \t\r";
 }
 
+// "1,5" with a blank or a semicolon behind it: the rest of a stamp with a decimal comma.
+std::string_view DecimalsBehind(std::string_view* line) {
+  if (!line->starts_with(',')) return {};
+  const std::size_t end = std::min(line->find_first_not_of("0123456789", 1), line->size());
+  const bool decimals = end > 1 && end < line->size() && (*line)[end] != ',' &&
+                        std::string_view(" \t;").find((*line)[end]) != std::string_view::npos;
+  const std::string_view digits = decimals ? line->substr(1, end - 1) : std::string_view();
+  if (decimals) line->remove_prefix(end);
+  return digits;
+}
+
+// A first line of names, without the # that would make it a comment.
+bool IsListHeading(std::string_view line) {
+  const std::string_view text =
+      line.substr(std::min(line.find_first_not_of(" \t\r,;"), line.size()));
+  return !text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) != 0 &&
+         text.find_first_of("./\\") == std::string_view::npos;  // names no file
+}
+
 // The pairs of stamp and name of each line that is no comment, up to `pairs` of them.
 std::vector<std::vector<ListedImage>> ReadPairs(const std::filesystem::path& list,
                                                 std::size_t pairs) {
   TextReader text(ReadTextFile(list));
   std::vector<std::vector<ListedImage>> columns(pairs);
+  bool first = true;
   std::string content;
   for (std::int64_t number = 1; std::getline(text, content); ++number) {
     std::string_view line = content;
+    if (!line.starts_with('#') && std::exchange(first, false) && IsListHeading(line)) continue;
     for (std::size_t i = 0; i < pairs; ++i) {
-      const std::string_view stamp = NextField(&line, " \t\r,;");
+      std::string stamp(NextField(&line, " \t\r,;"));
       if (i == 0 && (stamp.empty() || stamp.front() == '#')) break;
+      const std::string_view decimals = DecimalsBehind(&line);
+      if (!decimals.empty()) stamp.append(".").append(decimals);
       const std::string_view name = NextField(&line, Between(line));
-      if (name.empty() && !ParseStamp(std::string(stamp))) {
-        throw IoError(list, number, "'" + std::string(stamp) + "' is not a time stamp in seconds");
+      if (name.empty() && !ParseStamp(stamp)) {
+        throw IoError(list, number, "'" + stamp + "' is not a time stamp in seconds");
       }
       if (name.empty()) throw IoError(list, number, "a file name is missing behind the stamp");
-      columns[i].push_back({number, std::string(stamp), std::string(name)});
+      columns[i].push_back({number, stamp, std::string(name)});
     }
   }
   return columns;

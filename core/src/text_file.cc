@@ -1,4 +1,4 @@
-#include "input/text_file.h"
+#include <highwall/internal/text_file.h>
 
 #include <algorithm>
 #include <cstdint>
