@@ -21,7 +21,7 @@
 namespace highwall {
 namespace {
 
-// A temporary's name ends in ".hw<system>-<number>", before its extension.
+// The name of a temporary ends in ".hw<system>-<number>", before its extension.
 constexpr std::string_view kMark = ".hw";
 constexpr std::size_t kSystemDigits = 8, kNumberDigits = 16;
 constexpr const char* kUnknownSystem = "00000000";
@@ -31,7 +31,8 @@ bool IsHexadecimal(std::string_view text) {
       text, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-// Of the system that runs since its last start: containers share it, other machines do not.
+// Identifies the running system since its last boot: containers share the id, other machines do
+// not.
 std::string ThisSystem() {
   std::ifstream stream("/proc/sys/kernel/random/boot_id");
   std::string id;
@@ -48,7 +49,7 @@ std::string RandomNumber() {
   return text.str();
 }
 
-// The system whose process made a temporary; empty for another file.
+// Returns the id of the system whose process created a temporary; empty for any other file.
 std::string SystemOf(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
   if (!name.starts_with('.')) return "";
@@ -70,8 +71,9 @@ bool IsOld(const std::filesystem::path& file) {
   return !error && std::filesystem::file_time_type::clock::now() - written > std::chrono::hours(24);
 }
 
-// Removes a temporary unless somebody may still write it: who does holds its lock. Of another
-// system the lock alone proves nothing, for some file systems keep locks to each machine.
+// Removes a temporary unless a process may still be writing it: a writer holds its lock. For a
+// temporary of another system a free lock proves nothing, since some file systems keep locks local
+// to each machine.
 void RemoveIfLeftBehind(const std::filesystem::path& file, const std::string& system) {
   const bool is_here = system == ThisSystem() && system != kUnknownSystem;
   if (!is_here && !IsOld(file)) return;
@@ -80,7 +82,8 @@ void RemoveIfLeftBehind(const std::filesystem::path& file, const std::string& sy
   if (lock.state() == FileLock::State::kHeld) std::filesystem::remove(file, ignored);
 }
 
-// What a link leads to: it stays a link. A device or a pipe must not be replaced by a file.
+// Returns the target of a link, which stays a link. A device or a pipe must not be replaced by a
+// file.
 std::filesystem::path Target(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return path;
@@ -123,7 +126,7 @@ bool AtomicFile::Buffer::Close() {
 
 AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(Target(path)) {
   stream_.imbue(std::locale::classic());
-  const auto is_in_use = [this] {  // by somebody who took it for left behind, or has that name
+  const auto is_in_use = [this] {  // by a process that is removing it, or that has the same name
     const FileLock::State state = lock_->state();
     return state == FileLock::State::kTaken || state == FileLock::State::kRemoved ||
            lock_->error() == EEXIST;

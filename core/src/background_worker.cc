@@ -13,7 +13,7 @@ BackgroundWorker::BackgroundWorker(std::size_t backlog, SpareWork spare)
 }
 
 BackgroundWorker::~BackgroundWorker() {
-  // First the thread: a piece that returns early must not make room for the next one.
+  // The thread first: a task that returns early must not start the next one.
   thread_.request_stop();
   RequestStop();
 }
@@ -92,7 +92,7 @@ void BackgroundWorker::DoNext(std::unique_lock<std::mutex>& lock) {
   } catch (...) {
     error = std::current_exception();
   }
-  piece = {};  // what it holds goes before anyone is told that it is done
+  piece = {};  // releases its captures before it is reported as finished
   lock.lock();
   busy_ = false;
   has_spare_ = more && !error;

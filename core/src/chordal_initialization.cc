@@ -18,8 +18,8 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 using Triplet = Eigen::Triplet<double>;
 constexpr int kHeld = -1;
 
-// The place of each node in the linear systems, such that eliminating them in turn keeps the
-// factors sparse; kHeld for held nodes.
+// Index of each node in the linear systems, in an elimination order that keeps the factors sparse;
+// kHeld for held nodes.
 struct Elimination {
   std::vector<int> place;  // by node
   int count = 0;
@@ -35,7 +35,7 @@ Elimination OrderNodes(const PoseGraphTopology& topology) {
     links.emplace_back(a, b, 1.0);
     links.emplace_back(b, a, 1.0);
   }
-  // The ordering takes a node without a diagonal entry for a dense one.
+  // The ordering treats a node without a diagonal entry as dense.
   for (int k = 0; k < order.count; ++k) links.emplace_back(k, k, 1.0);
   SparseMatrix pattern(order.count, order.count);
   pattern.setFromTriplets(links.begin(), links.end());
@@ -49,15 +49,15 @@ Elimination OrderNodes(const PoseGraphTopology& topology) {
 }
 
 // Least squares over one block x (kRows x kColumns) for each node:
-//   sum of w |M x_i - x_j + c|^2,  M orthogonal, x of held nodes given.
-// Columns do not mix: they are right-hand sides of one matrix.
+//   sum of w |M x_i - x_j + c|^2,  M orthogonal, x of held nodes known.
+// Columns are independent: they are right-hand sides of one matrix.
 template <int kRows, int kColumns>
 class BlockLeastSquares {
  public:
   using Block = Eigen::Matrix<double, kRows, kColumns>;
   using Transform = Eigen::Matrix<double, kRows, kRows>;
 
-  // blocks: of all nodes; held ones hold their values, and Solve() fills in the others.
+  // blocks: of all nodes; those of held nodes are inputs, Solve() computes the others.
   BlockLeastSquares(const Elimination& order, std::vector<Block>* blocks)
       : order_(order),
         blocks_(*blocks),
@@ -107,8 +107,8 @@ class BlockLeastSquares {
   Eigen::Matrix<double, Eigen::Dynamic, kColumns> rhs_;
 };
 
-// Of each edge: the mean information of some of what it measures. One that has none there is given
-// so little that it decides only what nothing else does.
+// Returns for each edge the mean information of some components of its measurement. An edge without
+// information about them gets a weight so small that it matters only where no other edge does.
 std::vector<double> WeightsOf(const PoseGraph& graph, Eigen::Index first, Eigen::Index count) {
   constexpr double kNone = 1e-9;
   std::vector<double> weights;
@@ -122,7 +122,7 @@ std::vector<double> WeightsOf(const PoseGraph& graph, Eigen::Index first, Eigen:
   return weights;
 }
 
-// The rotation nearest to M.
+// Returns the rotation nearest to M.
 template <int D>
 Eigen::Matrix<double, D, D> ProjectToRotation(const Eigen::Matrix<double, D, D>& M) {
   const Eigen::JacobiSVD<Eigen::Matrix<double, D, D>> svd(

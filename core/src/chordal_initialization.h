@@ -5,7 +5,7 @@
 
 namespace highwall::internal {
 
-// InitializePoseGraph() by chordal relaxation; the poses of held nodes are taken as they are.
+// InitializePoseGraph() by chordal relaxation; held nodes keep their poses.
 void InitializeChordal(const PoseGraphTopology& topology, PoseGraph* graph);
 
 }  // namespace highwall::internal

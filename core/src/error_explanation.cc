@@ -18,16 +18,16 @@
 namespace highwall {
 namespace {
 
-// Columns of the linear model: six of a turn and a shift of everything, then the causes.
+// Columns of the linear model: six of a global rotation and translation, then the causes.
 constexpr int kTime = 6, kScale = 7, kLever = 8, kUnknowns = 11;
 using Vector = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 constexpr int kIterations = 10;
-constexpr double kTold = 1e-9;  // least eigenvalue of the scaled information that tells a cause
+constexpr double kTold = 1e-9;  // least eigenvalue of the scaled information of observable causes
 constexpr double kVelocityStep =
-    0.05;  // [s] over which the reference's velocity is taken, to both sides
+    0.05;  // [s] to each side, to differentiate the position of the reference
 
-// Which causes take part, by their columns.
+// Selects the causes to be estimated.
 struct Causes {
   bool time_shift = false, scale = false, lever_arm = false;
 
@@ -40,7 +40,7 @@ struct Causes {
   }
 };
 
-// The information and the right-hand side of a piece of the trajectory.
+// Information matrix and right-hand side of a piece of the trajectory.
 struct NormalEquations {
   Matrix H = Matrix::Zero();
   Vector b = Vector::Zero();
@@ -52,12 +52,12 @@ class Model {
         const ErrorExplanationOptions& options)
       : reference_(reference), error_(error), options_(options) {}
 
-  // Errors with what a cause says taken away, aligned anew; empty where the reference has a hole.
+  // Returns the errors after correction of a cause, aligned anew; empty in a gap of the reference.
   std::vector<std::optional<Eigen::Vector3d>> Residuals(const ErrorCause& cause) const {
     return Evaluate(cause).residuals;
   }
 
-  // Gauss-Newton; empty where the motion does not tell the causes.
+  // Gauss-Newton; empty if the causes are not observable from the motion.
   std::optional<ErrorCause> Solve(const Causes& causes) const {
     ErrorCause cause;
     const std::vector<int> columns = causes.Columns();
@@ -91,7 +91,7 @@ class Model {
     std::vector<NormalEquations> pieces;
   };
 
-  // Empty in a hole of the reference.
+  // Empty in a gap of the reference.
   std::optional<Eigen::Vector3d> Reference(Stamp stamp) const {
     const auto after = std::ranges::lower_bound(reference_, stamp, {}, &StampedPose::stamp);
     if (after == reference_.end()) return std::nullopt;
@@ -132,7 +132,7 @@ class Model {
       const Eigen::Vector3d p = S.T_AB * Eigen::Vector3d(b.col(k));
       const Eigen::Vector3d r = a.col(k) - p;
       const Pose& T = error_.estimate[i].pose;
-      // r = turn x p + move - v d(shift) + d(scale) R p_estimate + R R_i d(lever).
+      // r = rotation x p + translation - v d(shift) + d(scale) R p_estimate + R R_i d(lever).
       Eigen::Matrix<double, 3, kUnknowns> J;
       J << -so3::Hat(p), Eigen::Matrix3d::Identity(), -velocity.col(k), S.T_AB.q() * T.p(),
           S.T_AB.R() * T.R();
@@ -172,7 +172,7 @@ class Model {
     cause->lever_arm += step.segment<3>(kLever);
   }
 
-  // Efron: each piece left out once. Infinite where one piece alone tells the causes.
+  // Jackknife (Efron) over the pieces. Infinite if the causes are observable from one piece only.
   static void Jackknife(const std::vector<NormalEquations>& pieces, const std::vector<int>& columns,
                         ErrorCause* cause) {
     const NormalEquations all = Sum(pieces);
@@ -197,7 +197,7 @@ class Model {
   const ErrorExplanationOptions& options_;
 };
 
-// The parts of the errors: their mean over a window about each, and the rest.
+// Splits the errors into their mean over a window around each, and the rest.
 void SplitBySpeed(const std::vector<std::optional<Eigen::Vector3d>>& residuals,
                   const Trajectory& estimate, double seconds, ErrorExplanation* explanation) {
   const Stamp half = FromSeconds(0.5 * seconds);
@@ -221,7 +221,7 @@ void SplitBySpeed(const std::vector<std::optional<Eigen::Vector3d>>& residuals,
   explanation->fast = Model::Rms(fast);
 }
 
-// The mean turn from the estimate's axes to the reference's, and what is left.
+// Estimates the mean rotation from the estimate's to the reference's axes, and what remains.
 void ExplainRotation(const TrajectoryError& error, int pieces, ErrorExplanation* explanation) {
   const std::size_t n = error.estimate.size();
   Eigen::Quaterniond mean = Eigen::Quaterniond::Identity();

@@ -47,7 +47,7 @@ std::uint32_t NextGraphNumber() {
   return ++last;
 }
 
-// The slot to fill next: a freed one, or a new one at the end.
+// Returns the slot to fill next: a freed one, or a new one at the end.
 template <class Slot>
 std::uint32_t TakeSlot(std::vector<Slot>* slots, std::vector<std::uint32_t>* free) {
   if (free->empty()) {
@@ -69,7 +69,7 @@ ceres::LinearSolverType ToCeres(LinearSolver solver, bool has_landmarks, int oth
       return ceres::DENSE_SCHUR;
     case LinearSolver::kSparseSchur:
       return ceres::SPARSE_SCHUR;
-    case LinearSolver::kVariableProjection:  // where there are no landmarks
+    case LinearSolver::kVariableProjection:  // without landmarks
     case LinearSolver::kAuto:
       break;
   }
@@ -117,8 +117,8 @@ struct FactorGraph::Impl {
   std::vector<FactorSlot> factors;
   std::vector<std::uint32_t> free_variables, free_factors;
   std::unordered_map<const double*, VariableId> by_block;
-  // Blocks of removed variables, by size. Ceres 2.1 remembers every address it was ever given: with
-  // the same ones used again, memory stays flat.
+  // Blocks of removed variables, by size. Ceres 2.1 stores every address that was ever added: if
+  // addresses are reused, memory does not grow.
   std::unordered_map<std::size_t, std::vector<std::unique_ptr<double[]>>> spare_blocks;
   ceres::Problem problem{internal::SharedProblemOptions()};
   internal::VariableProjection::Memory projection_memory;
@@ -147,7 +147,7 @@ struct FactorGraph::Impl {
     return {static_cast<std::uint32_t>(&slot - factors.data()), slot.generation, number};
   }
 
-  // Gives the factor in the slot to the problem.
+  // Adds the factor of the slot to the problem.
   void Attach(FactorSlot& slot) {
     std::vector<double*> blocks;
     blocks.reserve(slot.variables.size());
@@ -159,12 +159,12 @@ struct FactorGraph::Impl {
     problem.RemoveResidualBlock(slot.residual);
     slot.residual = nullptr;
   }
-  // From what a variable knows of its factors, those that are detached.
+  // Removes detached factors from the factor list of a variable.
   void ForgetDetached(const VariableId& id) {
     std::erase_if(variables[id.index].factors,
                   [&](const FactorId& factor) { return !Contains(factor); });
   }
-  // Of a handle that may be suspended.
+  // Returns the slot of a handle that may be suspended.
   FactorSlot& AtSuspended(const FactorId& id) {
     HIGHWALL_REQUIRE(id.graph == number && id.index < factors.size() &&
                          factors[id.index].generation == id.generation &&
@@ -174,7 +174,7 @@ struct FactorGraph::Impl {
     return factors[id.index];
   }
 
-  // The factor by its type, with its variables by their places and types.
+  // Describes a factor by its type and by the indices and types of its variables.
   std::string Describe(const FactorSlot& slot) const {
     const ceres::CostFunction& factor = *slot.factor;
     std::string on;
@@ -191,7 +191,7 @@ struct FactorGraph::Impl {
     const std::string fault = internal::FaultOf(*slot.factor, parameters);
     return fault.empty() ? fault : Describe(slot) + ", " + fault;
   }
-  // Of the first factor with one: at the present values, else where the solver tried to go.
+  // Returns the first fault of a factor: at the current values, else at the solver's last trial.
   std::string FirstFault() const {
     for (const FactorSlot& slot : factors) {
       if (slot.residual == nullptr) continue;
@@ -205,7 +205,7 @@ struct FactorGraph::Impl {
     return "";
   }
 
-  // What is estimated.
+  // Returns the blocks that are estimated.
   std::vector<double*> Unknown() const {
     std::vector<double*> unknown;
     for (const VariableSlot& slot : variables) {
@@ -231,7 +231,7 @@ struct FactorGraph::Impl {
     for (const double* const block : blocks) size += problem.ParameterBlockTangentSize(block);
     return size;
   }
-  // Empty where one is a landmark that is estimated.
+  // Empty if one of `ids` is a landmark that is estimated.
   std::optional<Eigen::MatrixXd> CovarianceOf(std::span<const VariableId> ids,
                                               const internal::ProjectedProblem& projected,
                                               const Unknowns& unknowns) const {
@@ -243,8 +243,8 @@ struct FactorGraph::Impl {
     }
     return projected.Covariance(unknowns.others, wanted);
   }
-  // The variable that the factors do not determine, with the first of them; empty where there is
-  // none.
+  // Describes an unobservable variable and the first of its factors; empty if there is no such
+  // variable.
   std::string FirstUndetermined() {
     const double* const block = internal::FindUndetermined(problem, Unknown());
     if (block == nullptr) return "";
@@ -268,14 +268,14 @@ struct FactorGraph::Impl {
     summary.initial_cost = ceres_summary.initial_cost;
     summary.final_cost = ceres_summary.final_cost;
     summary.iterations =
-        std::max(0, ceres_summary.num_successful_steps) +  // -1 where there was nothing to solve
+        std::max(0, ceres_summary.num_successful_steps) +  // -1 if there was nothing to solve
         std::max(0, ceres_summary.num_unsuccessful_steps);
     summary.rejected_steps = std::max(0, ceres_summary.num_unsuccessful_steps);
     summary.seconds = ceres_summary.total_time_in_seconds;
     return summary;
   }
 
-  // A factor joins two landmarks that are not fixed.
+  // Returns true if a factor connects two landmarks that are not fixed.
   bool LandmarksDependOnEachOther() const {
     return std::any_of(factors.begin(), factors.end(), [&](const FactorSlot& slot) {
       if (slot.residual == nullptr || !slot.joins_landmarks) return false;
@@ -295,7 +295,7 @@ struct FactorGraph::Impl {
     return block;
   }
 
-  // One manifold object per type of variable; null where Euclidean.
+  // One manifold object per type of variable; null if Euclidean.
   ceres::Manifold* ManifoldOf(MakeManifold make, int size) {
     for (const auto& [key, manifold] : manifolds) {
       if (key == make) return manifold.get();
@@ -404,7 +404,7 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
 }
 
 void FactorGraph::RemoveFactor(const FactorId& factor) {
-  const FactorId id = factor;  // it may be one of FactorsOf(), which changes
+  const FactorId id = factor;  // `factor` may refer to an element of FactorsOf(), which changes
   if (impl_->Contains(id)) {
     impl_->Detach(impl_->factors[id.index]);
     for (const VariableId& variable : impl_->factors[id.index].variables) {
@@ -506,8 +506,8 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
       options.linear_solver == LinearSolver::kVariableProjection && has_landmarks && dimensions > 0;
   ceres::Solver::Options solver = ToCeres(options);
   solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks && !project, dimensions);
-  // Which blocks to eliminate is left to Ceres, which finds the landmarks by itself: told, it would
-  // sort them by address, and no run would repeat another to the last bit.
+  // The choice of eliminated blocks is left to Ceres, which finds the landmarks by itself: it would
+  // sort a given set by address, and runs would no longer be bit-identical.
   if ((project || ceres::IsSchurType(solver.linear_solver_type)) &&
       impl_->LandmarksDependOnEachOther()) {
     SolveSummary refused;
@@ -554,7 +554,7 @@ std::optional<Eigen::MatrixXd> FactorGraph::Covariance(
   try {
     const auto of_all = internal::TangentCovariance(impl_->problem, impl_->Unknown(),
                                                     {wanted.begin(), wanted.end()});
-    // Where something is open, it may be something else.
+    // If a variable is unobservable, it may be one that is not requested.
     return of_all ? of_all : internal::MarginalCovariance(impl_->problem, wanted, {});
   } catch (const InvalidArgument&) {
     throw InvalidArgument("FactorGraph::Covariance: " + impl_->FirstFault());

@@ -11,7 +11,7 @@ namespace highwall {
 namespace {
 
 int FlagsOf(FileLock::Open how) {
-  // To write: some network file systems lock nothing else.
+  // For writing: some network file systems cannot lock a file that is opened to read only.
   constexpr int kFlags = O_RDWR | O_CLOEXEC | O_NOFOLLOW;
   if (how == FileLock::Open::kExisting) return kFlags;
   return kFlags | O_CREAT | (how == FileLock::Open::kNew ? O_EXCL : 0);

@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::string_view kWhitespace = " \t\r\v\f";
 
-// The words of one line, and where it stands, for the messages.
+// The words of one line, with path and line number for the messages.
 class Line {
  public:
   Line(const std::filesystem::path& path, std::int64_t number, std::string_view text)
@@ -36,7 +36,7 @@ class Line {
   std::int64_t number() const { return number_; }
   bool AtEnd() const { return rest_.find_first_not_of(kWhitespace) == std::string_view::npos; }
 
-  // Empty at the end.
+  // Returns the next word; empty at the end.
   std::string_view Word() {
     const std::size_t begin = std::min(rest_.find_first_not_of(kWhitespace), rest_.size());
     rest_.remove_prefix(begin);
@@ -69,7 +69,7 @@ class Line {
       const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
       const char* const stop = digits.data() + digits.size();
       const auto [end, error] = std::from_chars(digits.data(), stop, values[k]);
-      // Too small for a double is zero for our purposes.
+      // A value too small for a double is treated as zero.
       const bool tiny = error == std::errc::result_out_of_range && IsTiny(digits);
       if (tiny) values[k] = 0.0;
       if ((error != std::errc() && !tiny) || end != stop || !std::isfinite(values[k])) {
@@ -193,7 +193,7 @@ class G2oReader {
   }
 
  private:
-  // What is known of the pose of a vertex in the world, as it stands in the file.
+  // Prior on the pose of a vertex in the world, as written in the file.
   struct Prior {
     std::int64_t line, id, offset;
     Pose Z;
@@ -248,7 +248,7 @@ class G2oReader {
     if (largest > std::numeric_limits<std::int64_t>::max() - 2) {
       throw IoError(path_, priors_.front().line, "the ids leave none for the world of the priors");
     }
-    // No odometry: that is between ids that follow each other.
+    // Not consecutive to any id, since an edge between consecutive ids is odometry.
     graph_.world = largest + 2;
     for (Prior& prior : priors_) {
       RequireNode(prior.line, "prior of", prior.id);
@@ -260,8 +260,8 @@ class G2oReader {
     graph_.nodes.push_back({*graph_.world, Pose(), /*fixed=*/true});
   }
 
-  // The error of the prior is that of Z^-1 T P with the offset P: P (Z^-1 T P) P^-1 is that of
-  // (Z P^-1)^-1 T.
+  // The error of the prior is that of Z^-1 T P with the offset P: P (Z^-1 T P) P^-1 equals (Z
+  // P^-1)^-1 T.
   void RemoveOffset(Prior* prior) const {
     const auto offset = offsets_.find(prior->offset);
     if (offset == offsets_.end()) return;
@@ -272,8 +272,8 @@ class G2oReader {
     prior->information = 0.5 * (information + information.transpose());
   }
 
-  // A prior of the position alone, as of a GPS, says nothing of the rotation that stands with it:
-  // with that of the vertex the error is the same, and as small as it can be.
+  // A prior on the position only, such as GPS, has no information about the rotation stored with
+  // it: with the rotation of the vertex the error is the same, and as small as possible.
   static void TakeRotation(const Pose& vertex, Prior* prior) {
     const Eigen::Index d = prior->information.rows() == 3 ? 2 : 3;
     const Eigen::Index angles = prior->information.rows() - d;
@@ -302,7 +302,7 @@ class G2oReader {
   std::unordered_map<std::int64_t, Pose> offsets_;
 };
 
-// Appends words to lines of text; numbers in the fewest digits that read back equal.
+// Appends words to lines of text; numbers with the fewest digits that read back equal.
 class G2oText {
  public:
   G2oText& operator<<(const char* word) {
@@ -343,7 +343,7 @@ PoseGraph ReadG2o(const std::filesystem::path& path) {
   if (file.bad()) throw IoError(path, "could not be read to its end");
   G2oReader reader(path);
   std::string_view rest = text;
-  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);  // of UTF-8
+  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);  // byte-order mark of UTF-8
   for (std::int64_t number = 1; !rest.empty(); ++number) {
     const std::size_t length = std::min(rest.find('\n'), rest.size());
     reader.Read(Line(path, number, rest.substr(0, length)));
@@ -356,7 +356,7 @@ void WriteG2o(const std::filesystem::path& path, const PoseGraph& graph) {
   if (!graph.edges.empty()) graph.Validate();
   const bool planar = graph.space == PoseGraphSpace::kSe2;
   G2oText text;
-  // Priors name an offset of the sensor, the identity.
+  // Priors refer to a sensor offset, here the identity.
   if (graph.world && !planar)
     text << "PARAMS_SE3OFFSET" << 0 << Numbers(graph.space, Pose()) << "\n";
   if (graph.has_poses) {

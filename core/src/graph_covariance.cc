@@ -29,14 +29,14 @@ SparseMatrix Linearize(ceres::Problem& problem, const std::vector<double*>& unkn
                                           J.cols.data(), J.values.data());
 }
 
-// J^T J of the blocks, scaled to a unit diagonal, and factorized.
+// J^T J of the blocks, scaled to a unit diagonal and factorized.
 struct Normal {
   Normal(ceres::Problem& problem, const std::vector<double*>& unknown);
 
   std::unordered_map<const double*, int> first_column;
   Eigen::VectorXd scale;  // of the columns of J
   Eigen::SimplicialLDLT<SparseMatrix> ldlt;
-  const double* undetermined = nullptr;  // the first block with a direction that no factor holds
+  const double* undetermined = nullptr;  // first block with an unobservable direction
 };
 
 Normal::Normal(ceres::Problem& problem, const std::vector<double*>& unknown) {
@@ -49,7 +49,7 @@ Normal::Normal(ceres::Problem& problem, const std::vector<double*>& unknown) {
   if (block_of.empty()) return;
   const SparseMatrix J = Linearize(problem, unknown);
   const auto columns = static_cast<Eigen::Index>(block_of.size());
-  // Zero where no factor says anything; Eigen refuses the norm of a column without rows.
+  // Zero without a factor; Eigen rejects the norm of a column without rows.
   scale = Eigen::VectorXd::Zero(columns);
   for (Eigen::Index c = 0; c < columns; ++c) {
     if (J.rows() > 0) scale[c] = J.col(c).norm();
@@ -61,7 +61,7 @@ Normal::Normal(ceres::Problem& problem, const std::vector<double*>& unknown) {
   const SparseMatrix J_scaled = J * scale.asDiagonal();
   const SparseMatrix H = J_scaled.transpose() * J_scaled;
   ldlt.compute(H);
-  // It ends at a pivot that is zero: those behind it are not looked at.
+  // The factorization stops at a zero pivot: later columns are not examined.
   const Eigen::VectorXd pivots = ldlt.vectorD();
   for (Eigen::Index k = 0; k < columns; ++k) {
     if (pivots[k] > kMinPivot) continue;

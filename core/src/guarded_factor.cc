@@ -17,7 +17,7 @@
 namespace highwall::internal {
 namespace {
 
-// Sums of squares of such values are still numbers.
+// Sums of squares of smaller values do not overflow.
 constexpr double kLargest = 1e150;
 
 bool AreSmall(const double* values, int count) {
@@ -25,7 +25,7 @@ bool AreSmall(const double* values, int count) {
          kLargest;
 }
 
-// What is wrong with values that are not. Ceres fills what it hands out with 1e302.
+// Describes values that are not small. Ceres initializes its output arrays with 1e302.
 std::string FaultOf(const double* values, int count) {
   constexpr double kUnset = 1e300;
   const bool finite =
@@ -37,7 +37,7 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
                    double* residuals, double** jacobians) {
   try {
     if (!factor.Evaluate(parameters, residuals, jacobians)) return false;
-  } catch (...) {  // it may be a user's
+  } catch (...) {  // it may be a user factor
     return false;
   }
   const int rows = factor.num_residuals();
@@ -49,7 +49,7 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
   return true;
 }
 
-// What is seen without Jacobians, and hardly ever.
+// Necessary condition that can be checked without Jacobians and rarely holds.
 bool MayBeSilent(const ceres::CostFunction& factor, const double* residuals) {
   const double* const end = residuals + factor.num_residuals();
   return std::find(residuals, end, 0.0) != end &&
@@ -109,7 +109,7 @@ std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* c
     next += rows * size;
   }
   try {
-    // Without Jacobians last: that is what a solver tries a step by.
+    // Without Jacobians last, as a solver evaluates a trial step.
     for (double** const wanted : {jacobians.data(), static_cast<double**>(nullptr)}) {
       if (!factor.Evaluate(parameters.data(), residuals, wanted)) return "cannot be evaluated";
     }
@@ -152,7 +152,7 @@ bool GuardedFactor::Evaluate(double const* const* parameters, double* residuals,
 void GuardedFactor::PriceSilence(double const* const* parameters, double* residuals,
                                  double** jacobians) const {
   if (solve_ != faults_->solve) {
-    if (jacobians == nullptr) return;  // the solve has not begun here
+    if (jacobians == nullptr) return;  // the solve has not linearized this factor yet
     solve_ = faults_->solve;
     inside_ = 0;
     kept_.assign(static_cast<std::size_t>(num_residuals()), 0.0);

@@ -12,29 +12,29 @@
 
 namespace highwall::internal {
 
-// Readable for people.
+// Returns the demangled, human-readable name.
 std::string TypeName(const std::type_info& type);
 
-// By row, of the first 64, of a factor that is SilentOutsideDomain: r = 0 and J = 0. None of any
-// other. jacobians: as Evaluate() has filled them.
+// Returns a bit mask of the silent rows (r = 0 and J = 0) among the first 64 of a factor that is
+// SilentOutsideDomain; 0 for any other factor. jacobians: as filled by Evaluate().
 std::uint64_t SilentRows(const ceres::CostFunction& factor, const double* residuals,
                          double* const* jacobians);
 
-// In place of what cannot be evaluated.
+// Replaces the values of a factor that cannot be evaluated.
 void FillWithZeros(const ceres::CostFunction& factor, double* residuals, double** jacobians);
 
-// What happened to the factors of a graph.
+// Evaluation faults of the factors of a graph.
 struct FactorFaults {
-  std::atomic<const ceres::CostFunction*> last = nullptr;  // that could not be evaluated
-  // Where Ceres cannot linearize it ends, and prints: while it solves it is given zeros, and must
-  // be stopped before it uses them.
+  std::atomic<const ceres::CostFunction*> last = nullptr;  // last that could not be evaluated
+  // Ceres terminates with a printed message if it cannot linearize a factor: during a solve such a
+  // factor therefore returns zeros, and the solver must be stopped before it uses them.
   bool solving = false;
-  int solve = 0;  // the number of this one
+  int solve = 0;  // number of the current solve
   std::atomic<bool> must_stop = false;
 };
 
-// Hands a factor to Ceres, which would print what is not finite and let an exception pass: both are
-// no more than a factor that cannot be evaluated, and are noted.
+// Wrapper that passes a factor to Ceres. Ceres would print values that are not finite and let an
+// exception propagate: both are recorded as a factor that cannot be evaluated.
 class GuardedFactor final : public ceres::CostFunction {
  public:
   // Both must outlive it.
@@ -45,21 +45,22 @@ class GuardedFactor final : public ceres::CostFunction {
   const ceres::CostFunction& factor() const { return factor_; }
 
  private:
-  // Rows that are silent now, and were not where Ceres was, cost more than they did there.
-  // Constant: a landmark that went behind the camera neither pulls nor holds up the others.
+  // Raises the cost of rows that are silent now but were not at the current point of Ceres. The
+  // penalty is constant: a landmark that moved behind the camera neither pulls nor blocks the
+  // others.
   void PriceSilence(double const* const* parameters, double* residuals, double** jacobians) const;
   std::uint64_t SilentAt(double const* const* parameters, const double* residuals) const;
 
   const ceres::CostFunction& factor_;
   FactorFaults* const faults_;
   const bool is_priced_;  // it is SilentOutsideDomain
-  // In the solve of that number: rows that were in their domain, and their residuals there.
+  // In the solve of this number: the rows that were in their domain, and their residuals there.
   mutable int solve_ = 0;
   mutable std::uint64_t inside_ = 0;
   mutable std::vector<double> kept_;
 };
 
-// The factor itself, guarded or not.
+// Returns the wrapped factor, or the factor itself if it is not wrapped.
 const ceres::CostFunction& Unguarded(const ceres::CostFunction& factor);
 
 }  // namespace highwall::internal

@@ -28,7 +28,7 @@ double HalfLogDet(const Eigen::MatrixXd& A_b, double s) {
   return qr.matrixQR().diagonal().array().abs().log().sum();
 }
 
-// All rows, or all but those that touch a block of [first, last).
+// Collects all rows, or all except those connected to a block of [first, last).
 RowSystem Collect(const std::vector<Rows>& all, const std::vector<int>& sizes, double tolerance,
                   int first, int last) {
   RowSystem system(sizes, tolerance);
@@ -62,7 +62,7 @@ std::vector<double> InformationLoss(const ceres::Problem& problem,
   }
   internal::RequireBlocks(problem, states);
 
-  // The states have the first indices, candidate by candidate; fixed blocks have none.
+  // The states come first in the indices, candidate by candidate; fixed blocks have no index.
   Linearization linearization(problem, options.marginalization);
   std::vector<int> bounds = {0};
   for (const auto& candidate : candidates) {

@@ -15,7 +15,7 @@ using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eig
 using Blocks = std::vector<std::vector<double>>;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// Repeated evaluations of one state may differ by the rounding of another order of operations.
+// Repeated evaluations of one state may differ by rounding in another order of operations.
 constexpr double kRepeatTolerance = 1e-12;
 
 bool Same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
@@ -29,14 +29,14 @@ std::vector<const double*> Pointers(const Blocks& blocks) {
   return pointers;
 }
 
-// One evaluation; every output starts as NaN, so that what is not written shows.
+// One evaluation; every output is initialized with NaN to detect entries that are not written.
 struct Evaluation {
   bool valid = false;
   Eigen::VectorXd residuals;
   std::vector<RowMajorMatrix> jacobians;  // ambient; empty where not requested
 };
 
-// requested[i]: whether block i's Jacobian is asked for; empty: pass no Jacobians at all.
+// requested[i]: whether the Jacobian of block i is requested; empty: pass no Jacobians at all.
 Evaluation Evaluate(const ceres::CostFunction& factor, const Blocks& blocks,
                     const std::vector<bool>& requested) {
   Evaluation e;
@@ -58,7 +58,7 @@ int TangentSize(const std::vector<double>& block, const ceres::Manifold* manifol
   return manifold != nullptr ? manifold->TangentSize() : static_cast<int>(block.size());
 }
 
-// x moved by `distance` along tangent direction k; false where the manifold refuses.
+// Moves x by `distance` along tangent direction k; returns false if the manifold does.
 bool Step(const std::vector<double>& x, const ceres::Manifold* manifold, int k, double distance,
           std::vector<double>* moved) {
   std::vector<double> delta(static_cast<std::size_t>(TangentSize(x, manifold)), 0.0);
@@ -69,7 +69,7 @@ bool Step(const std::vector<double>& x, const ceres::Manifold* manifold, int k, 
   return true;
 }
 
-// num_residuals x tangent size; columns stay NaN where a step could not be evaluated.
+// num_residuals x tangent size; columns stay NaN if a step could not be evaluated.
 Eigen::MatrixXd NumericJacobian(const ceres::CostFunction& factor, Blocks blocks, std::size_t i,
                                 const ceres::Manifold* manifold, double step) {
   const std::vector<double> x = blocks[i];

@@ -5,17 +5,19 @@
 
 namespace highwall::internal {
 
-// Of normal equations of unit diagonal: what is left of a pivot below this is a direction that the
-// factors of a landmark leave open, and this is added to them then, which keeps it where it is.
+// For normal equations of unit diagonal: a pivot below this marks a direction of the landmark that
+// is unobservable from its factors. This value is then added to the diagonal, which keeps the
+// landmark in place in that direction.
 inline constexpr double kOpenPivot = 1e-8;
 
-// The normal equations of a landmark alone, its unknowns held.
+// The normal equations of one landmark, with its unknowns held constant.
 template <int kDim>
 struct LandmarkNormal {
   explicit LandmarkNormal(int dim) : H(dim, dim), inverse(dim, dim), g(dim), u(dim) {}
 
-  // u = H^-1 g, H damped where a direction is open and nowhere else: what landmarks add to the
-  // Schur complement must cancel to the last digit in directions in which all move along.
+  // u = H^-1 g. H is damped only if a direction is unobservable: the contributions of landmarks to
+  // the Schur complement must cancel to the last digit in directions in which all variables move
+  // jointly.
   void Solve() {
     const Eigen::Matrix<double, kDim, 1> scale =
         (H.diagonal().array() + 1e-300).sqrt().inverse().matrix();
@@ -32,12 +34,12 @@ struct LandmarkNormal {
     inverse = (scale.asDiagonal() * inverse * scale.asDiagonal()).eval();
     u.noalias() = inverse * g;
   }
-  double Gain() const { return g.dot(u); }  // of sum rho, by a step of -u
+  double Gain() const { return g.dot(u); }  // decrease of sum rho by a step of -u
 
   Eigen::Matrix<double, kDim, kDim> H, inverse;
   Eigen::Matrix<double, kDim, 1> g, u;
   double cost = 0.0;
-  bool open = false;  // a direction of it
+  bool open = false;  // a direction is unobservable
 };
 
 }  // namespace highwall::internal

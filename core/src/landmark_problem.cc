@@ -16,14 +16,14 @@ LandmarkProblem::Block Describe(const ceres::Problem& problem, double* values) {
           problem.GetManifold(values)};
 }
 
-// What a block is to the factors on it.
+// Role of a block in the factors connected to it.
 struct Role {
   std::size_t landmark = kNone;
-  bool known = false;  // `argument` is
+  bool known = false;  // `argument` has been set
   LandmarkProblem::Argument argument;
 };
 
-// Turns residual blocks into factors.
+// Converts residual blocks to factors.
 class Splitter {
  public:
   Splitter(const ceres::Problem& problem, const std::vector<double*>& landmarks)
@@ -56,7 +56,7 @@ class Splitter {
     }
   }
 
-  // Puts the factors of a landmark together.
+  // Groups the factors by landmark.
   SplitProblem Finish() {
     std::vector<std::size_t> ends(landmarks_.size() + 1, 0);
     for (const std::size_t landmark : landmark_of_) ++ends[landmark + 1];
@@ -87,10 +87,10 @@ class Splitter {
   const ceres::Problem& problem_;
   const std::vector<double*>& landmarks_;
   std::unordered_map<const double*, Role> roles_;
-  // Of each residual on a landmark.
+  // One entry for each residual block with a landmark.
   std::vector<LandmarkProblem::Factor> factors_;
   std::vector<std::size_t> landmark_of_;
-  // Of the one at hand.
+  // Of the current residual block.
   std::vector<double*> blocks_;
   std::vector<Role*> block_roles_;
   SplitProblem split_;

@@ -10,8 +10,8 @@
 
 namespace highwall::internal {
 
-// Landmarks with all their factors. A factor is on one landmark, on unknowns (any other variables)
-// and on fixed blocks.
+// Landmarks with all their factors. A factor depends on one landmark, on unknowns (any other
+// variables) and on fixed blocks.
 struct LandmarkProblem {
   struct Block {
     double* values = nullptr;
@@ -41,9 +41,9 @@ struct LandmarkProblem {
   std::vector<Argument> arguments;
 };
 
-// The part of a problem that is about `landmarks` (blocks that are not constant, none of which
-// share a residual), and the residuals that are not. Both in the order of the problem's residuals;
-// a landmark without residuals is left out.
+// The part of a problem that depends on `landmarks` (blocks that are not constant, no two of which
+// share a residual), and the remaining residuals. Both in the order of the problem's residuals; a
+// landmark without residuals is left out.
 struct SplitProblem {
   LandmarkProblem landmarks;
   std::vector<ceres::ResidualBlockId> others;

@@ -40,7 +40,7 @@ OrthonormalLine::OrthonormalLine(const PluckerLine& line) {
   const double d_norm = line.d.norm();
   HIGHWALL_REQUIRE(d_norm > 1e-12, "OrthonormalLine: zero direction");
   const Eigen::Vector3d u2 = line.d / d_norm;
-  // Rounding may leave a component of n along d; it carries no meaning.
+  // Removes the component of n along d, which is due to rounding.
   const Eigen::Vector3d n = line.n - u2 * u2.dot(line.n);
   const double n_norm = n.norm();
   const Eigen::Vector3d u1 =

@@ -147,7 +147,7 @@ Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
     for (const auto& [index, i] : order) {
       points[i] = blocks_[static_cast<std::size_t>(index)].point.data();
     }
-    // Else the first estimate is outside of the factor's domain.
+    // Otherwise the first estimate is outside of the factor's domain.
     HIGHWALL_REQUIRE(Evaluate(cost, points, true, &first) || Evaluate(cost, present, true, &first),
                      "Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
   }

@@ -21,19 +21,19 @@ struct LinearBlock {
   int size = 0;
   int tangent_size = 0;
   const ceres::Manifold* manifold = nullptr;  // null: Euclidean
-  // Where Jacobians are taken: the present value, or the first estimate.
+  // Linearization point: the current value, or the first estimate.
   std::vector<double> point;
-  RowMajor plus;           // PlusJacobian there, where there is a manifold
-  bool moved = false;      // the present value differs from `point`
-  Eigen::VectorXd offset;  // present value [-] point, where moved
+  RowMajor plus;           // PlusJacobian at `point`, if there is a manifold
+  bool moved = false;      // the current value differs from `point`
+  Eigen::VectorXd offset;  // current value [-] point, if moved
 };
 
 // Turns residual blocks of a problem into rows of a linear least-squares problem over the blocks
-// that are not fixed, which get consecutive indices as they are met.
+// that are not fixed, which get consecutive indices in the order of their first occurrence.
 //
-// Evaluates the cost functions themselves instead of Problem::EvaluateResidualBlock: the Jacobians
-// of first estimates are taken at another state than the residuals, and the user's blocks stay
-// untouched.
+// Evaluates the cost functions itself instead of Problem::EvaluateResidualBlock: the Jacobians at
+// first estimates are evaluated at a different state than the residuals, and the user's blocks stay
+// unchanged.
 class Linearization {
  public:
   Linearization(const ceres::Problem& problem, const MarginalizationOptions& options);
@@ -41,19 +41,19 @@ class Linearization {
   // Throws InvalidArgument if it cannot be evaluated or is not finite.
   Rows Linearize(ceres::ResidualBlockId residual);
 
-  // The unknown's index; -1 if the block is fixed.
+  // Returns the index of the unknown; -1 if the block is fixed.
   int IndexOf(double* block);
 
   const std::vector<LinearBlock>& blocks() const { return blocks_; }
   std::vector<int> TangentSizes() const;
 
  private:
-  // A residual block's values at some state.
+  // Values of a residual block at some state.
   struct Evaluation {
     Eigen::VectorXd r;
-    std::vector<RowMajor> J;  // ambient; of fixed blocks: anything
+    std::vector<RowMajor> J;  // ambient; unspecified for fixed blocks
   };
-  // A residual block as it is linearized, kept for its memory.
+  // Working memory for the linearization of a residual block.
   struct Scratch {
     std::vector<double*> values;
     std::vector<int> indices;  // -1: fixed
@@ -71,18 +71,18 @@ class Linearization {
                          Evaluation* out);
 
   const ceres::Problem& problem_;
-  // Linearization points of the blocks under a MarginalPrior, where asked for.
+  // Linearization points of the blocks of MarginalPriors, if requested.
   std::unordered_map<const double*, const std::vector<double>*> first_estimates_;
   std::vector<LinearBlock> blocks_;
   std::unordered_map<const double*, int> index_;
   Scratch scratch_;
 };
 
-// Residual blocks that touch any of `blocks`, in the order of the problem.
+// Returns the residual blocks connected to any of `blocks`, in the order of the problem.
 std::vector<ceres::ResidualBlockId> ResidualsOf(const ceres::Problem& problem,
                                                 const std::vector<double*>& blocks);
 
-// Throws InvalidArgument unless every block is in the problem, and there once.
+// Throws InvalidArgument unless every block is in the problem and given once.
 void RequireBlocks(const ceres::Problem& problem, const std::vector<double*>& blocks);
 
 }  // namespace highwall::internal

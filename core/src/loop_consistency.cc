@@ -19,8 +19,8 @@
 namespace highwall::internal {
 namespace {
 
-// Loops whose ends are at most this many steps apart can confirm each other. Further away odometry
-// is too uncertain for the cycle to say much.
+// Loops whose ends are at most this many steps apart can confirm each other. Beyond that, odometry
+// is too uncertain for the cycle to be informative.
 constexpr std::int64_t kReach = 5;
 
 // A transform and the covariance of a small step on its right, [rho | theta].
@@ -41,11 +41,11 @@ struct UncertainPose {
     const se3::Tangent error = se3::Log(T);
     return error.dot(covariance.ldlt().solve(error));
   }
-  // Logarithm of the squared volume that the covariance spans, up to a constant.
+  // Logarithm of the squared volume of the covariance, up to a constant.
   double Room() const { return covariance.ldlt().vectorD().array().log().sum(); }
 };
 
-// The measurement of an edge. What SE(2) leaves out is known all but exactly.
+// Returns the measurement of an edge. The components missing in SE(2) have negligible covariance.
 UncertainPose Measured(PoseGraphSpace space, const PoseGraphEdge& edge) {
   UncertainPose measured{edge.Z};
   if (space == PoseGraphSpace::kSe3) {
@@ -53,7 +53,7 @@ UncertainPose Measured(PoseGraphSpace space, const PoseGraphEdge& edge) {
     return measured;
   }
   constexpr double kNegligible = 1e-12;
-  constexpr int kPlanar[] = {0, 1, 5};  // x, y, turn about z
+  constexpr int kPlanar[] = {0, 1, 5};  // x, y, rotation about z
   measured.covariance = kNegligible * se3::Matrix6::Identity();
   const Eigen::Matrix3d covariance = CovarianceOf<3>(edge.information);
   for (int row = 0; row < 3; ++row) {
@@ -64,13 +64,13 @@ UncertainPose Measured(PoseGraphSpace space, const PoseGraphEdge& edge) {
   return measured;
 }
 
-// Two loops side by side, and how well they close together.
+// A cycle of two neighbouring loops and its closing error.
 struct LoopCycle {
   std::size_t a, b;  // edges
   double chi2;
 };
 
-// The loops of a graph and its chain of odometry.
+// The loops of a graph and its odometry chain.
 class LoopPairs {
  public:
   explicit LoopPairs(const PoseGraph& graph) {
@@ -89,7 +89,7 @@ class LoopPairs {
               [](const Loop& a, const Loop& b) { return a.low < b.low; });
   }
 
-  // Pairs of loops whose ends are close together.
+  // Returns the pairs of loops whose ends are close together.
   std::vector<LoopCycle> Cycles() const {
     std::vector<LoopCycle> cycles;
     for (std::size_t a = 0; a < loops_.size(); ++a) {
@@ -110,7 +110,7 @@ class LoopPairs {
     UncertainPose measured;  // the pose of high in low
   };
 
-  // Empty where the chain of odometry is broken.
+  // Empty if the odometry chain is broken.
   std::optional<UncertainPose> Odometry(std::int64_t from, std::int64_t to) const {
     if (from > to) {
       const auto back = Odometry(to, from);
@@ -136,22 +136,22 @@ class LoopPairs {
   std::unordered_map<std::int64_t, UncertainPose> steps_;  // from an id to the next
 };
 
-// Surest paths over some edges of a graph at its present poses.
+// Minimum-variance paths over some edges of a graph at its current poses.
 class PathFinder {
  public:
   PathFinder(const PoseGraph& graph, const std::vector<bool>& used)
       : graph_(graph), used_(used), topology_(graph) {
     for (const PoseGraphEdge& edge : graph.edges) {
       measured_.push_back(Measured(graph.space, edge));
-      // A radian counts as much as a metre.
+      // A radian is weighted like a metre.
       variances_.push_back(measured_.back().covariance.trace());
     }
   }
 
   const UncertainPose& measured(std::size_t edge) const { return measured_[edge]; }
 
-  // The pose of j in i, as the edges along the path of least variance know it; empty where none
-  // leads from i to j. What all edges together know is surer than any one path.
+  // Returns the current pose of j in i with the covariance of the minimum-variance path; empty if
+  // no path connects them. The combination of all edges is more certain than any single path.
   std::optional<UncertainPose> Between(std::size_t edge) const {
     const auto& [start, goal] = topology_.ends[edge];
     const std::vector<PoseGraphTopology::Neighbour> next = TowardsGoal(start, goal);
@@ -166,7 +166,7 @@ class PathFinder {
  private:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-  // Dijkstra's search, from the goal until it has come to the start: where to go on from a node.
+  // Dijkstra's algorithm from the goal to the start: returns the next step from each node.
   std::vector<PoseGraphTopology::Neighbour> TowardsGoal(std::size_t start, std::size_t goal) const {
     using Reached = std::pair<double, std::size_t>;  // variance, node
     std::vector<PoseGraphTopology::Neighbour> next(graph_.nodes.size(), {kNone, kNone});
@@ -203,7 +203,7 @@ class PathFinder {
   std::vector<double> variances_;        // by edge
 };
 
-// Of the measurements, at most 1, from the median over the cycles that close.
+// Variance factor of the measurements, at most 1, from the median over the cycles that close.
 double VarianceFactor(PoseGraphSpace space, double max_chi2, const std::vector<LoopCycle>& cycles) {
   constexpr std::size_t kEnough = 20;
   const double median_chi2 = space == PoseGraphSpace::kSe2 ? 2.366 : 5.348;

@@ -13,7 +13,7 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Near the cube root of the rounding unit: best for central differences.
+// About the cube root of the rounding unit: optimal for central differences.
 constexpr double kStep = 6e-6;
 
 int TangentSizeOf(const MarginalPrior::Block& block) {
@@ -21,7 +21,7 @@ int TangentSizeOf(const MarginalPrior::Block& block) {
                                    : static_cast<int>(block.linearization_point.size());
 }
 
-// d((x [+] d) [-] x0)/dd at d = 0. A manifold gives no formula for it away from x = x0.
+// d((x [+] d) [-] x0)/dd at d = 0. A manifold provides no formula for it away from x = x0.
 bool MinusDerivative(const MarginalPrior::Block& block, const double* x, Eigen::MatrixXd* D) {
   const std::vector<double>& x_0 = block.linearization_point;
   const Eigen::Index n = TangentSizeOf(block);

@@ -21,8 +21,8 @@ using internal::RankRevealed;
 using internal::Rows;
 using internal::RowSystem;
 
-// The prior [A | b] over the blocks `kept` of the linearization; blocks it does not touch are left
-// out.
+// Makes the prior [A | b] over the blocks `kept` of the linearization; blocks with zero columns are
+// left out.
 Marginal MakePrior(const std::vector<LinearBlock>& blocks, const std::vector<int>& kept,
                    const RankRevealed& revealed, MarginalizationReport report) {
   Marginal marginal;
@@ -110,7 +110,7 @@ Marginal Summarize(const ceres::Problem& problem, std::span<double* const> kept,
   const std::unordered_set<const double*> stay(kept.begin(), kept.end());
   std::vector<ceres::ResidualBlockId> residuals;
   problem.GetResidualBlocks(&residuals);
-  // As they are met: Problem::GetParameterBlocks is ordered by address.
+  // In the order of occurrence: Problem::GetParameterBlocks is ordered by address.
   std::unordered_set<const double*> met;
   std::vector<double*> blocks, removed;
   for (const ceres::ResidualBlockId residual : residuals) {

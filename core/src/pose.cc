@@ -11,7 +11,7 @@
 namespace highwall {
 namespace {
 
-// Calibration files give matrices to four digits or better.
+// Calibration files contain matrices with four digits or more.
 constexpr double kMaxOrthogonalityError = 1e-3;
 
 }  // namespace

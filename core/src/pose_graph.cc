@@ -18,7 +18,7 @@ namespace {
 using internal::PoseGraphProblem;
 using internal::PoseGraphTopology;
 
-// What is wrong with it; null: nothing.
+// Returns the reason why a pose is invalid; null if it is valid.
 const char* ProblemOf(PoseGraphSpace space, const Pose& pose) {
   if (!pose.IsFinite()) return "has a pose that is not finite";
   const bool planar = pose.p().z() == 0.0 && pose.q().x() == 0.0 && pose.q().y() == 0.0;
@@ -48,8 +48,8 @@ void RequirePoses(const PoseGraph& graph) {
                    "a tree or the chordal relaxation");
 }
 
-// Composes poses outwards from the held nodes, along the fewest edges, of which those that are not
-// free count. free_odometry: odometry costs nothing, so that it is followed as far as it leads.
+// Composes poses outwards from the held nodes along the paths with the fewest counted edges.
+// free_odometry: odometry is not counted, so that it is followed before any loop.
 void ComposeAlongTree(const PoseGraphTopology& topology, bool free_odometry, PoseGraph* graph) {
   struct Step {
     std::size_t node, from, edge;
@@ -78,7 +78,7 @@ void ComposeAlongTree(const PoseGraphTopology& topology, bool free_odometry, Pos
     const bool forward = topology.ends[step.edge].j == step.node;
     Pose& pose = graph->nodes[step.node].pose;
     pose = graph->nodes[step.from].pose * (forward ? Z : Z.Inverse());
-    // Rounding would lift it off the plane.
+    // Removes the rounding errors out of the plane.
     if (graph->space == PoseGraphSpace::kSe2) pose = internal::FromPlanar(internal::ToPlanar(pose));
     expand(step.node);
   }

@@ -11,7 +11,7 @@
 namespace highwall::internal {
 namespace {
 
-// Infinite where the factor cannot be evaluated.
+// Infinite if the factor cannot be evaluated.
 double Chi2Of(const ceres::CostFunction& factor, const double* i, const double* j) {
   const double* const blocks[] = {i, j};
   Eigen::Matrix<double, 6, 1> r = Eigen::Matrix<double, 6, 1>::Zero();

@@ -19,15 +19,15 @@ std::shared_ptr<ceres::CostFunction> MakeEdgeFactor(PoseGraphSpace space,
 // highwall::EdgeChi2() of a valid graph.
 std::vector<double> EdgeChi2(const PoseGraph& graph, const PoseGraphTopology& topology);
 
-// A pose graph as variables and factors: those of your own are there, those of edges are added one
-// by one.
+// A pose graph as variables and factors: user factors are included, those of edges are added one by
+// one.
 class PoseGraphProblem {
  public:
   // graph: valid; both must outlive the problem.
   PoseGraphProblem(const PoseGraph& graph, const PoseGraphTopology& topology);
 
   FactorId AddEdge(std::size_t edge, std::shared_ptr<ceres::LossFunction> loss = nullptr);
-  // `factor` on the blocks of the edge and one variable more.
+  // Adds `factor` on the blocks of the edge and one more variable.
   void AddSwitchedEdge(std::size_t edge, std::shared_ptr<ceres::CostFunction> factor,
                        const VariableId& with);
 
@@ -35,7 +35,7 @@ class PoseGraphProblem {
     return factors_[edge];
   }
   const VariableId& variable(std::size_t node) const { return variables_[node]; }
-  // At the present values; infinite where the factor cannot be evaluated.
+  // At the current values; infinite if the factor cannot be evaluated.
   double EdgeChi2(std::size_t edge) const;
   void CopyPosesTo(PoseGraph* graph) const;
 

@@ -25,7 +25,7 @@ constexpr double kMaxChi2Se2 = 16.266;
 constexpr double kMaxChi2Se3 = 22.458;
 constexpr double kMinWeight = 0.5;  // of a loop that is kept
 
-// The graph with the chosen edges only.
+// Returns the graph with the selected edges only.
 PoseGraph Select(const PoseGraph& graph, const std::vector<bool>& used) {
   PoseGraph selected = graph;
   selected.edges.clear();
@@ -83,8 +83,8 @@ class PoseGraphSolver {
     return solved;
   }
 
-  // Sets weights_. Loops take part once something speaks for them, so that a flood of false ones
-  // neither pulls the poses into a wrong minimum nor fills the normal equations.
+  // Sets weights_. Loops are used only once other information supports them, so that many outliers
+  // neither pull the poses into a wrong minimum nor fill the normal equations.
   void FindFalseLoops() {
     const auto solve = [this](PoseGraphProblem& problem, int max_iterations) {
       return SolveStage(problem, max_iterations);
@@ -111,9 +111,9 @@ class PoseGraphSolver {
     }
   }
 
-  // used: the trusted edges. True if that added any.
+  // used: the trusted edges. Returns true if any edge was added.
   bool AddPlausible(const std::vector<int>& refusals, std::vector<bool>* used) const {
-    constexpr int kMaxRefusals = 2;  // the others of its round may have been to blame for the first
+    constexpr int kMaxRefusals = 2;  // the first may have been caused by other loops of its round
     std::vector<bool> candidates;
     for (std::size_t e = 0; e < used->size(); ++e) {
       candidates.push_back(!(*used)[e] && refusals[e] < kMaxRefusals);
@@ -126,11 +126,10 @@ class PoseGraphSolver {
     return !surest.empty();
   }
 
-  // Chi-squared per degree of freedom, with a margin, where that is below 1: where the information
-  // claims too little, the covariance of a path would let any loop pass. Drawn to 1 where there are
-  // few loops to tell.
+  // Returns chi-squared per degree of freedom, with a margin, at most 1: if the information is too
+  // small, the covariance of a path would accept any loop. Shrunk towards 1 if there are few loops.
   static double VarianceFactor(const PoseGraph& solved) {
-    constexpr double kPrior = 30.0;  // degrees of freedom that 1 is worth
+    constexpr double kPrior = 30.0;  // degrees of freedom of the prior value 1
     constexpr double kMargin = 2.0;
     const double dimension = solved.space == PoseGraphSpace::kSe2 ? 3.0 : 6.0;
     const double freedom = dimension * (static_cast<double>(solved.edges.size()) -
@@ -143,10 +142,10 @@ class PoseGraphSolver {
     return summary_.status != SolveStatus::kFailed && summary_.status != SolveStatus::kStopped;
   }
 
-  // False loops may have bent the poses that were given: the chordal relaxation over what is left
-  // takes their place where it fits that better.
+  // False loops may have distorted the given poses: they are replaced by the chordal relaxation of
+  // the remaining edges if that fits these edges better.
   void ImproveStart(const std::vector<bool>& used) {
-    if (!graph_.factors.empty()) return;  // which it does not know
+    if (!graph_.factors.empty()) return;  // not supported by the chordal relaxation
     PoseGraph given = Select(graph_, used);
     PoseGraph relaxed = given;
     InitializePoseGraph(&relaxed, PoseGraphInitialization::kChordal);
@@ -167,7 +166,7 @@ class PoseGraphSolver {
     graph_.nodes = std::move(selected.nodes);
   }
 
-  // Loops that fit after all. True if there are any.
+  // Readmits rejected loops that fit the solution. Returns true if there are any.
   bool TakeBackLoops() {
     if (options_.robust == RobustLoops::kNone) return false;
     const std::vector<double> chi2 = internal::EdgeChi2(graph_, topology_);

@@ -25,7 +25,7 @@ Partners PartnersByFactors(const PoseGraph& graph, const PoseGraphTopology& topo
   return partners;
 }
 
-// Marks what can be reached from `start`.
+// Marks the nodes that can be reached from `start`.
 void FillComponent(std::size_t start, std::size_t name, const Partners& partners,
                    PoseGraphTopology* topology) {
   std::vector<std::size_t> open = {start};

@@ -9,7 +9,7 @@
 
 namespace highwall::internal {
 
-// Which node of a pose graph is tied to which, by their places in PoseGraph::nodes and edges.
+// Connectivity of the nodes of a pose graph, by their indices in PoseGraph::nodes and edges.
 struct PoseGraphTopology {
   struct Ends {
     std::size_t i = 0, j = 0;
@@ -29,10 +29,10 @@ struct PoseGraphTopology {
   std::vector<std::vector<Neighbour>> neighbours;  // by node
   std::vector<std::size_t> component;              // by node
   std::size_t components = 0;
-  std::vector<bool> held;  // by node: fixed, or the first of a component without fixed ones
+  std::vector<bool> held;  // by node: fixed, or the first of a component without a fixed node
 };
 
-// PoseGraph::Validate() but for what the topology checks.
+// PoseGraph::Validate() except for the checks of PoseGraphTopology.
 void RequireValues(const PoseGraph& graph);
 
 }  // namespace highwall::internal

@@ -8,7 +8,7 @@
 
 #include <highwall/core/pose_graph.h>
 
-// The information of an edge, which may be zero in what it does not measure.
+// The information of an edge, which may be zero for components that are not measured.
 namespace highwall::internal {
 
 constexpr double kInformationRounding = 1e-9;  // of the largest eigenvalue
@@ -35,7 +35,7 @@ Eigen::Matrix<double, N, N> SqrtOfInformation(const PoseInformation& information
          eigen.eigenvectors().transpose();
 }
 
-// The inverse; what is not measured is known all but not at all.
+// Returns the inverse; components that are not measured get a very large variance.
 template <int N>
 Eigen::Matrix<double, N, N> CovarianceOf(const PoseInformation& information) {
   using Matrix = Eigen::Matrix<double, N, N>;

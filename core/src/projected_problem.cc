@@ -14,9 +14,9 @@
 namespace highwall::internal {
 namespace {
 
-// Adds that of the residuals to the upper triangle of H, factor by factor: Ceres' evaluation of a
-// part of a problem, and a sparse product of what is nearly full, take longer than all landmarks
-// do.
+// Adds the information of the residuals to the upper triangle of H, factor by factor: a partial
+// evaluation by Ceres and a sparse product of an almost dense matrix would take longer than all
+// landmarks together.
 void AddInformation(const ceres::Problem& problem,
                     const std::vector<ceres::ResidualBlockId>& residuals,
                     const std::unordered_map<const double*, int>& first_column,
@@ -43,7 +43,7 @@ void AddInformation(const ceres::Problem& problem,
   }
 }
 
-// Those of `unknown`, the projection's first, as its columns are.
+// Returns `unknown` with the unknowns of the projection first, in the order of its columns.
 std::vector<double*> InOrder(const VariableProjection& projection,
                              const std::vector<double*>& unknown) {
   std::vector<double*> ordered;
@@ -55,7 +55,7 @@ std::vector<double*> InOrder(const VariableProjection& projection,
   return ordered;
 }
 
-// First column of each block, and their number.
+// Returns the first column of each block, and in `count` the number of columns.
 std::unordered_map<const double*, int> FirstColumns(const ceres::Problem& problem,
                                                     const std::vector<double*>& blocks,
                                                     int* count) {
@@ -91,7 +91,7 @@ ProjectedProblem::ProjectedProblem(ceres::Problem& problem, SplitProblem split,
 
 void ProjectedProblem::Solve(const ceres::Solver::Options& options,
                              ceres::Solver::Summary* summary) {
-  // Nothing that moves sees a landmark: each is a problem of its own.
+  // No unknown is connected to a landmark: each landmark is a separate problem.
   if (projection_.unknowns().empty()) {
     ceres::Solver::Options apart = options;
     apart.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -134,14 +134,14 @@ std::optional<Eigen::MatrixXd> ProjectedProblem::Covariance(
   const Eigen::VectorXd left = H.diagonal().cwiseQuotient(H.diagonal() + eliminated);
   H = (scale.asDiagonal() * H.eval() * scale.asDiagonal()).eval();
   const Eigen::LLT<Eigen::MatrixXd> factors(H.transpose());  // its lower triangle
-  // Squares of its diagonal: the pivots, which may be rounding of what the landmarks took away.
+  // The squared diagonal holds the pivots, which may be rounding errors of the elimination.
   if (factors.info() != Eigen::Success ||
       factors.matrixLLT().diagonal().cwiseAbs2().cwiseProduct(left).minCoeff() <= kMinPivot) {
     return std::nullopt;
   }
   const std::vector<int> columns = ColumnsOf(problem_, wanted, first);
   const auto size = static_cast<Eigen::Index>(columns.size());
-  // L^-1 of the unit vectors: P = X^T X, scaled.
+  // L^-1 of the unit vectors: P = X^T X, scaled back.
   Eigen::MatrixXd X = Eigen::MatrixXd::Zero(n, size);
   for (Eigen::Index j = 0; j < size; ++j) {
     const int c = columns[static_cast<std::size_t>(j)];

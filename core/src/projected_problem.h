@@ -12,24 +12,24 @@
 
 namespace highwall::internal {
 
-// Of a problem that owns nothing of what it is made of.
+// Options of a problem that owns none of its objects.
 ceres::Problem::Options SharedProblemOptions();
 
-// A problem whose landmarks follow the other variables (variable_projection.h). What it is made of
-// must outlive it, and stay as it is: factors, and which blocks are constant.
+// A problem with variable projection of its landmarks (variable_projection.h). Its factors and the
+// set of constant blocks must outlive it and stay unchanged.
 class ProjectedProblem {
  public:
-  // landmarks: blocks that are not constant, which no factor joins. memory: for one at a time.
+  // landmarks: non-constant blocks, no two of which share a factor. memory: for one at a time.
   ProjectedProblem(ceres::Problem& problem, const std::vector<double*>& landmarks,
                    FactorFaults* faults, VariableProjection::Memory* memory);
 
-  // Ceres is given the other variables, with the landmarks' factors as one function of them.
+  // Ceres solves for the other variables, with the landmark factors as one function of them.
   void Solve(const ceres::Solver::Options& options, ceres::Solver::Summary* summary);
 
-  // Joint tangent-space covariance of `wanted` given that the landmarks and the blocks `unknown`
-  // are estimated, the former eliminated as the solver eliminates them: by its own equations where
-  // Solve() has left some. What is left is dense. Blocks of `wanted` that are not among `unknown`
-  // get zeros. Empty where a direction is open.
+  // Returns the joint tangent-space covariance of `wanted` if the landmarks and the blocks
+  // `unknown` are estimated, the landmarks eliminated as in the solver: from the equations of
+  // Solve() if there are any. The reduced system is dense. Blocks of `wanted` that are not among
+  // `unknown` get zeros. Empty if a direction is unobservable.
   std::optional<Eigen::MatrixXd> Covariance(const std::vector<double*>& unknown,
                                             const std::vector<const double*>& wanted) const;
 

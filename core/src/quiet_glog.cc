@@ -7,11 +7,11 @@
 namespace highwall::internal {
 namespace {
 
-// Of the one level that a process has.
+// State of the process-wide log level.
 struct Level {
   std::mutex mutex;
-  int quiet = 0;   // how many QuietGlog live
-  int before = 0;  // what the first of them found
+  int quiet = 0;   // number of existing QuietGlog objects
+  int before = 0;  // level before the first of them
 };
 
 Level& TheLevel() {

@@ -22,7 +22,7 @@ bool RelativePose::Evaluate(double const* const* parameters, double* residuals,
                             double** jacobians) const {
   const ConstVector3 p_i(parameters[kPoseI]), p_j(parameters[kPoseJ]);
   const ConstQuaternion q_i(parameters[kPoseI] + 3), q_j(parameters[kPoseJ] + 3);
-  // Written out: the Pose constructor throws on non-finite values, and Evaluate must not.
+  // Not by class Pose: its constructor throws on non-finite values, and Evaluate must not.
   const Eigen::Quaterniond q_ij = q_i.conjugate() * q_j;
   const Eigen::Vector3d p_ij = q_i.conjugate() * (p_j - p_i);
   const Eigen::Vector3d theta = so3::Log(Z_inverse_.q() * q_ij);

@@ -26,7 +26,7 @@ void AddOdometry(const PoseGraph& graph, PoseGraphProblem* problem) {
 // A weight that changes between solves.
 class WeightLoss final : public ceres::LossFunction {
  public:
-  // Not zero, which could leave a node without any factor.
+  // Never zero, which could leave a node without any factor.
   void set_weight(double weight) { weight_ = std::max(weight, 1e-8); }
   void Evaluate(double s, double rho[3]) const override {
     rho[0] = weight_ * s;
@@ -68,7 +68,7 @@ class GraduatedNonConvexity {
     constexpr int kIterations = 2;  // between two values of mu
     std::vector<double> weights(graph_.edges.size(), 1.0);
     const double ratio = 2.0 * LargestChi2() / max_chi2_ - 1.0;
-    // Eq. 8. Where it is negative the truncation touches no loop.
+    // Eq. 8. If it is negative, no loop is truncated.
     double mu = 1.0 / ratio;
     for (int stage = 0; ratio > 0.0 && stage < kMaxStages; ++stage, mu *= kGrowth) {
       if (Reweigh(mu, &weights)) break;
@@ -86,7 +86,7 @@ class GraduatedNonConvexity {
     return largest;
   }
 
-  // True once every loop is either in or out.
+  // Returns true once every loop is either accepted or rejected.
   bool Reweigh(double mu, std::vector<double>* weights) {
     bool decided = true;
     for (std::size_t k = 0; k < loops_.size(); ++k) {
@@ -213,7 +213,7 @@ std::vector<double> WeighLoops(RobustLoops method, double max_loop_chi2, const S
     case RobustLoops::kDcs:
       return ScaleDynamically(max_loop_chi2, solve, graph);
     case RobustLoops::kSwitchable:
-      // Xi halves s, where other methods do not yet act at all: it must be larger.
+      // A chi2 of Xi already halves s; the other methods keep full weight there: Xi must be larger.
       return Switch(4.0 * max_loop_chi2, solve, graph);
   }
   return std::vector<double>(graph->edges.size(), 1.0);

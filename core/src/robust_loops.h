@@ -8,12 +8,12 @@
 
 namespace highwall::internal {
 
-// Runs the solver on a stage of the robust solution, for at most that many iterations.
+// Runs the solver on a stage of the robust solution, for at most `max_iterations`.
 using StageSolver = std::function<SolveSummary(PoseGraphProblem& problem, int max_iterations)>;
 
-// Solves the graph with loops that may be false and returns what each edge weighs in the end, in
-// [0, 1]; odometry weighs 1. The poses are improved in place; the better they are to begin with,
-// the less a false loop can pull.
+// Solves the graph with possibly false loops and returns the final weight of each edge in [0, 1];
+// the weight of odometry is 1. The poses are improved in place; the better the initial poses, the
+// smaller the influence of a false loop.
 std::vector<double> WeighLoops(RobustLoops method, double max_loop_chi2, const StageSolver& solve,
                                PoseGraph* graph);
 

@@ -12,8 +12,8 @@
 namespace highwall::internal {
 namespace {
 
-// The columns scaled to unit length and pivoted. `lengths`: what they were before anything was
-// eliminated; columns and pivots that are nothing beside these do not count.
+// The columns scaled to unit length and pivoted. `lengths`: their lengths before the elimination;
+// columns and pivots that are negligible relative to them do not count.
 struct Pivoted {
   Pivoted(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::VectorXd& lengths,
           double tolerance)
@@ -37,7 +37,7 @@ struct Pivoted {
   Eigen::Index rank = 0;
 };
 
-// [A b] -> [R Q^T b], as many rows as columns of A: what lies below is a constant of the cost.
+// [A b] -> [R Q^T b], as many rows as columns of A: the rows below are a constant of the cost.
 void Compress(Eigen::MatrixXd* A_b) {
   const Eigen::Index columns = A_b->cols() - 1;
   if (A_b->rows() <= columns) return;
@@ -45,8 +45,8 @@ void Compress(Eigen::MatrixXd* A_b) {
   *A_b = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
 }
 
-// Diagonal and superdiagonal, one after the other from the top, of an upper bidiagonal matrix with
-// the singular values of A, which has no more columns than rows.
+// Returns the diagonal and the superdiagonal, interleaved from the top, of an upper bidiagonal
+// matrix with the singular values of A, which has no more columns than rows.
 Eigen::VectorXd Bidiagonal(Eigen::MatrixXd A) {
   const Eigen::Index n = A.cols();
   Eigen::VectorXd out(2 * n - 1), workspace(A.rows());
@@ -64,8 +64,9 @@ Eigen::VectorXd Bidiagonal(Eigen::MatrixXd A) {
   return out;
 }
 
-// How many singular values of a bidiagonal matrix are below x: by Sylvester's law of inertia for
-// the tridiagonal matrix whose eigenvalues are +-sigma, with these off its zero diagonal.
+// Returns the number of singular values of a bidiagonal matrix below x: by Sylvester's law of
+// inertia for the tridiagonal matrix with eigenvalues +-sigma, whose diagonal is zero and whose
+// off-diagonal holds these entries.
 Eigen::Index CountBelow(const Eigen::VectorXd& bidiagonal, double x) {
   Eigen::Index negative = 1;  // pivots
   double pivot = -x;
@@ -77,8 +78,8 @@ Eigen::Index CountBelow(const Eigen::VectorXd& bidiagonal, double x) {
   return negative - (bidiagonal.size() + 1) / 2;
 }
 
-// Largest over smallest singular value of R with R^T of full rank, by bisection: a decomposition
-// would find all of those in between too.
+// Returns the ratio of the largest to the smallest singular value of R with R^T of full rank, by
+// bisection: a decomposition would compute all the others too.
 double Condition(const Eigen::MatrixXd& R) {
   const Eigen::VectorXd bidiagonal = Bidiagonal(R.transpose());
   // Fewer than `count` are below low, at least as many below high.
@@ -153,7 +154,7 @@ void RowSystem::Scatter(const Rows& rows, const std::vector<int>& column, Eigen:
 }
 
 int RowSystem::Eliminate(const std::vector<int>& blocks) {
-  // Minimum degree with stale keys: a block whose degree grew since is put back.
+  // Minimum degree with stale keys: a block whose degree has grown is queued again.
   using Entry = std::pair<int, int>;  // degree, block
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   for (const int block : blocks) queue.emplace(NeighbourDimensions(block), block);

@@ -8,7 +8,7 @@
 
 namespace highwall::internal {
 
-// Rows of a linear least-squares problem that touch a few blocks of its unknowns:
+// Rows of a linear least-squares problem that are connected to a few blocks of its unknowns:
 //   |A_0 x_0 + A_1 x_1 + ... + b|^2,   matrix = [A_0 A_1 ... b],   blocks ascending.
 struct Rows {
   std::vector<int> blocks;
@@ -16,26 +16,26 @@ struct Rows {
 };
 
 // A sparse linear least-squares problem in square-root form, from which blocks of unknowns are
-// eliminated one by one by Householder QR (docs/marginalization.md, Eq. 4-6). A value.
+// eliminated one by one by Householder QR (docs/marginalization.md, Eq. 4-6). Copyable.
 class RowSystem {
  public:
   // block_sizes: dimensions of each block of unknowns. rank_tolerance: a pivot of a column (scaled
-  // to unit length) below it counts as zero, and so does one below it of the length that the column
-  // had before anything was eliminated: what an elimination leaves of a column that it used up is
-  // rounding.
+  // to unit length) below it counts as zero, and so does a pivot below it times the length that the
+  // column had before the elimination: the remainder of a column that an elimination has consumed
+  // is rounding.
   RowSystem(std::vector<int> block_sizes, double rank_tolerance);
 
-  // To be called before Eliminate().
+  // Must be called before Eliminate().
   void Add(Rows rows);
 
-  // Minimizes over the blocks, those with few neighbours first: landmarks go one at a time, each
-  // with the rows that touch it. Returns the sum of their ranks.
+  // Minimizes over the blocks, those with few neighbours first: landmarks are eliminated one at a
+  // time, each with the rows connected to it. Returns the sum of their ranks.
   int Eliminate(const std::vector<int>& blocks);
 
-  // All rows that remain, as one matrix over the blocks [x_kept... b], upper trapezoidal, with at
-  // most as many rows as unknowns. Every row must touch these blocks only.
+  // Returns the remaining rows as one matrix over the blocks [x_kept... b], upper trapezoidal, with
+  // at most as many rows as unknowns. Every remaining row must be connected to these blocks only.
   Eigen::MatrixXd Triangular(const std::vector<int>& kept) const;
-  // Of the columns of these blocks, before anything was eliminated.
+  // Returns the lengths of the columns of these blocks before the elimination.
   Eigen::VectorXd Lengths(const std::vector<int>& blocks) const;
 
  private:
@@ -49,8 +49,8 @@ class RowSystem {
 
   std::vector<int> sizes_;
   std::vector<Eigen::VectorXd> squared_;    // lengths of the columns of each block, as added
-  std::vector<Rows> rows_;                  // an empty block list: used up
-  std::vector<std::vector<int>> rows_of_;   // block -> indices into rows_, used up ones too
+  std::vector<Rows> rows_;                  // empty block list: eliminated
+  std::vector<std::vector<int>> rows_of_;   // block -> indices into rows_, eliminated ones included
   std::map<std::vector<int>, int> merged_;  // reduced rows by their blocks -> index into rows_
   std::vector<int> column_;                 // of each block in the front
   double tolerance_;

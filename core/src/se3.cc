@@ -7,8 +7,8 @@
 namespace highwall::se3 {
 namespace {
 
-// Below this squared angle the closed forms of Q lose digits to cancellation and the series, cut
-// after the theta^6 terms, are exact to rounding.
+// Below this squared angle the closed forms of Q lose digits to cancellation, and the series,
+// truncated after the theta^6 terms, is exact to rounding.
 constexpr double kSmallAngleSquared = 1e-2;
 
 // Q(rho, theta): the coupling block of the left Jacobian (Sola et al., Eq. 180).
@@ -35,7 +35,7 @@ Eigen::Matrix3d CouplingBlock(const Eigen::Vector3d& rho, const Eigen::Vector3d&
 
 Pose Exp(const Tangent& tau) {
   const Eigen::Vector3d theta = tau.tail<3>();
-  // The left Jacobian of SO(3) is the right one of -theta.
+  // The left Jacobian of SO(3) is the right Jacobian of -theta.
   return Pose(so3::Exp(theta), so3::RightJacobian(-theta) * tau.head<3>());
 }
 

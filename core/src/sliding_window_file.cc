@@ -16,14 +16,14 @@ namespace {
 
 constexpr const char* kMagic = "highwall_sliding_window";
 constexpr int kVersion = 1;
-// Larger counts are taken for a damaged file rather than allocated.
+// Larger counts are treated as a damaged file rather than allocated.
 constexpr int kMaxCount = 1'000'000;
 
 void WriteDouble(std::ostream& out, double value) {
   out << ' ' << NumberText(value);
 }
 
-// Words of a file, line by line, with an error that names the line.
+// Reads the words of a file line by line; errors name the line.
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& path) : path_(path), stream_(path) {
@@ -35,7 +35,7 @@ class Reader {
     at_ = 0;
     if (!std::getline(stream_, text_)) Fail("ends early");
   }
-  // Goes to the next line, which must begin with `keyword`.
+  // Advances to the next line, which must begin with `keyword`.
   void Line(std::string_view keyword) {
     NextLine();
     if (Word() != keyword) Fail("expected '" + std::string(keyword) + "'");

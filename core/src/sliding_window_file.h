@@ -26,7 +26,7 @@ struct SavedBlock {
 
 struct SlidingWindowFile {
   std::vector<SavedVariable> variables;
-  std::vector<SavedBlock> blocks;  // under the prior
+  std::vector<SavedBlock> blocks;  // of the prior
   Eigen::MatrixXd A;
   Eigen::VectorXd b;  // empty: no prior
 };

@@ -32,21 +32,21 @@ struct SlidingWindowSmoother::Impl {
     const char* type = "";
   };
   using Values = std::vector<std::pair<VariableId, std::vector<double>>>;
-  // What leaves, taken out on trial until nothing can fail any more.
+  // Leaving variables and factors, removed provisionally until no step can fail any more.
   struct Leaving {
     std::vector<VariableId> variables;
     std::vector<FactorId> factors;  // suspended
-    std::vector<FactorId> priors;   // in their place
+    std::vector<FactorId> priors;   // that replace them
   };
 
   SlidingWindowOptions options;
   FactorGraph graph;
   std::vector<Info> infos;  // by VariableId::index
   std::map<Stamp, std::vector<VariableId>> states;
-  // Since the last update.
+  // Added since the last update.
   std::vector<VariableId> new_variables;
   std::vector<FactorId> new_factors;
-  // Of the last update [s]: what to leave of the budget.
+  // Durations in the last update [s], to be reserved from the budget.
   double iteration_seconds = 0.0;
   double shrink_seconds = 0.0;
   double covariance_seconds = 0.0;
@@ -177,7 +177,7 @@ std::string SlidingWindowSmoother::Impl::Solve(const Stopwatch& update,
   const double left = 1e-3 * options.budget_ms - update.Seconds() - shrink_seconds -
                       iteration_seconds - (covariance_of.empty() ? 0.0 : covariance_seconds);
   solve.max_seconds = std::min(solve.max_seconds, std::max(left, 1e-4));
-  // What leaves afterwards changes nothing of it; of first estimates it is another.
+  // States that leave afterwards do not affect the covariance, first-estimate Jacobians do.
   const bool by_solver = !options.marginalization.first_estimate_jacobians;
   if (!by_solver) covariance_of = {};
   const Stopwatch solving;
@@ -254,7 +254,8 @@ bool SlidingWindowSmoother::Impl::IsSeenFrom(const VariableId& landmark, Stamp s
   return false;
 }
 
-// Landmarks that leave with the states of `stamp`; takes those observations away from the others.
+// Returns the landmarks that leave with the states of `stamp`. Suspends the observations of the
+// others from `stamp`.
 std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stamp, Leaving* all,
                                                                       UpdateReport* report) {
   const Stamp newest = states.rbegin()->first;
@@ -282,7 +283,7 @@ std::vector<VariableId> SlidingWindowSmoother::Impl::LeavingLandmarks(Stamp stam
   return leaving;
 }
 
-// Of some that may be there several times. Returns how many there are.
+// Suspends factors, which may be listed repeatedly. Returns the number newly suspended.
 std::size_t SlidingWindowSmoother::Impl::Suspend(const std::vector<FactorId>& factors,
                                                  Leaving* all) {
   const std::vector<FactorId> suspended = graph.Suspend(factors);
@@ -336,7 +337,7 @@ void SlidingWindowSmoother::Impl::Shrink(UpdateReport* report) {
   });
   for (const VariableId& id : report->removed) Remove(id);
   for (const VariableId& id : orphans) {
-    if (!graph.Contains(id)) continue;  // a leaving one
+    if (!graph.Contains(id)) continue;  // it is leaving
     Remove(id);
     report->removed.push_back(id);
   }
@@ -434,8 +435,8 @@ std::optional<Eigen::MatrixXd> SlidingWindowSmoother::Covariance(
     std::span<const VariableId> variables) const {
   impl_->RequireDistinct(variables);
   FactorGraph& graph = impl_->graph;
-  // By the normal equations that the solver took its steps with; where they leave something open,
-  // by what leaves open what it may. Those of first estimates are others.
+  // Uses the normal equations of the solver; if these leave any variable unobservable, falls back
+  // to marginalization. With first-estimate Jacobians the equations differ.
   if (!impl_->options.marginalization.first_estimate_jacobians) {
     if (auto reduced = graph.ReducedCovariance(variables)) return reduced;
   }
@@ -478,8 +479,8 @@ void SlidingWindowSmoother::Save(const std::filesystem::path& path) const {
 
 namespace {
 
-// Whether a step from x and the way back cancel: not where a quaternion or a direction has not unit
-// length. manifold: null for a vector.
+// Returns true if a step from x and the step back cancel, which they do not if a quaternion or a
+// direction is not of unit length. manifold: null for a vector.
 bool IsOnManifold(const ceres::Manifold* manifold, const std::vector<double>& x) {
   if (manifold == nullptr) return true;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -512,7 +513,7 @@ void SlidingWindowSmoother::Restore(const std::filesystem::path& path,
     if (!IsOnManifold(impl_->graph.problem().GetManifold(added), saved.values)) {
       throw IoError(path, "a variable of type " + saved.type + " is not of unit length");
     }
-    // As saved, where the type would normalise them once more.
+    // Copies the saved values, which the constructor of the type would normalise again.
     std::copy(saved.values.begin(), saved.values.end(), impl_->graph.MutableBlock(id));
     RegisterVariable(id, saved.calibration ? Kind::kCalibration : Kind::kState, saved.stamp,
                      factory->type);

@@ -5,8 +5,8 @@
 namespace highwall::so3 {
 namespace {
 
-// Below this squared angle the closed forms lose digits to cancellation and the series, cut after
-// its theta^4 term, is exact to rounding (theta^6 / 1e4 < 1e-16).
+// Below this squared angle the closed forms lose digits to cancellation, and the series, truncated
+// after its theta^4 term, is exact to rounding (theta^6 / 1e4 < 1e-16).
 constexpr double kSmallAngleSquared = 1e-4;
 
 }  // namespace
@@ -32,7 +32,7 @@ Eigen::Quaterniond Exp(const Eigen::Vector3d& theta) {
 }
 
 Eigen::Vector3d Log(const Eigen::Quaterniond& q) {
-  // The sign makes q and -q agree and keeps the angle in [0, pi].
+  // The sign makes q and -q equivalent and keeps the angle in [0, pi].
   const double sign = q.w() < 0.0 ? -1.0 : 1.0;
   const Eigen::Vector3d v = sign * q.vec();
   const double w = sign * q.w();

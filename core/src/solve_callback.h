@@ -9,10 +9,10 @@
 
 namespace highwall::internal {
 
-// What SolveOptions asks to be told and asked between iterations.
+// Applies the callbacks and the stop flag of SolveOptions between iterations.
 class SolveCallback final : public ceres::IterationCallback {
  public:
-  // projected: landmarks follow the other variables.
+  // projected: the problem is solved by variable projection.
   SolveCallback(const SolveOptions& options, const internal::FactorFaults& faults, bool projected)
       : options_(options), faults_(faults), projected_(projected) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
@@ -25,8 +25,8 @@ class SolveCallback final : public ceres::IterationCallback {
   bool converged() const { return converged_; }
 
  private:
-  // By what the step was foretold to gain: what Ceres looks at, the cost, also holds what landmarks
-  // gain by themselves, most of it new ones, and would ask for a step more.
+  // Tests the predicted decrease of the step: the actual decrease tested by Ceres also contains the
+  // decrease by steps of the landmarks alone, mostly new ones, and would require one more step.
   bool IsLast(const ceres::IterationSummary& iteration) const {
     return iteration.iteration > 0 && iteration.step_is_successful &&
            iteration.cost_change <=

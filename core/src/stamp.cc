@@ -19,7 +19,7 @@ bool IsDigit(char c) {
 std::optional<Stamp> ParseStamp(std::string_view text) {
   if (text.find_first_of("eE") != std::string_view::npos) {
     if (text.starts_with("+") && !text.starts_with("+-"))
-      text.remove_prefix(1);  // not from_chars's
+      text.remove_prefix(1);  // not accepted by from_chars
     double seconds = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
     if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;

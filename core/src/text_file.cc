@@ -43,7 +43,7 @@ std::string FromUtf16(std::string_view bytes, bool big_endian) {
   for (std::size_t at = 0; at + 1 < bytes.size(); at += 2) {
     std::uint32_t code = unit(at);
     const bool high = code >= 0xD800U && code < 0xDC00U;
-    if (high && at + 3 < bytes.size()) {  // the first of a pair
+    if (high && at + 3 < bytes.size()) {  // first half of a surrogate pair
       code = 0x10000U + ((code & 0x3FFU) << 10U) + (unit(at + 2) & 0x3FFU);
       at += 2;
     }
@@ -52,7 +52,8 @@ std::string FromUtf16(std::string_view bytes, bool big_endian) {
   return text;
 }
 
-// Text of digits and Latin letters without a mark, recognized by the zero of its first letter.
+// UTF-16 text of digits and Latin letters without a byte-order mark, recognized by the zero byte of
+// its first letter.
 bool LooksLikeUtf16(std::string_view bytes, std::size_t zero) {
   return bytes.size() >= 4 && bytes[zero] == '\0' && bytes[zero + 2] == '\0' &&
          bytes[1 - zero] != '\0' && bytes[3 - zero] != '\0';

@@ -23,7 +23,7 @@ constexpr std::array<const char*, 8> kColumns = {"stamp", "tx", "ty", "tz", "qx"
 constexpr std::string_view kBlanks = " \t\r";
 constexpr std::string_view kTitle = "# stamp tx ty tz qx qy qz qw\n";
 
-// One line of a TUM file, and where it stands, for the messages.
+// One line of a TUM file, with path and line number for the messages.
 struct TrajectoryLine {
   const std::filesystem::path& path;
   std::int64_t number;
@@ -85,14 +85,14 @@ bool StampsDoNotDecrease(const Trajectory& trajectory) {
       [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
 }
 
-// The first pose whose stamp is not smaller.
+// Returns the first pose whose stamp is not smaller.
 Trajectory::const_iterator LowerBound(const Trajectory& trajectory, Stamp stamp) {
   return std::lower_bound(trajectory.begin(), trajectory.end(), stamp,
                           [](const StampedPose& a, Stamp b) { return a.stamp < b; });
 }
 
-// Correctly rounded, unlike ToSeconds, which rounds twice: evo's figures hang on that where a stamp
-// lies halfway between two others.
+// Correctly rounded, unlike ToSeconds, which rounds twice: the figures of evo depend on it where a
+// stamp lies halfway between two others.
 double UnixSeconds(Stamp stamp) {
   constexpr Stamp kSecond = 1'000'000'000;
   return static_cast<double>(stamp / kSecond) + static_cast<double>(stamp % kSecond) / 1e9;
@@ -102,7 +102,7 @@ double Distance(Stamp a, Stamp b) {
   return std::abs(UnixSeconds(a) - UnixSeconds(b));
 }
 
-// The first of the poses with the nearest stamp. The trajectory is not empty.
+// Returns the first pose with the nearest stamp. The trajectory must not be empty.
 std::size_t NearestIndex(const Trajectory& trajectory, Stamp stamp) {
   auto nearest = LowerBound(trajectory, stamp);
   if (nearest != trajectory.begin()) {
@@ -115,7 +115,7 @@ std::size_t NearestIndex(const Trajectory& trajectory, Stamp stamp) {
   return static_cast<std::size_t>(nearest - trajectory.begin());
 }
 
-// With the end of the line.
+// Includes the end of the line.
 std::string FormatLine(const StampedPose& stamped) {
   HIGHWALL_REQUIRE(stamped.pose.IsFinite(),
                    "the pose at stamp " + FormatStamp(stamped.stamp) + " is not finite");

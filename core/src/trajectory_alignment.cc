@@ -13,10 +13,10 @@ namespace highwall {
 namespace internal {
 namespace {
 
-// Of the largest singular value of the covariance. Positions on a line that is not parallel to an
-// axis are off it by the rounding of their digits.
+// Relative to the largest singular value of the covariance. Positions on a line that is not
+// parallel to an axis deviate from it by the rounding of their digits.
 constexpr double kLine = 1e-9;
-constexpr double kRounding = 1e-12;  // of the largest coordinate
+constexpr double kRounding = 1e-12;  // relative to the largest coordinate
 
 Eigen::Matrix3Xd Centred(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& mean) {
   const Eigen::Matrix3Xd centred = points.colwise() - mean;
@@ -42,8 +42,8 @@ Eigen::Matrix3Xd Positions(const Trajectory& trajectory) {
   return positions;
 }
 
-// The rotation by which the attitudes of b, turned by R, come nearest to those of a (chordal
-// distance): M = sum R_a (R R_b)^T, and the rotation X maximizes tr(X^T M).
+// Returns the rotation that brings the attitudes of b, rotated by R, nearest to those of a (chordal
+// distance): with M = sum R_a (R R_b)^T, the rotation X maximizes tr(X^T M).
 Eigen::Matrix3d TurnOfAttitudes(const Trajectory& a, const Trajectory& b, const Eigen::Matrix3d& R,
                                 const PositionAlignment& alignment) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
@@ -102,7 +102,7 @@ PositionAlignment AlignPoses(const Trajectory& a, const Trajectory& b, bool with
   if (alignment.open == OpenRotation::kNone) return alignment;
   const Pose& T_AB = alignment.S_AB.T_AB;
   const Eigen::Matrix3d turn = TurnOfAttitudes(a, b, T_AB.R(), alignment);
-  // About the mean of the positions, which stays where it is.
+  // Rotates about the mean of the positions, which stays fixed.
   alignment.S_AB.T_AB = Pose(Eigen::Quaterniond(Eigen::Matrix3d(turn * T_AB.R())),
                              alignment.mean_A + turn * (T_AB.p() - alignment.mean_A));
   return alignment;

@@ -15,7 +15,7 @@
 namespace highwall {
 namespace {
 
-// A path counts as delta metres long within this share of delta.
+// Relative tolerance of a path length to delta.
 constexpr double kPathTolerance = 0.1;
 
 using PosePair = std::pair<std::size_t, std::size_t>;
@@ -36,7 +36,7 @@ Stamp MedianInterval(const Trajectory& trajectory) {
   return UpperMedian(std::move(intervals));
 }
 
-// Sum of the intervals that are no longer than max_gap [s].
+// Returns the sum of the intervals that are not longer than max_gap [s].
 double CoveredTime(const Trajectory& trajectory, Stamp max_gap) {
   Stamp covered = 0;
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
@@ -46,7 +46,7 @@ double CoveredTime(const Trajectory& trajectory, Stamp max_gap) {
   return ToSeconds(covered);
 }
 
-// The part of the result that does not depend on alignment or metric.
+// Computes the part of the result that does not depend on alignment or metric.
 TrajectoryError MatchTrajectories(const Trajectory& reference, const Trajectory& estimate,
                                   double t_max_diff) {
   const Stamp tolerance = FromSeconds(t_max_diff);
@@ -63,7 +63,7 @@ TrajectoryError MatchTrajectories(const Trajectory& reference, const Trajectory&
   result.max_gap =
       std::max({3 * MedianInterval(reference), 3 * MedianInterval(estimate), tolerance});
   const double seen = CoveredTime(reference, result.max_gap);
-  // The ends of a matched interval may stick out of the reference by the tolerance.
+  // The ends of a matched interval may lie outside of the reference by the tolerance.
   if (seen > 0.0) {
     result.time_covered = std::min(1.0, CoveredTime(result.estimate, result.max_gap) / seen);
   }
@@ -136,7 +136,7 @@ std::vector<PosePair> ConsecutivePairsByPath(const Trajectory& trajectory, doubl
     path = 0.0;
   }
   std::vector<PosePair> pairs;
-  // As in evo, the first stretch is only the run-up: the first pair begins at its end.
+  // As in evo, the first stretch is skipped: the first pair begins at its end.
   for (std::size_t k = 1; k < ends.size(); ++k) pairs.emplace_back(ends[k - 1], ends[k]);
   return pairs;
 }
@@ -149,7 +149,7 @@ std::vector<PosePair> AllPairsByPath(const Trajectory& trajectory, double delta)
     const auto deviation = [&](auto at) { return std::abs(*at - lengths[i] - delta); };
     auto end = std::lower_bound(first, lengths.end(), lengths[i] + delta);
     if (end != first && (end == lengths.end() || deviation(end - 1) <= deviation(end))) {
-      // The first of the poses that stood still there.
+      // The first of several stationary poses at that length.
       end = std::lower_bound(first, lengths.end(), *(end - 1));
     }
     if (deviation(end) > kPathTolerance * delta) continue;

@@ -14,8 +14,8 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Steps of a landmark of its own at one x, and what is worth one: a share of the mean cost of a
-// landmark.
+// Maximum number of separate steps of a landmark at one x, and the decrease that justifies a step,
+// as a fraction of the mean cost of a landmark.
 constexpr int kMaxSteps = 10;
 constexpr double kWorthAStep = 1e-3;
 
@@ -40,14 +40,14 @@ void Grow(std::vector<T>* memory, std::size_t size) {
   if (memory->size() < size) memory->resize(size);
 }
 
-// Residuals and Jacobians of a factor.
+// Returns the number of residuals and Jacobian entries of a factor.
 int NumbersOf(const ceres::CostFunction& cost) {
   const std::vector<int>& sizes = cost.parameter_block_sizes();
   return cost.num_residuals() * std::accumulate(sizes.begin(), sizes.end(), 1);
 }
 
-// Visits the tangent size of an unknown, as a constant where it is that of a pose or of a number:
-// what sees a landmark is hardly ever anything else.
+// Calls `visit` with the tangent size of an unknown, as a constant for a pose or a scalar: landmark
+// factors rarely depend on other unknowns.
 template <class Visit>
 void WithSize(int tangent_size, const Visit& visit) {
   if (tangent_size == 6) {
@@ -113,7 +113,7 @@ VariableProjection::VariableProjection(LandmarkProblem problem, FactorFaults* fa
   }
 }
 
-// What the landmark is coupled with, and memory for its factors.
+// Lays out the couplings of the landmark and the memory for its factors.
 void VariableProjection::LayOut(const LandmarkProblem::Landmark& landmark) {
   std::vector<Memory::Coupling>& couplings = memory_.couplings;
   Memory::Layout layout;
@@ -208,7 +208,7 @@ bool VariableProjection::IsAt(const State& state, double const* const* parameter
   return true;
 }
 
-// Makes the trial a state at x, or leaves it invalid where that is the accepted one.
+// Evaluates the trial state at x, or leaves it invalid if x is the accepted state.
 bool VariableProjection::MoveTo(double const* const* parameters) const {
   if (IsAt(memory_.trial, parameters)) return true;
   memory_.trial.valid = false;
@@ -234,7 +234,7 @@ bool VariableProjection::MoveTo(double const* const* parameters) const {
     trial.cost += trial.costs[i];
   }
   if (!std::isfinite(trial.H.diagonal().sum() + trial.g.sum())) {
-    faults_->last = this;  // which factor it is is not known any more
+    faults_->last = this;  // the factor can no longer be identified
     return false;
   }
   trial.valid = true;
@@ -268,8 +268,8 @@ bool VariableProjection::SolveLandmark(std::size_t index) const {
   return true;
 }
 
-// Where the landmark goes as the unknowns have moved, and from there on by itself. Leaves its
-// factors in the scratch memory, evaluated where it is then.
+// Predicts the landmark from the step of the unknowns and refines it by steps of its own. Leaves
+// its factors in the scratch memory, evaluated at the final value.
 template <int kDim>
 bool VariableProjection::FitLandmark(std::size_t index, double* value,
                                      LandmarkNormal<kDim>* normal) const {
@@ -281,14 +281,14 @@ bool VariableProjection::FitLandmark(std::size_t index, double* value,
     const bool done = Linearize<kDim>(landmark, value, normal);
     memory_.begins = false;
     if (!done) return false;
-    // One that nothing pulls along waits for no step of the unknowns: there may be none.
+    // Without unknowns it is refined immediately: there may be no step of the unknowns.
     return memory_.layouts[index].coupled > 0 || Descend<kDim>(landmark, value, normal);
   }
   const double* const before = &memory_.accepted.landmarks[memory_.layouts[index].value];
   Follow<kDim>(index, value);
   const bool followed = Linearize<kDim>(landmark, value, normal);
-  // Where the first trial was no success, a landmark that stays may be better: with shorter and
-  // shorter steps of the unknowns the cost then ends at what it was.
+  // After a failed first trial the old landmark may be better: with shorter and shorter steps of
+  // the unknowns the cost then converges to its previous value.
   if (!followed || (memory_.trials > 1 && normal->cost > memory_.accepted.costs[index])) {
     const double cost = followed ? normal->cost : std::numeric_limits<double>::infinity();
     const bool stayed = Linearize<kDim>(landmark, before, normal);
@@ -302,7 +302,7 @@ bool VariableProjection::FitLandmark(std::size_t index, double* value,
   return Descend<kDim>(landmark, value, normal);
 }
 
-// Gauss-Newton steps of the landmark alone, shortened where they lead up.
+// Gauss-Newton steps of the landmark alone, shortened if they increase the cost.
 template <int kDim>
 bool VariableProjection::Descend(const LandmarkProblem::Landmark& landmark, double* value,
                                  LandmarkNormal<kDim>* normal) const {
@@ -322,7 +322,7 @@ bool VariableProjection::Descend(const LandmarkProblem::Landmark& landmark, doub
     if (!Linearize<kDim>(landmark, value, normal)) return false;
     length *= 0.25;
   }
-  if (length < 1.0) normal->u *= length;  // nor is such a step to be taken later
+  if (length < 1.0) normal->u *= length;  // the landmark must not take the full step later either
   return true;
 }
 
@@ -347,7 +347,7 @@ void VariableProjection::Follow(std::size_t index, double* value) const {
   if (!Plus(block, before, delta.data(), value)) std::copy_n(before, block.size, value);
 }
 
-// Evaluates its factors into the scratch memory.
+// Evaluates the factors of the landmark into the scratch memory.
 template <int kDim>
 bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
                                    LandmarkNormal<kDim>* normal) const {
@@ -362,7 +362,7 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
   double* tangent = memory_.of_landmark.data();
   for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
     const LandmarkProblem::Factor& factor = problem_.factors[f];
-    // Factors are all over the memory: fetching one takes as long as evaluating it.
+    // Factors are scattered in memory: fetching one takes as long as evaluating it.
     if (f + 2 < problem_.factors.size()) __builtin_prefetch(problem_.factors[f + 2].cost);
     const double* const ambient = EvaluateFactor(factor, value, numbers);
     if (ambient == nullptr) return Fail(factor);
@@ -401,8 +401,8 @@ bool VariableProjection::Fail(const LandmarkProblem::Factor& factor) const {
   return false;
 }
 
-// Residuals and Jacobians with respect to all but fixed blocks, at the trial's unknowns. Returns
-// the Jacobian with respect to the landmark; null if it cannot be evaluated.
+// Computes residuals and Jacobians with respect to all but fixed blocks, at the unknowns of the
+// trial. Returns the Jacobian with respect to the landmark; null if it cannot be evaluated.
 const double* VariableProjection::EvaluateFactor(const LandmarkProblem::Factor& factor,
                                                  const double* landmark, double* out) const {
   const std::vector<int>& sizes = factor.cost->parameter_block_sizes();
@@ -482,7 +482,7 @@ void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Fa
   }
 }
 
-// The Jacobian of a factor with respect to an unknown, in its tangent space.
+// Converts the Jacobian with respect to an unknown to its tangent space.
 template <int kTangent>
 void VariableProjection::ToTangent(std::size_t unknown, const double* ambient, Eigen::Index rows,
                                    double* tangent) const {
@@ -497,7 +497,7 @@ void VariableProjection::ToTangent(std::size_t unknown, const double* ambient, E
   }
 }
 
-// Adds the block of H of arguments i and k of the factor, which are these unknowns.
+// Adds the block of H for arguments i and k of the factor, which are these unknowns.
 template <int kTangent>
 void VariableProjection::AddPair(double weight, Eigen::Index rows, std::size_t i,
                                  std::size_t unknown, std::size_t k, std::size_t other) const {
@@ -517,7 +517,7 @@ void VariableProjection::AddPair(double weight, Eigen::Index rows, std::size_t i
   });
 }
 
-// Minimizes over the landmark: takes away H_xl H_ll^-1 H_lx and H_xl H_ll^-1 g_l.
+// Eliminates the landmark: subtracts H_xl H_ll^-1 H_lx and H_xl H_ll^-1 g_l.
 template <int kDim>
 void VariableProjection::Eliminate(std::size_t index, const LandmarkNormal<kDim>& normal) const {
   const Memory::Layout& layout = memory_.layouts[index];
@@ -554,7 +554,7 @@ void VariableProjection::Eliminate(std::size_t index, const LandmarkNormal<kDim>
   }
 }
 
-// H = P^T L D L^T P: J = D^1/2 L^T P, r = D^-1/2 L^-1 P g. H may be singular: J^T J is enough.
+// H = P^T L D L^T P: J = D^1/2 L^T P, r = D^-1/2 L^-1 P g. H may be singular: only J^T J matters.
 void VariableProjection::WriteRows(double* residuals, double** jacobians) const {
   const Eigen::Index n = memory_.accepted.g.size();
   const Eigen::LDLT<Eigen::MatrixXd, Eigen::Upper> factors(memory_.accepted.H);

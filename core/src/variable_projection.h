@@ -13,39 +13,41 @@
 
 namespace highwall::internal {
 
-// All factors on landmarks as one cost function of the unknowns: at each x the landmarks are where
-// they fit best, as far as a few Gauss-Newton steps of their own take them. Its residuals are n + 1
-// for n tangent dimensions of the unknowns, with
+// All factors of landmarks as one cost function of the unknowns (variable projection): at each x
+// the landmarks are optimized by a few Gauss-Newton steps of their own. It has n + 1 residuals for
+// n tangent dimensions of the unknowns, with
 //   |r|^2 = sum rho,   J^T J = H, the Schur complement,   J^T r = g, its gradient,
-// so that a solver that sees nothing of the landmarks takes the steps of one that does. The last
-// residual is what no step of the unknowns can change, and has a Jacobian of zeros.
+// so that a solver without the landmarks takes the same steps as one with them. The last residual
+// is the part that no step of the unknowns can change; its Jacobian is zero.
 //
-// Landmarks start from the x that was last evaluated with Jacobians, so what an Evaluate() returns
-// depends on those before: for one solver, on one thread. Losses must be concave (rho'' <= 0).
+// Landmarks start from their values at the x of the last evaluation with Jacobians, so the result
+// of Evaluate() depends on earlier calls: for one solver, on one thread. Losses must be concave
+// (rho'' <= 0).
 class VariableProjection final : public ceres::CostFunction {
  public:
   struct Memory;
 
-  // What the problem refers to, faults and memory must outlive it. Memory: to be kept from one
-  // solve to the next, for one at a time.
+  // The objects referred to by the problem, faults and memory must outlive it. Memory: reused from
+  // one solve to the next, by one object at a time.
   VariableProjection(LandmarkProblem problem, FactorFaults* faults, Memory* memory);
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
-  // Adds H at the blocks' present values to the upper triangle of `sum`, whose first columns are
-  // the unknowns' tangent spaces: that of the solver where it ended there and damped no landmark.
-  // To `eliminated` it adds what the landmarks took from H's diagonal, of which what is left may be
-  // rounding. False where a factor cannot be evaluated, or a landmark has a direction open.
+  // Adds H at the current values of the blocks to the upper triangle of `sum`, whose first columns
+  // are the tangent spaces of the unknowns: the H of the solver if it ended there and damped no
+  // landmark. Adds to `eliminated` the part of the diagonal of H that the landmarks removed,
+  // relative to which the rest may be rounding. Returns false if a factor cannot be evaluated, or
+  // if a direction of a landmark is unobservable.
   bool AddInformation(Eigen::MatrixXd* sum, Eigen::VectorXd* eliminated) const;
 
-  // Puts the landmarks to where they were when it was last evaluated with Jacobians.
+  // Writes the landmarks of the last evaluation with Jacobians to their blocks.
   void WriteLandmarks() const;
 
   const std::vector<LandmarkProblem::Block>& unknowns() const { return problem_.unknowns; }
 
  private:
-  // Rows over kDim columns, row by row as Ceres has them, with the sizes known or not.
+  // Row-major matrix with kDim columns, as in Ceres, of fixed or dynamic size.
   template <int kDim, int kRows = Eigen::Dynamic>
   using Matrix = Eigen::Matrix<double, kRows, kDim, kDim == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
   template <int kDim, int kRows = Eigen::Dynamic>
@@ -70,7 +72,7 @@ class VariableProjection final : public ceres::CostFunction {
   template <int kDim>
   bool Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
                  LandmarkNormal<kDim>* normal) const;
-  // Notes that it could not be evaluated; false.
+  // Records that the factor could not be evaluated; returns false.
   bool Fail(const LandmarkProblem::Factor& factor) const;
   const double* EvaluateFactor(const LandmarkProblem::Factor& factor, const double* landmark,
                                double* out) const;
@@ -97,27 +99,27 @@ class VariableProjection final : public ceres::CostFunction {
 struct VariableProjection::Memory {
   struct Coupling {
     int unknown;
-    int column;  // among those of its landmark
+    int column;  // among the columns of its landmark
   };
-  // Where things of a landmark are.
+  // Offsets of the data of a landmark.
   struct Layout {
     std::size_t first_coupling = 0, end_coupling = 0;  // by ascending unknowns
     std::size_t value = 0;                             // in State::landmarks
     std::size_t feedback = 0;                          // in State::feedback
     int coupled = 0;                                   // tangent dimensions of its unknowns
   };
-  // The landmarks at one x, and what is left of them there.
+  // The landmarks at one x, and the system reduced by them.
   struct State {
     bool valid = false;
-    bool open = false;              // a landmark has a direction open
-    std::vector<double> x;          // the unknowns' blocks
-    std::vector<double> landmarks;  // their blocks
+    bool open = false;              // a landmark has an unobservable direction
+    std::vector<double> x;          // blocks of the unknowns
+    std::vector<double> landmarks;  // blocks of the landmarks
     std::vector<double> costs;      // sum of rho of each landmark's factors
-    // Of each landmark, how it follows, dl = -u - W dx: u, then W, column by column.
+    // Feedback of each landmark to a step, dl = -u - W dx: u, then W, column by column.
     std::vector<double> feedback;
     Eigen::MatrixXd H;  // upper triangle
     Eigen::VectorXd g;
-    Eigen::VectorXd eliminated;  // what the landmarks took from the diagonal of H
+    Eigen::VectorXd eliminated;  // part that the landmarks removed from the diagonal of H
     double cost = 0.0;           // sum of rho
   };
 
@@ -126,23 +128,23 @@ struct VariableProjection::Memory {
   std::vector<int> column_of;      // of each argument that is an unknown: its Coupling::column
   std::vector<int> column;         // of each unknown in H
   std::vector<std::size_t> place;  // of each unknown in State::x
-  // Where Ceres is, and where it tries to go.
+  // The current state of Ceres, and the trial of its next step.
   State accepted, trial;
   int trials = 0;  // from the accepted state
-  // Of each factor: SilentRows() where the solve began; and whether it is about to begin.
+  // For each factor SilentRows() at the start of the solve; whether the solve is starting.
   std::vector<std::uint64_t> silent;
   bool begins = false;
   std::vector<Matrix<-1>> plus;  // of each unknown, at the trial's x
   Eigen::VectorXd step;          // from the accepted state to the trial
 
-  // Of the landmark at hand.
+  // Of the current landmark.
   std::vector<double> numbers;      // of each factor: residuals, ambient Jacobians
   std::vector<double> of_landmark;  // tangent Jacobians with respect to it, row by row
   std::vector<double> weights;      // rho' of each factor
   std::vector<double> coupling;     // H_lx, column by column
   std::vector<double> landmark_plus;
   std::vector<double> tried;  // value
-  // Of the factor at hand.
+  // Of the current factor.
   std::vector<double> tangent;  // Jacobians with respect to its unknowns, one by one
   std::vector<const double*> parameters;
   std::vector<double*> jacobians;

@@ -22,25 +22,25 @@ struct PinholeCamera {
   void Validate() const;
 
   bool HasDistortion() const;
-  // The same intrinsics without distortion: the camera of undistorted pixel coordinates.
+  // Returns the same intrinsics without distortion: the camera of undistorted pixel coordinates.
   PinholeCamera WithoutDistortion() const;
 
-  // m -> m'. dm: the 2 x 2 Jacobian dm'/dm, where not null.
+  // Maps m to m'. dm: the 2 x 2 Jacobian dm'/dm; may be null.
   Eigen::Vector2d Distort(const Eigen::Vector2d& m, Eigen::Matrix2d* dm = nullptr) const;
-  // m' -> m by Newton's method, to 1e-12 inside the image of a usable lens; where the model folds
-  // over (far outside of the image) the result is the best point found.
+  // Maps m' to m by Newton's method, to 1e-12 inside the image of a usable lens; where the model
+  // folds over (outside of the image) the result is the best point found.
   Eigen::Vector2d Undistort(const Eigen::Vector2d& m_distorted) const;
 
-  // Pixel (u, v) of p_C [m], distortion included; requires p_C.z() > 0 (not checked).
-  // duv_dp_C: 2 x 3 Jacobian, where not null.
+  // Returns the pixel (u, v) of p_C [m], distortion included; requires p_C.z() > 0 (not checked).
+  // duv_dp_C: the 2 x 3 Jacobian; may be null.
   Eigen::Vector2d Project(const Eigen::Vector3d& p_C,
                           Eigen::Matrix<double, 2, 3>* duv_dp_C = nullptr) const;
-  // The point at depth z [m] behind pixel uv, distortion removed.
+  // Returns the point at depth z [m] behind pixel uv, distortion removed.
   Eigen::Vector3d Unproject(const Eigen::Vector2d& uv, double z) const;
-  // Pixel -> pixel of the camera WithoutDistortion().
+  // Maps a pixel to the pixel of the camera WithoutDistortion().
   Eigen::Vector2d UndistortPixel(const Eigen::Vector2d& uv) const;
 
-  // Inside [0, width - 1] x [0, height - 1] shrunk by `margin` pixels.
+  // Returns true inside [0, width - 1] x [0, height - 1] shrunk by `margin` pixels.
   bool Contains(const Eigen::Vector2d& uv, double margin = 0.0) const;
 };
 
@@ -48,7 +48,7 @@ struct PinholeCamera {
 // so that depth z becomes the disparity u - u_R = fx baseline / z.
 struct VirtualRightCamera {
   double fx = 525.0;       // [px] > 0
-  double baseline = 0.08;  // [m] > 0; it scales disparity and its sigma alike
+  double baseline = 0.08;  // [m] > 0; scales the disparity and its sigma equally
 
   double Disparity(double z) const { return fx * baseline / z; }
   double Depth(double disparity) const { return fx * baseline / disparity; }

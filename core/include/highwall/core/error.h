@@ -7,15 +7,15 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// An argument, an option or a block that breaks a documented precondition. The message says which
-// one, what is asked of it, and its value where it helps.
+// Thrown for an argument, an option or a block that violates a documented precondition. The message
+// names it, the requirement and, where useful, its value.
 class InvalidArgument : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
 
-// A file that is missing, unreadable or malformed: "path: what", or "path:line: what" where a line
-// is to blame. Never thrown for a result that is merely empty.
+// Thrown for a file that is missing, unreadable or malformed. The message is "path: what", or
+// "path:line: what" where the error is in one line. Never thrown for a result that is merely empty.
 class IoError : public std::runtime_error {
  public:
   IoError(const std::filesystem::path& path, const std::string& what);

@@ -23,17 +23,17 @@ class Problem;
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Names a factor of one FactorGraph.
+// Handle of a factor of one FactorGraph.
 struct FactorId {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;  // 0: no factor
-  std::uint32_t graph = 0;       // a number of its own
+  std::uint32_t graph = 0;       // unique number of the graph
 
   bool operator==(const FactorId&) const = default;
 };
 
-// A pointer that gives a factor away or shares it: std::unique_ptr or std::shared_ptr to a class
-// derived from ceres::CostFunction.
+// A pointer that transfers or shares the ownership of a factor: std::unique_ptr or std::shared_ptr
+// to a class derived from ceres::CostFunction.
 template <class P>
 concept FactorPointer = std::convertible_to<P, std::shared_ptr<ceres::CostFunction>> && requires {
   typename P::element_type;
@@ -51,8 +51,8 @@ concept FactorPointer = std::convertible_to<P, std::shared_ptr<ceres::CostFuncti
 // A factor is any ceres::CostFunction with true ambient Jacobians, analytic or AutoDiff. The graph
 // owns the blocks, whose addresses never change, and keeps the factors and losses alive.
 // Every function that takes a handle throws InvalidArgument if its variable or factor is no longer
-// in the graph, or is one of another graph. A factor that throws, or is not finite, is one that
-// cannot be evaluated. Nothing is printed. Not thread-safe: one thread at a time.
+// in the graph or belongs to another graph. A factor that throws or is not finite counts as one
+// that cannot be evaluated. Nothing is printed. Not thread-safe: one thread at a time.
 class FactorGraph {
  public:
   FactorGraph();
@@ -60,13 +60,13 @@ class FactorGraph {
   FactorGraph(FactorGraph&&) noexcept;
   FactorGraph& operator=(FactorGraph&&) noexcept;
 
-  // Throws InvalidArgument if the value is not finite, or T's manifold one of another size.
+  // Throws InvalidArgument if the value is not finite or the manifold of T has another size.
   template <class T>
   Variable<T> AddVariable(const T& value) {
     return AddTyped(value, /*landmark=*/false);
   }
-  // A variable that is eliminated first (Schur complement), such as a point or a line. No factor
-  // may join two landmarks: Solve() then fails and says so.
+  // Adds a variable that is eliminated first (Schur complement), such as a point or a line. No
+  // factor may connect two landmarks: Solve() then fails with a message.
   template <class T>
   Variable<T> AddLandmark(const T& value) {
     return AddTyped(value, /*landmark=*/true);
@@ -84,7 +84,7 @@ class FactorGraph {
     SetBlock(variable, block);
   }
 
-  // Takes the variable out, and with it every factor that touches it.
+  // Removes the variable and every factor that is connected to it.
   void Remove(const VariableId& variable);
 
   // A fixed variable keeps its value in Solve() and counts as known in Covariance().
@@ -92,10 +92,10 @@ class FactorGraph {
   void Unfix(const VariableId& variable);
   bool IsFixed(const VariableId& variable) const;
 
-  // loss: applied to |r|^2 (Huber and the like); may be null; share one among many factors.
-  // Throws InvalidArgument if the factor is null, or if the number, the sizes or the identity
-  // (twice the same) of the blocks do not fit it. Does not compile if the factor declares other
-  // Variables.
+  // loss: applied to |r|^2 (Huber and similar); may be null; may be shared by many factors. Throws
+  // InvalidArgument if the factor is null or has no residuals, if the number or the sizes of the
+  // blocks do not fit it, or if a block is given twice. Does not compile if the factor declares
+  // other Variables.
   template <FactorPointer P, class... Ts>
   requires AcceptsVariables<typename P::element_type, Ts...> FactorId
   AddFactor(P factor, std::shared_ptr<ceres::LossFunction> loss, const Variable<Ts>&... variables) {
@@ -117,49 +117,50 @@ class FactorGraph {
   bool Contains(const FactorId& factor) const;
   std::size_t NumVariables() const;
   std::size_t NumFactors() const;
-  // In the order in which they were added. Both references: until a factor is added or removed.
+  // In the order of insertion. Both references are valid until a factor is added or removed.
   const std::vector<FactorId>& FactorsOf(const VariableId& variable) const;
   const std::vector<VariableId>& VariablesOf(const FactorId& factor) const;
   const ceres::CostFunction& Factor(const FactorId& factor) const;
-  // Why it cannot be evaluated at the present values, naming its type and its variables; empty if
-  // it can.
+  // Returns the reason why the factor cannot be evaluated at the current values, with its type and
+  // its variables; empty if it can be evaluated.
   std::string FaultOf(const FactorId& factor) const;
 
-  // |r|^2 of one factor at the present values, without its loss: chi-squared where r is whitened.
-  // Throws InvalidArgument, with FaultOf, if the factor cannot be evaluated there.
+  // Returns |r|^2 of one factor at the current values, without its loss: chi-squared where r is
+  // whitened. Throws InvalidArgument, with FaultOf, if the factor cannot be evaluated.
   double SquaredError(const FactorId& factor) const;
-  // Sum over factors of rho(|r|^2) / 2. Throws as above.
+  // Returns the sum over factors of rho(|r|^2) / 2. Throws as above.
   double Cost() const;
 
-  // Improves the values of the variables that are not fixed. Throws only on bad options; see
-  // SolveSummary::status for everything else: where it failed by a factor, the message names it.
+  // Optimizes the variables that are not fixed. Throws only on invalid options; all other failures
+  // are reported by SolveSummary::status, with the name of the factor where one caused the failure.
   SolveSummary Solve(const SolveOptions& options = {});
 
-  // Joint covariance of the variables in their tangent spaces, in the order given, from the
-  // linearized graph: (J^T J)^-1 with losses applied. A fixed variable is known: zero rows and
-  // columns. Empty if the factors do not determine these variables (an open gauge: fix a variable
-  // or add a prior); whether they determine others does not matter. Throws InvalidArgument if a
+  // Returns the joint covariance of the variables in their tangent spaces, in the order given, from
+  // the linearized graph: (J^T J)^-1 with losses applied. A fixed variable is known: zero rows and
+  // columns. Empty if these variables are not observable from the factors (gauge freedom: fix a
+  // variable or add a prior); other variables may be unobservable. Throws InvalidArgument if a
   // factor cannot be evaluated.
   std::optional<Eigen::MatrixXd> Covariance(std::span<const VariableId> variables) const;
   std::optional<Eigen::MatrixXd> Covariance(const VariableId& variable) const {
     return Covariance(std::span<const VariableId>(&variable, 1));
   }
-  // A variable that the factors do not determine, with one of them, and what to do; empty where
-  // they determine all. Throws InvalidArgument if a factor cannot be evaluated.
+  // Names a variable that is not observable from the factors, one of its factors, and a remedy;
+  // empty if all variables are observable. Throws InvalidArgument if a factor cannot be evaluated.
   std::string Undetermined() const;
 
-  // The block behind a handle, and the handle of a block (throws InvalidArgument if it is none).
+  // The block of a handle, and the handle of a block (throws InvalidArgument if there is none).
   const double* Block(const VariableId& variable) const;
   double* MutableBlock(const VariableId& variable);
   VariableId FindVariable(const double* block) const;
 
-  // The problem itself, to evaluate, linearize or solve it by other means. Add and remove through
-  // the graph only. Its cost functions stand for the factors: see FindVariable and Factor.
+  // The underlying problem, to evaluate, linearize or solve it by other means. Add and remove
+  // through the graph only. Its cost functions are wrappers of the factors: see FindVariable and
+  // Factor.
   ceres::Problem& problem();
   const ceres::Problem& problem() const;
 
  private:
-  friend class SlidingWindowSmoother;  // takes factors out on trial
+  friend class SlidingWindowSmoother;  // suspends factors temporarily
   using MakeManifold = std::unique_ptr<ceres::Manifold> (*)();
   struct Impl;
 
@@ -173,17 +174,17 @@ class FactorGraph {
                       const std::type_info& type, bool landmark);
   void SetBlock(const VariableId& variable, std::span<const double> values);
 
-  // The factors count as removed until Resume() gives each back under the same handle.
-  // RemoveFactor() ends that too; their variables must not be removed before. Returns those that
-  // were not suspended yet, in the order given.
+  // Treats the factors as removed until Resume() restores each under the same handle.
+  // RemoveFactor() also ends the suspension; their variables must not be removed before. Returns
+  // the factors that were not suspended before, in the order given.
   std::vector<FactorId> Suspend(std::span<const FactorId> factors);
   void Resume(const FactorId& factor);
 
-  // Covariance(), the landmarks eliminated one by one; empty where there are none, where two are
-  // joined or one is asked for, or where the factors leave a variable open.
+  // Covariance() with the landmarks eliminated one by one. Empty if there are no landmarks, if a
+  // factor connects two of them, if one of them is requested, or if a variable is not observable.
   std::optional<Eigen::MatrixXd> ReducedCovariance(std::span<const VariableId> variables) const;
-  // Solve(), and ReducedCovariance() of where it ended by the equations that it ended with. Empty
-  // also where it failed, or did not solve by variable projection.
+  // Solve(), then ReducedCovariance() at the solution from the final linear system of the solver.
+  // Also empty if the solver failed or is not variable projection.
   SolveSummary SolveWithCovariance(const SolveOptions& options,
                                    std::span<const VariableId> variables,
                                    std::optional<Eigen::MatrixXd>* covariance);

@@ -22,20 +22,20 @@ struct PluckerLine {
   // (closer than 1e-9 m) or are not finite.
   static PluckerLine FromPoints(const Eigen::Vector3d& p, const Eigen::Vector3d& q);
 
-  // The point of the line that is closest to the origin.
+  // Returns the point of the line that is closest to the origin.
   Eigen::Vector3d ClosestToOrigin() const;
-  // The foot of the perpendicular from x.
+  // Returns the foot of the perpendicular from x.
   Eigen::Vector3d Project(const Eigen::Vector3d& x) const;
   // Distance from x to the line [m].
   double Distance(const Eigen::Vector3d& x) const;
 };
 
-// The same line seen from frame A: n_A = R n_B + p x (R d_B), d_A = R d_B.
+// The same line expressed in frame A: n_A = R n_B + p x (R d_B), d_A = R d_B.
 PluckerLine operator*(const Pose& T_AB, const PluckerLine& line_B);
 
 // A line in the orthonormal form, 4 degrees of freedom in 6 doubles [q_x q_y q_z q_w | w_1 w_2]:
 // U = R(q) = [ n/|n|  d/|d|  (n x d)/|n x d| ],  (w_1, w_2) = (|n|, |d|) / |(|n|, |d|)|.
-// A Ceres parameter block under LineManifold as it stands. Source: Bartoli, Sturm 2005, Eq. 2-5.
+// Usable as a Ceres parameter block with LineManifold. Source: Bartoli, Sturm 2005, Eq. 2-5.
 class OrthonormalLine {
  public:
   static constexpr int kSize = 6;
@@ -59,7 +59,7 @@ class OrthonormalLine {
   std::array<double, kSize> data_;
 };
 
-// A finite piece of a line: two end points [m], six contiguous doubles [p | q], a Ceres block.
+// A line segment: two end points [m], six contiguous doubles [p | q], a Ceres parameter block.
 class Segment3 {
  public:
   static constexpr int kSize = 6;
@@ -79,11 +79,11 @@ class Segment3 {
   std::array<double, kSize> data_;
 };
 
-// The segment moved into frame A.
+// The segment expressed in frame A.
 Segment3 operator*(const Pose& T_AB, const Segment3& segment_B);
 
-// The piece of `line` between the feet of the perpendiculars from the ends of `segment`: puts ends
-// back on a line that an optimizer moved.
+// Returns the segment of `line` between the feet of the perpendiculars from the end points of
+// `segment`: restores the end points after an optimizer has moved the line.
 Segment3 TrimTo(const PluckerLine& line, const Segment3& segment);
 
 }  // namespace highwall

@@ -12,8 +12,8 @@ namespace [[gnu::visibility("default")]] highwall {
 // Pose block:  double[7] = [ p_x p_y p_z | q_x q_y q_z q_w ]   (class Pose)
 // Tangent:     double[6] = [ dp | dtheta ],   p <- p + dp,   R <- R Exp(dtheta).
 //
-// Ceres' own quaternion manifolds step on the left with half angles; this one is the step in which
-// every factor, prior and covariance of Highwall is expressed.
+// The quaternion manifolds of Ceres apply the step on the left with half angles; every factor,
+// prior and covariance of Highwall is expressed in the step of this manifold.
 class PoseManifold final : public ceres::Manifold {
  public:
   static constexpr int kAmbientSize = 7;
@@ -52,7 +52,7 @@ class PoseManifold final : public ceres::Manifold {
 // Orthonormal line block (Bartoli, Sturm 2005, "Structure-from-motion using lines", section 4.1):
 //              double[6] = [ q_x q_y q_z q_w | w_1 w_2 ]   (class OrthonormalLine), U = R(q)
 // Tangent:     double[4] = [ dtheta (3) | dphi ],  U <- U Exp(dtheta),  W <- W R2(dphi),
-// where R2 is the rotation of the plane and W = [w_1 -w_2; w_2 w_1].
+// where R2 is the 2 x 2 rotation and W = [w_1 -w_2; w_2 w_1].
 class LineManifold final : public ceres::Manifold {
  public:
   static constexpr int kAmbientSize = 6;
@@ -80,8 +80,8 @@ class LineManifold final : public ceres::Manifold {
 // Unit direction block:  double[3] = n, |n| = 1   (class UnitDirection)
 // Tangent:               double[2] = d,  n <- cos|d| n + sin|d| / |d| B(n) d,
 // a step of |d| radians along a great circle. B(n), 3 x 2, is the orthonormal basis of the plane
-// across n of Duff et al. 2017, "Building an orthonormal basis, revisited", listing 3; it turns
-// where n_z changes its sign, which no factor may depend on.
+// orthogonal to n of Duff et al. 2017, "Building an orthonormal basis, revisited", listing 3; it
+// rotates abruptly where n_z changes its sign, and no factor may depend on it.
 class UnitDirectionManifold final : public ceres::Manifold {
  public:
   static constexpr int kAmbientSize = 3;
@@ -106,9 +106,9 @@ class UnitDirectionManifold final : public ceres::Manifold {
   }
 };
 
-// A direction in space: a unit vector, three contiguous doubles, and a Ceres parameter block under
-// UnitDirectionManifold as it stands. The direction of gravity, n_W, is (0, 0, -1) unless
-// estimated.
+// A direction in space: a unit vector, three contiguous doubles, usable directly as a Ceres
+// parameter block with UnitDirectionManifold. The direction of gravity, n_W, is (0, 0, -1) unless
+// it is estimated.
 class UnitDirection {
  public:
   static constexpr int kSize = 3;

@@ -16,7 +16,7 @@ class Problem;
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Gaussian knowledge of several blocks together, in square-root form: what marginalization leaves.
+// Joint Gaussian prior on several blocks in square-root form: the result of marginalization.
 //
 //   r = A [ x_1 [-] x0_1 ; x_2 [-] x0_2 ; ... ] + b                docs/marginalization.md, Eq. 7
 //
@@ -25,7 +25,7 @@ namespace [[gnu::visibility("default")]] highwall {
 // Domain: that of the manifolds' Minus.
 class MarginalPrior final : public ceres::CostFunction {
  public:
-  // A block that the prior is about.
+  // A block of the prior.
   struct Block {
     std::vector<double> linearization_point;    // ambient; its size is that of the block
     const ceres::Manifold* manifold = nullptr;  // null: Euclidean. Must outlive the prior.
@@ -51,47 +51,47 @@ class MarginalPrior final : public ceres::CostFunction {
   std::vector<Eigen::Index> columns_;  // one more than there are blocks
 };
 
-// Of Marginalize() and Summarize().
+// Options of Marginalize() and Summarize().
 struct MarginalizationOptions {
-  // A direction counts as unobserved where its pivot, for Jacobian columns scaled to unit length,
-  // is below this, or below this times the length that its column had before anything was
-  // eliminated: such a pivot is rounding. In (0, 1).
+  // A direction is treated as unobservable if its pivot, for Jacobian columns scaled to unit
+  // length, is below this value, or below this value times the length that its column had before
+  // the elimination: such a pivot is due to rounding. In (0, 1).
   double rank_tolerance = 1e-10;
-  // Blocks under a MarginalPrior are linearized where that prior was, so that unobservable
-  // directions gain no information from one marginalization to the next (docs/marginalization.md,
-  // section "First-estimate Jacobians").
+  // Blocks of a MarginalPrior are linearized at the linearization point of that prior, so that
+  // unobservable directions gain no information from one marginalization to the next
+  // (docs/marginalization.md, section "First-estimate Jacobians").
   bool first_estimate_jacobians = false;
-  // Blocks that are linearized at their present value nevertheless: calibration.
+  // Exceptions to the above, linearized at their current value: calibration.
   std::vector<const double*> relinearized = {};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// What Marginalize() found.
+// Statistics of Marginalize().
 struct MarginalizationReport {
-  int factors = 0;             // residual blocks that were linearized
-  int rows = 0;                // their residuals
+  int factors = 0;             // linearized residual blocks
+  int rows = 0;                // their number of residuals
   int removed_dimensions = 0;  // tangent dimensions of the removed blocks
-  int removed_rank = 0;        // of these, those that the factors observe
-  int dimensions = 0;          // tangent dimensions of the blocks under the prior
+  int removed_rank = 0;        // of these, the dimensions that the factors observe
+  int dimensions = 0;          // tangent dimensions of the blocks of the prior
   int rank = 0;                // of the prior
-  int null_space = 0;          // dimensions - rank: directions the prior says nothing about
-  // Largest over smallest singular value of the prior's A with columns scaled to unit length.
+  int null_space = 0;          // dimensions - rank: directions without information
+  // Ratio of largest to smallest singular value of A of the prior, columns scaled to unit length.
   double condition = 1.0;
 };
 
-// What Marginalize() leaves.
+// Result of Marginalize().
 struct Marginal {
-  std::unique_ptr<MarginalPrior> prior;  // null: nothing is known of the blocks that stay
-  std::vector<double*> blocks;           // of the prior, in its order
+  std::unique_ptr<MarginalPrior> prior;  // null: no information about the blocks that stay
+  std::vector<double*> blocks;           // blocks of the prior, in its order
   MarginalizationReport report;
 };
 
-// The prior on the blocks that stay which stands for `removed` and every residual that touches
-// them, linearized at the present values with losses applied. Fixed blocks are known: they are in
-// no prior. An earlier MarginalPrior is a residual like any other. The problem is not changed; to
-// put the prior in place of what it stands for:
+// Returns the prior on the remaining blocks that replaces `removed` and every residual connected to
+// them, linearized at the current values with losses applied. Fixed blocks are known: they are in
+// no prior. An earlier MarginalPrior is treated as any other residual. The problem is not changed;
+// to replace the removed blocks by the prior:
 //
 //   Marginal marginal = Marginalize(problem, removed);
 //   for (double* block : removed) problem.RemoveParameterBlock(block);  // and its residuals
@@ -106,16 +106,16 @@ struct Marginal {
 Marginal Marginalize(const ceres::Problem& problem, std::span<double* const> removed,
                      const MarginalizationOptions& options = {});
 
-// The prior on `kept` that stands for the whole problem: all other blocks are marginalized.
+// Returns the prior on `kept` that replaces the whole problem: all other blocks are marginalized.
 // Exceptions as above.
 Marginal Summarize(const ceres::Problem& problem, std::span<double* const> kept,
                    const MarginalizationOptions& options = {});
 
-// Of InformationLoss().
+// Options of InformationLoss().
 struct InformationLossOptions {
-  // Standard deviation of the reference against which information is counted, in tangent units
-  // (m, rad, m/s). > 0. Directions that are known no better than this count for nothing, so that
-  // the logarithm is finite without a gauge.
+  // Standard deviation of the reference prior against which information is measured, in tangent
+  // units (m, rad, m/s). > 0. Directions with a larger standard deviation do not contribute, so
+  // that the logarithm is finite under gauge freedom.
   double reference_sigma = 10.0;
   MarginalizationOptions marginalization{};
 
@@ -123,17 +123,16 @@ struct InformationLossOptions {
   void Validate() const;
 };
 
-// What each candidate to leave the window would take with it: the information [nats] about the
-// other candidates' blocks that rests on the residuals touching it (docs/marginalization.md,
-// Eq. 12),
+// Returns for each candidate for removal the information [nats] about the blocks of the other
+// candidates that depends on the residuals connected to it (docs/marginalization.md, Eq. 12),
 //
 //   I_c = (log det(I + s^2 Lambda) - log det(I + s^2 Lambda_without_c)) / 2  >= 0,
 //
 // Lambda and Lambda_without_c: information of the blocks of all candidates but c, everything else
-// (landmarks, calibration, c) marginalized, with all residuals and with those of c left out.
-// A candidate: the blocks of one instant, such as pose, velocity and bias of a keyframe. The least
-// one is the most redundant. Throws InvalidArgument as Marginalize; a block may belong to one
-// candidate only.
+// (landmarks, calibration, c) marginalized, with all residuals and without those of c.
+// A candidate: the blocks of one instant, such as pose, velocity and bias of a keyframe. The
+// candidate with the least loss is the most redundant. Throws InvalidArgument as Marginalize; a
+// block may belong to one candidate only.
 std::vector<double> InformationLoss(const ceres::Problem& problem,
                                     std::span<const std::vector<double*>> candidates,
                                     const InformationLossOptions& options = {});

@@ -14,7 +14,7 @@ class PoseManifold;
 // A rigid transform T_AB, p_A = R_AB p_B + p_AB: the pose of frame B in frame A.
 //
 // Seven contiguous doubles [p_x p_y p_z q_x q_y q_z q_w] (metres, unit Hamilton quaternion): the
-// order of a TUM trajectory line, and a Ceres parameter block under PoseManifold as it stands.
+// order of a TUM trajectory line, usable directly as a Ceres parameter block with PoseManifold.
 class Pose {
  public:
   static constexpr int kSize = 7;
@@ -26,11 +26,11 @@ class Pose {
 
   static Pose Identity() { return Pose(); }
   // T: rigid; its rotation becomes a unit quaternion. Throws as above, and if the upper left block
-  // is no rotation (to 1e-3).
+  // is not a rotation (to 1e-3).
   static Pose FromMatrix(const Eigen::Matrix4d& T);
-  // [p q] as stored; normalised. Throws as above.
+  // block: [p q] as stored; q is normalised. Throws as above.
   static Pose FromBlock(const double* block);
-  // position + Exp(rotation vector).
+  // Position and rotation Exp(theta_AB).
   static Pose FromTangent(const Eigen::Vector3d& p_AB, const Eigen::Vector3d& theta_AB);
 
   Eigen::Vector3d p() const { return Eigen::Map<const Eigen::Vector3d>(data()); }

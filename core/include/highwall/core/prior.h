@@ -12,7 +12,7 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Prior knowledge of a pose.
+// Prior on a pose.
 //
 //   r = W [ p - p_0 | Log(q_0^-1 q) ]                             docs/factors/prior.md, Eq. 1
 //
@@ -34,12 +34,12 @@ class PosePrior final : public ceres::SizedCostFunction<6, 7> {
   const Eigen::Matrix<double, 6, 6> W_;
 };
 
-// Prior knowledge of a direction, as of gravity.
+// Prior on a direction, such as gravity.
 //
 //   r = B(n_0)^T n / sigma                                        docs/factors/prior.md, Eq. 5
 //
-// Blocks:  0: n  direction (3, UnitDirectionManifold); B as there
-// Domain:  less than 90 deg from n_0: |r| is the sine of the angle, and n = -n_0 has none.
+// Blocks:  0: n  direction (3, UnitDirectionManifold); B as defined there
+// Domain:  less than 90 deg from n_0: |r| is the sine of the angle; zero gradient at n = -n_0.
 class DirectionPrior final : public ceres::SizedCostFunction<2, 3> {
  public:
   using Variables = VariableList<UnitDirection>;
@@ -54,12 +54,12 @@ class DirectionPrior final : public ceres::SizedCostFunction<2, 3> {
   const Eigen::Matrix<double, 2, 3> W_;
 };
 
-// Two frames both have their z axis up, as a world that knows gravity and the frame of a GPS have;
-// nothing is known of the heading and the position between them.
+// Gravity alignment of two frames that both have their z axis up, such as a gravity-aligned world
+// and a GPS frame; it does not constrain the heading and the position between them.
 //
 //   r = [x y](R e_z) / sigma                                      docs/factors/prior.md, Eq. 6
 //
-// Blocks:  0: T  pose (7, PoseManifold), of the one frame in the other
+// Blocks:  0: T  pose (7, PoseManifold), of one frame in the other
 // Domain:  less than 90 deg between the axes: |r| is the sine of the angle over sigma.
 class UprightPrior final : public ceres::SizedCostFunction<2, 7> {
  public:
@@ -75,7 +75,7 @@ class UprightPrior final : public ceres::SizedCostFunction<2, 7> {
   const double inverse_sigma_;
 };
 
-// Prior knowledge of a Euclidean variable of N doubles: a point, a velocity, a bias, a scalar.
+// Prior on a Euclidean variable of N doubles: a point, a velocity, a bias, a scalar.
 //
 //   r = W (x - x_0)                                               docs/factors/prior.md, Eq. 3
 //

@@ -8,7 +8,7 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A measured transform between two poses: odometry, a loop closure.
+// Measured relative pose of two poses: odometry, a loop closure.
 //
 //   r = W Log( Z^-1 T_i^-1 T_j ),  Log of SE(3)            docs/factors/relative_pose.md, Eq. 1
 //

@@ -19,39 +19,39 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Which states leave when there are more than fit.
+// Selects the states that leave a full window.
 enum class LeavingPolicy {
   kOldestFirst,
-  // The one whose factors tell least about the states that stay (InformationLoss()). Costs two
-  // eliminations of the window per candidate.
+  // The state whose factors give the least information about the remaining states
+  // (InformationLoss()). Costs two eliminations of the window per candidate.
   kLeastInformation,
 };
 const char* ToString(LeavingPolicy policy);
 
-// What becomes of a landmark that a leaving state observes and that other states observe too.
-// Landmarks are never in the prior: they stay independent of each other.
+// Treatment of a landmark that is observed by a leaving state and by other states. Landmarks are
+// never in the prior: they stay independent of each other.
 enum class LandmarkPolicy {
-  // It stays, without the observations of the leaving state, if the newest state observes it; else
-  // it leaves, and all its observations go into the prior.
+  // It stays, without the observations of the leaving state, if the newest state observes it;
+  // otherwise it leaves, and all its observations go into the prior.
   kKeepTracked,
   // It leaves, and all its observations go into the prior. No observation is lost; a landmark that
-  // is observed again is a new one.
+  // is observed again is a new landmark.
   kMarginalize,
 };
 const char* ToString(LandmarkPolicy policy);
 
-// Of SlidingWindowSmoother.
+// Options of SlidingWindowSmoother.
 struct SlidingWindowOptions {
   int max_states = 10;  // >= 1; distinct stamps that stay in the window
-  // [s] > 0; a state that is older than this before the newest one leaves
+  // [s] > 0; a state leaves if it is older than the newest one by more than this
   double max_seconds = std::numeric_limits<double>::infinity();
-  // [ms] > 0 for a whole Update(); the solver stops in time for what comes after it
+  // [ms] > 0 for a whole Update(); the solver stops early enough for the steps after it
   double budget_ms = std::numeric_limits<double>::infinity();
   LeavingPolicy leaving = LeavingPolicy::kOldestFirst;
   int protected_states = 2;  // >= 1; newest stamps that kLeastInformation never chooses
   LandmarkPolicy landmarks = LandmarkPolicy::kKeepTracked;
-  // > 0; an update is rejected if a new factor is left with |r| / sqrt(rows) beyond this. In sigma
-  // where r is whitened.
+  // > 0; an update is rejected if a new factor has |r| / sqrt(rows) above this after the solve. In
+  // sigma where r is whitened.
   double max_error = std::numeric_limits<double>::infinity();
   // Calibration variables are relinearized in any case.
   MarginalizationOptions marginalization{};
@@ -63,24 +63,24 @@ struct SlidingWindowOptions {
   void Validate() const;
 };
 
-// What became of SlidingWindowSmoother::Update().
+// Report of SlidingWindowSmoother::Update().
 struct UpdateReport {
   bool accepted = false;
-  std::string message;  // why it was rejected; the solver's words if accepted
+  std::string message;  // reason of the rejection; the message of the solver if accepted
   SolveSummary solve;
   std::vector<Stamp> left;                     // states that left, oldest first
-  std::vector<VariableId> removed;             // variables that are gone, landmarks included
+  std::vector<VariableId> removed;             // variables that were removed, landmarks included
   std::vector<MarginalizationReport> reports;  // one for each stamp of `left`
-  std::vector<std::pair<Stamp, double>> information_loss;  // [nats] of the candidates last compared
-  // Of the variables that Update() was asked for: as SlidingWindowSmoother::Covariance(), before
+  std::vector<std::pair<Stamp, double>> information_loss;  // [nats] of the last candidates compared
+  // Covariance of the variables given to Update(): as SlidingWindowSmoother::Covariance(), before
   // any state leaves.
   std::optional<Eigen::MatrixXd> covariance;
-  int dropped_factors = 0;  // observations of landmarks that stay, by states that left
+  int dropped_factors = 0;  // observations of remaining landmarks by states that left
   double seconds = 0.0;     // wall time of the whole update
 };
 
-// A fixed-lag smoother over a FactorGraph: the newest states stay in the window, those before leave
-// behind a prior (marginalization.h). Any factor, any variable.
+// A fixed-lag smoother over a FactorGraph: the newest states stay in the window, older states are
+// marginalized into a prior (marginalization.h). Accepts any factor and any variable.
 //
 //   SlidingWindowSmoother smoother({.max_states = 10});
 //   const Variable<Pose> pose = smoother.AddState(stamp, T_WB);
@@ -89,7 +89,7 @@ struct UpdateReport {
 //   const UpdateReport report = smoother.Update();
 //   const Pose T_WB = smoother.Value(pose);
 //
-// What is added since the last Update() is taken or rejected as a whole. Functions that take a
+// The additions since the last Update() are accepted or rejected as a whole. Functions that take a
 // handle throw InvalidArgument if it is no longer in the window. Not thread-safe.
 class SlidingWindowSmoother {
  public:
@@ -98,18 +98,18 @@ class SlidingWindowSmoother {
   SlidingWindowSmoother(SlidingWindowSmoother&&) noexcept;
   SlidingWindowSmoother& operator=(SlidingWindowSmoother&&) noexcept;
 
-  // A variable that leaves with its stamp: a pose, a velocity, a bias. Several may share a stamp;
-  // stamps may come in any order. Throws InvalidArgument if the value is not finite.
+  // Adds a variable that leaves with its stamp: a pose, a velocity, a bias. Several may share a
+  // stamp; stamps may come in any order. Throws InvalidArgument if the value is not finite.
   template <class T>
   Variable<T> AddState(Stamp stamp, const T& value) {
     return Register(mutable_graph().AddVariable(value), Kind::kState, stamp, typeid(T).name());
   }
-  // A variable that leaves once no state of the window observes it. No factor may join two.
+  // Adds a variable that leaves once no state of the window observes it. No factor may connect two.
   template <class T>
   Variable<T> AddLandmark(const T& value) {
     return Register(mutable_graph().AddLandmark(value), Kind::kLandmark, 0, typeid(T).name());
   }
-  // A variable that stays: calibration. Never linearized at a first estimate.
+  // Adds a variable that never leaves: calibration. Never linearized at a first estimate.
   template <class T>
   Variable<T> AddCalibration(const T& value) {
     return Register(mutable_graph().AddVariable(value), Kind::kCalibration, 0, typeid(T).name());
@@ -132,20 +132,20 @@ class SlidingWindowSmoother {
     return Register(
         mutable_graph().AddFactorToBlocks(std::move(factor), std::move(loss), variables));
   }
-  // Take effect at once; a rejected update does not bring back what was removed.
+  // Take effect immediately; a rejected update does not restore what was removed.
   void RemoveFactor(const FactorId& factor);
   void Remove(const VariableId& variable);
-  // A fixed variable is known: it does not move, and no prior is formed on it.
+  // Makes a variable constant: it is not estimated, and no prior is formed on it.
   void Fix(const VariableId& variable);
 
-  // Solves from the present values, then marginalizes what no longer fits. Rejects everything that
-  // was added since the last call (those handles are stale then), and keeps the values as they
-  // were, if a new factor cannot be evaluated, throws or is not finite, if the solver or a
-  // marginalization fails, or if a new factor is left beyond max_error; then nothing has left.
-  //   covariance_of: variables whose joint covariance is to be in the report, for less than
-  // Covariance() costs afterwards: the solver's last equations are at hand.
-  // Throws InvalidArgument, before anything is done, if one of these is given twice or is no longer
-  // in the window; nothing else.
+  // Solves from the current values, then marginalizes the states and landmarks that leave. Rejects
+  // all additions since the last call (their handles become stale) and restores the values if a new
+  // factor cannot be evaluated, throws or is not finite, if the solver or a marginalization fails,
+  // or if the error of a new factor stays above max_error; no state has left then.
+  //   covariance_of: variables whose joint covariance is added to the report, at less cost than a
+  // later Covariance(), because it reuses the last linear system of the solver.
+  // Throws InvalidArgument, before any change, if one of these is given twice or is no longer in
+  // the window; throws nothing else.
   UpdateReport Update(std::span<const VariableId> covariance_of = {});
 
   template <class T>
@@ -159,11 +159,11 @@ class SlidingWindowSmoother {
   bool Contains(const VariableId& variable) const { return graph().Contains(variable); }
   bool Contains(const FactorId& factor) const { return graph().Contains(factor); }
 
-  // Of the states in the window, ascending.
+  // Returns the stamps of the states in the window, ascending.
   std::vector<Stamp> Stamps() const;
-  // States at a stamp, in the order in which they were added.
+  // Returns the states at a stamp, in the order of insertion.
   std::vector<VariableId> StatesAt(Stamp stamp) const;
-  // The first state of type T at a stamp.
+  // Returns the first state of type T at a stamp.
   template <class T>
   std::optional<Variable<T>> Find(Stamp stamp) const {
     const std::optional<VariableId> id = FindState(stamp, typeid(T).name());
@@ -171,20 +171,21 @@ class SlidingWindowSmoother {
     return Variable<T>{*id};
   }
 
-  // Joint covariance of the variables in their tangent spaces, in the order given; a fixed variable
-  // has zero rows and columns. Empty if the factors do not determine these variables; whether they
-  // determine others does not matter. Throws InvalidArgument if one is given twice, or if a factor
-  // cannot be evaluated.
+  // Returns the joint covariance of the variables in their tangent spaces, in the order given; a
+  // fixed variable has zero rows and columns. Empty if these variables are not observable from the
+  // factors; other variables may be unobservable. Throws InvalidArgument if one is given twice, or
+  // if a factor cannot be evaluated.
   std::optional<Eigen::MatrixXd> Covariance(std::span<const VariableId> variables) const;
-  // Of the states at the newest stamp, in the order of StatesAt. Empty if there are none.
+  // Covariance of the states at the newest stamp, in the order of StatesAt. Empty if there are
+  // none.
   std::optional<Eigen::MatrixXd> NewestCovariance() const;
 
-  // Writes states and calibration with one prior that stands for all factors, linearized at the
-  // present values; landmarks are marginalized. Throws IoError; the file appears whole or not at
-  // all. docs/sliding_window_smoother.md describes the format (version 1).
+  // Writes states and calibration with one prior that replaces all factors, linearized at the
+  // current values; landmarks are marginalized. Throws IoError; the file is written atomically.
+  // docs/sliding_window_smoother.md describes the format (version 1).
   void Save(const std::filesystem::path& path) const;
-  // The smoother as saved. Ts: the types of the saved variables. Throws IoError if the file is
-  // missing, malformed, of another version, or holds a variable of a type that is not among Ts.
+  // Loads a saved smoother. Ts: the types of the saved variables. Throws IoError if the file is
+  // missing, malformed, of another version, or contains a variable of a type that is not among Ts.
   template <class... Ts>
   static SlidingWindowSmoother Load(const std::filesystem::path& path,
                                     const SlidingWindowOptions& options = {}) {
@@ -199,7 +200,7 @@ class SlidingWindowSmoother {
 
  private:
   enum class Kind { kState, kLandmark, kCalibration };
-  // Adds a variable of a type known by its name only.
+  // Adds a variable whose type is known by its name only.
   struct VariableFactory {
     const char* type;
     int size;

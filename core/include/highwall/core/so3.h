@@ -23,7 +23,7 @@ Eigen::Vector3d Log(const Eigen::Quaterniond& q);
 // Jr: Exp(theta + d) ~ Exp(theta) Exp(Jr(theta) d) (Eq. 143).
 Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& theta);
 
-// Inverse of RightJacobian (Eq. 144); |theta| < 2 pi.
+// The inverse of RightJacobian (Eq. 144); |theta| < 2 pi.
 Eigen::Matrix3d RightJacobianInverse(const Eigen::Vector3d& theta);
 
 }  // namespace so3

@@ -6,20 +6,22 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// How the linear system of a step is solved.
+// Solver of the linear system of a step.
 enum class LinearSolver {
-  kAuto,           // Schur where there are landmarks, else a Cholesky by the size of the problem
+  kAuto,           // Schur with landmarks, else a Cholesky by the size of the problem
   kDenseCholesky,  // up to a few hundred tangent dimensions
   kSparseCholesky,
-  kDenseSchur,  // landmarks first, dense reduced system: up to some 100 poses
+  kDenseSchur,  // landmarks first, dense reduced system: up to about 100 poses
   kSparseSchur,
-  // Landmarks follow the others at each step, eliminated one by one in blocks of fixed size: least
-  // overhead in windows of some 20 poses. Also ends where a step was foretold to gain less than the
-  // tolerance. One thread; losses must be concave (rho'' <= 0). kAuto where there are no landmarks.
+  // Variable projection: at each step the landmarks are re-estimated after the other variables and
+  // eliminated one by one in blocks of fixed size: least overhead in windows of about 20 poses.
+  // Also terminates when the predicted decrease of a step is below the tolerance. One thread;
+  // losses must be concave (rho'' <= 0). Same as kAuto if there are no landmarks.
   kVariableProjection,
 };
 
-// Levenberg-Marquardt; the stopping rules are those of Ceres, and one of kVariableProjection.
+// Options of the Levenberg-Marquardt solver; the stopping rules are those of Ceres plus one of
+// kVariableProjection.
 struct SolveOptions {
   int max_iterations = 50;                   // >= 0
   int threads = 1;                           // >= 1; 1 gives bit-equal results on every run
@@ -29,7 +31,7 @@ struct SolveOptions {
   double parameter_tolerance = 1e-8;         // >= 0; relative step
   double initial_trust_region_radius = 1e4;  // > 0; smaller: more careful first steps
   LinearSolver linear_solver = LinearSolver::kAuto;
-  // Solving ends after the running iteration once *stop is true. May be null; not owned.
+  // The solver stops after the current iteration once *stop is true. May be null; not owned.
   const std::atomic<bool>* stop = nullptr;
   // Called after each iteration with its number and the cost. May be empty; must not throw.
   std::function<void(int iteration, double cost)> on_iteration = {};
@@ -38,7 +40,7 @@ struct SolveOptions {
   void Validate() const;
 };
 
-// How a solve ended.
+// Termination status of the solver.
 enum class SolveStatus {
   kConverged,  // a tolerance was met
   kLimit,      // iterations or seconds ran out; the estimate is the best so far
@@ -48,15 +50,15 @@ enum class SolveStatus {
 // "converged", "limit", "stopped" or "failed".
 const char* ToString(SolveStatus status);
 
-// What became of a solve.
+// Summary of FactorGraph::Solve().
 struct SolveSummary {
   SolveStatus status = SolveStatus::kFailed;
-  std::string message;        // the solver's own words
+  std::string message;        // message of the solver
   double initial_cost = 0.0;  // sum over factors of rho(|r|^2) / 2, fixed parts included
   double final_cost = 0.0;
-  int iterations = 0;  // the evaluation at the start and steps tried, accepted or not
-  // Of these, steps that would have raised the cost, by SilentOutsideDomain too, or led where a
-  // factor cannot be evaluated.
+  int iterations = 0;  // the initial evaluation plus all steps tried, accepted or not
+  // Of these, the steps that increased the cost (penalty of SilentOutsideDomain included) or at
+  // which a factor could not be evaluated.
   int rejected_steps = 0;
   double seconds = 0.0;  // wall time, preprocessing included
 

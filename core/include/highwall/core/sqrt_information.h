@@ -10,9 +10,9 @@ namespace internal {
 Eigen::MatrixXd SqrtInformation(const Eigen::MatrixXd& covariance);
 }  // namespace internal
 
-// W, lower triangular, with W^T W = covariance^-1: |W r|^2 is the squared Mahalanobis norm of r.
-// covariance: N x N, fixed or dynamic size, unit (unit of r)^2. Throws InvalidArgument if it is not
-// finite, square, symmetric (to 1e-9 of its largest entry) and positive definite.
+// Returns W, lower triangular, with W^T W = covariance^-1: |W r|^2 is the squared Mahalanobis norm
+// of r. covariance: N x N, fixed or dynamic size, unit (unit of r)^2. Throws InvalidArgument if it
+// is not finite, square, symmetric (to 1e-9 of its largest entry) and positive definite.
 template <class Derived>
 Eigen::Matrix<double, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> SqrtInformation(
     const Eigen::MatrixBase<Derived>& covariance) {

@@ -13,19 +13,19 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A point in space [m], a variable of a graph.
+// A point in space [m], as a variable of a graph.
 using Point = Eigen::Vector3d;
 
-// How a value becomes a parameter block of a FactorGraph:
+// Conversion of a value to a parameter block of a FactorGraph:
 //   kSize                            doubles in the block
 //   Write(value, double*), Read(const double*)
-//   MakeManifold()                   null where the block is Euclidean
-// A type of your own has the members of the next lines, or a specialization of this.
+//   MakeManifold()                   null if the block is Euclidean
+// A user type either has the members listed below or specializes this template.
 template <class T>
 struct VariableTraits;
 
-// Types that are their own block: kSize contiguous doubles behind data(), and T::Manifold, derived
-// from ceres::Manifold, unless the block is Euclidean.
+// Types that are stored as their own block: kSize contiguous doubles at data(), and T::Manifold,
+// derived from ceres::Manifold, unless the block is Euclidean.
 template <class T>
 requires requires(T value) {
   { T::kSize } -> std::convertible_to<int>;
@@ -58,7 +58,7 @@ requires(N > 0) struct VariableTraits<Eigen::Matrix<double, N, 1>> {
   static std::unique_ptr<ceres::Manifold> MakeManifold() { return nullptr; }
 };
 
-// So is a number.
+// A scalar is its own block.
 template <>
 struct VariableTraits<double> {
   static constexpr int kSize = 1;
@@ -67,28 +67,28 @@ struct VariableTraits<double> {
   static std::unique_ptr<ceres::Manifold> MakeManifold() { return nullptr; }
 };
 
-// Names a variable of one FactorGraph. A handle whose variable was removed is recognised as such,
-// and so is one of another graph.
+// Handle of a variable of one FactorGraph. A handle whose variable was removed, or that belongs to
+// another graph, is recognised as such.
 struct VariableId {
   std::uint32_t index = 0;
   std::uint32_t generation = 0;  // 0: no variable
-  std::uint32_t graph = 0;       // a number of its own
+  std::uint32_t graph = 0;       // unique number of the graph
 
   bool operator==(const VariableId&) const = default;
 };
 
-// A VariableId that knows what its block holds: Variable<Pose>, Variable<Point>, Variable<double>.
+// A VariableId with the type of its block: Variable<Pose>, Variable<Point>, Variable<double>.
 template <class T>
 struct Variable : VariableId {};
 
 // The block types that a factor takes, in order. A factor that declares
 //   using Variables = highwall::VariableList<Pose, Point>;
-// can be added to a FactorGraph with just these handles; anything else does not compile.
+// can be added to a FactorGraph with exactly these handles; anything else does not compile.
 template <class... Ts>
 struct VariableList {};
 
-// F may be given variables of types Ts: it declares exactly these, or declares nothing (then only
-// the number and the sizes of the blocks are checked, when it is added).
+// Satisfied if F accepts variables of types Ts: it declares exactly these, or declares nothing
+// (then only the number and the sizes of the blocks are checked, when the factor is added).
 template <class F, class... Ts>
 concept AcceptsVariables = !requires {
   typename F::Variables;

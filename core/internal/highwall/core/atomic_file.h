@@ -9,19 +9,19 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A file that appears whole or not at all: the bytes go to a temporary name beside `path`, and
-// Commit() puts it in place of whatever was there. Without Commit() the temporary is removed and
-// the old file stays as it was.
+// A file that is written atomically: the bytes go to a temporary file next to `path`, and Commit()
+// renames it to `path`, replacing an existing file. Without Commit() the temporary is removed and
+// the old file stays unchanged.
 class AtomicFile {
  public:
-  // A link stays, what it leads to is replaced. Throws IoError if the temporary cannot be opened
-  // (the folder must exist) or `path` is a device or a pipe.
+  // A symbolic link is kept and its target replaced. Throws IoError if the temporary cannot be
+  // opened (the folder must exist) or `path` is a device or a pipe.
   explicit AtomicFile(const std::filesystem::path& path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  // Binary, and numbers look the same under every locale; write errors are found by Commit().
+  // Binary, with the classic locale; write errors are reported by Commit().
   std::ostream& stream() { return stream_; }
   // For writers that open a file by its name themselves (then do not use stream()).
   const std::filesystem::path& temporary() const { return temporary_; }
@@ -31,10 +31,10 @@ class AtomicFile {
   void Commit();
 
  private:
-  // Remembers why the first write failed: the stream goes on without a word until it is closed.
+  // Stores the error of the first failed write, since the stream reports none until it is closed.
   class Buffer : public std::filebuf {
    public:
-    // False where anything that was left could not be written.
+    // Returns false if buffered bytes could not be written.
     bool Close();
     int error() const { return error_; }  // errno; 0: none
 
@@ -53,18 +53,19 @@ class AtomicFile {
 
   std::filesystem::path path_;
   std::filesystem::path temporary_;
-  std::optional<FileLock> lock_;  // of the temporary: it is in use
+  std::optional<FileLock> lock_;  // marks the temporary as in use
   Buffer buffer_;
   std::ostream stream_{&buffer_};
   bool committed_ = false;
 };
 
-// A hidden name beside `path` that nothing else has, on whatever machine of a shared file system,
-// and that RemoveTemporariesOfDeadProcesses() knows. The extension stays last.
+// Returns a hidden file name next to `path` that is unique, even across the machines of a shared
+// file system, and that RemoveTemporariesOfDeadProcesses() recognises. The extension stays last.
 std::filesystem::path TemporaryBeside(const std::filesystem::path& path);
 
-// Removes from a folder what AtomicFile left there in processes that were killed. What may still be
-// written stays, by whatever process, container or machine, and so does what cannot be removed.
+// Removes from a folder the temporaries of AtomicFile that killed processes left there. Files that
+// a process, in whatever container or machine, may still be writing are kept, and so are files that
+// cannot be removed.
 void RemoveTemporariesOfDeadProcesses(const std::filesystem::path& folder);
 
 }  // namespace highwall

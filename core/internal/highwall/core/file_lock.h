@@ -4,18 +4,19 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A file that is open and locked (flock) while this lives. Other processes see that it is in use:
-// those of other containers too and, where the file system shares its locks, those of other
-// machines. The system releases the lock with the process, however that ends.
+// A file that is open and locked (flock) during the lifetime of this object. Other processes see
+// that it is in use: also those of other containers and, where the file system shares its locks,
+// those of other machines. The operating system releases the lock when the process ends, however it
+// ends.
 class FileLock {
  public:
-  enum class Open { kExisting, kNew, kAny };  // kNew: it must not be there, kAny: made if missing
+  enum class Open { kExisting, kNew, kAny };  // kNew: must not exist; kAny: created if missing
   enum class State {
     kHeld,
     kTaken,    // by another object or process
-    kRemoved,  // somebody removed the file between its opening and the lock: try again
-    kNoLocks,  // it is open, but its file system has no locks
-    kFailed,   // it could not be opened, see error()
+    kRemoved,  // the file was removed between its opening and the lock: try again
+    kNoLocks,  // the file is open, but its file system has no locks
+    kFailed,   // the file could not be opened, see error()
   };
 
   FileLock(const std::filesystem::path& path, Open how);

@@ -10,15 +10,15 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A trajectory file that grows pose by pose, in the form of WriteTumTrajectory(). A pose is in the
-// hands of the system when Append() returns, whatever becomes of the process after that.
+// A trajectory file that is appended to pose by pose, in the format of WriteTumTrajectory(). When
+// Append() returns, the pose is with the operating system and survives the end of the process.
 class TrajectoryLog {
  public:
-  // Takes the place of what is at `path`. Throws IoError.
+  // Replaces an existing file at `path`. Throws IoError.
   explicit TrajectoryLog(const std::filesystem::path& path);
 
-  // Throws InvalidArgument for a pose that is not finite or a stamp that decreases, IoError where
-  // the file cannot be written: it then ends with the pose before, and all that follows throws.
+  // Throws InvalidArgument for a pose that is not finite or a stamp that decreases, IoError if the
+  // file cannot be written: it then ends with the previous pose, and all later calls throw.
   void Append(const StampedPose& pose);
 
   const std::filesystem::path& path() const { return path_; }
@@ -28,7 +28,7 @@ class TrajectoryLog {
 
   std::filesystem::path path_;
   std::ofstream stream_;
-  std::uintmax_t size_ = 0;  // [byte] of whole lines
+  std::uintmax_t size_ = 0;  // [byte] of complete lines
   std::optional<Stamp> last_;
 };
 

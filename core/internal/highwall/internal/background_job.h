@@ -10,11 +10,11 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// One piece of work, on a thread of its own or at once. A member of what holds its results, and the
-// last: the work uses all of the others, and ends first.
+// A task that runs on its own thread or synchronously. Must be the last member of the class that
+// holds its results: the task uses all of the other members and ends before they are destroyed.
 class BackgroundTask {
  public:
-  // work: see BackgroundWorker. At once it is done when the constructor returns.
+  // work: see BackgroundWorker. Without `background` it is finished when the constructor returns.
   BackgroundTask(bool background, const BackgroundWorker::Work& work) {
     if (!background) {
       work({});
@@ -24,13 +24,13 @@ class BackgroundTask {
     worker_->Post(work);
   }
 
-  // Asks it to end early; does not wait.
+  // Requests the task to end early; does not wait.
   void Cancel() {
     if (worker_) worker_->RequestStop();
   }
-  // Does not throw: Wait() then does not wait.
+  // Does not throw; if true, Wait() does not block.
   bool IsDone() const { return !worker_ || worker_->IsIdle(); }
-  // Throws what ended the work.
+  // Rethrows the exception that ended the task.
   void Wait() {
     if (worker_) worker_->Wait();
   }
@@ -39,16 +39,16 @@ class BackgroundTask {
   std::optional<BackgroundWorker> worker_;
 };
 
-// The job that is under way, or waits to be applied, and those that were cancelled and have still
-// to end: each holds its thread and what it works on, such as a copy of a map, so that there are
-// no more than kMaxEnding. Job: has Cancel() and IsDone(), as BackgroundTask.
+// The job that is running or waiting to be applied, and the cancelled jobs that have not ended yet.
+// Each of these holds its thread and its data, such as a copy of a map, so their number is limited
+// to kMaxEnding. Job: has Cancel() and IsDone(), as BackgroundTask.
 template <class Job>
 class JobSlot {
  public:
   static constexpr std::size_t kMaxEnding = 2;
 
   bool IsEmpty() const { return job_ == nullptr; }
-  // Whether the job may be cancelled and another one put without a wait.
+  // Returns true if the job may be cancelled and another one put without waiting.
   bool HasRoom() {
     DropEnded();
     return ending_.size() < kMaxEnding;
@@ -57,14 +57,14 @@ class JobSlot {
   const Job* operator->() const { return job_.get(); }
   Job& operator*() { return *job_; }
 
-  // Waits for the oldest of those that were cancelled where there are too many.
+  // Waits for the oldest cancelled job if there are too many.
   void Put(std::unique_ptr<Job> job) {
     DropEnded();
     while (ending_.size() > kMaxEnding) ending_.erase(ending_.begin());
     job_ = std::move(job);
   }
   std::unique_ptr<Job> Take() { return std::move(job_); }
-  // Nothing of it will be asked for; does not wait for its end.
+  // Discards the result of the job; does not wait for its end.
   void Cancel() {
     if (!job_) return;
     job_->Cancel();

@@ -11,35 +11,36 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A thread that does pieces of work in the order in which they came and, while there are none,
-// something else a little at a time. Results are the work's own affair: what it writes may be read
-// when Wait() or Finish() has returned, or IsIdle() was true.
+// A thread that runs tasks in the order of Post() and, while there are none, an idle task in small
+// steps. The results of a task may be read once Wait() or Finish() has returned, or IsIdle() was
+// true.
 //
-// Errors: what work or spare throws is thrown by the next Post(), Wait() or Finish(), once. The
-// pieces that waited behind it are dropped; those that are posted later are done.
+// Errors: an exception of a task or of the idle task is rethrown by the next Post(), Wait() or
+// Finish(), once. The tasks waiting behind it are dropped; those posted later are run.
 class BackgroundWorker {
  public:
-  // stop: requested by RequestStop() and by the end of the worker. Work that takes long looks at it
-  // and returns early.
+  // stop: requested by RequestStop() and by the destructor. Long tasks poll it and return early.
   using Work = std::function<void(const std::stop_token& stop)>;
-  // True while there is more to do.
+  // Returns true while there is more to do.
   using SpareWork = std::function<bool()>;
 
-  // backlog: >= 1 pieces that may wait, else InvalidArgument. spare: called again and again while
-  // nothing waits, as long as it returns true; then once more after the next piece; may be empty.
+  // backlog: >= 1 tasks that may wait, else InvalidArgument. spare: the idle task, called
+  // repeatedly while no task waits, until it returns false; then again only after the next task;
+  // may be empty.
   explicit BackgroundWorker(std::size_t backlog, SpareWork spare = {});
-  // Requests a stop of the piece that is being done, waits for it, and drops those that wait.
+  // Requests a stop of the running task, waits for it, and drops the waiting tasks.
   ~BackgroundWorker();
 
-  // Waits while the backlog is full. Throws InvalidArgument after Finish().
+  // Blocks while the backlog is full. Throws InvalidArgument after Finish().
   void Post(Work work);
-  // Whether all that was posted is done. Does not throw: Wait() then does not wait.
+  // Returns true if all posted tasks are finished. Does not throw; if true, Wait() does not block.
   bool IsIdle() const;
-  // Until all that was posted is done.
+  // Blocks until all posted tasks are finished.
   void Wait();
-  // Asks everything that was posted so far to end early; what waits is still called, and told so.
+  // Requests all tasks posted until now to end early; waiting tasks are still called, with stop
+  // requested.
   void RequestStop();
-  // Wait(), and the end of the thread: spare is not called any more.
+  // Wait(), then ends the thread: the idle task is not called any more.
   void Finish();
 
  private:
@@ -49,19 +50,19 @@ class BackgroundWorker {
   };
 
   void Serve(const std::stop_token& end);
-  // Does one piece, or some spare work where there is none. lock: held before and after.
+  // Runs one task, or one step of the idle task if there is none. lock: held before and after.
   void DoNext(std::unique_lock<std::mutex>& lock);
   void WaitUntilIdle(std::unique_lock<std::mutex>& lock);
   void ThrowError();
 
   const std::size_t backlog_;
   const SpareWork spare_;
-  mutable std::mutex mutex_;  // of all that follows but the thread
+  mutable std::mutex mutex_;  // protects all members below except the thread
   std::condition_variable_any changed_;
   std::deque<Piece> waiting_;
-  std::stop_source stop_;  // of the pieces posted since the last RequestStop()
-  bool busy_ = false;      // with a piece
-  bool has_spare_;         // work to do
+  std::stop_source stop_;  // for the tasks posted since the last RequestStop()
+  bool busy_ = false;      // running a task
+  bool has_spare_;         // spare_ has more to do
   std::exception_ptr error_;
   std::jthread thread_;  // last, so that it ends before what it uses
 };

@@ -8,7 +8,8 @@
 namespace [[gnu::visibility("default")]] highwall {
 namespace internal {
 
-// Why a factor cannot be used there: it throws, returns false, or is not finite; empty if it can.
+// Returns the reason why a factor cannot be evaluated at `parameters`: it throws, returns false, or
+// is not finite; empty if it can.
 std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* const> parameters);
 
 }  // namespace internal

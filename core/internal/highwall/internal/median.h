@@ -7,7 +7,8 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// The middle one of the values, the upper of two where their number is even; at least one value.
+// Returns the median, for an even number the upper of the two middle values; needs at least one
+// value.
 template <class T>
 T UpperMedian(std::vector<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

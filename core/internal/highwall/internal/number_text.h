@@ -8,12 +8,13 @@
 #include <string_view>
 #include <system_error>
 
-// Numbers as text and back: with a decimal point and without separators of thousands, whatever
-// setlocale() and std::locale::global() have set in the process. The printf and strtod families and
-// std::to_string of a double follow the one, streams follow the other: write and read by these.
+// Locale-independent conversion of numbers to text and back: with a decimal point and without
+// thousands separators, whatever setlocale() and std::locale::global() have set in the process. The
+// printf and strtod families and std::to_string of a double follow the former, streams the latter:
+// use these functions to write and read.
 namespace [[gnu::visibility("default")]] highwall {
 
-// The shortest text that reads back to the same number.
+// Returns the shortest text that reads back to the same number.
 std::string NumberText(double value);
 std::string NumberText(float value);
 // As "%.<decimals>f", with six decimals as std::to_string has.
@@ -21,7 +22,7 @@ std::string FixedText(double value, int decimals = 6);
 // As "%.<digits>g".
 std::string RoundedText(double value, int digits);
 
-// Empty unless all of the text is one number. A '+' may stand before it; blanks may not.
+// Empty unless the whole text is one number. A leading '+' is accepted; blanks are not.
 template <typename Number>
 std::optional<Number> ReadNumber(std::string_view text) {
   if (text.starts_with('+')) {
@@ -34,7 +35,7 @@ std::optional<Number> ReadNumber(std::string_view text) {
   return value;
 }
 
-// std::ostringstream and std::istringstream.
+// String streams with the classic locale.
 class TextWriter : public std::ostringstream {
  public:
   TextWriter() { imbue(std::locale::classic()); }

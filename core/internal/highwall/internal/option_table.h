@@ -8,13 +8,13 @@
 
 #include <highwall/core/error.h>
 
-// The table of a struct of options is one function that names each field, with its range and unit:
+// The option table of a struct is one function that visits each field with its range and unit:
 //
 //   void ForEachOption(OptionsOf<PyramidOptions> auto& options, const auto& visit) {
 //     visit("levels", options.levels, Within(1, 16));
 //     ...
 //
-// Validate() checks by it, and whoever reads, writes or lists options walks it. A group of options
+// Validate() uses it, and so does the code that reads, writes or lists options. A group of options
 // is visited as a field like any other.
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -22,12 +22,12 @@ namespace [[gnu::visibility("default")]] highwall {
 template <class Given, class T>
 concept OptionsOf = std::same_as<std::remove_const_t<Given>, T>;
 
-// What a number may be; NaN lies in no range. A field that is no number has none.
+// Allowed range of a number; NaN lies in no range. A field that is not a number has none.
 struct OptionRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  bool above = false;  // min itself lies outside
-  bool below = false;  // max itself lies outside
+  bool above = false;  // min itself is excluded
+  bool below = false;  // max itself is excluded
   std::string_view unit = "";
 
   constexpr OptionRange In(std::string_view name) const {
@@ -54,7 +54,7 @@ constexpr OptionRange Above(double min) {
 constexpr OptionRange Positive() {
   return Above(0.0);
 }
-// Not infinite either.
+// Excludes infinity.
 constexpr OptionRange Finite(OptionRange range) {
   range.below = true;
   return range;
@@ -67,7 +67,7 @@ constexpr OptionRange AboveTo(double min, double max) {
 constexpr OptionRange Between(double min, double max) {
   return {.min = min, .max = max, .above = true, .below = true};
 }
-// A share of something: [0, 1], (0, 1] where none of it makes no sense.
+// A fraction: [0, 1], or (0, 1] where zero makes no sense.
 constexpr OptionRange Share() {
   return Within(0.0, 1.0);
 }
@@ -75,19 +75,19 @@ constexpr OptionRange PositiveShare() {
   return AboveTo(0.0, 1.0);
 }
 
-// As people write it: 0.05, 20.
+// Returns the value in the usual notation: 0.05, 20.
 std::string FormatOption(double value);
 
-// The values of an enum that is an option; ToString() names them.
+// Number of values of an enum that is an option; ToString() names them.
 template <class Enum>
-inline constexpr int kChoices = 0;  // specialized for each
+inline constexpr int kChoices = 0;  // specialized for each such enum
 
 template <class Field>
 concept RangedOption = std::is_arithmetic_v<Field> && !std::is_same_v<Field, bool> &&
                        !std::is_unsigned_v<Field>;  // unsigned: a seed
 
 // Throws InvalidArgument for a field that is out of its range, "name::field must be > 0, is -1",
-// and what the groups of the options throw.
+// and the exceptions of its groups of options.
 template <class Options>
 void RequireInRange(const Options& options, std::string_view name) {
   ForEachOption(options, [&](std::string_view field, const auto& value,

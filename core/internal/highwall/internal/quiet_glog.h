@@ -3,8 +3,8 @@
 namespace [[gnu::visibility("default")]] highwall {
 namespace internal {
 
-// While one lives, glog prints nothing but what ends the program: Ceres writes why a step failed to
-// standard error, whatever it is told. Any thread may have one.
+// Suppresses all output of glog below FATAL during its lifetime: Ceres prints the reason of a
+// failed step to standard error regardless of its options. Any thread may create one.
 class QuietGlog {
  public:
   QuietGlog();

@@ -9,9 +9,9 @@
 #include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>
 
-// The conditions that most options have to meet. Each throws InvalidArgument with the name as
-// given, what is asked of it and its value; NaN meets none of them, infinity those that do not
-// speak of finite values. For all other conditions: HIGHWALL_REQUIRE.
+// Checks of the common conditions of options. Each throws InvalidArgument with the given name, the
+// requirement and the value; NaN fails all of them, infinity only those for finite values. For all
+// other conditions: HIGHWALL_REQUIRE.
 namespace [[gnu::visibility("default")]] highwall {
 
 template <typename T>

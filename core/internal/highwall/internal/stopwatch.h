@@ -4,7 +4,7 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Wall time since it was made, by a clock that nobody sets.
+// Measures the wall time since its construction with a monotonic clock.
 class Stopwatch {
  public:
   double Seconds() const {

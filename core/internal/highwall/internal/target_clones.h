@@ -1,7 +1,7 @@
 #pragma once
 
 // HIGHWALL_TARGET_CLONES("avx2", "default") before a function compiles it once for each instruction
-// set; the loader takes the best one that the processor has. For loops over raw arrays, never for
+// set; the loader selects the best version for the processor. For loops over raw arrays, never for
 // functions that take Eigen's types (docs/conventions.md, the alignment trap).
 //
 // Under ThreadSanitizer there is one version only: the compiler instruments the resolvers too, and

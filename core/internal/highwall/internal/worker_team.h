@@ -12,19 +12,19 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Threads that share out tasks which are over before a new thread would have begun. Whoever is free
-// takes the next task, and nobody waits for a thread that has not begun: where the processors are
-// busy, the caller does most of the tasks itself.
+// A thread pool for tasks that are shorter than the start of a thread. Any free worker takes the
+// next task, and no task waits for a thread that has not started: where the processors are busy,
+// the caller runs most of the tasks itself.
 class WorkerTeam {
  public:
-  // work(worker, task): each task once; a worker does its tasks one after the other.
+  // work(worker, task): called once for each task; a worker runs its tasks sequentially.
   using Work = std::function<void(std::size_t worker, std::size_t task)>;
 
-  // workers: >= 1. Worker 0 is the caller of Run(), the others have a thread each.
+  // workers: >= 1. Worker 0 is the caller of Run(), each other worker has its own thread.
   explicit WorkerTeam(std::size_t workers);
 
-  // Does tasks 0, 1, ..., `tasks` - 1, begun in this order, side by side; returns when all are
-  // done. Throws what a task threw. Not to be called from two threads at once.
+  // Runs tasks 0, 1, ..., `tasks` - 1 in parallel, started in this order; returns when all are
+  // finished. Rethrows an exception of a task. Must not be called from two threads concurrently.
   void Run(std::size_t tasks, const Work& work);
 
  private:
@@ -34,8 +34,8 @@ class WorkerTeam {
   std::mutex mutex_;
   std::condition_variable_any start_;
   std::condition_variable done_;
-  std::atomic<std::size_t> next_ = 0;   // task to begin
-  std::atomic<std::size_t> round_ = 0;  // of work begun
+  std::atomic<std::size_t> next_ = 0;   // next task to start
+  std::atomic<std::size_t> round_ = 0;  // number of calls of Run() with parallel work
   const Work* work_ = nullptr;          // null while no thread may join
   std::size_t tasks_ = 0;
   std::size_t active_ = 0;  // threads that have joined

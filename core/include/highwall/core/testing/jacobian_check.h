@@ -7,12 +7,12 @@
 #include <ceres/manifold.h>
 
 // Checks the Jacobians of a ceres::CostFunction in the tangent space, where the optimizer uses
-// them. Needs no test framework; ceres::GradientChecker is no substitute, for it refuses correct
+// them. Needs no test framework. ceres::GradientChecker is no substitute, since it rejects correct
 // factors whose Jacobians have structural zeros.
 namespace [[gnu::visibility("default")]] highwall {
 namespace testing {
 
-// Of CheckJacobians().
+// Options of CheckJacobians().
 struct JacobianCheckOptions {
   double step = 1e-6;      // tangent-space step of the central difference, > 0
   double absolute = 1e-7;  // >= 0; a block passes if |J - J_num| <= absolute + relative max|J_num|
@@ -22,10 +22,10 @@ struct JacobianCheckOptions {
   void Validate() const;
 };
 
-// True where all Jacobians are right.
+// Result of CheckJacobians().
 struct JacobianCheckResult {
   bool ok = false;
-  std::string message;  // empty when ok; else what failed, the block, and both matrices
+  std::string message;  // empty if ok; otherwise the failure, the block, and both matrices
   explicit operator bool() const { return ok; }
 };
 
