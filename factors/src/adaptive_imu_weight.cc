@@ -16,7 +16,7 @@ void RequireRamp(const MotionRamp& ramp, const char* name) {
                    std::string(name) + " needs two different ends");
 }
 
-// Standard normal quantile by bisection of erfc: exact to rounding, called rarely.
+// Returns the standard normal quantile by bisection of erfc: exact to rounding, called rarely.
 double NormalQuantile(double probability) {
   double low = -40.0, high = 40.0;
   for (int i = 0; i < 100; ++i) {
@@ -77,7 +77,8 @@ double PaperImuWeight::Activity(const MotionMeasures& measures) const {
 }
 
 double PaperImuWeight::WeightOf(double activity) const {
-  // Slow motion is the lowest quarter, rapid motion the highest; a smooth step joins them.
+  // Slow motion is the lowest quarter of the activity, rapid motion the highest; a smooth step
+  // connects them.
   constexpr double kSlow = 0.25, kRapid = 0.75;
   const double a = std::clamp(activity, 0.0, 1.0);
   const auto& o = options_;
@@ -96,7 +97,7 @@ double PaperImuWeight::Update(const MotionMeasures& measures) {
     activity_ = activity;
     return weight_ = WeightOf(activity);
   }
-  // Eq. 4: play, as of a worn gear: within it the activity has no effect.
+  // Eq. 4: dead band (backlash), within which the activity has no effect.
   activity_ = std::clamp(activity_, activity - options_.hysteresis, activity + options_.hysteresis);
   const double change = WeightOf(activity_) - weight_;
   weight_ += std::clamp(change, -options_.max_change, options_.max_change);  // Eq. 5
@@ -129,7 +130,7 @@ double ConsistentImuWeight::Update(double squared_innovation, int dof) {
     sum += innovation.squared;
     dofs += innovation.dof;
   }
-  // Eq. 6; between the two bounds it stays what it was.
+  // Eq. 6; between the two bounds the state is kept.
   if (sum > ChiSquaredQuantile(options_.inflate_above, dofs)) inflated_ = true;
   if (sum < ChiSquaredQuantile(options_.release_below, dofs)) inflated_ = false;
   const double inflation = inflated_ ? std::clamp(sum / dofs, 1.0, options_.max_inflation) : 1.0;

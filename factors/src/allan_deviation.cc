@@ -19,8 +19,9 @@ namespace {
 
 constexpr double kChi2Of95 = 3.841;  // one degree of freedom
 
-// Equivalent degrees of freedom of a squared deviation from n + 1 integrated readings, averaged
-// over m: the smaller of what white noise and what a random walk leave. Riley, table 5.
+// Returns the equivalent degrees of freedom of a squared deviation from n + 1 integrated readings
+// with averaging factor m: the smaller of those for white noise and for a random walk. Riley, table
+// 5.
 double DegreesOfFreedom(double n, double m) {
   const double N = n + 1.0;
   const double white =
@@ -30,7 +31,7 @@ double DegreesOfFreedom(double n, double m) {
   return std::min(white, walk);
 }
 
-// The sum of the squared second differences of a stretch, and their number.
+// Sum and number of the squared second differences of a stretch.
 struct Differences {
   double sum = 0.0;
   std::size_t count = 0;
@@ -46,7 +47,7 @@ Differences SecondDifferences(const std::vector<double>& integrated, std::size_t
   return differences;
 }
 
-// In units of the step, about their mean, so that no digits are lost.
+// Integrates the readings in units of the step, after subtracting their mean to keep precision.
 std::vector<double> Integrated(const std::vector<double>& readings) {
   double mean = 0.0;
   for (const double reading : readings) {
@@ -60,15 +61,15 @@ std::vector<double> Integrated(const std::vector<double>& readings) {
   return integrated;
 }
 
-// Variances that white noise, flicker and random walk of density 1 have at tau: Eq. 2.
+// Returns the variances at tau of white noise, flicker noise and random walk of density 1: Eq. 2.
 using Shares = std::array<double, 3>;
 Shares UnitVariances(double tau) {
   return {1.0 / tau, 2.0 * std::log(2.0) / M_PI, tau / 3.0};
 }
 
-// The deviance of a variance s that is chi-square distributed about the model's: Eq. 3. Parameters:
-// logarithms of the three squared densities. Its square is twice the negative log-likelihood but
-// for a constant, so least squares are maximum likelihood.
+// Signed square root of the deviance of a variance s that is chi-square distributed about the
+// model's: Eq. 3. Parameters: logarithms of the three squared densities. The square of the residual
+// is twice the negative log-likelihood up to a constant, so least squares is maximum likelihood.
 class Deviance final : public ceres::SizedCostFunction<1, 1, 1, 1> {
  public:
   Deviance(const AllanPoint& point, double freedom)
@@ -84,7 +85,7 @@ class Deviance final : public ceres::SizedCostFunction<1, 1, 1, 1> {
       parts[i] = shares_[i] * std::exp(parameters[i][0]);
       model += parts[i];
     }
-    // d = x root, d^2 = x - log(1 + x); by its series where the difference would lose its digits.
+    // d = x root, d^2 = x - log(1 + x); by its series where the difference would cancel.
     const double x = variance_ / model - 1.0;
     const double root = std::abs(x) < 1e-4 ? std::sqrt(0.5 - x / 3.0 + 0.25 * x * x)
                                            : std::sqrt(x - std::log1p(x)) / std::abs(x);
@@ -104,20 +105,20 @@ class Deviance final : public ceres::SizedCostFunction<1, 1, 1, 1> {
   const double variance_, freedom_;
 };
 
-// The likelihood of three densities, and of one of them with the best of the others.
+// Maximum-likelihood fit of three densities, and profile likelihood of each of them.
 class AllanFit {
  public:
   AllanFit(std::span<const AllanPoint> points, const AllanFitOptions& options) {
     for (const AllanPoint& point : points) {
-      // Octaves overlap: each counts a third, so that intervals of walks, too, hold 95 % of what
-      // they should (allan_deviation_test.cc). The logarithm of a squared deviation has the
+      // Octaves overlap, so each counts a third; then the intervals of random walks also have a
+      // coverage of 95 % (allan_deviation_test.cc). The logarithm of a squared deviation has the
       // variance 2 / freedom by chance, and 4 e^2 by an error e of the model.
       const double freedom =
           1.0 / (3.0 / point.freedom + 2.0 * options.model_error * options.model_error);
       problem_.AddResidualBlock(new Deviance(point, freedom), nullptr, &log_[0], &log_[1],
                                 &log_[2]);
       for (std::size_t i = 0; i < 3; ++i) {
-        // As if it were alone in the point: no density can be larger, but for chance.
+        // Squared density that alone explains the point: none can be larger, except by chance.
         const double alone = point.deviation * point.deviation / UnitVariances(point.tau)[i];
         highest_[i] = std::min(highest_[i], alone);
       }
@@ -134,7 +135,8 @@ class AllanFit {
     return std::exp(best_[i]) < kNothing * highest_[i] ? 0.0 : std::exp(0.5 * best_[i]);
   }
 
-  // Where the deviance has grown by what 95 % allow. The interval of Value(i).
+  // Returns the interval of Value(i): its ends are where the deviance exceeds the minimum by the 95
+  // % quantile.
   NoiseDensity Interval(std::size_t i) {
     NoiseDensity density{.value = Value(i)};
     const double top = std::log(highest_[i]);
@@ -148,10 +150,11 @@ class AllanFit {
   }
 
  private:
-  static constexpr double kRange = 30.0;    // of a logarithm: twelve orders of magnitude
-  static constexpr double kNothing = 1e-8;  // of the largest variance it could have
+  static constexpr double kRange = 30.0;    // of a logarithm: thirteen orders of magnitude
+  static constexpr double kNothing = 1e-8;  // of the largest possible variance
 
-  // From all parts alike, a third each; or with log_[fixed] held as it is.
+  // Minimizes the cost from an initial third of the variance for each component, with log_[fixed]
+  // held constant if given.
   double Solve(std::optional<std::size_t> fixed) {
     for (std::size_t i = 0; i < 3; ++i) {
       if (i == fixed) continue;
@@ -170,13 +173,13 @@ class AllanFit {
     return summary.final_cost;
   }
 
-  // Twice the cost above the best, less what 95 % allow.
+  // Returns twice the increase of the cost above the minimum, minus the 95 % quantile.
   double Excess(std::size_t i, double value) {
     log_[i] = value;
     return 2.0 * (Solve(i) - cost_) - kChi2Of95;
   }
 
-  // Between `inside` and `outside`, by bisection.
+  // Finds the zero of Excess() between `inside` and `outside` by bisection.
   double Cross(std::size_t i, double inside, double outside) {
     for (int step = 0; step < 24; ++step) {
       const double middle = 0.5 * (inside + outside);
@@ -186,7 +189,7 @@ class AllanFit {
   }
 
   ceres::Problem problem_;
-  std::array<double, 3> log_{};  // of the squared densities: white, flicker, walk
+  std::array<double, 3> log_{};  // of the squared densities: white, flicker, random walk
   std::array<double, 3> best_{};
   std::array<double, 3> highest_ = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
   double cost_ = 0.0;

@@ -39,7 +39,7 @@ bool CameraPose::Evaluate(double const* const* parameters, double* residuals,
   if (!e.allFinite()) return false;
   if (jacobians == nullptr) return true;
 
-  // Of e in the rotation of the body at the image's instant, on the right of q.
+  // Jacobians of e in the body rotation at the time of the image, on the right of q.
   const Eigen::Matrix3d dp_dphi = -R * so3::Hat(T_BC_.p());
   const Eigen::Matrix3d dtheta_dphi = so3::RightJacobianInverse(theta) * R_CB_;
   if (jacobians[kPose] != nullptr) {  // Eq. 2
@@ -54,8 +54,7 @@ bool CameraPose::Evaluate(double const* const* parameters, double* residuals,
     Eigen::Map<Eigen::Matrix<double, 6, 3, Eigen::RowMajor>> J(jacobians[kVelocity]);
     J = d * W_.leftCols<3>();
   }
-  if (jacobians[kTimeOffset] != nullptr) {  // Eq. 4: the rate is constant, so Jr(d omega) omega
-                                            // is omega.
+  if (jacobians[kTimeOffset] != nullptr) {  // Eq. 4; Jr(d omega) omega = omega at a constant rate
     Eigen::Matrix<double, 6, 1> de;
     de << v_WB + dp_dphi * omega_B_, dtheta_dphi * omega_B_;
     Eigen::Map<Eigen::Matrix<double, 6, 1>> J(jacobians[kTimeOffset]);

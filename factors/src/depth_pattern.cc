@@ -8,7 +8,7 @@
 namespace highwall {
 namespace {
 
-// Between which two of `count` nodes pixel x of `size` lies, and its share of the second.
+// Node interval of a pixel along one axis: its first node, and the weight of the second one.
 struct Place {
   int first;
   double share;

@@ -40,7 +40,7 @@ bool ExtrinsicCameraPose::Evaluate(double const* const* parameters, double* resi
   if (!e.allFinite()) return false;
   if (jacobians == nullptr) return true;
 
-  // Of e in the rotation of the body at the image's instant, on the right of q.
+  // Jacobians of e in the body rotation at the time of the image, on the right of q.
   const Eigen::Matrix3d Jr_inverse = so3::RightJacobianInverse(theta);
   const Eigen::Matrix3d dp_dphi = -k * R * so3::Hat(p_BC);
   const Eigen::Matrix3d dtheta_dphi = Jr_inverse * q_BC.toRotationMatrix().transpose();

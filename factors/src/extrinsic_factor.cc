@@ -23,8 +23,8 @@ using internal::kPoseSize;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>;
 
-// out: as many rows, so that out PlusJacobian(at) = of_camera PlusJacobian(T_WC) step; may be
-// of_camera itself.
+// Applies the chain rule so that out PlusJacobian(at) = of_camera PlusJacobian(T_WC) step. out: as
+// many rows as of_camera, and may be of_camera itself.
 void Chain(const Eigen::Ref<const Rows>& of_camera, const double* T_WC, const Matrix6& step,
            const double* at, double* out) {
   Eigen::Matrix<double, kPoseSize, 6, Eigen::RowMajor> plus;

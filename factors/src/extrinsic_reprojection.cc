@@ -5,7 +5,7 @@
 namespace highwall {
 namespace {
 
-// dr/d(dp, dtheta) of a pose T_AB, from dr/dp_B: p_B = R_BA (p_A - p_AB).                 Eq. 2
+// Returns dr/d(dp, dtheta) of a pose T_AB from dr/dp_B: p_B = R_BA (p_A - p_AB).          Eq. 2
 template <int kRows>
 Eigen::Matrix<double, kRows, 6> PoseJacobian(const Eigen::Matrix<double, kRows, 3>& dr_dp_A,
                                              const Eigen::Matrix<double, kRows, 3>& dr_dp_B,

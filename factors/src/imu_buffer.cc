@@ -89,7 +89,7 @@ bool ImuBuffer::Jumps(Stamp stamp) {
     jumped_.reset();
     return false;
   }
-  if (jumped_ == stamp) return true;  // one reading given twice
+  if (jumped_ == stamp) return true;  // the same reading was given twice
   const bool follows = jumped_ && std::abs(ToSeconds(stamp - *jumped_)) <= options_.max_step;
   jumps_ = follows ? jumps_ + 1 : 1;
   jumped_ = follows ? std::max(*jumped_, stamp) : stamp;
@@ -127,7 +127,7 @@ std::optional<ImuInterval> ImuBuffer::Between(Stamp start, Stamp end) const {
   if (samples_.empty() || samples_.front().stamp > start || samples_.back().stamp < end) {
     return std::nullopt;
   }
-  // The readings at or around both ends: first <= start, last >= end.
+  // Readings at or around both ends: first <= start, last >= end.
   auto first = std::lower_bound(samples_.begin(), samples_.end(), start, Earlier);
   if (first->stamp > start) --first;
   const auto last = std::lower_bound(first, samples_.end(), end, Earlier);

@@ -11,7 +11,7 @@
 namespace highwall {
 namespace {
 
-constexpr int kTheta = 0, kV = 3, kP = 6;  // rows of r; then the biases
+constexpr int kTheta = 0, kV = 3, kP = 6;  // rows of r; the biases follow
 
 template <int kCols>
 using Columns = Eigen::Matrix<double, 15, kCols>;
@@ -19,7 +19,7 @@ using ConstVector3 = Eigen::Map<const Eigen::Vector3d>;
 using ConstQuaternion = Eigen::Map<const Eigen::Quaterniond>;
 using ConstBias = Eigen::Map<const ImuBias>;
 
-// The states at both ends and what residual and Jacobians share.
+// States at both ends and quantities shared by the residual and the Jacobians.
 class Linearization {
  public:
   Linearization(const ImuMeasurement& measurement, double const* const* blocks,
@@ -47,7 +47,7 @@ class Linearization {
     r.noalias() = measurement_.W.triangularView<Eigen::Lower>() * e_;
   }
 
-  // Eq. 2 to 7. jacobians: six pointers, each may be null.
+  // Eq. 2 to 7. jacobians: six pointers, each of which may be null.
   void WriteJacobians(double** jacobians) const {
     const Eigen::Matrix3d J_theta = so3::RightJacobianInverse(theta_);
     const double T = delta_.duration;
@@ -90,7 +90,7 @@ class Linearization {
     }
   }
 
-  // Eq. 8: in the direction of gravity, n_W.
+  // Eq. 8: derivative in the direction of gravity, n_W.
   void WriteGravityJacobian(double gravity, const double* n_W, double* jacobian) const {
     const double T = delta_.duration;
     const Columns<3> whitened = -gravity * T * measurement_.W.middleCols<3>(kV) -

@@ -32,14 +32,14 @@ void ApplyTransition(double h, const Eigen::Vector3d& dv, const Eigen::Vector3d&
   subtract_cross(kVelocity, dv);
 }
 
-// The columns of [d]x m.
+// Returns [d]x m.
 Eigen::Matrix3d CrossColumns(const Eigen::Vector3d& d, const Eigen::Matrix3d& m) {
   Eigen::Matrix3d result;
   for (int i = 0; i < 3; ++i) result.col(i) = d.cross(m.col(i));
   return result;
 }
 
-// R [w]x.
+// Returns R [w]x.
 Eigen::Matrix3d RateOf(const Eigen::Matrix3d& R, const Eigen::Vector3d& w) {
   Eigen::Matrix3d result;
   result.col(0) = w.z() * R.col(1) - w.y() * R.col(2);
@@ -65,7 +65,7 @@ void ImuIntegrator::Step(double h, const Knot& from, const Knot& to) {
   q_ = q_ * so3::Exp(theta);
   R_ = q_.toRotationMatrix();
 
-  // Eq. 3, 4: once and twice the integral of the cubic through g = R a and its slope at both ends.
+  // Eq. 3, 4: single and double integral of the cubic through g = R a and its slope at both ends.
   const Eigen::Vector3d g_from = R_from * from.a, g_to = R_ * to.a;
   const Eigen::Vector3d dg_from = R_from * (from.w.cross(from.a) + from.da);
   const Eigen::Vector3d dg_to = R_ * (to.w.cross(to.a) + to.da);
@@ -83,7 +83,7 @@ void ImuIntegrator::Step(double h, const Knot& from, const Knot& to) {
 
 void ImuIntegrator::PropagateErrors(double h, const Eigen::Vector3d& dv, const Eigen::Vector3d& dp,
                                     const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
-  // Half of the step's noise enters before the transition and half after: second order in h.
+  // Half of the step's noise is added before the transition and half after it: second order in h.
   const double gyroscope = 0.5 * h * gyroscope_variance_;
   const double accelerometer = 0.5 * h * accelerometer_variance_;
   const auto add_noise = [&] {
@@ -97,7 +97,7 @@ void ImuIntegrator::PropagateErrors(double h, const Eigen::Vector3d& dv, const E
   Eigen::Matrix<double, 9, 9, Eigen::RowMajor> P = panel_.leftCols<9>().transpose();
   ApplyTransition<9>(h, dv, dp, &P);
 
-  // Eq. 6: F_b, and the biases' own variance in the middle of the step.
+  // Eq. 6: F_b, and the variance of the biases at the middle of the step.
   Eigen::Matrix<double, 9, 6> F_b;
   F_b << -A, Eigen::Matrix3d::Zero(),    //
       CrossColumns(dv - dp / h, A), -A,  //
@@ -121,7 +121,7 @@ void ImuIntegrator::Export(ImuDelta* delta, Eigen::Matrix<double, 15, 15>* covar
   delta->q = q_.normalized();
   delta->v = v_;
   delta->p = p_;
-  // From phi on the left of R to theta on its right: theta = R^T phi.
+  // Converts phi on the left of R to theta on its right: theta = R^T phi.
   Eigen::Matrix<double, 9, 9> to_body = Eigen::Matrix<double, 9, 9>::Identity();
   to_body.topLeftCorner<3, 3>() = R_.transpose();
   delta->bias_jacobian = to_body * panel_.middleCols<6>(kJacobian);

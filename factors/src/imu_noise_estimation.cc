@@ -14,11 +14,12 @@
 namespace highwall {
 namespace {
 
-constexpr double kGap = 1.8;              // steps; a reading is missing, and no stamp rounded
-constexpr double kHole = 2.5;             // medians; no step of the sensor
-constexpr std::size_t kFewReadings = 10;  // of a window: its variance means nothing
+constexpr double kGap = 1.8;   // [steps] a longer step is a missing reading, not rounding
+constexpr double kHole = 2.5;  // [medians] a longer step is not a sampling interval
+constexpr std::size_t kFewReadings = 10;  // in a shorter window the variance is meaningless
 
-// The mean of all steps that are of the sensor: rounded stamps have one median for many rates.
+// Returns the mean of all steps that are sampling intervals: with rounded stamps, many rates have
+// the same median.
 double StepOf(std::span<const ImuSample> samples) {
   std::vector<Stamp> steps;
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -42,7 +43,7 @@ bool HasGap(std::span<const ImuSample> samples, double step) {
   return false;
 }
 
-// Of both sensors, mean over the axes.
+// Variances of both sensors, averaged over the axes.
 struct Variances {
   double gyroscope = 0.0, accelerometer = 0.0;
 };
@@ -59,7 +60,7 @@ Variances VariancesOf(std::span<const ImuSample> samples) {
   return {variance(&ImuSample::gyroscope), variance(&ImuSample::accelerometer)};
 }
 
-// The parts of the stretches between which readings are missing.
+// Splits the stretches where readings are missing.
 std::vector<ReadingRange> SplitAtGaps(std::span<const ImuSample> samples,
                                       std::span<const ReadingRange> stretches, double step) {
   std::vector<ReadingRange> parts;
@@ -80,7 +81,8 @@ struct Window {
   Variances variances;
 };
 
-// Windows one after the other that could be at rest: those that IsStationary, without a gap.
+// Returns the consecutive windows that could be at rest: those that are IsStationary() and have no
+// gap.
 std::vector<Window> StationaryWindows(std::span<const ImuSample> samples, std::size_t readings,
                                       double step, const StationaryOptions& options) {
   std::vector<Window> windows;
@@ -92,7 +94,7 @@ std::vector<Window> StationaryWindows(std::span<const ImuSample> samples, std::s
   return windows;
 }
 
-// What a tenth of the windows stays below.
+// Returns the lowest decile of the variances of the windows.
 Variances Quiet(const std::vector<Window>& windows) {
   const auto tenth = [&](double Variances::*part) {
     std::vector<double> values;
@@ -124,7 +126,7 @@ SensorNoise Estimate(std::span<const ImuSample> samples, std::span<const Reading
       stretches.push_back(Axis(samples, range, part, axis));
     }
     const std::vector<AllanPoint> curve = AllanDeviation(stretches, step);
-    // An axis that is coarse repeats one value: nothing is seen of its noise.
+    // A coarsely quantized axis repeats one value: its noise is not observable.
     const auto moves = [](const AllanPoint& point) { return point.deviation > 0.0; };
     if (std::ranges::all_of(curve, moves)) {
       noise.axes[static_cast<std::size_t>(axis)] = FitAllanCurve(curve, fit);
@@ -194,7 +196,7 @@ ImuNoiseEstimate EstimateImuNoise(std::span<const ImuSample> samples,
   const std::vector<ReadingRange> parts = SplitAtGaps(samples, rest, step);
   std::size_t longest = 0;
   for (const ReadingRange& part : parts) longest = std::max(longest, part.end - part.begin);
-  // Three octaves, the longest a third of the stretch.
+  // Three octaves are needed, the longest a third of the stretch.
   const auto needed = static_cast<std::size_t>(12 * options.min_readings);
   HIGHWALL_REQUIRE(longest >= needed, "the longest rest has " + std::to_string(longest) +
                                           " readings, at least " + std::to_string(needed) +

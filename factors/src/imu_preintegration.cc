@@ -12,9 +12,9 @@
 namespace highwall {
 namespace {
 
-// Slope at the middle of three readings, of the parabola through them. Where one step is more than
-// twice the other (a gap, or a reading interpolated at an image) it is the slope of the longer one:
-// that of the shorter would carry its noise over the whole of the longer step.
+// Returns the slope at the middle of three readings, from the parabola through them. Where one step
+// is more than twice the other (a gap, or a reading interpolated at an image), it returns the slope
+// of the longer step: that of the shorter would carry its noise over the whole longer step.
 Eigen::Vector3d Slope(double h_before, const Eigen::Vector3d& slope_before, double h_after,
                       const Eigen::Vector3d& slope_after) {
   if (h_before > 2.0 * h_after) return slope_before;
@@ -66,8 +66,8 @@ void ImuPreintegration::Integrate() {
   const Eigen::Vector3d b_g = delta_.bias.head<3>(), b_a = delta_.bias.tail<3>();
   ImuIntegrator integrator(options_.noise);
   ImuIntegrator::Knot from;
-  double h = 0.0;          // of the step measured last
-  Eigen::Vector3d dw, da;  // its slopes
+  double h = 0.0;          // length of the latest measured step
+  Eigen::Vector3d dw, da;  // slopes of that step
   const auto measure_step = [&](std::size_t i) {
     h = ToSeconds(samples_[i].stamp - samples_[i - 1].stamp);
     dw = (samples_[i].gyroscope - samples_[i - 1].gyroscope) / h;
@@ -84,8 +84,8 @@ void ImuPreintegration::Integrate() {
       to.dw = Slope(step, dw_step, h, dw);
       to.da = Slope(step, da_step, h, da);
     }
-    // At the ends the parabola of the three outer readings: its slopes at both ends of a step have
-    // the step's slope as their mean.
+    // At the ends, the parabola through the three outermost readings is used: the mean of its
+    // slopes at both ends of a step is the slope of the step.
     if (first) {
       from = {samples_[0].gyroscope - b_g, samples_[0].accelerometer - b_a, 2.0 * dw_step - to.dw,
               2.0 * da_step - to.da};
@@ -128,7 +128,8 @@ ImuPreintegration ImuPreintegration::Joined(const ImuPreintegration& next) const
   const ImuNoise& a = options_.noise;
   const ImuNoise& b = next.options_.noise;
   const double share = next.delta_.duration / (delta_.duration + next.delta_.duration);
-  // What white noise and walks add up to, their variance over the time, is that of both.
+  // White noise and random walks accumulate variance over time: that of the merged interval equals
+  // the sum of both.
   const auto mean = [share](double of_a, double of_b) {
     return std::sqrt((1.0 - share) * of_a * of_a + share * of_b * of_b);
   };

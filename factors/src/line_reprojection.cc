@@ -9,9 +9,9 @@
 namespace highwall {
 namespace {
 
-constexpr double kMinLength = 1.0;  // [px] shorter than this a segment has no direction
+constexpr double kMinLength = 1.0;  // [px] a shorter segment has no reliable direction
 
-// An observed image line: unit direction along it, unit normal across it, one of its points.
+// Observed image line: unit direction along it, unit normal across it, one of its points.
 struct ImageLine {
   ImageLine(const Eigen::Vector2d& s, const Eigen::Vector2d& e)
       : point(s), length((e - s).norm()), along((e - s) / length), across(-along.y(), along.x()) {}
@@ -22,7 +22,7 @@ struct ImageLine {
   Eigen::Vector2d across;
 };
 
-// Evaluate of both end-point factors: kRows rows for each end.
+// Evaluates both end-point factors: kRows rows for each end.
 template <int kRows>
 void EvaluateSegment(const RgbdProjection& projection,
                      const std::array<ProjectionRows<kRows>, 2>& rows,

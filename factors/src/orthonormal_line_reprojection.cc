@@ -11,11 +11,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Beyond this ratio |n_z| / |(n_x, n_y)| the image of a line is 89.4 degrees or more off the
-// optical axis: the plane through line and camera is all but parallel to the image.
+// Above this ratio |n_z| / |(n_x, n_y)|, the image of a line is 89.4 degrees or more off the
+// optical axis: the plane through line and camera is almost parallel to the image.
 constexpr double kMaxTangent = 100.0;
 
-// A line in B and C, moment n and direction d up to one common scale; every row is of degree 0.
+// Line in B and C, moment n and direction d up to one common scale; every row is homogeneous of
+// degree 0.
 struct SeenLine {
   Vector3d u1, u2, u3;  // columns of U, in W
   double w1, w2;
@@ -44,14 +45,14 @@ bool IsVisible(const Vector3d& n, const Vector3d& d, double min_distance) {
          n.z() * n.z() <= kMaxTangent * kMaxTangent * n.head<2>().squaredNorm();
 }
 
-// One row and its derivatives in moment and direction of the line in C.
+// Residual row and its derivatives in the moment and direction of the line in C.
 struct Row {
   double r;
   Vector3d dr_dn = Vector3d::Zero();
   Vector3d dr_dd = Vector3d::Zero();
 };
 
-// The image of the line with moment n, shared by the rows of both ends.
+// Image of the line with moment n, shared by the rows of both ends.
 struct LineImage {
   Vector3d S;  // diag(1/fx^2, 1/fy^2, 0)
   Vector3d n;
@@ -65,14 +66,14 @@ struct LineImage {
         k(S.cwiseProduct(n)),
         inverse_h(1.0 / std::sqrt(n.dot(k))) {}
 
-  // Signed distance [px] of the pixel with direction m.
+  // Returns the signed distance [px] of the pixel with direction m.
   Row Distance(const Vector3d& m) const {
     const double r = n.dot(m) * inverse_h;                                // Eq. 10
     return {r, (m - (r * inverse_h) * k) * inverse_h, Vector3d::Zero()};  // Eq. 13
   }
 
-  // Disparity [px] of the line, whose direction is d, at the foot of the perpendicular from m to
-  // its image, minus `measured`. distance: that of m.
+  // Returns the disparity [px] of the line, whose direction is d, at the foot of the perpendicular
+  // from m to its image, minus `measured`. distance: Distance(m).
   Row Disparity(double fxb, const Vector3d& d, const Vector3d& m, double measured,
                 const Row& distance, bool with_derivatives) const {
     const double inverse_n2 = 1.0 / n.squaredNorm();
@@ -95,7 +96,7 @@ Vector3d Direction(const RgbdProjection& projection, double u, double v) {
   return {(u - projection.cx()) / projection.fx(), (v - projection.cy()) / projection.fy(), 1.0};
 }
 
-// Chain rule from (n, d) in C to the tangents of pose and line, lifted.
+// Applies the chain rule from (n, d) in C to the tangents of pose and line, and lifts the result.
 template <int kRows>
 void WriteJacobians(const RgbdProjection& projection, const SeenLine& line,
                     const Eigen::Matrix<double, kRows, 3>& dr_dn,
@@ -153,7 +154,7 @@ OrthonormalLineReprojection::OrthonormalLineReprojection(const Eigen::Vector2d& 
                                                          const Eigen::Vector2d& e, double sigma_px,
                                                          const RgbdProjection& projection)
     : ends_{s, e}, weight_(1.0 / sigma_px), projection_(projection) {
-  SegmentRows(s, e, sigma_px);  // the same preconditions
+  SegmentRows(s, e, sigma_px);  // checks the same preconditions
 }
 
 bool OrthonormalLineReprojection::Evaluate(double const* const* parameters, double* residuals,

@@ -19,7 +19,7 @@ bool PointInFrame::Evaluate(double const* const* parameters, double* residuals,
   const Eigen::Map<const Eigen::Vector3d> p_WF(parameters[kFrame]), p_W(parameters[kPoint]);
   const Eigen::Map<const Eigen::Quaterniond> q_WF(parameters[kFrame] + 3);
   const Eigen::Matrix3d R_FW = q_WF.toRotationMatrix().transpose();
-  const Eigen::Vector3d p_F = R_FW * (p_W - p_WF);  // where it is
+  const Eigen::Vector3d p_F = R_FW * (p_W - p_WF);  // current position in F
 
   Eigen::Map<Eigen::Vector3d> r(residuals);
   r = W_ * (p_F - p_F_);  // Eq. 1

@@ -6,7 +6,7 @@
 namespace highwall {
 namespace {
 
-// The body of Evaluate: kRows rows on the blocks (pose, point).
+// Implementation of Evaluate: kRows rows on the blocks (pose, point).
 template <int kRows>
 void EvaluatePoint(const RgbdProjection& projection, const ProjectionRows<kRows>& rows,
                    double const* const* parameters, double* residuals, double** jacobians) {

@@ -22,7 +22,7 @@ bool PositionFactor::Evaluate(double const* const* parameters, double* residuals
   const Eigen::Map<const Eigen::Quaterniond> q_WB(parameters[kPose] + 3);
   const Eigen::Map<const Eigen::Quaterniond> q_GW(parameters[kFrame] + 3);
   const Eigen::Matrix3d R_WB = q_WB.toRotationMatrix(), R_GW = q_GW.toRotationMatrix();
-  const Eigen::Vector3d l_W = R_WB * l_ + p_WB;  // where the antenna is
+  const Eigen::Vector3d l_W = R_WB * l_ + p_WB;  // measured point in W
 
   Eigen::Map<Eigen::Vector3d> r(residuals);
   r = W_ * (R_GW * l_W + p_GW - p_G_);  // Eq. 1

@@ -21,7 +21,7 @@ using internal::kPoseSize;
 
 using RowsMap = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>>;
 
-// d(q_moved)/dq of q_moved = q step, in the order [x y z w].
+// Returns d(q_moved)/dq of q_moved = q step, in the order [x y z w].
 Eigen::Matrix4d RightProduct(const Eigen::Quaterniond& step) {
   const double x = step.x(), y = step.y(), z = step.z(), w = step.w();
   Eigen::Matrix4d m;
@@ -67,7 +67,7 @@ bool TimeOffsetFactor::Evaluate(double const* const* parameters, double* residua
   blocks[kPoseBlock] = moved.data();
   if (jacobians == nullptr) return seen_->Evaluate(blocks.data(), residuals, nullptr);
 
-  // The factor's own with respect to the moved pose: wanted for t_d too.
+  // Jacobians of the wrapped factor with respect to the moved pose; t_d needs them, too.
   std::array<double*, kMostBlocks> out;
   std::copy_n(jacobians, count, out.begin());
   Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor> own;

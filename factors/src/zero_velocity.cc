@@ -56,7 +56,7 @@ double StationaryStatistic(std::span<const ImuSample> samples, const StationaryO
   }
   gyroscope /= options.gyroscope_sigma * options.gyroscope_sigma;
   accelerometer /= options.accelerometer_sigma * options.accelerometer_sigma;
-  // Eq. 2: six axes, one degree of freedom each spent on the mean.
+  // Eq. 2: six axes; the mean uses one degree of freedom of each.
   return (gyroscope + accelerometer) / (6.0 * static_cast<double>(samples.size() - 1));
 }
 

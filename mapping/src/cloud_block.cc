@@ -26,7 +26,7 @@ void CloudBlock::Grow() {
 }
 
 bool CloudBlock::Add(const Eigen::Vector3f& p, const ColoredPoint& point, std::uint32_t limit) {
-  // Rounding may have put p on the far side of the block.
+  // Rounding may have moved p out of the block.
   const Eigen::Vector3i v = p.cast<int>().cwiseMax(0).cwiseMin(kEdge - 1);
   Sum& sum = SumOf(static_cast<std::uint32_t>((v.x() * kEdge + v.y()) * kEdge + v.z()));
   if (sum.count >= limit) return false;

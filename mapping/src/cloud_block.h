@@ -9,19 +9,19 @@
 
 namespace highwall::internal {
 
-// The merged points of a cube of kEdge^3 voxels: sums per voxel, 36 bytes each and some 8 of a hash
+// Merged points of a cube of kEdge^3 voxels: sums per voxel, of 36 bytes each plus some 8 of a hash
 // table (open addressing, linear probing).
 class CloudBlock {
  public:
   static constexpr int kEdge = 64;                 // [voxels]
-  static constexpr std::uint32_t kMaxCount = 256;  // points a voxel, as 16 bits hold their colours
+  static constexpr std::uint32_t kMaxCount = 256;  // points per voxel, for 16-bit colour sums
 
   CloudBlock() : slots_(kFirstSlots) {}
 
-  // p: from the corner of the block, in voxels. False, and nothing is done, where its voxel has
-  // `limit` points already. limit: [1, kMaxCount].
+  // Adds a point. p: relative to the corner of the block, in voxels. Returns false without a change
+  // if its voxel already has `limit` points. limit: [1, kMaxCount].
   bool Add(const Eigen::Vector3f& p, const ColoredPoint& point, std::uint32_t limit);
-  // Appends a point a voxel, in the order in which the voxels first occurred. corner_W [m].
+  // Appends one point per voxel, in the order in which the voxels first occurred. corner_W [m].
   void AppendPoints(const Eigen::Vector3d& corner_W, double voxel_size,
                     std::vector<ColoredPoint>& points) const;
   std::size_t size() const { return sums_.size(); }
@@ -43,7 +43,7 @@ class CloudBlock {
   Sum& SumOf(std::uint32_t voxel);
   void Grow();
 
-  std::vector<std::uint32_t> slots_;  // 1 + place in sums_; 0: free
+  std::vector<std::uint32_t> slots_;  // 1 + index in sums_; 0: free
   std::vector<Sum> sums_;
 };
 

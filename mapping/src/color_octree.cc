@@ -17,7 +17,8 @@ class ColorTree final : public octomap::ColorOcTree {
  public:
   using octomap::ColorOcTree::ColorOcTree;
 
-  // Occupied leaves voxel by voxel, since each has its colour: equal ones are merged in the end.
+  // Adds occupied leaves voxel by voxel, since each voxel has its own colour: equal ones are merged
+  // at the end.
   void Add(const OctreeLeaf& leaf) {
     const int n = static_cast<int>(std::lround(leaf.size / resolution));
     const int cells = leaf.occupied ? n : 1;
@@ -32,7 +33,7 @@ class ColorTree final : public octomap::ColorOcTree {
   }
 
  private:
-  // Made where it is not there, with the nodes above it.
+  // Returns the node, created with its ancestors if it does not exist.
   octomap::ColorOcTreeNode* NodeAt(const Eigen::Vector3d& p, unsigned depth) {
     const octomap::OcTreeKey key = coordToKey(p.x(), p.y(), p.z());
     if (root == nullptr) {

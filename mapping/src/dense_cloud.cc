@@ -59,14 +59,14 @@ StoredCloud Store(std::span<const ColoredPoint> cloud_C) {
   return cloud;
 }
 
-// The merged cloud, in blocks by their codes.
+// Merged cloud: blocks by their codes.
 class Blocks {
  public:
   explicit Blocks(double voxel_size) : voxel_size_(voxel_size) {}
 
-  // Adds the points of a keyframe that lie in the region (null: everywhere). Calls
-  // added(stored point) for those that a voxel of less than `limit` points took in. Returns the
-  // blocks that the keyframe touches.
+  // Adds the points of a keyframe that lie in the region (null: everywhere). Calls added(stored
+  // point) for each point accepted by a voxel of fewer than `limit` points. Returns the blocks that
+  // the keyframe touches.
   template <typename Added>
   Codes Add(const StoredCloud& cloud, const Pose& T_WC, const Codes* region, std::uint32_t limit,
             const Added& added) {
@@ -97,7 +97,7 @@ class Blocks {
     return Sorted(std::move(codes));
   }
 
-  // Null: all of them.
+  // Replaces the blocks of the region (null: all blocks).
   void Replace(const Codes* region, Blocks& by) {
     if (region == nullptr) {
       blocks_.swap(by.blocks_);
@@ -120,7 +120,7 @@ class Blocks {
   void AppendPoints(std::vector<ColoredPoint>& points) const {
     for (const auto& [code, block] : blocks_) block.AppendPoints(Corner(code), voxel_size_, points);
   }
-  // The same, and forgets the blocks one by one.
+  // Appends the points and removes the blocks one by one.
   void TakePoints(std::vector<ColoredPoint>& points) {
     while (!blocks_.empty()) {
       const auto first = blocks_.begin();
@@ -153,7 +153,7 @@ class Blocks {
     return codes;
   }
 
-  // Null outside of the region.
+  // Returns null outside of the region.
   CloudBlock* Find(std::uint64_t code, const Codes* region) {
     if (region != nullptr && !std::ranges::binary_search(*region, code)) return nullptr;
     return &blocks_[code];
@@ -193,7 +193,7 @@ struct DenseCloud::Impl final : internal::RefillableMap {
     blocks.Replace(region, copy);
     copy = Blocks(options.voxel_size);
   }
-  // Puts a new keyframe into the map and drops its points that no voxel takes in.
+  // Merges a new keyframe into the map and drops its points that no voxel accepts.
   void Append(std::int64_t id, const Pose& T_WC) {
     StoredCloud& cloud = clouds.at(id);
     std::vector<StoredPoint> kept;

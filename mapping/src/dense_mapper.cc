@@ -20,7 +20,7 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// What a correction may take at once while keyframes arrive: less than one of them takes.
+// Time slice of a correction while keyframes arrive: less than the processing time of a keyframe.
 constexpr Seconds kSlice(0.02);
 
 }  // namespace
@@ -48,7 +48,7 @@ struct DenseMapper::Impl {
     if (options.background) worker.emplace(options.backlog, [this] { return Follow(kSlice); });
   }
 
-  // Does `work`, on the worker's thread or here.
+  // Runs `work` on the worker's thread, or here if there is no worker.
   void Post(std::function<void()> work) {
     if (worker) {
       worker->Post([work = std::move(work)](const std::stop_token&) { work(); });
@@ -61,20 +61,20 @@ struct DenseMapper::Impl {
   void Map(const KeyframeImage& keyframe);
   void Remove(std::int64_t id);
   void Move(const std::map<std::int64_t, KeyframePose>& poses);
-  // True while there is more to do.
+  // Returns true while work is left.
   bool Follow(Seconds budget);
   DenseMap Take(std::int32_t id, Layer& layer) const;
 
   const DenseMapOptions options;
   const DepthUnprojector unprojector;
   DepthFilter filter;
-  std::map<std::int32_t, Layer> layers;         // that have keyframes
-  std::map<std::int64_t, KeyframePose> mapped;  // where the keyframes in them are
+  std::map<std::int32_t, Layer> layers;         // layers that have keyframes
+  std::map<std::int64_t, KeyframePose> mapped;  // poses of the keyframes in the layers
   std::vector<double> keyframe_ms;
-  int requested = 0;                       // calls of SetPoses(), and how many of them
-  int known = 0;                           // the work has come to,
-  std::atomic<int> followed = 0;           // the maps have followed
-  std::optional<BackgroundWorker> worker;  // last, so that it ends before what it uses
+  int requested = 0;                       // number of calls of SetPoses()
+  int known = 0;                           // number of them processed by the worker
+  std::atomic<int> followed = 0;           // number of them reflected by the maps
+  std::optional<BackgroundWorker> worker;  // last, so that it is destroyed before what it uses
 };
 
 void DenseMapper::Impl::Map(const KeyframeImage& keyframe) {
@@ -131,7 +131,7 @@ bool DenseMapper::Impl::Follow(Seconds budget) {
   if (followed == known) return false;
   const Stopwatch stopwatch;
   const auto left = [&] { return budget - Seconds(stopwatch.Seconds()); };
-  // First what a robot plans with.
+  // The octrees are updated first, since a robot plans with them.
   for (auto& [id, layer] : layers) {
     if (!layer.octree.Rebuild(left())) return true;
   }

@@ -8,7 +8,7 @@ namespace {
 
 enum class Vote { kNone, kAgrees, kContradicts };
 
-// What the depth image of camera N says about a point p_N.
+// Returns the vote of the depth image of camera N on a point p_N.
 Vote VoteOf(const cv::Mat& depth, const PinholeCamera& camera, const Eigen::Vector3d& p_N,
             const DepthAgreementOptions& options) {
   if (!(p_N.z() > 0.0)) return Vote::kNone;
@@ -17,7 +17,7 @@ Vote VoteOf(const cv::Mat& depth, const PinholeCamera& camera, const Eigen::Vect
   const double z =
       depth.at<float>(static_cast<int>(std::lround(uv.y())), static_cast<int>(std::lround(uv.x())));
   const double tolerance = options.absolute + options.relative * p_N.z();
-  if (!(z > 0.0) || z < p_N.z() - tolerance) return Vote::kNone;  // a hole, or in the way
+  if (!(z > 0.0) || z < p_N.z() - tolerance) return Vote::kNone;  // a hole, or occluded
   return z <= p_N.z() + tolerance ? Vote::kAgrees : Vote::kContradicts;
 }
 

@@ -13,16 +13,16 @@ namespace highwall {
 namespace {
 
 constexpr float kTableStep = 0.02f;  // [m]
-constexpr int kSamples = 2;          // to each side of a pixel
+constexpr int kSamples = 2;          // on each side of a pixel
 
-// Half a window [px] and the gate [1/m], by depth in steps of kTableStep.
+// Half a window [px] and the gate [1/m], tabulated by depth in steps of kTableStep.
 struct Window {
   int radius = 0;
   float gate = 0.0f;
 };
 
-// Of a depth z [m] in the table. It does not decrease with z, so that a table up to the farthest
-// depth has a place for all.
+// Returns the table index of a depth z [m]. It does not decrease with z, so a table up to the
+// farthest depth has an entry for every depth.
 std::size_t TableIndex(float z) {
   return static_cast<std::size_t>(z / kTableStep);
 }
@@ -33,7 +33,8 @@ std::vector<Window> MakeTable(float farthest, double focal, const DepthSigma& si
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double z = (static_cast<double>(i) + 0.5) * kTableStep;
     const double s = sigma(z);
-    // The mean of n independent depths has sigma / sqrt(n), and (2 r / grain)^2 are in a window.
+    // The mean of n independent depths has the standard deviation sigma / sqrt(n), and a window has
+    // (2 r / grain)^2 of them.
     const double wanted =
         s > options.target_sigma ? 0.5 * options.grain * s / options.target_sigma : 0.0;
     const double allowed = std::max(options.max_extent, s) * focal / z;
@@ -43,9 +44,10 @@ std::vector<Window> MakeTable(float farthest, double focal, const DepthSigma& si
   return table;
 }
 
-// inverse: 0 where nothing was measured. A handful of pixels of the window, evenly spread, stand
-// for all of it: their neighbours share much of their noise. They count in pairs, one on each side
-// of the centre, whose mean is that of the centre on any plane, however steep.
+// Returns the mean inverse depth of a window. inverse: 0 where not measured. A few evenly spread
+// pixels represent the whole window, as the noise of neighbouring pixels is correlated. They are
+// used in pairs, one on each side of the centre, whose mean equals the centre on any plane, however
+// steep.
 float WindowMean(const cv::Mat& inverse, int u, int v, const Window& window) {
   const auto value = [&](int du, int dv) {
     const int column = u + du, row = v + dv;

@@ -18,7 +18,7 @@
 namespace highwall {
 namespace {
 
-// Enough to find a plane among; more only cost time.
+// Number of points that suffices to find a plane; more only cost time.
 constexpr std::size_t kMaxPoints = 20000;
 
 using Points = std::vector<Eigen::Vector3d>;

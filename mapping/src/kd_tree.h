@@ -10,23 +10,24 @@
 
 namespace highwall::internal {
 
-// Nearest neighbours among points in space: a balanced k-d tree (Bentley, "Multidimensional Binary
-// Search Trees Used for Associative Searching", CACM 1975), stored as a permutation of the points.
+// Nearest-neighbour search among points in space: a balanced k-d tree (Bentley, "Multidimensional
+// Binary Search Trees Used for Associative Searching", CACM 1975), stored as a permutation of the
+// points.
 class KdTree {
  public:
-  // Points must be finite (not checked).
+  // points: must be finite (not checked).
   explicit KdTree(std::vector<Eigen::Vector3f> points);
 
   std::size_t size() const { return points_.size(); }
 
   struct Neighbour {
     float squared_distance = std::numeric_limits<float>::infinity();
-    std::uint32_t index = 0;  // in the points given
+    std::uint32_t index = 0;  // in the input points
   };
-  // An infinite distance if there is no point nearer than max_distance [m].
+  // Returns the nearest point; an infinite distance if no point is nearer than max_distance [m].
   Neighbour Nearest(const Eigen::Vector3f& p,
                     float max_distance = std::numeric_limits<float>::infinity()) const;
-  // The k nearest, nearest first; fewer if there are not as many.
+  // Finds the k nearest points, nearest first; fewer if there are not as many.
   void Nearest(const Eigen::Vector3f& p, std::size_t k, std::vector<Neighbour>& found) const;
 
  private:
@@ -34,15 +35,15 @@ class KdTree {
     Eigen::Vector3f p;
     std::uint32_t index;
   };
-  // Searches [begin, end), whose middle is the root, in front of the halves to both sides.
+  // Searches [begin, end): its middle, the root, before the halves on both sides.
   template <typename Offer>
   void Search(std::size_t begin, std::size_t end, const Eigen::Vector3f& p, const Offer& offer,
               const float& bound) const;
   void Build(std::size_t begin, std::size_t end);
 
   std::vector<Node> points_;
-  // Of the points below a root, and no more: a query far from all points then passes over what lies
-  // behind the nearest.
+  // Tight bounding boxes of the points below a root: a query far from all points then skips the
+  // subtrees behind the nearest one.
   std::vector<Eigen::AlignedBox3f> boxes_;
 };
 

@@ -6,14 +6,14 @@
 
 namespace highwall::internal {
 
-// Numbers 64-bit keys 0, 1, 2, ... in the order of their first appearance: the flat hash table
-// (open addressing, linear probing) behind the voxel filter and the scan.
+// Assigns the numbers 0, 1, 2, ... to 64-bit keys in the order of their first appearance: the flat
+// hash table (open addressing, linear probing) of the voxel filter and the scan.
 class KeyIndex {
  public:
   KeyIndex();
 
   std::size_t size() const { return size_; }
-  // The number of `key`, given now if it is new. key: any but 2^64 - 1.
+  // Returns the number of `key`, assigned now if it is new. key: any except 2^64 - 1.
   std::uint32_t Insert(std::uint64_t key) {
     std::size_t slot = Home(key);
     while (slots_[slot].key != key) {
@@ -23,7 +23,7 @@ class KeyIndex {
     return slots_[slot].index;
   }
   std::size_t MemoryBytes() const { return slots_.capacity() * sizeof(Slot); }
-  // Forgets all keys, keeps the memory.
+  // Removes all keys and keeps the memory.
   void Clear();
 
  private:

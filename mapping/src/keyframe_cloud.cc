@@ -13,7 +13,7 @@
 namespace highwall {
 namespace {
 
-// True where one of the four neighbours that were measured lies off by more than `fraction` of z.
+// Returns true if one of the four neighbours is measured and differs by more than `fraction` of z.
 bool IsDepthEdge(const cv::Mat& depth, int u, int v, float fraction) {
   const float z = depth.at<float>(v, u);
   const auto differs = [&](int du, int dv) {
@@ -25,8 +25,8 @@ bool IsDepthEdge(const cv::Mat& depth, int u, int v, float fraction) {
   return differs(-1, 0) || differs(1, 0) || differs(0, -1) || differs(0, 1);
 }
 
-// Towards the camera, from the points `radius` pixels to each side, or on one side only where the
-// other has none on the same surface; zero where neither has.
+// Returns the normal, towards the camera, from the points `radius` pixels to each side, or on one
+// side only if the other has none on the same surface; zero if neither has one.
 Eigen::Vector3f NormalAt(const cv::Mat& depth, const DepthUnprojector& unprojector, int u, int v,
                          int radius) {
   constexpr float kSameSurface = 0.1f;  // of the depth
@@ -44,7 +44,7 @@ Eigen::Vector3f NormalAt(const cv::Mat& depth, const DepthUnprojector& unproject
   const bool across = neighbour(-radius, 0, left) | neighbour(radius, 0, right);
   const bool along = neighbour(0, -radius, up) | neighbour(0, radius, down);
   if (!across || !along) return Eigen::Vector3f::Zero();
-  // x right, y down, z forward: y cross x points to the camera.
+  // x right, y down, z forward: y cross x points towards the camera.
   return (down - up).cross(right - left).stableNormalized();
 }
 

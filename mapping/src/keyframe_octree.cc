@@ -26,7 +26,7 @@ struct StoredScan {
   std::vector<std::array<std::int16_t, 3>> points_C;
 };
 
-// The mean points of voxels.
+// Stores the mean points of voxels.
 StoredScan Store(std::span<const Eigen::Vector3f> points_C, double voxel_size) {
   internal::VoxelFilter filter(voxel_size);
   for (const Eigen::Vector3f& p_C : points_C) filter.Add({.p = p_C});

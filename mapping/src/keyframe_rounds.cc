@@ -85,7 +85,7 @@ bool KeyframeRounds::Step(RefillableMap& map) {
     const auto& [id, place] = *entry;
     const auto move = round.moves.find(id);
     const bool moved = move != round.moves.end();
-    if (!moved && !place.T_WC_in_map) continue;  // came after the round began
+    if (!moved && !place.T_WC_in_map) continue;  // added after the round began
     const Codes& cells = moved ? move->second.cells : place.cells;
     if (!round.whole && !Intersect(cells, round.region)) continue;
     Codes touched = map.AddToCopy(id, moved ? move->second.T_WC : *place.T_WC_in_map,

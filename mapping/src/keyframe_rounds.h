@@ -13,81 +13,81 @@
 
 namespace highwall::internal {
 
-// A map made of cells (blocks or bricks, by code) of which a region can be filled again, in a copy
-// beside it.
+// Map made of cells (blocks or bricks, identified by codes), a region of which can be refilled in a
+// separate copy.
 class RefillableMap {
  public:
   virtual ~RefillableMap() = default;
-  // The cells that keyframe `id` touches from there.
+  // Returns the cells that keyframe `id` touches from T_WC.
   virtual Codes Touched(std::int64_t id, const Pose& T_WC) = 0;
-  // Begins an empty copy.
+  // Starts an empty copy.
   virtual void BeginCopy() = 0;
-  // Adds a keyframe to the copy, in the cells of the region alone; null: everywhere. Returns what
-  // Touched() does.
+  // Adds a keyframe to the copy, only in the cells of the region (null: everywhere). Returns the
+  // same as Touched().
   virtual Codes AddToCopy(std::int64_t id, const Pose& T_WC, const Codes* region) = 0;
-  // Puts the copy in the place of these cells; null: of the whole map.
+  // Replaces the cells of the region (null: of the whole map) by the copy.
   virtual void PutInPlace(const Codes* region) = 0;
 };
 
-// The books of a map that follows its keyframes: where each should be, where the map has it, and
-// the cells that it touches there. Run() makes the map right in rounds: the cells that moved
-// keyframes touched or touch are filled again from all keyframes that touch them, in the order of
-// ids; from half of the keyframes on the whole map is.
+// State of a map that follows its keyframes: for each keyframe the target pose, the pose in the
+// map, and the cells that it touches there. Run() updates the map in rounds: the cells that moved
+// keyframes touched before or touch now are refilled from all keyframes that touch them, in the
+// order of ids; if at least half of the keyframes moved, the whole map is refilled.
 class KeyframeRounds {
  public:
-  // A keyframe that moved less than both stays where it is. [m], [rad]
+  // A keyframe that moved by less than both [m], [rad] is not moved in the map.
   KeyframeRounds(double min_translation, double min_rotation)
       : min_translation_(min_translation), min_rotation_(min_rotation) {}
 
-  // Where it should be; empty for a keyframe that is not known.
+  // Returns the target pose; empty for an unknown keyframe.
   std::optional<Pose> PoseOf(std::int64_t id) const;
-  // Whether every keyframe has a smaller id, or this one.
+  // Returns whether no keyframe has a larger id.
   bool IsLast(std::int64_t id) const { return places_.upper_bound(id) == places_.end(); }
-  // Says where a keyframe, be it new, should be.
+  // Sets the target pose of a keyframe, which may be new.
   void SetPose(std::int64_t id, const Pose& T_WC) { places_[id].T_WC = T_WC; }
-  // The map has it there.
+  // Records that the map has the keyframe at its target pose.
   void Join(std::int64_t id, Codes cells);
-  // Ends the round. Does nothing where there is no such keyframe.
+  // Removes a keyframe and aborts the round; does nothing if there is no such keyframe.
   void Remove(std::int64_t id);
   void Clear();
 
-  // Whether the map has all keyframes where they should be.
+  // Returns whether the map has all keyframes at their target poses.
   bool IsCurrent() const;
-  // Whether the next round, or this one, fills the whole map again.
+  // Returns whether the current round, or the next one if none is running, refills the whole map.
   bool MovesAll() const;
-  // Works for `budget` or one keyframe, whichever takes longer. True once the map is right. A pose
-  // that changes meanwhile waits for the next round.
+  // Works for `budget` or one keyframe, whichever takes longer. Returns true once the map is up to
+  // date. A pose that changes in the meantime waits for the next round.
   bool Run(RefillableMap& map, std::chrono::duration<double> budget);
-  // Of the lists of cells.
+  // Returns the memory of the lists of cells in bytes.
   std::size_t MemoryBytes() const;
 
  private:
   struct Place {
     Pose T_WC;
     std::optional<Pose> T_WC_in_map;
-    Codes cells;  // there, ascending
+    Codes cells;  // touched from T_WC_in_map, ascending
   };
   struct Move {
     Pose T_WC;
     Codes cells;
   };
   struct Round {
-    bool whole = false;  // the region is all of the map
+    bool whole = false;  // the region is the whole map
     Codes region;
     std::map<std::int64_t, Move> moves;
-    std::size_t surveyed = 0;  // moves whose cells are in the region
+    std::size_t surveyed = 0;  // number of moves whose cells are in the region
     std::int64_t next = std::numeric_limits<std::int64_t>::min();
   };
 
   bool HasMoved(const Place& place) const;
   void Start(RefillableMap& map);
-  // One keyframe; false when there is nothing left to do but Finish().
+  // Processes one keyframe; returns false when only Finish() is left to do.
   bool Step(RefillableMap& map);
   void Finish(RefillableMap& map);
 
   double min_translation_, min_rotation_;
   std::map<std::int64_t, Place> places_;
-  Codes orphaned_;  // cells of keyframes that are no more
+  Codes orphaned_;  // cells of removed keyframes
   std::optional<Round> round_;
 };
 

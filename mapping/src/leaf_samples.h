@@ -10,10 +10,11 @@
 
 namespace highwall::internal {
 
-// Calls visit(leaf, p_G) for points of each leaf so that none of its space is skipped: the centres
-// of its smallest voxels where G and W are parallel. Otherwise points at half that distance: a cube
-// of the size of a voxel holds a ball of the diameter of the voxel, and a lattice of half that
-// spacing meets every such ball (its largest gap is sqrt(3)/2 of the diameter).
+// Calls visit(leaf, p_G) for points of each leaf so that none of its space is skipped. If G and W
+// are parallel, these are the centres of its smallest voxels, otherwise points at half that
+// distance: a cube of the size of a voxel contains a ball of the diameter of the voxel, and a
+// lattice of half that spacing meets every such ball (its largest gap is sqrt(3)/2 of the
+// diameter).
 template <typename Visit>
 void SampleLeaves(const OctomapBuilder& map, const Eigen::Quaterniond& R_GW, const Visit& visit) {
   const double resolution = map.options().resolution;

@@ -3,8 +3,8 @@
 namespace highwall::internal {
 namespace {
 
-constexpr std::size_t kMostOfAByte = 88;  // 264 bytes are repeated by three
-constexpr unsigned kLongRun = 7;          // a length that continues in the next byte
+constexpr std::size_t kMostOfAByte = 88;  // three bytes repeat at most 264 bytes
+constexpr unsigned kLongRun = 7;          // the length continues in the next byte
 
 }  // namespace
 
@@ -28,7 +28,7 @@ std::optional<std::string> DecompressLzf(std::string_view bytes, std::size_t siz
     if (control >> 5 == kLongRun) count += next();
     const std::size_t back = ((control & 31u) << 8) + next() + 1;
     if (back > out.size() || size - out.size() < count) return std::nullopt;
-    // Byte by byte: what is repeated may be what is being written.
+    // Copied byte by byte: the source may overlap the bytes being written.
     for (std::size_t i = 0; i < count; ++i) out += out[out.size() - back];
   }
   if (out.size() != size) return std::nullopt;

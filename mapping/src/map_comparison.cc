@@ -44,7 +44,7 @@ std::vector<Eigen::Vector3f> Finite(std::span<const Eigen::Vector3f> points) {
   return finite;
 }
 
-// The two shorter edges, from the corner where they meet.
+// The two shorter edges of a triangle, from the corner where they meet.
 struct Legs {
   Eigen::Vector3f corner, u, v;
 
@@ -66,7 +66,7 @@ double Steps(const Eigen::Vector3f& edge, double spacing) {
   return std::max(1.0, std::ceil(static_cast<double>(edge.norm()) / spacing));
 }
 
-// Points of a triangle on a lattice of that spacing or a bit less, corners included.
+// Samples a triangle on a lattice of that spacing or slightly less, corners included.
 void SampleTriangle(const Legs& legs, double spacing, std::vector<Eigen::Vector3f>& samples) {
   const int n_u = static_cast<int>(Steps(legs.u, spacing));
   const int n_v = static_cast<int>(Steps(legs.v, spacing));
@@ -126,8 +126,8 @@ ReferenceSurface::ReferenceSurface(const TriangleMesh& mesh, double spacing) {
     SampleTriangle(Legs(triangles_[i]), spacing, points_);
     triangle_of_point_.resize(points_.size(), static_cast<std::uint32_t>(i));
   }
-  // Edges belong to two triangles, and small triangles have more corners than area: thinned out, so
-  // that no place counts much more than another.
+  // Edges belong to two triangles, and small triangles have more corners than area: the samples are
+  // thinned out to a uniform density.
   std::vector<ColoredPoint> all;
   for (const Eigen::Vector3f& p : points_) all.push_back({.p = p});
   for (const ColoredPoint& point : FilterVoxels(all, 0.5 * spacing)) samples_.push_back(point.p);
@@ -151,7 +151,8 @@ void MarkSeen(std::span<const Eigen::Vector3f> points_W, const DepthView& view,
   for (std::size_t i = 0; i < points_W.size(); ++i) {
     if (seen[i] != 0) continue;
     const Eigen::Vector3d p_C = R_CW * points_W[i].cast<double>() + T_CW.p();
-    // Well outside of the image the distortion model may fold over: a wide cone first.
+    // Well outside of the image the distortion model may fold over: points outside of a wide cone
+    // are rejected first.
     if (!(p_C.z() > 0.0) || p_C.head<2>().norm() > 2.0 * p_C.z()) continue;
     const Eigen::Vector2d uv = camera.Project(p_C);
     if (!camera.Contains(uv)) continue;
@@ -182,7 +183,7 @@ MapComparison CompareMaps(std::span<const Eigen::Vector3f> points,
   std::vector<Eigen::Vector3f> map_points = Finite(points);
   HIGHWALL_REQUIRE(!map_points.empty(), "the map has no finite point");
 
-  // To a mesh: the nearest triangle is among those of the nearest samples.
+  // For a mesh, the nearest triangle is among those of the nearest samples.
   constexpr std::size_t kCandidates = 8;
   const bool mesh = !reference.triangles_.empty();
   const internal::KdTree surface(reference.points_);

@@ -45,7 +45,7 @@ std::optional<double> FloorHeight(const OctomapBuilder& map, const Eigen::Quater
   const double resolution = map.options().resolution;
   const Eigen::Matrix3d R = R_GW.normalized().toRotationMatrix();
   const Eigen::Vector3d up_W = R.transpose().col(2);
-  // A surface that falls between two voxels may occupy both: look two voxels up.
+  // A surface between two voxels may occupy both: the free space is tested two voxels above.
   std::map<std::int64_t, int> levels;
   map.ForEachLeaf([&](const OctreeLeaf& leaf) {
     if (!leaf.occupied) return;
@@ -53,7 +53,7 @@ std::optional<double> FloorHeight(const OctomapBuilder& map, const Eigen::Quater
     if (map.IsOccupied(above_W) != false) return;
     ++levels[CellIndex((R * leaf.center_W).z(), resolution)];
   });
-  // Neighbouring levels count together: the floor may be split between two.
+  // Neighbouring levels are counted together: the floor may be split between two of them.
   const auto count_at = [&](std::int64_t level) {
     const auto found = levels.find(level);
     return found == levels.end() ? 0 : found->second;
@@ -61,7 +61,7 @@ std::optional<double> FloorHeight(const OctomapBuilder& map, const Eigen::Quater
   const auto weight = [&](std::int64_t level) {
     return count_at(level - 1) + count_at(level) + count_at(level + 1);
   };
-  // An empty level between two full ones is no floor, though it has both for neighbours.
+  // An empty level between two full ones is not a floor, although both are its neighbours.
   const auto weight_of_full = [&](std::int64_t level) {
     return levels.contains(level) ? weight(level) : 0;
   };

@@ -10,7 +10,7 @@
 namespace highwall {
 namespace {
 
-// A YAML scalar; single quotes around anything that a parser might not take for a plain string.
+// Returns a YAML scalar, in single quotes unless every parser takes the text for a plain string.
 std::string Quoted(const std::string& text) {
   constexpr std::string_view kPlain =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-.";
@@ -52,7 +52,7 @@ void WriteOccupancyGrid(const std::filesystem::path& yaml_path, const OccupancyG
                 << "\nmode: trinary\nresolution: " << NumberText(grid.resolution) << "\norigin: ["
                 << NumberText(grid.origin_G.x()) << ", " << NumberText(grid.origin_G.y())
                 << ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
-  // The image first: a YAML file never names an image that is not there.
+  // The image is committed first, so that a YAML file never refers to a missing image.
   pgm.Commit();
   yaml.Commit();
 }

@@ -99,7 +99,8 @@ void OctomapBuilder::Impl::Apply() {
     std::vector<VoxelBrick*> touched = bricks;
     std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_free && !b->any_occupied; });
     tree.Apply(touched, helpers, team);
-    // Voxels of their own: they take their turn as the hits of a second, weaker scan.
+    // Far hits are on separate voxels: they are applied as the hits of a second scan of lower
+    // weight.
     for (VoxelBrick* brick : bricks) brick->KeepFarHits();
     touched = bricks;
     std::erase_if(touched, [](const VoxelBrick* b) { return !b->any_occupied; });
@@ -147,7 +148,8 @@ void OctomapBuilder::Insert(const cv::Mat& depth, const DepthUnprojector& unproj
   const Eigen::Vector3f p_WC = T_WC.p().cast<float>();
   const auto min_depth =
       std::max(static_cast<float>(impl_->options.min_depth), std::numeric_limits<float>::min());
-  // Columns: ranges differ more from the ground to the sky than from left to right.
+  // The image is split by columns: ranges vary more from the ground to the sky than from left to
+  // right.
   const auto fill = [&](std::size_t part, std::size_t parts, internal::ScanVoxels& scan) {
     const auto columns = static_cast<std::size_t>(depth.cols);
     const auto begin = static_cast<std::ptrdiff_t>(columns * part / parts);
@@ -242,7 +244,8 @@ Eigen::AlignedBox3d OctomapBuilder::Bounds() const {
 }
 
 void OctomapBuilder::WriteBinary(const std::filesystem::path& path) const {
-  // With two bits a voxel more children are equal: merged in a copy, the map keeps its log-odds.
+  // With two bits per voxel more children are equal. They are merged in a copy, so that the map
+  // keeps its log-odds.
   internal::ScanOctree merged(impl_->tree);
   merged.toMaxLikelihood();
   merged.prune();

@@ -20,7 +20,7 @@ constexpr unsigned kTreeDepth = 16;
 constexpr std::string_view kBinaryTitle = "# Octomap OcTree binary file";
 constexpr std::string_view kFullTitle = "# Octomap OcTree file";
 
-// Walks the nodes of a payload as OctoMap would read them, without building anything.
+// Checks a payload by walking its nodes as OctoMap would read them, without building anything.
 class PayloadChecker {
  public:
   PayloadChecker(const std::filesystem::path& path, const OctreeFile& file)
@@ -39,7 +39,7 @@ class PayloadChecker {
   }
 
  private:
-  // Two bits a child: 00 unknown, 01 free, 10 occupied, 11 inner node (children 0-3, then 4-7).
+  // Two bits per child: 00 unknown, 01 free, 10 occupied, 11 inner node (children 0-3, then 4-7).
   void CheckBinaryNode(unsigned depth) {
     const std::string_view pair = Take(2);
     const unsigned codes = static_cast<unsigned char>(pair[0]) |
@@ -51,7 +51,7 @@ class PayloadChecker {
     }
   }
 
-  // A float, then one bit a child.
+  // A float, then one bit per child.
   void CheckFullNode(unsigned depth) {
     float log_odds;
     std::memcpy(&log_odds, Take(sizeof(log_odds)).data(), sizeof(log_odds));
@@ -100,7 +100,8 @@ void WriteHeader(std::string_view title, const ScanOctree& tree, std::ostream& o
       << NumberText(tree.getResolution()) << "\ndata\n";
 }
 
-// A node of a ColorOcTree has its colour, three bytes, between its value and its children.
+// Removes the colours of a ColorOcTree, three bytes between the value and the children of each
+// node.
 void RemoveColours(const std::filesystem::path& path, std::string* payload) {
   constexpr std::size_t kValue = 4, kColour = 3, kNode = kValue + kColour + 1;
   if (payload->size() % kNode != 0) {

@@ -18,7 +18,7 @@
 
 namespace highwall {
 
-// Walks the nodes of the octree by the distance of their cubes from a point, nearest first.
+// Traverses the nodes of the octree by the distance of their cubes from a point, nearest first.
 class OctreeSearch {
  public:
   struct Entry {
@@ -39,7 +39,7 @@ class OctreeSearch {
   }
 
   const internal::ScanOctree& tree() const { return tree_; }
-  // The next leaf; inner nodes that do not `matter` are passed over. Empty at the end.
+  // Returns the next leaf, empty at the end; nodes for which `matters` is false are skipped.
   template <typename Matters>
   std::optional<Entry> Next(const Matters& matters) {
     while (!queue_.empty()) {
@@ -84,7 +84,7 @@ std::optional<Obstacle> NearestObstacle(const OctomapBuilder& map, const Eigen::
     return search.tree().isNodeOccupied(node);
   };
   while (const auto leaf = search.Next(occupied)) {
-    if (!occupied(leaf->node)) continue;  // the root alone
+    if (!occupied(leaf->node)) continue;  // only possible for the root
     return Obstacle{search.NearestPoint(*leaf), std::sqrt(leaf->squared_distance)};
   }
   return std::nullopt;
@@ -124,7 +124,7 @@ std::optional<RayHit> CastRay(const OctomapBuilder& map, const Eigen::Vector3d& 
 
 namespace {
 
-// The voxel of the surface of a free leaf nearest to p_W that has unknown space beside it.
+// Returns the voxel of the surface of a free leaf nearest to p_W that is adjacent to unknown space.
 std::optional<Eigen::Vector3d> FrontierOf(const OctomapBuilder& map,
                                           const OctreeSearch::Entry& leaf,
                                           const Eigen::Vector3d& p_W) {

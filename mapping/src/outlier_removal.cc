@@ -28,7 +28,7 @@ std::vector<ColoredPoint> RemoveOutliers(std::span<const ColoredPoint> points, i
   std::vector<internal::KdTree::Neighbour> found;
   double sum = 0.0, squares = 0.0;
   for (const ColoredPoint& point : kept) {
-    // The first one found is the point itself.
+    // The first neighbour is the point itself.
     tree.Nearest(point.p, static_cast<std::size_t>(neighbours) + 1, found);
     double distance = 0.0;
     for (const auto& neighbour : found) distance += std::sqrt(neighbour.squared_distance);

@@ -22,7 +22,7 @@ enum class PcdData { kAscii, kBinary, kCompressed };
 
 struct PcdHeader {
   std::size_t fields = 0;
-  std::array<std::optional<std::size_t>, 4> places;  // of x, y, z and rgb
+  std::array<std::optional<std::size_t>, 4> places;  // column of x, y, z and rgb
   std::size_t points = 0;
   PcdData data = PcdData::kAscii;
 };
@@ -33,7 +33,7 @@ void RequireAll(const Words& words, std::string_view value, const FileCursor& fi
   }
 }
 
-// words: FIELDS and the names of the fields.
+// words: "FIELDS" and the names of the fields.
 void ReadFields(const Words& words, const FileCursor& file, PcdHeader* header) {
   constexpr std::array<std::string_view, 4> kNames = {"x", "y", "z", "rgb"};
   header->fields = words.size() - 1;
@@ -82,7 +82,8 @@ PcdHeader ReadPcdHeader(FileCursor& file) {
   }
 }
 
-// Two sizes, compressed and not, then all values of the first field, of the second, and so on.
+// The data are two sizes, compressed and uncompressed, then all values of the first field, of the
+// second, and so on.
 std::string ReadCompressed(const PcdHeader& header, FileCursor& file) {
   std::array<std::uint32_t, 2> sizes;
   std::memcpy(sizes.data(), file.Bytes(sizeof(sizes)), sizeof(sizes));
@@ -97,7 +98,8 @@ std::string ReadCompressed(const PcdHeader& header, FileCursor& file) {
   return std::move(*data);
 }
 
-// The values of the n-th point; compressed: the data of all of them, where they are compressed.
+// Reads the values of the n-th point. compressed: the decompressed data of all points, if the file
+// is compressed.
 void ReadValues(const PcdHeader& header, const std::string& compressed, std::size_t n,
                 FileCursor& file, std::vector<float>* values) {
   switch (header.data) {

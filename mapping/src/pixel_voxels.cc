@@ -9,20 +9,20 @@
 namespace highwall::internal {
 namespace {
 
-// One row of p_W = R_WC p_C + p_WC.
+// One row of the transformation p_W = R_WC p_C + p_WC.
 struct AxisTransform {
   float r_x, r_y, r_z, t;
 
-  // The order of operations is part of the result: rounding decides on which side of a border a
-  // point lies.
+  // The order of operations affects the result: rounding decides on which side of a border a point
+  // lies.
   float operator()(float m_x, float m_y, float z) const {
     return r_x * (m_x * z) + (r_y * (m_y * z) + r_z * z) + t;
   }
 };
 
-// The hot loop of a scan, over every pixel: free of branches, so that it compiles to vector
-// instructions. (AVX2 without FMA: both clones round alike.) Voxels come out in single precision;
-// `unsure` is set where that may take the wrong side of a border.
+// Inner loop of a scan over all pixels, free of branches so that it compiles to vector instructions
+// (AVX2 without FMA: both clones round identically). Voxels are computed in single precision;
+// `unsure` is set where that may give the wrong side of a border.
 HIGHWALL_TARGET_CLONES("avx2", "default")
 void RowVoxels(const float* __restrict z, const float* __restrict m_x, const float* __restrict m_y,
                int count, float min_depth, const AxisTransform& transform, float inverse_resolution,
@@ -30,9 +30,9 @@ void RowVoxels(const float* __restrict z, const float* __restrict m_x, const flo
   const AxisTransform a = transform;
   constexpr float kLimit = kKeyOffset;
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-  // Adding it leaves no bits for a fraction: rounds to the nearest whole number.
+  // Adding this constant leaves no bits for a fraction: rounds to the nearest integer.
   constexpr float kRound = 0x1.8p23f;
-  // Roundings of the inverse and of the product, 2^-24 each; twice that to be safe.
+  // Rounding errors of the inverse and of the product, 2^-24 each, with a safety factor of two.
   constexpr float kError = 0x1p-22f;
   for (int i = 0; i < count; ++i) {
     const float depth = z[i] >= min_depth ? z[i] : kNone;
@@ -47,7 +47,7 @@ void RowVoxels(const float* __restrict z, const float* __restrict m_x, const flo
   }
 }
 
-// changes[i]: whether pixel i may lie in another voxel than pixel i - 1.
+// Marks changes[i] if pixel i may lie in another voxel than pixel i - 1.
 HIGHWALL_TARGET_CLONES("avx2", "default")
 void MarkChanges(const int* __restrict x, const int* __restrict y, const int* __restrict z,
                  const int* __restrict unsure, int count, int* __restrict changes) {
@@ -81,7 +81,8 @@ const std::vector<VoxelKey>& PixelVoxels::OfRow(const float* z, const float* m_x
   }
   MarkChanges(keys_[0].data(), keys_[1].data(), keys_[2].data(), unsure_.data(), count,
               changes_.data());
-  // Most pixels fall into the voxel of the pixel before: pick out the others without a branch.
+  // Most pixels fall into the voxel of the previous pixel: the others are selected without a
+  // branch.
   std::size_t place_count = 0;
   for (std::size_t i = 0; i < size; ++i) {
     places_[place_count] = i;

@@ -21,7 +21,7 @@ enum class Scalar { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDo
 struct Property {
   std::string name;
   Scalar type = Scalar::kFloat;
-  std::optional<Scalar> count_type;  // of a list
+  std::optional<Scalar> count_type;  // type of the length, for a list
 };
 
 struct Element {
@@ -99,7 +99,7 @@ double ParseAs(std::string_view word, const FileCursor& file) {
   return static_cast<double>(value);
 }
 
-// Hands out the values of an item one by one, from text or bytes.
+// Reads the values of an item one by one, from text or bytes.
 class ValueReader {
  public:
   ValueReader(FileCursor& file, bool binary) : file_(file), binary_(binary) {}

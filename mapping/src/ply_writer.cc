@@ -17,7 +17,7 @@ void AppendBinary(const T& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-// The shortest text that reads back to the same number, whatever the locale.
+// Appends the shortest text that is parsed to the same number, whatever the locale.
 template <typename T>
 void AppendText(T value, std::string& text) {
   std::array<char, 32> buffer;

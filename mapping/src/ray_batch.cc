@@ -4,7 +4,7 @@
 
 namespace highwall::internal {
 
-// Two clones for the sake of the vector width; AVX2 without FMA, so that both round alike.
+// Two clones for different vector widths; AVX2 without FMA, so that both round identically.
 HIGHWALL_TARGET_CLONES("avx2", "default")
 void TraverseRays(const RayBatch& rays, BrickTable& bricks) {
   auto [next_x, next_y, next_z] = rays.next;
@@ -14,7 +14,7 @@ void TraverseRays(const RayBatch& rays, BrickTable& bricks) {
   BitLanes active = ~BitLanes{};
   do {
     const BitLanes at = x | y | z;
-    // A ray that has arrived writes its last voxel again.
+    // A ray that has reached its end writes its last voxel again.
     for (int lane = 0; lane < kRayLanes; ++lane) {
       const auto voxel = static_cast<std::uint64_t>(at[lane]);
       bricks.BrickOf(voxel).free.Set(voxel);
@@ -28,7 +28,7 @@ void TraverseRays(const RayBatch& rays, BrickTable& bricks) {
     next_x = go_x ? next_x + rays.delta[0] : next_x;
     next_y = go_y ? next_y + rays.delta[1] : next_y;
     next_z = go_z ? next_z + rays.delta[2] : next_z;
-    // Ones in the gaps carry the sum across them.
+    // Ones in the gaps propagate the carry of the sum across them.
     const BitLanes new_x = ((x | ~mask_x) + (rays.step[0] & go_x)) & mask_x;
     const BitLanes new_y = ((y | ~mask_y) + (rays.step[1] & go_y)) & mask_y;
     const BitLanes new_z = ((z | ~mask_z) + (rays.step[2] & go_z)) & mask_z;

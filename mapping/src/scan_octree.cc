@@ -5,8 +5,8 @@
 
 namespace highwall::internal {
 namespace {
-constexpr unsigned kBrickDepth = 13;  // of 16: a brick is three levels high
-// Enough of them that the last worker to finish is not late by much.
+constexpr unsigned kBrickDepth = 13;  // of 16: a brick has three levels
+// Enough subtrees that the last worker finishes only slightly later than the others.
 constexpr std::size_t kSubtreesPerWorker = 16;
 }  // namespace
 
@@ -34,7 +34,7 @@ void ScanOctree::Apply(std::span<VoxelBrick* const> bricks, std::span<ScanOctree
   team.Run(subtrees.size(), [&](std::size_t worker, std::size_t task) {
     (worker == 0 ? *this : helpers[worker - 1]).ApplyBricks(subtrees[task]);
   });
-  // A helper that merged more nodes than it made has a count below zero, which wraps around.
+  // A helper that merged more nodes than it created has a negative count, which wraps around.
   for (ScanOctree& helper : helpers) tree_size += std::exchange(helper.tree_size, 0);
   for (octomap::OcTreeNode* const node : opened) Close(node);
 }
@@ -196,7 +196,7 @@ void ScanOctree::Copy(const ScanOctree& source, const octomap::OcTreeNode* from,
   }
 }
 
-// OctoMap frees a node's array of children only where it merges eight equal ones.
+// OctoMap frees a node's array of children only if it merges eight equal ones.
 void ScanOctree::RemoveChildren(octomap::OcTreeNode* node) {
   for (unsigned i = 0; i < 8; ++i) {
     bool created = false;

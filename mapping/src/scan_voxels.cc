@@ -72,7 +72,7 @@ void ScanVoxels::CastRays(std::span<const VoxelKey> endpoints) {
     }
     CastRay(end);
   }
-  // The last batch is filled up with its own first ray.
+  // The last batch is padded with its own first ray.
   for (int lane = ray_count_; ray_count_ != 0 && lane < kRayLanes; ++lane) {
     for (std::size_t i = 0; i < 3; ++i) {
       rays_.next[i][lane] = rays_.next[i][0];
@@ -86,7 +86,8 @@ void ScanVoxels::CastRays(std::span<const VoxelKey> endpoints) {
   if (ray_count_ != 0) TraverseRays(rays_, bricks_);
 }
 
-// In the same mixed precision as OctoMap: a ray through an edge of voxels must take the same side.
+// Uses the same mixed precision as OctoMap: a ray through an edge of voxels must take the same
+// side.
 void ScanVoxels::CastRay(const octomap::point3d& end) {
   constexpr double kNever = std::numeric_limits<double>::max();
   VoxelKey key_end;
@@ -105,7 +106,7 @@ void ScanVoxels::CastRay(const octomap::point3d& end) {
     rays_.delta[i][lane] = sign ? resolution_ / std::abs(d) : kNever;
     const std::uint64_t mask = kMortonMaskX << i;
     rays_.voxel[i][lane] = static_cast<std::int64_t>(Spread(origin_key_[i]) << i);
-    // All ones is minus one.
+    // All ones represent minus one.
     rays_.step[i][lane] = static_cast<std::int64_t>(sign < 0 ? mask : std::uint64_t{1} << i);
   }
   rays_.end[lane] = static_cast<std::int64_t>(Morton(key_end));

@@ -14,27 +14,28 @@
 
 namespace highwall::internal {
 
-// What one scan says about space: the voxels in which a measurement ends and those that the rays
-// to their centres traverse, disjoint (hits win), every voxel once.
+// Voxels updated by one scan: those in which a measurement ends and those that the rays to their
+// centres traverse, disjoint (hits take precedence), every voxel once.
 class ScanVoxels {
  public:
-  // All [m] > 0; the ranges may be infinite.
+  // All arguments [m] > 0; the ranges may be infinite.
   ScanVoxels(double resolution, double max_range, double far_range);
 
-  // Begins a scan; false if the origin lies outside of the map.
+  // Starts a scan; returns false if the origin is outside of the map.
   bool Start(const octomap::point3d& origin_W);
-  // Endpoints [m] in W; those outside of the map or not finite are dropped.
+  // Adds endpoints [m] in W; those outside of the map or not finite are dropped.
   void AddPoints(std::span<const Eigen::Vector3f> points_W);
-  // Endpoints p_W = R_WC (m_x z, m_y z, z) + p_WC of a row of pixels; z below min_depth is dropped.
+  // Adds the endpoints p_W = R_WC (m_x z, m_y z, z) + p_WC of a row of pixels; z below min_depth is
+  // dropped.
   void AddDepthRow(const float* z, const float* m_x, const float* m_y, int count, float min_depth,
                    const Eigen::Matrix3f& R_WC, const Eigen::Vector3f& p_WC);
-  // The voxels of the endpoints so far, each once.
+  // Returns the voxels of the endpoints so far, each once.
   std::span<const VoxelKey> endpoints() const { return endpoints_; }
   // Sets the bits of endpoints, of this or another part of the same scan, and casts their rays.
   void CastRays(std::span<const VoxelKey> endpoints);
-  // Adds what another part of the same scan saw, its rays cast like those of this one.
+  // Merges another part of the same scan, whose rays have been cast as those of this part have.
   void Merge(ScanVoxels& other);
-  // The bricks with any bit set, in Morton order; valid until Start(). Call last.
+  // Returns the bricks with any bit set, in Morton order; valid until Start(). Call last.
   std::vector<VoxelBrick*> Finish();
 
  private:
@@ -42,7 +43,7 @@ class ScanVoxels {
   double CenterCoordinate(int k) const;
   octomap::point3d Center(const VoxelKey& key) const;
   bool ToKey(const octomap::point3d& p_W, VoxelKey& key) const;
-  // Queues the ray from the origin up to, not including, the voxel of `end`.
+  // Queues the ray from the origin up to, but not including, the voxel of `end`.
   void CastRay(const octomap::point3d& end);
 
   double resolution_;

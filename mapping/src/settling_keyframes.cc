@@ -7,7 +7,7 @@
 namespace highwall {
 namespace {
 
-// Takes the depth where `moving` is not 0 off an image; its pixels belong to others as well.
+// Masks out the depth where `moving` is not 0, in a copy, since the pixels are shared.
 void LeaveOut(const cv::Mat& moving, KeyframeImage& keyframe) {
   if (moving.empty()) return;
   keyframe.depth = keyframe.depth.clone();

@@ -7,7 +7,7 @@
 
 namespace highwall::internal {
 
-// Sets of bricks or blocks: ascending codes, each once.
+// Set of bricks or blocks: ascending codes, each once.
 using Codes = std::vector<std::uint64_t>;
 
 inline Codes Union(const Codes& a, const Codes& b) {

@@ -15,7 +15,8 @@
 
 namespace highwall::internal {
 
-// A file in memory, read line by line or in blocks of bytes, that knows where it is.
+// Cursor in a file in memory, which is read line by line or in blocks of bytes; it counts the lines
+// for error messages.
 class FileCursor {
  public:
   // Throws IoError if the file cannot be read.
@@ -27,8 +28,8 @@ class FileCursor {
     bytes_.assign(std::istreambuf_iterator<char>(stream), {});
   }
 
-  // The rest of the line without its end; the next call begins behind. Throws IoError at the end
-  // of the file.
+  // Returns the rest of the line without its end and advances to the next line. Throws IoError at
+  // the end of the file.
   std::string_view Line() {
     ++line_;
     if (at_ >= bytes_.size()) Fail("the file ends here");
@@ -38,7 +39,7 @@ class FileCursor {
     if (line.ends_with('\r')) line.remove_suffix(1);
     return line;
   }
-  // Throws IoError if there are not as many.
+  // Returns the next `count` bytes. Throws IoError if fewer are left.
   const char* Bytes(std::size_t count) {
     if (bytes_.size() - at_ < count) Fail("truncated: data are missing after it");
     at_ += count;
@@ -53,7 +54,7 @@ class FileCursor {
   std::int64_t line_ = 0;
 };
 
-// Splits at blanks.
+// Splits a line at spaces and tabs.
 inline std::vector<std::string_view> Words(std::string_view line) {
   std::vector<std::string_view> words;
   for (std::size_t at = line.find_first_not_of(" \t"); at != std::string_view::npos;) {
@@ -64,7 +65,7 @@ inline std::vector<std::string_view> Words(std::string_view line) {
   return words;
 }
 
-// False unless all of `text` is one number of the type of `value`.
+// Returns false unless the whole `text` is one number of the type of `value`.
 template <typename T>
 bool ParseNumber(std::string_view text, T& value) {
   const auto result = std::from_chars(text.data(), text.data() + text.size(), value);

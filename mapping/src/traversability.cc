@@ -16,8 +16,8 @@
 namespace highwall {
 namespace {
 
-// The steepest of both axes, rise over run across +-radius cells or the half of it that is known;
-// 0 where nothing is.
+// Returns the slope, the norm of the gradient: rise over run along both axes, across +-radius cells
+// or the known half of them; 0 if none is known.
 double SlopeAt(const HeightMap& ground, int i, int j, int radius) {
   const double here = ground.At(i, j);
   double squares = 0.0;
@@ -37,7 +37,7 @@ double StepAt(const HeightMap& ground, int i, int j) {
   for (const auto& [di, dj] :
        {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
     const double difference = std::abs(ground.At(i + di, j + dj) - ground.At(i, j));
-    if (difference > step) step = difference;  // not for NaN
+    if (difference > step) step = difference;  // false for NaN
   }
   return step;
 }

@@ -9,12 +9,12 @@
 
 namespace highwall::internal {
 
-constexpr int kKeyOffset = 32768;  // the voxel at the origin of W, as in OctoMap
+constexpr int kKeyOffset = 32768;  // voxel at the origin of W, as in OctoMap
 
-// The bits of a Morton index that belong to x; those of y and z follow to the left.
+// Bits of a Morton index that belong to x; those of y and z follow to the left.
 constexpr std::uint64_t kMortonMaskX = 0x249249249249;
 
-// Spreads 16 bits to every third place.
+// Spreads 16 bits to every third position.
 inline std::uint64_t Spread(int k) {
   auto bits = static_cast<std::uint64_t>(k);
   bits = (bits | bits << 16) & 0x0000FF0000FF;
@@ -23,20 +23,22 @@ inline std::uint64_t Spread(int k) {
   return (bits | bits << 2) & kMortonMaskX;
 }
 
-// The path of a voxel from the root of the octree, three bits a level, x lowest.
+// Returns the path of a voxel from the root of the octree, three bits per level, x lowest.
 inline std::uint64_t Morton(const std::array<int, 3>& k) {
   return Spread(k[0]) | Spread(k[1]) << 1 | Spread(k[2]) << 2;
 }
 
-// The voxel of a brick that comes first along each axis. morton: of the brick.
+// Returns the voxel of a brick with the lowest coordinate along each axis. morton: of the brick.
 std::array<int, 3> FirstVoxel(std::uint64_t morton);
 
-// 8^3 bits, one a voxel of the subtree of an octree node three levels above the leaves. Bit i of
-// word w is the voxel with Morton index 64 w + i: a word is the subtree two levels up, a byte one.
+// 8^3 bits, one per voxel of the subtree of an octree node three levels above the leaves. Bit i of
+// word w is the voxel with Morton index 64 w + i: a word is a subtree of two levels, a byte one of
+// one level.
 struct VoxelBits {
   std::array<std::uint64_t, 8> words{};
 
-  // voxel: a Morton index, of which the lowest nine bits count. Returns whether the bit was unset.
+  // Sets a bit. voxel: Morton index, of which the lowest nine bits are used. Returns whether the
+  // bit was unset.
   bool Set(std::uint64_t voxel) {
     std::uint64_t& word = words[voxel >> 6 & 7u];
     const std::uint64_t bit = std::uint64_t{1} << (voxel & 63u);
@@ -46,31 +48,32 @@ struct VoxelBits {
   }
 };
 
-// What a scan says about a brick. Cache lines of their own: the rays write `free` alone.
+// Update of a brick by a scan. It has cache lines of its own, as the rays write only `free`.
 struct alignas(64) VoxelBrick {
   VoxelBits free;
   VoxelBits occupied;
-  VoxelBits far;             // occupied, as seen from too far to be sure
-  VoxelBits seen;            // an endpoint lies in it, whether in range or not
+  VoxelBits far;             // occupied, but observed from beyond the far range
+  VoxelBits seen;            // contains an endpoint, whether in range or not
   std::uint64_t morton = 0;  // 39 bits, the path from the root
   bool any_occupied = false;
   bool any_free = false;
   bool any_far = false;
 
-  // Makes the sets disjoint: hits win over misses, near hits over far ones.
+  // Makes the sets disjoint: hits take precedence over misses, near hits over far ones.
   void Finish();
-  // Leaves the far hits alone, as hits.
+  // Keeps only the far hits, as hits.
   void KeepFarHits();
 };
 
-// The bricks that a scan touches, in the order of first touch.
+// Bricks that a scan touches, in the order of the first touch.
 class BrickTable {
  public:
   BrickTable() : slots_(kSlots) {}
 
-  // Forgets the bricks, keeps the memory.
+  // Removes the bricks and keeps the memory.
   void Clear();
-  // voxel: its Morton index. The reference lives until the next call.
+  // Returns the brick of a voxel, created if it is new. voxel: its Morton index. The reference is
+  // valid until the next call.
   VoxelBrick& BrickOf(std::uint64_t voxel) {
     const std::uint64_t morton = voxel >> 9;
     const Slot slot = slots_[morton % kSlots];
@@ -81,8 +84,8 @@ class BrickTable {
   std::span<VoxelBrick> bricks() { return bricks_; }
 
  private:
-  // A cache in front of the index: low bits of a Morton code repeat every 64 bricks along each
-  // axis, which is more than a scan mostly spans.
+  // Cache in front of the index: the low bits of a Morton code repeat every 64 bricks along each
+  // axis, which is more than most scans span.
   static constexpr std::uint64_t kSlots = std::uint64_t{1} << 18;
   struct Slot {
     std::uint32_t tag = ~std::uint32_t{0};

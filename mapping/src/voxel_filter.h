@@ -12,22 +12,23 @@
 
 namespace highwall::internal {
 
-// 63 bits of a voxel's three coordinates, x highest; empty where the point is not finite or further
-// than 2^20 voxels from the origin along an axis.
+// Returns the 63-bit code of a voxel's three coordinates, x highest; empty if the point is not
+// finite or farther than 2^20 voxels from the origin along an axis.
 std::optional<std::uint64_t> VoxelCode(const Eigen::Vector3f& p, double inverse_size);
-// The three coordinates of a code.
+// Returns the three coordinates of a code.
 Eigen::Vector3i VoxelOfCode(std::uint64_t code);
 
-// Mean position, colour and normal per voxel, of points that come one by one.
+// Computes the mean position, colour and normal per voxel of points that are added one by one.
 class VoxelFilter {
  public:
-  // voxel_size: [m] > 0, else InvalidArgument.
+  // Throws InvalidArgument unless voxel_size [m] is positive.
   explicit VoxelFilter(double voxel_size);
 
-  // False, and nothing is done, where the voxel has `limit` points already or does not exist.
+  // Adds a point; returns false without a change if its voxel already has `limit` points or does
+  // not exist.
   bool Add(const ColoredPoint& point,
            std::uint32_t limit = std::numeric_limits<std::uint32_t>::max());
-  // In the order in which the voxels first occurred.
+  // Returns the means in the order in which the voxels first occurred.
   std::vector<ColoredPoint> Points() const;
   std::size_t MemoryBytes() const;
 

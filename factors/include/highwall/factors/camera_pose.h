@@ -9,9 +9,9 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// What an image says about the pose of its camera, summed up as a Gaussian, where the offset
-// between the clocks of camera and IMU is an unknown: the state is that of the body at
-// t_cam + t_d_state, the image was taken at t_cam + t_d, and the body moved on in between.
+// Camera pose measurement from one image, summarized as a Gaussian, where the time offset between
+// the clocks of camera and IMU is unknown: the state is that of the body at t_cam + t_d_state, the
+// image was taken at t_cam + t_d, and the body moved in between.
 //
 //   d = t_d - t_d_state,   p = p_WB + d v_WB,   q = q_WB Exp(d omega_B)
 //   r = W [ p + R(q) p_BC - p_0 | Log(q_0^-1 q q_BC) ]         docs/factors/camera_pose.md, Eq. 1
@@ -24,10 +24,10 @@ class CameraPose final : public ceres::SizedCostFunction<6, 7, 3, 1> {
   using Variables = VariableList<Pose, Eigen::Vector3d, double>;
   enum Block { kPose, kVelocity, kTimeOffset };
 
-  // T_WC_0: the camera's pose by the image. sqrt_information: W, 6 x 6, of any rank, W^T W the
-  // information in the tangent [m, rad] of PoseManifold at T_WC_0. omega_B [rad/s]: the rate at the
-  // instant of the state, bias taken off. t_d_state [s]. Throws InvalidArgument if an argument is
-  // not finite.
+  // T_WC_0: camera pose estimated from the image. sqrt_information: W, 6 x 6, of any rank; W^T W is
+  // the information in the tangent [m, rad] of PoseManifold at T_WC_0. omega_B [rad/s]:
+  // bias-corrected rate at the time of the state. t_d_state [s]. Throws InvalidArgument if an
+  // argument is not finite.
   CameraPose(const Pose& T_WC_0, const Eigen::Matrix<double, 6, 6>& sqrt_information,
              const Pose& T_BC, const Eigen::Vector3d& omega_B, double t_d_state = 0.0);
 
@@ -43,7 +43,7 @@ class CameraPose final : public ceres::SizedCostFunction<6, 7, 3, 1> {
   const double t_d_state_;
 };
 
-// As CameraPose, with the pose of the camera in the body and the scale of its depth as variables.
+// Same as CameraPose, with the camera extrinsics T_BC and the scale of the depth as variables.
 //
 //   d = t_d - t_d_state,   p = p_WB + d v_WB,   q = q_WB Exp(d omega_B)
 //   r = W [ (p + R(q) p_BC) / s - p_0 | Log(q_0^-1 q q_BC) ]
@@ -57,7 +57,7 @@ class ExtrinsicCameraPose final : public ceres::SizedCostFunction<6, 7, 3, 1, 7,
   using Variables = VariableList<Pose, Eigen::Vector3d, double, Pose, double>;
   enum Block { kPose, kVelocity, kTimeOffset, kExtrinsics, kScale };
 
-  // As CameraPose; T_WC_0 in a world as large as the measured depth makes it.
+  // Arguments as CameraPose; T_WC_0 is expressed in the scale of the measured depth.
   ExtrinsicCameraPose(const Pose& T_WC_0, const Eigen::Matrix<double, 6, 6>& sqrt_information,
                       const Eigen::Vector3d& omega_B, double t_d_state = 0.0);
 

@@ -10,15 +10,15 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Reprojection error of a world point with the pose of the camera in the body as a variable.
+// Reprojection error of a world point with the camera extrinsics T_BC as a variable.
 //
-//   r = W ( y(p_C) - z ),   p_C = T_BC^-1 T_WB^-1 p_W    docs/factors/extrinsic_reprojection.md,
-//   Eq. 1
+//   r = W ( y(p_C) - z ),   p_C = T_BC^-1 T_WB^-1 p_W                                      Eq. 1
+//                                                  docs/factors/extrinsic_reprojection.md
 //
 // Blocks:  0: T_WB  pose   (7, PoseManifold)
 //          1: p_W   point  (3) [m]
 //          2: T_BC  pose   (7, PoseManifold)
-// Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate is true.
+// Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate returns true.
 template <int kRows>
 class ExtrinsicReprojection final : public ceres::SizedCostFunction<kRows, 7, 3, 7>,
                                     public SilentOutsideDomain {
@@ -30,8 +30,8 @@ class ExtrinsicReprojection final : public ceres::SizedCostFunction<kRows, 7, 3,
   using Matrix = Eigen::Matrix<double, kRows, kRows>;
   enum Block { kPose = 0, kPoint = 1, kExtrinsics = 2 };
 
-  // z: (u, v) [px] or (u, v, disparity). projection: its own T_BC is not used.
-  // Throws InvalidArgument if an argument is not finite.
+  // z: (u, v) [px] or (u, v, disparity). The T_BC of `projection` is not used. Throws
+  // InvalidArgument if an argument is not finite.
   ExtrinsicReprojection(const Vector& z, const Matrix& sqrt_information,
                         const RgbdProjection& projection)
       : rows_(PointRows(z, sqrt_information)), projection_(projection) {}
@@ -44,7 +44,7 @@ class ExtrinsicReprojection final : public ceres::SizedCostFunction<kRows, 7, 3,
   const RgbdProjection projection_;
 };
 
-// With and without depth.
+// Variants without and with depth.
 using PointReprojectionExtrinsics = ExtrinsicReprojection<2>;
 using PointReprojectionRgbdExtrinsics = ExtrinsicReprojection<3>;
 

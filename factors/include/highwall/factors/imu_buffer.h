@@ -12,76 +12,79 @@ namespace [[gnu::visibility("default")]] highwall {
 
 // One reading of an inertial measurement unit, in the body frame B.
 struct ImuSample {
-  Stamp stamp = 0;                                          // [ns] of the IMU's clock
+  Stamp stamp = 0;                                          // [ns] in the IMU clock
   Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();      // [rad/s]
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  // [m/s^2] specific force
 };
 
-using ImuBias = Eigen::Matrix<double, 6, 1>;  // [b_g b_a] of its readings, rad/s and m/s^2
+using ImuBias = Eigen::Matrix<double, 6, 1>;  // [b_g b_a] of the readings, rad/s and m/s^2
 
-// What no inertial sensor measures: the widest ranges of MEMS parts are 400 g (ST H3LIS331DL) and
-// 4000 deg/s (TDK ICM-20649). A value beyond is a fault on the way, whatever the motion.
-inline constexpr double kMaxSpecificForce = 4000.0;  // [m/s^2] of an axis
-inline constexpr double kMaxAngularRate = 70.0;      // [rad/s] of an axis
+// Upper bounds of physically possible readings. The widest ranges of MEMS parts are 400 g (ST
+// H3LIS331DL) and 4000 deg/s (TDK ICM-20649); a larger value is a transmission fault, whatever the
+// motion.
+inline constexpr double kMaxSpecificForce = 4000.0;  // [m/s^2] per axis
+inline constexpr double kMaxAngularRate = 70.0;      // [rad/s] per axis
 
-// No sensor is silent for so long between two readings: a stamp that jumps farther is a fault of a
-// clock or on the way, or the recording paused. [s]
+// Longest plausible time between two readings [s]. A larger stamp difference is a clock or
+// transmission fault, or the recording was paused.
 inline constexpr double kMaxStampJump = 10.0;
-// After so many readings that follow one that jumped, each as a neighbour, the clock has moved.
+// Number of mutually neighbouring readings after a jumped one from which the clock counts as
+// shifted.
 inline constexpr int kReadingsAfterJump = 10;
 
-// Whether all values are finite, and whether they and the stamp are within these ranges too.
+// Return whether all values are finite, and whether they and the stamp are also within these
+// ranges.
 bool IsFinite(const ImuSample& sample);
 bool IsPossible(const ImuSample& sample);
 
-// The readings of [start, end]: the first has the stamp `start`, the last `end`.
+// Readings of [start, end]: the first has the stamp `start`, the last `end`.
 struct ImuInterval {
   std::vector<ImuSample> samples;  // strictly increasing stamps, at least 2
-  double largest_step = 0.0;       // [s] between neighbouring readings of the sensor
-  int gaps = 0;                    // steps above ImuBufferOptions::max_step
+  double largest_step = 0.0;       // [s] between consecutive readings of the sensor
+  int gaps = 0;                    // number of steps above ImuBufferOptions::max_step
 
   bool HasGap() const { return gaps > 0; }
 };
 
-// Of ImuBuffer.
+// Options of ImuBuffer.
 struct ImuBufferOptions {
-  double max_step = 0.1;  // [s] > 0; readings farther apart than this are a gap
-  double horizon = 30.0;  // [s] > max_step; readings older than this are forgotten
+  double max_step = 0.1;  // [s] > 0; a longer step between readings is a gap
+  double horizon = 30.0;  // [s] > max_step; older readings are discarded
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// What became of a reading that was given to an ImuBuffer.
+// Result of adding a reading to an ImuBuffer.
 enum class ImuSampleStatus {
-  kAdded,       // the newest reading
-  kReordered,   // came late, and was put in its place
-  kDuplicate,   // its stamp is there already: dropped, the first one stays
-  kTooOld,      // came after everything around it was forgotten: dropped
+  kAdded,       // added as the newest reading
+  kReordered,   // arrived late, inserted in order of stamps
+  kDuplicate,   // a reading with this stamp exists: dropped, the first one is kept
+  kTooOld,      // older than the readings already discarded: dropped
   kNotFinite,   // dropped
-  kImpossible,  // beyond what any sensor measures, or a stamp beyond kMaxStamp: dropped
-  kJumped,      // its stamp is too far from those before (ImuBuffer::Add): dropped
+  kImpossible,  // beyond the range of any sensor, or a stamp beyond kMaxStamp: dropped
+  kJumped,      // its stamp is too far from the previous ones (ImuBuffer::Add): dropped
 };
-// "added", "reordered" and so on.
+// Returns "added", "reordered" and so on.
 const char* ToString(ImuSampleStatus status);
-// What is wrong with a reading that was dropped, and what to do; empty where it was not.
+// Returns why a reading was dropped and how to correct it; empty if it was not dropped.
 const char* Advice(ImuSampleStatus status);
 
-// Orders the readings of an IMU by stamp, and cuts out what lies between two images.
+// Buffer of IMU readings, sorted by stamp, from which the interval between two images is extracted.
 class ImuBuffer {
  public:
   // Throws InvalidArgument on bad options.
   explicit ImuBuffer(const ImuBufferOptions& options = {});
 
-  // A stamp that is more than kMaxStampJump after the newest reading, or before it by more than
-  // that and the horizon, would end the use of all others, and is dropped. Where the readings that
-  // follow say the same, the clock has moved, or was wrong before: after kReadingsAfterJump of them
-  // they are taken again, and what a clock that was ahead has left is forgotten.
+  // Drops a reading whose stamp is more than kMaxStampJump after the newest reading, or before it
+  // by more than that and the horizon: it would make all others unusable. If the following readings
+  // have neighbouring stamps, the clock has shifted, or was wrong before: after kReadingsAfterJump
+  // of them, readings are accepted again, and those of a clock that was ahead are discarded.
   ImuSampleStatus Add(const ImuSample& sample);
 
-  // The readings of [start, end], linearly interpolated at both ends, unless readings are there.
-  // Empty where the buffer does not reach from start to end. A gap is bridged and counted: it is
-  // the caller's choice to use such an interval. Throws InvalidArgument unless start < end.
+  // Returns the readings of [start, end], linearly interpolated at both ends unless readings exist
+  // there; empty if the buffer does not cover the interval. A gap is bridged and counted: the
+  // caller decides whether to use such an interval. Throws InvalidArgument unless start < end.
   // docs/factors/imu_buffer.md, Eq. 1
   std::optional<ImuInterval> Between(Stamp start, Stamp end) const;
 
@@ -92,14 +95,15 @@ class ImuBuffer {
   Stamp newest() const;
 
  private:
-  // Whether the stamp is too far from those before, as long as the clock has not moved for good.
+  // Returns whether the stamp is too far from the previous ones while the clock has not yet been
+  // found to have shifted.
   bool Jumps(Stamp stamp);
 
   ImuBufferOptions options_;
   std::deque<ImuSample> samples_;
-  std::optional<Stamp> forgotten_;  // stamp of the newest reading that was forgotten
-  std::optional<Stamp> jumped_;     // the latest stamp, where it jumped
-  int jumps_ = 0;                   // readings in a row that jumped to the same time
+  std::optional<Stamp> forgotten_;  // stamp of the newest discarded reading
+  std::optional<Stamp> jumped_;     // latest stamp of the current run of jumped readings
+  int jumps_ = 0;                   // number of consecutive readings that jumped to the same time
 };
 
 }  // namespace highwall

@@ -12,7 +12,7 @@ namespace [[gnu::visibility("default")]] highwall {
 
 constexpr double kStandardGravity = 9.81;  // [m/s^2], docs/conventions.md
 
-// What both factors below hold: the measured motion, its whitening, and the residual without it.
+// Data of both factors below: the measured motion and its whitening.
 struct ImuMeasurement {
   // Arguments and exceptions as ImuFactor.
   ImuMeasurement(const ImuPreintegration& imu, double weight);
@@ -21,7 +21,7 @@ struct ImuMeasurement {
   Eigen::Matrix<double, 15, 15> W;  // lower triangular, W^T W = weight * covariance^-1
 };
 
-// The motion between two states against a preintegrated IMU measurement, 15 rows.
+// Residual between the motion of two states and a preintegrated IMU measurement, 15 rows.
 //
 //   r = W [ Log(Delta R(b_g)^T R_i^T R_j)                         docs/factors/imu_factor.md, Eq. 1
 //           R_i^T (v_j - v_i - g T) - Delta v(b)
@@ -39,8 +39,9 @@ class ImuFactor final : public ceres::SizedCostFunction<15, 7, 3, 6, 7, 3, 6> {
   using Variables = VariableList<Pose, Eigen::Vector3d, ImuBias, Pose, Eigen::Vector3d, ImuBias>;
   enum Block { kPoseI, kVelocityI, kBiasI, kPoseJ, kVelocityJ, kBiasJ };
 
-  // gravity_W: [m/s^2]. weight: > 0, of |r|^2 (adaptive_imu_weight.h); 1 is the consistent one.
-  // Throws InvalidArgument if an argument is not finite or the weight is not positive.
+  // gravity_W: [m/s^2]. weight: > 0, of |r|^2 (adaptive_imu_weight.h); 1 is the statistically
+  // consistent value. Throws InvalidArgument if an argument is not finite or the weight is not
+  // positive.
   ImuFactor(const ImuPreintegration& imu, const Eigen::Vector3d& gravity_W, double weight = 1.0);
 
   bool Evaluate(double const* const* parameters, double* residuals,
@@ -51,8 +52,9 @@ class ImuFactor final : public ceres::SizedCostFunction<15, 7, 3, 6, 7, 3, 6> {
   const Eigen::Vector3d gravity_W_;
 };
 
-// The same with the direction of gravity as a seventh block: g = gravity * n_W. With it free, the
-// poses keep one frame of reference of their own: all rotations of the world leave r unchanged.
+// ImuFactor with the direction of gravity as a seventh block: g = gravity * n_W. With this block
+// free, the poses keep a reference frame of their own: all rotations of the world leave r
+// unchanged.
 //
 // Blocks:  0 to 5: as ImuFactor;  6: n_W  direction (3, UnitDirectionManifold)
 class ImuGravityFactor final : public ceres::SizedCostFunction<15, 7, 3, 6, 7, 3, 6, 3> {
@@ -61,7 +63,7 @@ class ImuGravityFactor final : public ceres::SizedCostFunction<15, 7, 3, 6, 7, 3
       VariableList<Pose, Eigen::Vector3d, ImuBias, Pose, Eigen::Vector3d, ImuBias, UnitDirection>;
   enum Block { kPoseI, kVelocityI, kBiasI, kPoseJ, kVelocityJ, kBiasJ, kGravity };
 
-  // gravity: magnitude [m/s^2] > 0. Otherwise as ImuFactor.
+  // gravity: magnitude [m/s^2] > 0. Other arguments and exceptions as ImuFactor.
   explicit ImuGravityFactor(const ImuPreintegration& imu, double gravity = kStandardGravity,
                             double weight = 1.0);
 

@@ -22,10 +22,10 @@ struct ImuNoise {
   void Validate() const;
 };
 
-// Of ImuPreintegration.
+// Options of ImuPreintegration.
 struct ImuPreintegrationOptions {
   ImuNoise noise = {};
-  // A bias that moved farther than this from where the samples were integrated leaves the range of
+  // A bias that differs by more than this from the bias of the integration is outside the range of
   // the first-order correction: see NeedsReintegration().
   double max_gyroscope_change = 0.01;     // [rad/s] > 0
   double max_accelerometer_change = 0.1;  // [m/s^2] > 0
@@ -34,17 +34,17 @@ struct ImuPreintegrationOptions {
   void Validate() const;
 };
 
-// What the samples of an interval say about the motion, whatever the state at its start.
-// Rows and columns of 15 are [theta v p b_g b_a], of 9 [theta v p]; theta is on the right of R.
+// Relative motion over an interval of samples, independent of the state at its start. Rows and
+// columns of 15 are [theta v p b_g b_a], of 9 [theta v p]; theta is a right perturbation of R.
 struct ImuDelta {
   double duration = 0.0;                                  // [s]
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();  // Delta R
   Eigen::Vector3d v = Eigen::Vector3d::Zero();            // Delta v [m/s]
   Eigen::Vector3d p = Eigen::Vector3d::Zero();            // Delta p [m]
-  ImuBias bias = ImuBias::Zero();                         // where it was integrated
+  ImuBias bias = ImuBias::Zero();                         // bias of the integration
   Eigen::Matrix<double, 9, 6> bias_jacobian = Eigen::Matrix<double, 9, 6>::Zero();
 
-  // Moved to another bias, to first order.                                              Eq. 7
+  // Returns the motion corrected to another bias, to first order.                        Eq. 7
   struct Motion {
     Eigen::Quaterniond q;
     Eigen::Vector3d v, p;
@@ -63,33 +63,37 @@ struct ImuState {
 //   Delta R = R_i^T R_j,   Delta v = R_i^T (v_j - v_i - g T),
 //   Delta p = R_i^T (p_j - p_i - v_i T - g T^2 / 2)     docs/factors/imu_preintegration.md, Eq. 1
 //
-// A value; computed once, by the constructor, with one heap allocation for the copy of the samples.
+// Value type; computed once, by the constructor, with one heap allocation for the copy of the
+// samples.
 // Source: Forster, Carlone, Dellaert, Scaramuzza, "On-manifold preintegration for real-time
 // visual-inertial odometry", IEEE T-RO 33(1), 2017.
 class ImuPreintegration {
  public:
-  // samples: at least 2, strictly increasing stamps (ImuBuffer::Between); the interval is from the
-  // first stamp to the last. bias: the estimate at its start. Throws InvalidArgument if a sample or
-  // the bias is not finite, if stamps do not increase, and on bad options.
+  // samples: at least 2, with strictly increasing stamps (ImuBuffer::Between); the interval spans
+  // from the first stamp to the last. bias: estimate at its start. Throws InvalidArgument if a
+  // sample or the bias is not finite, if stamps do not increase, and on bad options.
   ImuPreintegration(std::span<const ImuSample> samples, const ImuBias& bias,
                     const ImuPreintegrationOptions& options = {});
 
   const ImuDelta& delta() const { return delta_; }
-  // 15 x 15, of true minus measured motion and of the walk of the biases until the end.
+  // Covariance, 15 x 15, of the error (true minus measured motion) and of the bias random walk
+  // until the end.
   const Eigen::Matrix<double, 15, 15>& covariance() const { return covariance_; }
   Stamp start() const { return samples_.front().stamp; }
   Stamp end() const { return samples_.back().stamp; }
   std::span<const ImuSample> samples() const { return samples_; }
 
-  // The state at the end from the one at the start. gravity_W [m/s^2].                   Eq. 8
+  // Predicts the state at the end from the state at the start. gravity_W [m/s^2].        Eq. 8
   ImuState Predict(const ImuState& start, const ImuBias& bias,
                    const Eigen::Vector3d& gravity_W) const;
 
-  // The bias left the range of the first-order correction: use Reintegrated(bias) instead.
+  // Returns whether the bias is outside the range of the first-order correction; then use
+  // Reintegrated(bias) instead.
   bool NeedsReintegration(const ImuBias& bias) const;
   ImuPreintegration Reintegrated(const ImuBias& bias) const;
-  // This interval and the one that follows it as one, with this one's bias and bounds and the mean
-  // of both noises over the time. Throws InvalidArgument unless next.start() == end().
+  // Returns this interval merged with the one that follows it, with the bias and the bounds of this
+  // one and the time-weighted mean of both noise variances. Throws InvalidArgument unless
+  // next.start() == end().
   ImuPreintegration Joined(const ImuPreintegration& next) const;
 
  private:

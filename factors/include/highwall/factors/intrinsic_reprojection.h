@@ -11,21 +11,21 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Reprojection error of a world point with the camera's focal lengths and principal point, and the
-// offset of its depth and its pattern over the image, as variables; its pose is that of the camera
-// itself.
+// Reprojection error of a world point with the camera's focal lengths and principal point, the
+// offset of its inverse depth and its depth distortion pattern as variables. The pose is that of
+// the camera.
 //
 //   r = A y(p_C; k, o, g) + b,   y = (fx x/z + cx, fy y/z + cy, c (1/z + o + w^T g))
 //                                                  docs/factors/intrinsic_reprojection.md, Eq. 1
 //
-// c is no variable: the third row measures depth in metres, whatever the pixels are.
+// c is not a variable: the third row measures depth in metres, whatever the pixels are.
 //
 // Blocks:  0: T_WC  pose                  (7, PoseManifold)
 //          1: p_W   point                 (3) [m]
 //          2: k     intrinsics            (4) [fx fy cx cy], px
 //          3: o     inverse depth offset  (1) [1/m], RgbdSensor::inverse_depth_offset
 //          4: g     nodes of the pattern  (20) [1/m], DepthPattern::nodes
-// Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate is true.
+// Domain: as PointReprojection; outside of it r = 0, J = 0 and Evaluate returns true.
 class IntrinsicReprojection final
     : public ceres::SizedCostFunction<3, 7, 3, 4, 1, DepthPattern::kNodes>,
       public SilentOutsideDomain {
@@ -33,8 +33,8 @@ class IntrinsicReprojection final
   using Variables = VariableList<Pose, Point, Eigen::Vector4d, double, DepthPattern::Vector>;
   enum Block { kPose = 0, kPoint = 1, kIntrinsics = 2, kInverseDepthOffset = 3, kPattern = 4 };
 
-  // rows: of PointRows(), where there is no depth with a third row of zeros. projection: its c =
-  // fx b and its min_depth count. shares: w, DepthPattern::Shares() of the pixel. Throws
+  // rows: PointRows(), with a third row of zeros for a point without depth. projection: only its c
+  // = fx b and its min_depth are used. shares: w, DepthPattern::Shares() of the pixel. Throws
   // InvalidArgument if the rows or the shares are not finite.
   IntrinsicReprojection(const ProjectionRows<3>& rows, const RgbdProjection& projection,
                         const DepthPattern::Vector& shares);

@@ -14,9 +14,9 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Reprojection errors of a line, in two forms: a Segment3 block (two end points) and an
-// OrthonormalLine block (4 degrees of freedom). Only what is across the line is measured, never
-// along it. Equations: docs/factors/line_reprojection.md.
+// Reprojection errors of a line, in two parametrizations: a Segment3 block (two end points) and an
+// OrthonormalLine block (4 degrees of freedom). Only the distance across the line is measured,
+// never the position along it. Equations: docs/factors/line_reprojection.md.
 
 // Standard deviations of an observed segment, all > 0.
 struct SegmentNoise {
@@ -28,8 +28,8 @@ struct SegmentNoise {
   void Validate() const;
 };
 
-// A segment observed in undistorted pixels: its ends (u, v, delta), delta the disparity that the
-// depth of the fitted 3-D line gives at the end.
+// Observed segment in undistorted pixels: its end points (u, v, delta), delta being the disparity
+// of the fitted 3-D line at the end point.
 struct RgbdSegment {
   Eigen::Vector3d s = Eigen::Vector3d::Zero();
   Eigen::Vector3d e = Eigen::Vector3d::Zero();
@@ -38,8 +38,8 @@ struct RgbdSegment {
   void Validate() const;
 };
 
-// The rows of the two ends of a segment in the end-point form, for the factors below and for
-// pose-only problems: rows[0] acts on the projection of the 3-D point p, rows[1] on that of q.
+// Residual rows of the two end points of a segment in the end-point form, for the factors below and
+// for pose-only problems: rows[0] acts on the projection of the 3-D point p, rows[1] on that of q.
 //   left image alone: the signed distance to the infinite line through s and e              Eq. 3
 // s, e [px]; sigma_px [px] > 0. Throws InvalidArgument as the Validate()s above.
 std::array<ProjectionRows<1>, 2> SegmentRows(const Eigen::Vector2d& s, const Eigen::Vector2d& e,
@@ -53,8 +53,8 @@ std::array<ProjectionRows<2>, 2> SegmentRows(const RgbdSegment& observed, const 
 //
 // Blocks:  0: T_WB  pose                 (7, PoseManifold)
 //          1: p_W, q_W  end points       (6, Euclidean) [m]   (class Segment3)
-// Domain: an end with z < RgbdProjection::min_depth gives r = 0, J = 0 in its rows; Evaluate is
-// true. p belongs to the observed end s, q to e; only the depth rows depend on it.
+// Domain: an end with z < RgbdProjection::min_depth gives r = 0, J = 0 in its rows; Evaluate
+// returns true. p corresponds to the observed end s, q to e; only the depth rows depend on this.
 // Source: Xiao et al. 2025, section 3.2.
 class LineReprojection final : public ceres::SizedCostFunction<2, 7, 6>,
                                public SilentOutsideDomain {
@@ -74,8 +74,9 @@ class LineReprojection final : public ceres::SizedCostFunction<2, 7, 6>,
   const RgbdProjection projection_;
 };
 
-// End-point form with depth (4 rows: left and depth of p, left and depth of q). Blocks, domain as
-// LineReprojection. Source: Xiao et al. 2025, section 3.3; the covariance is derived on the page.
+// End-point form with depth (4 rows: left and depth of p, left and depth of q). Blocks and domain
+// as LineReprojection. Source: Xiao et al. 2025, section 3.3; the covariance is derived on the
+// page.
 class LineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6>,
                                    public SilentOutsideDomain {
  public:
@@ -101,7 +102,7 @@ class LineReprojectionRgbd final : public ceres::SizedCostFunction<4, 7, 6>,
 // Blocks:  0: T_WB  pose  (7, PoseManifold)
 //          1: line in W   (6, LineManifold)   (class OrthonormalLine)
 // Domain: the line passes the optical centre at min_depth or more, and its image at most 100 focal
-// lengths from the principal point; outside of it r = 0, J = 0 and Evaluate is true.
+// lengths from the principal point; outside of it r = 0, J = 0 and Evaluate returns true.
 // Source: Bartoli, Sturm, "Structure-from-motion using lines", CVIU 2005, section 4.
 class OrthonormalLineReprojection final : public ceres::SizedCostFunction<2, 7, 6>,
                                           public SilentOutsideDomain {

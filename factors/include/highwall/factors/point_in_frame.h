@@ -8,22 +8,22 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A point that is known in a frame F, which lies somewhere in the world: of a map that was made
-// before, a corner of a marker on a body.
+// Prior on a point in a frame F whose pose in the world is a variable, for example a point of an
+// earlier map or a corner of a marker on a body.
 //
 //   r = W (T_WF^-1 p_W - p_F)                             docs/factors/point_in_frame.md, Eq. 1
 //
-// Blocks:  0: T_WF  pose (7, PoseManifold), of the frame
+// Blocks:  0: T_WF  pose (7, PoseManifold) of the frame
 //          1: p_W   point (3)
 // Domain:  everywhere. Evaluate returns false where a value is not finite.
-// Source:  a Gaussian that stands for what was seen of the point in F (see the page).
+// Source:  a Gaussian that stands for the observations of the point in F (see the page).
 class PointInFrame final : public ceres::SizedCostFunction<3, 7, 3> {
  public:
   using Variables = VariableList<Pose, Point>;
   enum Block { kFrame, kPoint };
 
-  // p_F: [m] as known. sqrt_information: W [1/m], W^T W = Sigma^-1 in the axes of F; rows of zeros
-  // where a direction is open. Throws InvalidArgument if an argument is not finite.
+  // p_F: [m] known position. sqrt_information: W [1/m], W^T W = Sigma^-1 in the axes of F; rows of
+  // zeros in unobservable directions. Throws InvalidArgument if an argument is not finite.
   PointInFrame(const Eigen::Vector3d& p_F, const Eigen::Matrix3d& sqrt_information);
 
   bool Evaluate(double const* const* parameters, double* residuals,

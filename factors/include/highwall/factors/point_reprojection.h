@@ -10,10 +10,10 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// The residual rows of a point, for the factors below and for pose-only problems:
+// Residual rows of a point, for the factors below and for pose-only problems:
 //   r = W (y - z)                                   docs/factors/point_reprojection.md, Eq. 1, 2
 // uv, uvd: the measurement z in undistorted pixels, (u, v) or (u, v, delta).
-// sqrt_information: W, with W^T W = Sigma^-1; PointSqrtInformation (depth_noise.h) makes the 3 x 3.
+// sqrt_information: W, with W^T W = Sigma^-1; PointSqrtInformation (depth_noise.h) returns a 3 x 3.
 // Throw InvalidArgument if an argument is not finite.
 ProjectionRows<2> PointRows(const Eigen::Vector2d& uv, const Eigen::Matrix2d& sqrt_information);
 ProjectionRows<3> PointRows(const Eigen::Vector3d& uvd, const Eigen::Matrix3d& sqrt_information);
@@ -24,7 +24,7 @@ ProjectionRows<3> PointRows(const Eigen::Vector3d& uvd, const Eigen::Matrix3d& s
 //
 // Blocks:  0: T_WB  pose   (7, PoseManifold)
 //          1: p_W   point  (3) [m]
-// Domain: p_C.z >= RgbdProjection::min_depth; outside of it r = 0, J = 0 and Evaluate is true.
+// Domain: p_C.z >= RgbdProjection::min_depth; outside of it r = 0, J = 0 and Evaluate returns true.
 class PointReprojection final : public ceres::SizedCostFunction<2, 7, 3>,
                                 public SilentOutsideDomain {
  public:
@@ -44,7 +44,10 @@ class PointReprojection final : public ceres::SizedCostFunction<2, 7, 3>,
   const RgbdProjection projection_;
 };
 
-// The same with depth (3 rows): r = W (y(p_C) - z), y = (u, v, delta)                        Eq. 2
+// PointReprojection with depth (3 rows).
+//
+//   r = W ( y(p_C) - z ),   y = (u, v, delta)                                              Eq. 2
+//
 // With the W of Weighting::kPaper the rows are (u, v, u_R) of the virtual right camera.
 class PointReprojectionRgbd final : public ceres::SizedCostFunction<3, 7, 3>,
                                     public SilentOutsideDomain {

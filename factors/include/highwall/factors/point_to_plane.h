@@ -8,13 +8,13 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A measured point of a surface whose plane is known from elsewhere, and the row it gives. A value:
-// the cost function holds one, and a tracker calls it in a pose-only problem of its own.
+// Residual row of a measured surface point against a plane known from elsewhere. Value type: the
+// cost function holds one, and a tracker evaluates it in its own pose-only problem.
 struct PointToPlaneRow {
   Eigen::Vector3d n = Eigen::Vector3d::UnitZ();  // unit normal of the plane, in the frame R
   Eigen::Vector3d a = Eigen::Vector3d::Zero();   // [m] a point of the plane, in R
   Eigen::Vector3d p = Eigen::Vector3d::Zero();   // [m] the measured point, in the body B
-  double inverse_sigma = 1.0;                    // [1/m] of the distance between them
+  double inverse_sigma = 1.0;                    // [1/m] of the point-to-plane distance
 
   // r = n . (T_RB p - a) / sigma                        docs/factors/point_to_plane.md, Eq. 1
   // and, where not null, its Jacobian in the tangent of PoseManifold at T_RB.
@@ -28,12 +28,12 @@ struct PointToPlaneRow {
   }
 };
 
-// Distance between a point that one body measured and a plane that another did.
+// Distance between a point measured by one body and a plane measured by another.
 //
 //   r = n . (T_WR^-1 T_WB p - a) / sigma                  docs/factors/point_to_plane.md, Eq. 1
 //
-// Blocks:  0: T_WR  pose (7, PoseManifold), of the body that saw the plane
-//          1: T_WB  pose (7, PoseManifold), of the body that saw the point
+// Blocks:  0: T_WR  pose (7, PoseManifold) of the body that observed the plane
+//          1: T_WB  pose (7, PoseManifold) of the body that observed the point
 // Domain:  everywhere.
 // Source:  Chen, Medioni 1992 (see the page).
 class PointToPlane final : public ceres::SizedCostFunction<1, 7, 7> {
@@ -41,8 +41,8 @@ class PointToPlane final : public ceres::SizedCostFunction<1, 7, 7> {
   using Variables = VariableList<Pose, Pose>;
   enum Block { kReference, kPose };
 
-  // Throws InvalidArgument where a value is not finite, n not of length 1 or the sigma not
-  // positive.
+  // Throws InvalidArgument if a value is not finite, n is not of unit length or inverse_sigma is
+  // not positive.
   explicit PointToPlane(const PointToPlaneRow& row);
 
   bool Evaluate(double const* const* parameters, double* residuals,

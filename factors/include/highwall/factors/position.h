@@ -8,12 +8,13 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A measured position, as of the antenna of a GPS, in a frame G that lies somewhere in the world.
+// Position measurement, for example of a GPS antenna, in a frame G whose pose relative to the world
+// is a variable.
 //
 //   r = W (T_GW T_WB l - p_G)                                 docs/factors/position.md, Eq. 1
 //
-// Blocks:  0: T_WB  pose (7, PoseManifold), of the body
-//          1: T_GW  pose (7, PoseManifold), of the world in the frame of the measurements
+// Blocks:  0: T_WB  pose (7, PoseManifold) of the body
+//          1: T_GW  pose (7, PoseManifold) of the world in the frame of the measurements
 // Domain:  everywhere. Evaluate returns false where a value is not finite.
 // Source:  Cioffi, Scaramuzza 2020 (see the page).
 class PositionFactor final : public ceres::SizedCostFunction<3, 7, 7> {
@@ -21,7 +22,7 @@ class PositionFactor final : public ceres::SizedCostFunction<3, 7, 7> {
   using Variables = VariableList<Pose, Pose>;
   enum Block { kPose, kFrame };
 
-  // p_G: [m] as measured. l: the lever arm [m], where the body has what was measured, in B.
+  // p_G: [m] measured position. l: [m] lever arm, the position of the measured point in B.
   // sqrt_information: W [1/m], W^T W = Sigma^-1 in the axes of G. Throws InvalidArgument if an
   // argument is not finite.
   PositionFactor(const Eigen::Vector3d& p_G, const Eigen::Vector3d& l,

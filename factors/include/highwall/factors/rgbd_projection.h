@@ -16,29 +16,31 @@ struct ProjectionRows {
   Eigen::Matrix<double, kRows, 1> b;
 };
 
-// The RGB-D camera of a body: a world point seen from a pose, in undistorted pixels.
+// Projection model of the RGB-D camera of a body: projects a world point from a pose to undistorted
+// pixels.
 //
-//   y(p_C) = (u, v, delta) = (fx x/z + cx, fy y/z + cy, fx b/z)  docs/factors/rgbd_projection.md,
-//   Eq. 1 p_C = R_CB p_B + p_CB,   p_B = R_BW (p_W - p_WB) Eq. 2
+//   y(p_C) = (u, v, delta) = (fx x/z + cx, fy y/z + cy, fx b/z)     docs/factors/rgbd_projection.md
+//   p_C = R_CB p_B + p_CB,   p_B = R_BW (p_W - p_WB)                                      Eq. 1, 2
 //
-// delta = u - u_R is the disparity to the virtual right camera. A value, 200 bytes, without virtual
-// functions: the cost functions hold one, and a tracker calls it in a pose-only problem of its own.
+// delta = u - u_R is the disparity to the virtual right camera. Value type of 200 bytes without
+// virtual functions: the cost functions hold one, and a tracker calls it in its pose-only problem.
 // Source: pinhole model; virtual right camera of Xiao et al. 2025, section 3.3.
 class RgbdProjection {
  public:
-  // What depends on the pose alone; computed once per pose for all points seen from there.
+  // Quantities that depend on the pose alone; computed once per pose for all points observed from
+  // it.
   struct View {
     Eigen::Vector3d p_WB;
     Eigen::Matrix3d R_BW;
   };
 
-  // camera: without distortion (PinholeCamera::WithoutDistortion), pixels undistorted by the
+  // camera: without distortion (PinholeCamera::WithoutDistortion), pixels are undistorted by the
   // caller. T_BC: camera in body. right: its fx equals the camera's; its baseline is not used by
-  // rows on (u, v) alone. min_depth [m] > 0: nearer points (z < min_depth) are out of the domain.
-  // Throws InvalidArgument if an argument breaks this.
+  // rows on (u, v) alone. min_depth [m] > 0: nearer points (z < min_depth) are outside of the
+  // domain. Throws InvalidArgument if an argument violates this.
   RgbdProjection(const PinholeCamera& camera, const Pose& T_BC, const VirtualRightCamera& right,
                  double min_depth = kDefaultMinDepth);
-  // With a virtual baseline of 0.08 m.
+  // Uses a virtual baseline of 0.08 m.
   RgbdProjection(const PinholeCamera& camera, const Pose& T_BC)
       : RgbdProjection(camera, T_BC, VirtualRightCamera{.fx = camera.fx}) {}
 
@@ -50,14 +52,14 @@ class RgbdProjection {
             Eigen::Map<const Eigen::Quaterniond>(T_WB + 3).toRotationMatrix().transpose()};
   }
 
-  // y = (u, v, delta) [px] of p_C [m]; requires p_C.z() > 0 (not checked).
+  // Returns y = (u, v, delta) [px] of p_C [m]; requires p_C.z() > 0 (not checked).
   Eigen::Vector3d Project(const Eigen::Vector3d& p_C) const {
     const double iz = 1.0 / p_C.z();
     return {fx_ * p_C.x() * iz + cx_, fy_ * p_C.y() * iz + cy_, fxb_ * iz};  // Eq. 1
   }
 
-  // r = A y(p_C) + b at p_C [m] and, where not null, its Jacobian. Returns false and writes nothing
-  // where z < min_depth.
+  // Evaluates r = A y(p_C) + b at p_C [m] and, where not null, its Jacobian. Returns false and
+  // writes nothing where z < min_depth.
   template <int kRows>
   bool EvaluateInCamera(const Eigen::Vector3d& p_C, const ProjectionRows<kRows>& rows,
                         Eigen::Matrix<double, kRows, 1>* r,
@@ -73,8 +75,8 @@ class RgbdProjection {
     return true;
   }
 
-  // The same at p_W [m] seen from `view`, with the Jacobians in the tangent of PoseManifold and in
-  // p_W where not null.
+  // Evaluates the residual at p_W [m] observed from `view`, with the Jacobians in the tangent of
+  // PoseManifold and in p_W where not null.
   template <int kRows>
   bool Evaluate(const View& view, const ProjectionRows<kRows>& rows, const Eigen::Vector3d& p_W,
                 Eigen::Matrix<double, kRows, 1>* r, Eigen::Matrix<double, kRows, 6>* dr_dpose,

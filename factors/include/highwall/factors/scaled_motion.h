@@ -8,8 +8,8 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// The motion of a camera between two images, in a unit of length that is an unknown: in the metres
-// of a depth camera that reads a few percent too long or too short.
+// Relative motion of a camera between two images in an unknown unit of length, such as the metres
+// of a depth camera whose readings are a few percent too long or too short.
 //
 //   r = W [ R_Ci^T (p_Cj - p_Ci) / s - p_Z | Log(R_Z^T R_Ci^T R_Cj) ],   T_WC = T_WB T_BC
 //                                                       docs/factors/scaled_motion.md, Eq. 1
@@ -23,7 +23,7 @@ class ScaledMotion final : public ceres::SizedCostFunction<6, 7, 7, 1> {
   using Variables = VariableList<Pose, Pose, double>;
   enum Block { kPoseI, kPoseJ, kScale };
 
-  // Z: measured T_Ci_Cj. sqrt_information: W, 6 x 6, of any rank, W^T W the information in
+  // Z: measured T_Ci_Cj. sqrt_information: W, 6 x 6, of any rank; W^T W is the information in
   // [measured m, rad]. Throws InvalidArgument if an argument is not finite.
   ScaledMotion(const Pose& Z, const Eigen::Matrix<double, 6, 6>& sqrt_information,
                const Pose& T_BC = Pose());

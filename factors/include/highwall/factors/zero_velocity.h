@@ -10,10 +10,9 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// The body does not move: a pseudo-measurement of its velocity.
+// Zero-velocity pseudo-measurement of a stationary body.
 //
-//   r = v_WB / sigma                                            docs/factors/zero_velocity.md, Eq.
-//   1
+//   r = v_WB / sigma                                     docs/factors/zero_velocity.md, Eq. 1
 //
 // Blocks:  0: v_WB  velocity (3) [m/s]
 // Domain:  everywhere.
@@ -31,25 +30,26 @@ class ZeroVelocity final : public ceres::SizedCostFunction<3, 3> {
   const double inverse_sigma_;
 };
 
-// Of IsStationary().
+// Options of IsStationary().
 struct StationaryOptions {
-  double gyroscope_sigma = 0.005;     // [rad/s] > 0; of one reading at rest, vibration included
+  double gyroscope_sigma = 0.005;     // [rad/s] > 0; of one reading at rest, including vibration
   double accelerometer_sigma = 0.05;  // [m/s^2] > 0; likewise
   double max_statistic = 3.0;         // > 0; at rest the statistic is 1 on average
-  double max_rate = 0.1;              // [rad/s] > 0; of the mean reading: bias, or a steady turn
+  double max_rate = 0.1;              // [rad/s] > 0; of the mean reading: bias or steady rotation
   double min_duration = 0.2;          // [s] > 0; a shorter window never counts as rest
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Mean square of the readings about their mean, in units of their variance at rest.       Eq. 2
-// samples: at least 2. Throws InvalidArgument if there are fewer, and on bad options.
+// Returns the mean square deviation of the readings from their mean, in units of their variance at
+// rest (Eq. 2). samples: at least 2. Throws InvalidArgument if there are fewer, and on bad options.
 double StationaryStatistic(std::span<const ImuSample> samples,
                            const StationaryOptions& options = {});
 
-// The body rested during the samples, as far as an IMU can tell: motion at constant speed without
-// turning looks the same, so ask the images as well. False where a sample is not finite.
+// Returns whether the IMU readings are consistent with a stationary body. Motion at constant
+// velocity without rotation cannot be distinguished, so check the images as well. False if a sample
+// is not finite.
 bool IsStationary(std::span<const ImuSample> samples, const StationaryOptions& options = {});
 
 }  // namespace highwall

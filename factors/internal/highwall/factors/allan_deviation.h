@@ -9,48 +9,48 @@ namespace [[gnu::visibility("default")]] highwall {
 struct AllanPoint {
   double tau = 0.0;        // [s]
   double deviation = 0.0;  // [unit of the readings]
-  double freedom = 0.0;    // equivalent degrees of freedom of its square
+  double freedom = 0.0;    // equivalent degrees of freedom of the squared deviation
 };
 
-// A density of noise and the range it lies in with a probability of 95 %.
+// Noise density with its 95 % confidence interval.
 struct NoiseDensity {
   double value = 0.0;
-  double low = 0.0;  // 0 where the readings could do without this noise
+  double low = 0.0;  // 0 where the readings can be explained without this noise
   double high = 0.0;
 
-  // Above 0 beyond doubt; else `high` is all that is known.
+  // Returns whether the density is significantly above 0; otherwise `high` is only an upper bound.
   bool IsSeen() const { return low > 0.0; }
 };
 
-// What a curve of Allan deviation is made of.
+// Noise components of a curve of Allan deviation.
 struct NoiseDensities {
   NoiseDensity white;        // [unit / sqrt(Hz)]
-  NoiseDensity instability;  // [unit] flicker noise of the bias; 0.664 of it is the curve's floor
+  NoiseDensity instability;  // [unit] flicker noise of the bias; the curve's floor is 0.664 of it
   NoiseDensity walk;         // [unit / s / sqrt(Hz)] of the bias
 };
 
 struct AllanFitOptions {
-  // [s] >= 0; shorter averaging times are not used: there the sensor's own filter shows
+  // [s] >= 0; shorter averaging times, affected by the sensor's internal filter, are not used
   double min_tau = 0.0;
-  // >= 0; how far the curve of a real sensor is off the model's, as a share of the deviation
+  // >= 0; relative error of the model's curve for a real sensor, as a fraction of the deviation
   double model_error = 0.05;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// For averaging times of 1, 2, 4, ... readings up to a third of the longest stretch, of all
-// stretches together; no difference is taken across their borders. step: [s] > 0 between readings.
-// Empty where no stretch has three readings. Throws InvalidArgument on a bad step and on readings
-// that are not finite.                                         docs/factors/allan_deviation.md, Eq.
-// 1
+// Computes the Allan deviation for averaging times of 1, 2, 4, ... readings up to a third of the
+// longest stretch, pooled over all stretches; no difference crosses their borders. step: [s] > 0
+// between readings. Empty if no stretch has three readings. Throws InvalidArgument on a bad step
+// and on readings that are not finite.
+// docs/factors/allan_deviation.md, Eq. 1
 std::vector<AllanPoint> AllanDeviation(std::span<const std::vector<double>> stretches, double step);
 
-// The deviation at tau [s] that such noise has on average.                                    Eq. 2
+// Returns the expected deviation at tau [s] of such noise.                                    Eq. 2
 double ModelledAllanDeviation(const NoiseDensities& densities, double tau);
 
-// The most likely noise behind a curve. Throws InvalidArgument where fewer than three of its points
-// are used, and on bad options.                                                               Eq. 4
+// Estimates the noise of a curve by maximum likelihood (Eq. 4). Throws InvalidArgument if fewer
+// than three of its points are used, and on bad options.
 //
 // Source: IEEE Std 952-1997, annex C (noise of gyroscopes); Riley, "Handbook of frequency stability
 // analysis", NIST Special Publication 1065, 2008 (degrees of freedom).

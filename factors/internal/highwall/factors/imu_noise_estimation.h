@@ -12,29 +12,29 @@
 namespace [[gnu::visibility("default")]] highwall {
 
 struct ImuNoiseEstimationOptions {
-  StationaryOptions stationary = {};  // rest, at most
-  // > 1; a window rests where its variance is at most so many times that of the quietest: what lies
-  // in a hand that is held still does not
+  StationaryOptions stationary = {};  // upper bounds for a stationary window
+  // > 1; a window is stationary if its variance is at most this multiple of that of the quiet
+  // windows (their lowest tenth), which excludes a sensor held still in a hand
   double max_variance_ratio = 2.0;
-  double window = 0.5;        // [s] > 0; rests as a whole or not
-  double min_duration = 3.0;  // [s] > 0; shorter rests are not used
-  int min_readings = 4;       // >= 1; the shortest averaging time that is used
+  double window = 0.5;        // [s] > 0; length of the windows that are tested
+  double min_duration = 3.0;  // [s] > 0; shorter stationary stretches are not used
+  int min_readings = 4;       // >= 1; shortest averaging time used, in readings
   double model_error = 0.05;  // as AllanFitOptions
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Readings [begin, end).
+// Range [begin, end) of readings.
 struct ReadingRange {
   std::size_t begin = 0;
   std::size_t end = 0;
 };
 
-// Of a sensor with three axes.
+// Noise of a sensor with three axes.
 struct SensorNoise {
   std::vector<AllanPoint> curve;       // root mean square of the axes
-  NoiseDensities all;                  // fitted to it
+  NoiseDensities all;                  // fitted to the curve
   std::array<NoiseDensities, 3> axes;  // x, y, z
 };
 
@@ -44,15 +44,16 @@ struct ImuNoiseEstimate {
   SensorNoise accelerometer;  // m/s^2
 };
 
-// Where the sensor rests, in order. samples: strictly increasing stamps. A gap in the readings ends
-// a rest. Throws InvalidArgument on bad options.
+// Returns the stretches in which the sensor is stationary, in order of time. samples: strictly
+// increasing stamps. A gap in the readings ends a stretch. Throws InvalidArgument on bad options.
 std::vector<ReadingRange> FindRest(std::span<const ImuSample> samples,
                                    const ImuNoiseEstimationOptions& options = {});
 
-// The densities of ImuNoise from readings at rest, such as FindRest() finds: a minute of it shows
-// the white noise, hours the walk of the biases; a gap parts a stretch. samples: strictly increasing stamps. Throws
-// InvalidArgument where no stretch of rest has 12 times min_readings, for a stretch outside of the
-// samples, and on bad options.                   docs/factors/imu_noise_estimation.md, Eq. 1
+// Estimates the densities of ImuNoise from readings at rest, such as those of FindRest(): a minute
+// suffices for the white noise, hours are needed for the bias random walk. A gap splits a stretch.
+// samples: strictly increasing stamps. Throws InvalidArgument if no stretch has 12 times
+// min_readings, for a stretch outside of the samples, and on bad options.
+// docs/factors/imu_noise_estimation.md, Eq. 1
 ImuNoiseEstimate EstimateImuNoise(std::span<const ImuSample> samples,
                                   std::span<const ReadingRange> rest,
                                   const ImuNoiseEstimationOptions& options = {});

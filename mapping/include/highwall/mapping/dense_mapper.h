@@ -23,62 +23,65 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// What is made of depth images and their poses.
+// Dense map built from depth images and their poses.
 struct DenseMap {
   std::vector<ColoredPoint> cloud;  // in W
   OctomapBuilder octree;
   OccupancyGrid grid;
-  Eigen::Quaterniond R_GW = Eigen::Quaterniond::Identity();  // to the frame of the grid, z up
+  Eigen::Quaterniond R_GW = Eigen::Quaterniond::Identity();  // from W to the grid frame G, z up
   std::optional<double> ground_height;                       // [m] in G
-  double merge_ms = 0.0, octree_ms = 0.0;                    // what both took in the end
+  double merge_ms = 0.0, octree_ms = 0.0;                    // durations of the final work on both
 };
 
-// Estimates up and the ground from the octree, and fills grid, R_GW and ground_height. cameras:
-// T_WC of those that saw the map, at least one. level: z of W points up (a sensor with IMU, a
-// surveyed trajectory); else a plane is fitted below the cameras.
+// Estimates the up direction and the ground height from the octree, and fills grid, R_GW and
+// ground_height. cameras: poses T_WC of those that observed the map, at least one. level: z of W
+// points up (a sensor with IMU, a surveyed trajectory); otherwise a plane is fitted below the
+// cameras.
 void AddGrid(std::span<const Pose> cameras, bool level, const OccupancyGridOptions& options,
              DenseMap& dense);
 
-// Of DenseMapper.
+// Options of DenseMapper.
 struct DenseMapOptions {
   KeyframeCloudOptions cloud;
   OctomapBuilderOptions octree;
-  OccupancyGridOptions grid;  // its R_GW and ground height are estimated
+  OccupancyGridOptions grid;  // R_GW and ground_height are overwritten by estimates
   bool level = false;         // z of W points up, as it does with an IMU
-  bool background = true;     // on a thread of its own
-  std::size_t backlog = 8;    // >= 1 keyframes that may wait for that thread
+  bool background = true;     // run on a worker thread
+  std::size_t backlog = 8;    // >= 1 keyframes that may wait for the worker thread
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// The dense map of a run: follows its keyframes, on a thread of its own. There a correction is put
-// in place a slice of time at once, between the keyframes that arrive. Without that thread every
-// call does its work before it returns, and the same calls give the same map, bit for bit.
+// Builds the dense map of a run and keeps it consistent with its keyframes on a worker thread.
+// There a correction is applied in time slices, between arriving keyframes. Without the worker
+// thread every call completes its work before it returns, and the same calls give the same map, bit
+// for bit.
 //
-// Each layer of keyframes has a map of its own, with nothing of another. A keyframe that changes
-// its layer takes along what is stored of it.
+// Each layer of keyframes has a separate map. The stored data of a keyframe move with it when it
+// changes its layer.
 //
-// What goes wrong on that thread is thrown by the next call, once; the calls that waited behind it
-// are lost. To be called from one thread at a time.
+// An exception on the worker thread is rethrown once, by the next call; the calls queued behind the
+// failed one are lost. To be called from one thread at a time.
 class DenseMapper {
  public:
-  // Throws InvalidArgument.
+  // Throws InvalidArgument on bad options or a bad camera.
   DenseMapper(const DenseMapOptions& options, const DepthCamera& camera);
   ~DenseMapper();
 
-  // Keyframes in the order of time; one is mapped when the next one comes, whose depth it is
-  // compared with. Waits where the backlog is full.
+  // Adds a keyframe, in the order of time. It is mapped when the next one arrives, since their
+  // depths are compared. Blocks while the backlog is full.
   void AddKeyframe(const KeyframeImage& keyframe);
   void RemoveKeyframe(std::int64_t id);
-  // Where the keyframes are now, and in which layers: all of them, for those that are missing are
-  // removed. Unknown ones are passed over. The maps follow.
+  // Sets the current poses and layers of all keyframes: those that are missing are removed, unknown
+  // ones are ignored. The maps are then updated accordingly.
   void SetPoses(std::map<std::int64_t, KeyframePose> poses);
-  // Whether the maps have followed all SetPoses().
+  // Returns whether the maps reflect all calls of SetPoses().
   bool IsCurrent() const;
-  // Puts everything in place: the map of each layer that has keyframes. Call once, last.
+  // Completes all work and returns the map of each layer that has keyframes. Must be the last call,
+  // and called once.
   std::map<std::int32_t, DenseMap> Finish();
-  // After Finish(): what each keyframe took [ms], filters, cloud and octree.
+  // After Finish(): processing time of each keyframe [ms] for filters, cloud and octree.
   const std::vector<double>& keyframe_ms() const;
 
  private:
@@ -86,32 +89,32 @@ class DenseMapper {
   std::unique_ptr<Impl> impl_;
 };
 
-// [s] Long enough for something that moves to have left its place.
+// Delay [s] after which a moving object has usually left its place.
 inline constexpr double kSettlingTime = 2.0;
 
-// What is known of a keyframe by the time it has settled.
+// Current estimate of a keyframe when it is released from the delayed keyframe queue.
 struct SettledKeyframe {
   KeyframePose pose;
-  cv::Mat moving;  // CV_8UC1 of the image's size, not 0 where something moves; empty: nothing does
+  cv::Mat moving;  // dynamic mask, CV_8UC1 of the image's size, 0 where static; empty: all static
 };
 
-// Empty where the keyframe is no more.
+// Returns nothing if the keyframe no longer exists.
 using SettledKeyframeOf = std::function<std::optional<SettledKeyframe>(std::int64_t id)>;
 
-// Keyframes on their way to the dense map. Each waits until the frames after it have shown what
-// moved in it: that part of its depth stays out of the map.
+// Delayed keyframe queue in front of the dense map. Each keyframe waits until the following frames
+// have revealed its dynamic objects; their depth is masked out of the map.
 class SettlingKeyframes {
  public:
-  // mapper: must outlive this. settled: asked when a keyframe is handed over. wait: [s] >= 0, 0:
-  // nothing moves. Throws InvalidArgument.
+  // mapper: must outlive this. settled: called when a keyframe is released. wait: [s] >= 0; 0 for
+  // static scenes. Throws InvalidArgument.
   SettlingKeyframes(DenseMapper& mapper, SettledKeyframeOf settled, double wait = kSettlingTime);
 
-  // In the order of time. moving: what is known by now, as in SettledKeyframe.
+  // Adds a keyframe, in the order of time. moving: current dynamic mask, as in SettledKeyframe.
   void Add(KeyframeImage keyframe, const cv::Mat& moving);
-  // Here, or from the map.
+  // Removes a keyframe from the queue or from the map.
   void Remove(std::int64_t id);
-  // Hands over those that have waited long enough at `now`. Throws what DenseMapper::AddKeyframe()
-  // does.
+  // Releases the keyframes that have waited long enough at `now`. Throws what
+  // DenseMapper::AddKeyframe() throws.
   void HandOver(Stamp now);
   void HandOverAll();
 

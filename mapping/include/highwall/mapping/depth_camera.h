@@ -14,20 +14,20 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// [m] Depth farther away makes no map, unless options say otherwise: a D435i's noise is 14 cm
-// there.
+// Default maximum depth [m] used for mapping: a D435i has a noise of 14 cm there.
 inline constexpr double kDenseRange = 6.0;
 
 // Standard deviation [m] of a measured depth [m].
 using DepthSigma = std::function<double(double z)>;
 
-// An RGB-D camera as mapping knows it: depth is registered to colour, one pinhole for both.
+// RGB-D camera model of the mapping module: depth is registered to colour, with one pinhole model
+// for both.
 struct DepthCamera {
   PinholeCamera pinhole{};
-  DepthSigma sigma;  // of its depth; must not be empty
+  DepthSigma sigma;  // standard deviation of the depth; must not be empty
 };
 
-// A posed image of an RGB-D camera; both images have its size.
+// RGB-D image with its pose; both images have the size of the camera.
 struct KeyframeImage {
   std::int64_t id = 0;
   Stamp stamp = 0;
@@ -37,16 +37,16 @@ struct KeyframeImage {
   std::int32_t layer = 0;
 };
 
-// Where a keyframe is: in the world of its layer. Keyframes that nothing ties together yet are in
-// layers of their own, each of which has a map of its own.
+// Pose of a keyframe in the world of its layer. Keyframes that are not connected yet are in
+// separate layers, each of which has a separate map.
 struct KeyframePose {
   Pose T_WC;
   std::int32_t layer = 0;
 };
 
-// The ray table of a camera: one undistorted direction (x/z, y/z) per pixel, computed once, so that
-// the point behind a pixel costs two multiplications (docs/equations.md, section 6: x = m_x z,
-// y = m_y z) whatever the distortion.
+// Ray table of a camera: one undistorted direction (x/z, y/z) per pixel, computed once, so that
+// unprojecting a pixel costs two multiplications whatever the distortion (docs/equations.md,
+// section 6: x = m_x z, y = m_y z).
 class DepthUnprojector {
  public:
   // Throws InvalidArgument if the camera is not valid.
@@ -55,10 +55,10 @@ class DepthUnprojector {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  // x/z and y/z of the pixels of row v, width() of each; 0 <= v < height() is not checked.
+  // Return x/z and y/z of the pixels of row v, width() of each; 0 <= v < height() is not checked.
   const float* RowX(int v) const { return x_.data() + static_cast<std::ptrdiff_t>(v) * width_; }
   const float* RowY(int v) const { return y_.data() + static_cast<std::ptrdiff_t>(v) * width_; }
-  // The point p_C [m] at depth z [m] behind pixel (u, v) inside the image (not checked).
+  // Returns the point p_C [m] at depth z [m] of pixel (u, v) inside of the image (not checked).
   Eigen::Vector3f Unproject(int u, int v, float z) const {
     return {RowX(v)[u] * z, RowY(v)[u] * z, z};
   }

@@ -8,9 +8,9 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Writes the octree as a ColorOcTree (.ot), as octovis shows in colour: each occupied voxel has the
-// mean colour of the points [m] in W inside of it, white where there are none. Space is that of the
-// map, to its log-odds. Throws IoError; the old file then stays.
+// Writes the octree as a ColorOcTree (.ot), which octovis shows in colour: each occupied voxel has
+// the mean colour of the points [m] in W inside of it, white where there are none. The occupancy
+// equals that of the map, including its log-odds. Throws IoError; the old file is then kept.
 void WriteColorOctree(const std::filesystem::path& path, const OctomapBuilder& map,
                       std::span<const ColoredPoint> points_W);
 

@@ -11,31 +11,32 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Makes depth fit for a map: smooth where the sensor is noisy (SmoothDepth), and without what the
-// frames before and after speak against (KeepAgreedDepth), if they are of the same layer. So a
-// frame comes out when the next one has come in; three are held at a time.
+// Filters depth for mapping: smooths it where the sensor is noisy (SmoothDepth) and removes depth
+// that is inconsistent with the previous and the next frame (KeepAgreedDepth), if they are of the
+// same layer. A frame is therefore returned when the next one has been added; three are held at a
+// time.
 class DepthFilter {
  public:
-  // voxel_size: [m] of the map; noise of a quarter of it may stay. Throws InvalidArgument for a
-  // camera without sigma.
+  // voxel_size: [m] of the map; noise of up to a quarter of it is tolerated. Throws InvalidArgument
+  // for a camera without sigma.
   DepthFilter(const DepthCamera& camera, double voxel_size);
 
-  // Frames in the order of time. What comes out, if anything, is the frame before. Throws
+  // Adds a frame, in the order of time, and returns the previous frame, if any. Throws
   // InvalidArgument for depth that is not of the camera's size.
   std::optional<KeyframeImage> Push(KeyframeImage next);
-  // The last frame.
+  // Returns the last frame.
   std::optional<KeyframeImage> Flush();
-  // Of a frame inside; does nothing where there is none.
+  // Removes a held frame; does nothing if there is no such frame.
   void Remove(std::int64_t id);
-  // Where the frames are now; those inside that are not among them are removed.
+  // Sets the current poses of the held frames; those without a pose are removed.
   void SetPoses(const std::map<std::int64_t, KeyframePose>& poses);
 
  private:
   struct Held {
     KeyframeImage frame;
-    bool done = false;  // it has come out, and still votes
+    bool done = false;  // already returned, but still votes
   };
-  // The last frame but `newer`, with the votes of its neighbours.
+  // Returns the frame that has `newer` frames after it, filtered by the votes of its neighbours.
   std::optional<KeyframeImage> TakeOut(std::size_t newer);
 
   DepthCamera camera_;

@@ -13,20 +13,20 @@
 namespace [[gnu::visibility("default")]] highwall {
 
 enum class HeightSource {
-  kTop,     // the highest occupied voxel of a column: what lies open to the sky
+  kTop,     // the highest occupied voxel of a column: the surface visible from above
   kGround,  // the lowest one: the floor below bridges, roofs and vehicles
 };
 
-// Heights over the x-y plane of a frame G (z up, origin that of W), a cell a column of voxels.
-// Cell (i, j) covers [origin + resolution (i, j), origin + resolution (i + 1, j + 1)).
+// Height map over the x-y plane of a frame G (z up, origin that of W), one cell per column of
+// voxels. Cell (i, j) covers [origin + resolution (i, j), origin + resolution (i + 1, j + 1)).
 struct HeightMap {
   int width = 0;                                       // cells along x
   int height = 0;                                      // cells along y
-  double resolution = 0.0;                             // [m] a cell
+  double resolution = 0.0;                             // [m] per cell
   Eigen::Vector2d origin_G = Eigen::Vector2d::Zero();  // [m] corner of cell (0, 0)
   std::vector<float> z;  // [m] centre of the voxel, NaN where unknown; cell (i, j) at j * width + i
 
-  // NaN outside of the map.
+  // Returns NaN outside of the map.
   float At(int i, int j) const {
     if (i < 0 || j < 0 || i >= width || j >= height) return std::numeric_limits<float>::quiet_NaN();
     return z[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
@@ -34,20 +34,21 @@ struct HeightMap {
   }
 };
 
-// Empty (0 x 0) where nothing is occupied. R_GW: as in OccupancyGridOptions.
+// Computes the height map of the occupied voxels; empty (0 x 0) if there are none. R_GW: as in
+// OccupancyGridOptions.
 HeightMap MakeHeightMap(const OctomapBuilder& map, HeightSource source = HeightSource::kTop,
                         const Eigen::Quaterniond& R_GW = Eigen::Quaterniond::Identity());
 
-// How much was moved between two surveys.
+// Volumes moved between two surveys.
 struct VolumeChange {
-  double cut = 0.0;   // [m^3] taken away, >= 0
-  double fill = 0.0;  // [m^3] brought, >= 0
-  double area = 0.0;  // [m^2] compared: known in both
+  double cut = 0.0;   // [m^3] removed, >= 0
+  double fill = 0.0;  // [m^3] added, >= 0
+  double area = 0.0;  // [m^2] compared: known in both surveys
 };
 
-// Sums the differences of height over the cells that both maps know and that differ by more than
-// `threshold` [m] >= 0 (half a voxel of noise is no rock). Throws InvalidArgument unless the maps
-// have the same resolution and cells that coincide.
+// Sums the height differences over the cells that are known in both maps and differ by more than
+// `threshold` [m] >= 0 (noise of half a voxel is not a change). Throws InvalidArgument unless the
+// maps have the same resolution and cells that coincide.
 VolumeChange CutAndFill(const HeightMap& before, const HeightMap& after, double threshold = 0.0);
 
 }  // namespace highwall

@@ -18,7 +18,7 @@ namespace [[gnu::visibility("default")]] highwall {
 
 struct KeyframeOctreeOptions {
   OctomapBuilderOptions octree;
-  // A keyframe that moved less than both, since it was last put into the map, stays where it is.
+  // A keyframe that has moved by less than both since it was last merged into the map is not moved.
   double min_translation = 0.01;           // [m] >= 0
   double min_rotation = 0.5 * 0.01745329;  // [rad] >= 0
 
@@ -26,52 +26,53 @@ struct KeyframeOctreeOptions {
   void Validate() const;
 };
 
-// An octree that follows its keyframes: SetPose() says where they are now, Rebuild() makes the map
-// right again, a bit at a time.
+// Octree that follows the poses of its keyframes: SetPose() sets their current poses, Rebuild()
+// incrementally updates the map.
 //
-// Clamped log-odds cannot be taken back, so the bricks of 8^3 voxels that a moved keyframe touched
-// or touches are filled again from all keyframes that touch them, in the order of ids; from half of
-// the keyframes on the whole map is. That happens in a copy, which replaces the region at once when
-// it is complete: map() is a whole map at any time. The result equals, leaf for leaf, a map built
-// from scratch with these poses.
+// Clamped log-odds cannot be subtracted, so the bricks of 8^3 voxels that a moved keyframe touched
+// before or touches now are refilled from all keyframes that touch them, in the order of ids; if at
+// least half of the keyframes moved, the whole map is refilled. This is done in a copy, which
+// replaces the region in one step when it is complete: map() is a complete map at any time. The
+// result equals, leaf for leaf, a map built from scratch with these poses.
 //
 // A keyframe's scan is stored as the mean points of voxels of half the resolution in its camera
-// frame, 6 bytes a point. Not thread-safe.
+// frame, 6 bytes per point. Not thread-safe.
 class KeyframeOctree {
  public:
   // Throws InvalidArgument naming the field.
   explicit KeyframeOctree(const KeyframeOctreeOptions& options = {});
   ~KeyframeOctree();
 
-  // Adds keyframe `id`. It joins the map at once if its id is the largest so far, else with
-  // Rebuild(); so does one that replaces the scan of an earlier one. depth and points_C [m] as in
-  // OctomapBuilder::Insert(). Throws InvalidArgument as that does.
+  // Adds keyframe `id`. If its id is the largest so far, it is merged into the map immediately,
+  // otherwise by Rebuild(), which also removes a scan that was replaced. depth and points_C [m] as
+  // in OctomapBuilder::Insert(). Throws InvalidArgument as that does.
   void SetKeyframe(std::int64_t id, const cv::Mat& depth, const DepthUnprojector& unprojector,
                    const Pose& T_WC);
   void SetKeyframe(std::int64_t id, std::span<const Eigen::Vector3f> points_C, const Pose& T_WC);
   // Throws InvalidArgument if there is no keyframe `id` or T_WC is not finite.
   void SetPose(std::int64_t id, const Pose& T_WC);
-  // Does nothing where there is no such keyframe.
+  // Does nothing if there is no such keyframe.
   void RemoveKeyframe(std::int64_t id);
-  // Hands keyframe `id` over to another octree, of the same resolution, in whose W it stands at
-  // T_WC, or there replaces one: its stored scan, to the bit. Both maps wait for Rebuild(). Throws
-  // as SetPose(), and InvalidArgument for another resolution.
+  // Moves keyframe `id`, with its stored scan unchanged, to another octree of the same resolution,
+  // in whose W its pose is T_WC; it replaces a keyframe of the same id there. Both maps wait for
+  // Rebuild(). Throws as SetPose(), and InvalidArgument for another resolution.
   void MoveKeyframe(std::int64_t id, const Pose& T_WC, KeyframeOctree& to);
 
   // Works for `budget` or one keyframe, whichever takes longer, plus, in the last call, the time to
-  // put the new region in place. True once the map is right. A pose that changes meanwhile waits
-  // for the next round; a keyframe that is removed or replaced starts it again.
+  // replace the region. Returns true once the map is up to date. A pose that changes in the
+  // meantime waits for the next round; a keyframe that is removed or replaced restarts the round.
   bool Rebuild(std::chrono::duration<double> budget = std::chrono::duration<double>::max());
-  // Whether all keyframes are in the map, where their poses want them.
+  // Returns whether all keyframes are in the map at their current poses.
   bool IsCurrent() const;
 
   const OctomapBuilder& map() const;
-  // As OctomapBuilder::SetChangeCallback(); after a round it gets the box of the region.
+  // As OctomapBuilder::SetChangeCallback(); after a round it receives the bounding box of the
+  // region.
   void SetChangeCallback(OctomapBuilder::ChangeCallback on_change);
-  // Hands the map over and forgets all keyframes.
+  // Returns the map and removes all keyframes.
   OctomapBuilder TakeMap();
   std::size_t KeyframeCount() const;
-  // Bytes of the stored scans and lists of bricks.
+  // Returns the memory of the stored scans and lists of bricks in bytes.
   std::size_t ScanBytes() const;
 
  private:

@@ -8,10 +8,10 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Bytes that the octree of these views will take in memory at options.resolution, foretold before
-// any of it is built: from octrees at 0.2 m and 0.1 m, or 4 and 2 times the resolution if that is
-// more, by the power law that their sizes follow (the exponent lies between 2, a surface, and 3, a
-// volume). Good to a factor of two. Throws InvalidArgument as OctomapBuilder does.
+// Predicts the memory in bytes of the octree of these views at options.resolution before it is
+// built, from octrees at 0.2 m and 0.1 m (or 4 and 2 times the resolution if that is coarser), by
+// the power law of their sizes (the exponent lies between 2, a surface, and 3, a volume). Accurate
+// to a factor of two. Throws InvalidArgument as OctomapBuilder does.
 double PredictOctreeBytes(std::span<const DepthView> views, const DepthUnprojector& unprojector,
                           const OctomapBuilderOptions& options);
 
