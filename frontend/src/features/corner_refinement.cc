@@ -43,7 +43,7 @@ struct Ring {
   cv::v_int16x8 a, b;
 };
 
-// Each value becomes that of k places further round.
+// Rotates the ring by k places.
 template <int k>
 Ring Turned(const Ring& ring) {
   return {cv::v_extract<k>(ring.a, ring.b), cv::v_extract<k>(ring.b, ring.a)};
@@ -57,9 +57,9 @@ Ring Max(const Ring& x, const Ring& y) {
   return {cv::v_max(x.a, y.a), cv::v_max(x.b, y.b)};
 }
 
-// The largest contrast that some arc of 9 pixels has throughout, brighter or darker than the
-// centre; 0 where there is none (Rosten, Drummond 2006). The extrema over arcs of 2, 4, 8 and 9
-// pixels come each from the one before.
+// Returns the largest contrast that some arc of 9 pixels has throughout, brighter or darker than
+// the centre; 0 if there is none (Rosten, Drummond 2006). The extrema over arcs of 2, 4, 8 and 9
+// pixels are each computed from the previous ones.
 int FastScore(const std::uint8_t* centre, const CircleOffsets& circle) {
   alignas(16) std::array<std::int16_t, 16> difference;
   for (std::size_t i = 0; i < circle.size(); ++i) {
@@ -77,7 +77,7 @@ int FastScore(const std::uint8_t* centre, const CircleOffsets& circle) {
   return std::max({brighter, darker, 0});
 }
 
-// Peak of the parabola through (-1, before), (0, peak), (1, after), within half a step.
+// Returns the peak of the parabola through (-1, before), (0, peak), (1, after), within half a step.
 float ParabolaPeak(int before, int peak, int after) {
   const int curvature = before - 2 * peak + after;
   if (curvature >= 0) return 0.0F;

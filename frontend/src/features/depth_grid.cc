@@ -86,7 +86,7 @@ cv::Mat DepthGrid::Average(const cv::Mat& gray) const {
   const cv::Rect image(0, 0, gray.cols, gray.rows);
   cv::Mat cells(camera_.height, camera_.width, CV_8UC1);
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    // Distortion may bring a cell beyond the image: the nearest pixels stand for it.
+    // Distortion may move a cell outside of the image: the nearest pixels are used instead.
     const cv::Point middle(std::clamp(pixels_[i].x, 0, gray.cols - 1),
                            std::clamp(pixels_[i].y, 0, gray.rows - 1));
     const cv::Rect square =

@@ -11,24 +11,25 @@
 
 namespace highwall {
 
-// A depth image on a coarse grid of square cells, kCells along its longer side, free of distortion:
-// what is compared between frames (moving_objects.h), at a hundredth of the image's size.
+// A depth image on a coarse grid of square cells, kCells along its longer side, without distortion,
+// at a hundredth of the image's size: the representation in which frames are compared
+// (moving_objects.h).
 class DepthGrid {
  public:
   static constexpr int kCells = 80;
 
   // camera: of the depth images, with its distortion. Throws InvalidArgument if it is not valid.
   explicit DepthGrid(const PinholeCamera& camera);
-  // Its columns and rows, without making it; throws alike.
+  // Returns its columns and rows, without constructing it; throws likewise.
   static cv::Size SizeFor(const PinholeCamera& camera);
 
-  // Whose pixels are the cells, without distortion.
+  // Camera whose pixels are the cells, without distortion.
   const PinholeCamera& camera() const { return camera_; }
   // Edge of a cell [px].
   double cell_size() const { return cell_size_; }
 
-  // Direction (x/z, y/z, 1) of the middle of a cell, and the cells that a point p_C [m], z > 0,
-  // falls on, fractions included.
+  // Direction (x/z, y/z, 1) of the centre of a cell, and the cell coordinates, with fractions, of a
+  // point p_C [m], z > 0.
   const Eigen::Vector3f& Ray(const cv::Point& cell) const {
     return rays_[static_cast<std::size_t>(cell.y * camera_.width + cell.x)];
   }
@@ -36,18 +37,18 @@ class DepthGrid {
     return (scale_.cwiseProduct(p_C.head<2>()) / p_C.z() + centre_).eval();
   }
 
-  // CV_32FC1 [m], a cell a pixel: the median of readings about the middle of the cell; 0 where most
-  // are missing or beyond [min_depth, max_depth]. depth: CV_32FC1 of the camera's size, else throws
-  // InvalidArgument.
+  // Returns CV_32FC1 [m], one pixel per cell: the median of readings around the centre of the cell;
+  // 0 if most are missing or beyond [min_depth, max_depth]. depth: CV_32FC1 of the camera's size,
+  // else throws InvalidArgument.
   cv::Mat Sample(const cv::Mat& depth, double min_depth, double max_depth) const;
 
-  // CV_8UC1, a cell a pixel: the mean of the square around the middle of the cell. gray: CV_8UC1 of
-  // the camera's size, else throws InvalidArgument.
+  // Returns CV_8UC1, one pixel per cell: the mean of the square around the centre of the cell.
+  // gray: CV_8UC1 of the camera's size, else throws InvalidArgument.
   cv::Mat Average(const cv::Mat& gray) const;
 
-  // The cell of an undistorted pixel of the image; beyond the image, the nearest one.
+  // Returns the cell of an undistorted pixel of the image; outside of the image, the nearest one.
   cv::Point CellOf(const Eigen::Vector2d& uv) const;
-  // A mask of cells (CV_8UC1) as one of the image's pixels, distorted as they are.
+  // Converts a mask of cells (CV_8UC1) to the pixels of the distorted image.
   cv::Mat ToImage(const cv::Mat& cells) const;
 
  private:
@@ -58,13 +59,13 @@ class DepthGrid {
   std::vector<cv::Point> pixels_;      // of the image, at the middle of each cell
 };
 
-// The surfaces of a grid: neighbouring cells without a step between them.
+// The connected surfaces of a grid: neighbouring cells without a depth step between them.
 struct DepthSurfaces {
-  cv::Mat labels;          // CV_32SC1: which surface a cell is of; -1 where it has no depth
+  cv::Mat labels;          // CV_32SC1: surface index of a cell; -1 without depth
   std::vector<int> sizes;  // [cells]
 };
 
-// link: by which share of its depth a cell may differ from its neighbour on the same surface, > 0.
+// link: > 0, maximum difference to a neighbour on the same surface as a share of the depth.
 DepthSurfaces FindSurfaces(const cv::Mat& cells, double link);
 
 }  // namespace highwall

@@ -17,14 +17,15 @@ namespace {
 constexpr int kBits = 256, kBytes = kBits / 8;
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Of the standard normal distribution, the same with every standard library (Box, Muller 1958).
+// Draws from the standard normal distribution, identically with every standard library (Box, Muller
+// 1958).
 double DrawNormal(std::mt19937& rng) {
   const auto uniform = [&] { return (static_cast<double>(rng()) + 0.5) * 0x1p-32; };
   const double radius = std::sqrt(-2.0 * std::log(uniform()));
   return radius * std::cos(2.0 * std::numbers::pi * uniform());
 }
 
-// columns x 256 unit vectors, each `columns` of them in a row orthogonal.
+// Returns columns x 256 unit vectors; each group of `columns` consecutive ones is orthogonal.
 Eigen::MatrixXf DrawNormals(int columns) {
   std::mt19937 rng(1);
   Eigen::MatrixXf normals(columns, kBits);
@@ -39,7 +40,8 @@ Eigen::MatrixXf DrawNormals(int columns) {
   return normals;
 }
 
-// Which of `bits` bits make each of the 256: all in one order drawn after the other.
+// Returns which of `bits` bits make each of the 256: random permutations of all, one after the
+// other.
 std::vector<int> DrawBits(int bits) {
   std::mt19937 rng(1);
   std::vector<int> order(static_cast<std::size_t>(bits)), drawn;
@@ -62,7 +64,7 @@ void SetBit(std::uint8_t* descriptor, int bit, bool value) {
 DescriptorBits::DescriptorBits(DescriptorType type, int columns) {
   if (type == DescriptorType::kFloat) {
     normals_ = DrawNormals(columns);
-    // Instead of taking the mean off every descriptor.
+    // Equivalent to subtracting the mean of every descriptor.
     normals_.rowwise() -= normals_.colwise().mean().eval();
   } else if (columns != kBytes) {
     drawn_ = DrawBits(8 * columns);
@@ -72,7 +74,7 @@ DescriptorBits::DescriptorBits(DescriptorType type, int columns) {
 cv::Mat DescriptorBits::Of(const cv::Mat& descriptors) const {
   if (descriptors.empty()) return {};
   if (normals_.size() > 0) return OfFloats(descriptors);
-  // A copy of its own: an extractor may write the next image's into the same memory.
+  // A deep copy, since an extractor may write the next image's descriptors into the same memory.
   return drawn_.empty() ? descriptors.clone() : OfBits(descriptors);
 }
 

@@ -49,7 +49,7 @@ void FeatureGrid::Query(const Eigen::Vector2d& centre, double radius, int min_oc
   const int first_column = Column(centre.x() - radius), last_column = Column(centre.x() + radius);
   const int first_row = Row(centre.y() - radius), last_row = Row(centre.y() + radius);
   for (int row = first_row; row <= last_row; ++row) {
-    // The cells of a row follow one another in memory.
+    // The cells of a row are contiguous in memory.
     const auto first = static_cast<std::size_t>(row * columns_ + first_column);
     const auto last = static_cast<std::size_t>(row * columns_ + last_column);
     for (int i = cell_begin_[first]; i < cell_begin_[last + 1]; ++i) {

@@ -25,7 +25,7 @@ LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
           camera.UndistortPixel(raw.e.cast<double>()).cast<float>()};
 }
 
-// A reading and how far the readings around it depart from it.
+// A depth reading and its largest difference to the neighbouring readings.
 struct DepthReading {
   double depth = 0.0;   // [m] 0 where missing or out of range
   double spread = 0.0;  // [m] largest difference to a neighbour
@@ -51,7 +51,7 @@ DepthReading ReadDepth(const cv::Mat& depth, const cv::Point2f& uv, double min_d
   return reading;
 }
 
-// On every fourth row: blur takes the steps away.
+// Sampled on every fourth row; blur reduces the differences between neighbouring pixels.
 double Sharpness(const cv::Mat& gray) {
   constexpr int kRowStep = 4;
   std::int64_t sum = 0, count = 0;
@@ -63,7 +63,7 @@ double Sharpness(const cv::Mat& gray) {
   return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.0;
 }
 
-// The kind that an extractor of the user's says.
+// Returns the kind of a user-defined extractor after validation.
 const PointKind& Sound(const PointKind& kind) {
   kind.Validate();
   return kind;
@@ -135,7 +135,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   const auto extract_points = [&] {
     if (options_.use_points) points = points_->Extract(gray);
   };
-  // Lines take longer: they come first, for the caller begins at once.
+  // Lines take longer: they come first, since the caller starts with the first task immediately.
   team_->Run(2, [&](std::size_t, std::size_t task) {
     if (task == 0) {
       timed(elapsed.lines, extract_lines);
@@ -174,7 +174,7 @@ void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
     feature.angle = keypoint.angle;
     feature.faint = keypoint.response < point_kind().faint_response;
     features.points.push_back(feature);
-    // The grid holds undistorted positions: that is where projections fall.
+    // The grid holds undistorted positions, in which projections are given.
     keypoint.pt =
         cv::Point2f(static_cast<float>(feature.uv.x()), static_cast<float>(feature.uv.y()));
   }

@@ -25,24 +25,24 @@ struct FrameBuilderTimes {
   double lines = 0.0;
 };
 
-// Turns an image and its depth into features: extraction, undistortion, depth association.
+// Converts an image and its depth to features: extraction, undistortion, depth association.
 class FrameBuilder {
  public:
-  // points: what finds them; null: what the options say. Throws InvalidArgument on bad options.
+  // points: the extractor; null: that of the options. Throws InvalidArgument for bad options.
   FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
                std::shared_ptr<PointExtractor> points = nullptr);
   ~FrameBuilder();
 
-  // Throws InvalidArgument where the images do not fit the sensor; so does Build(), and where the
+  // Throws InvalidArgument if the images do not match the sensor; so does Build(), and also if the
   // points are not as PointExtractor says.
   void Check(const RgbdImage& image) const;
 
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
                                              FrameBuilderTimes* times = nullptr);
-  // What a depth image becomes before it is used, as by DepthAtTime(); nothing: it stays.
+  // Correction of a depth image before it is used, such as DepthAtTime(); empty: none.
   using DepthChange = std::function<cv::Mat(const cv::Mat& depth)>;
-  // The same of an image whose depth is changed first, in `image` as well: beside the extraction,
-  // which does not wait for it.
+  // The same for an image whose depth is corrected first, also in `image`: in parallel with the
+  // extraction, which does not wait for it.
   std::shared_ptr<const FrameFeatures> Build(RgbdImage* image, const DepthChange& change,
                                              FrameBuilderTimes* times = nullptr);
 
@@ -60,8 +60,7 @@ class FrameBuilder {
   DescriptorBits descriptor_bits_;
   LineExtractor line_extractor_;
   DepthGrid depth_grid_;
-  // Not a thread per image: OpenCV keeps what it has laid down for a thread when the thread is
-  // gone.
+  // Not a thread per image: OpenCV does not release thread-local data when a thread ends.
   std::unique_ptr<WorkerTeam> team_;
 };
 

@@ -8,18 +8,18 @@
 
 namespace highwall::internal {
 
-// Sobel gradient of a slightly blurred image, with lookups that are valid everywhere: outside, the
-// gradient of the nearest pixel.
+// Sobel gradient of a slightly blurred image, with lookups that are valid everywhere: outside of
+// the image, the gradient of the nearest pixel is returned.
 class ImageGradient {
  public:
   // gray: CV_8UC1.
   explicit ImageGradient(const cv::Mat& gray);
 
-  // At the nearest pixel, [8 x grey levels per px].
+  // Returns the gradient at the nearest pixel, [8 x grey levels per px].
   Eigen::Vector2f Nearest(float x, float y) const {
     return At(static_cast<int>(x + 0.5F), static_cast<int>(y + 0.5F));
   }
-  // Bilinear.
+  // Returns the bilinearly interpolated gradient.
   Eigen::Vector2f At(const Eigen::Vector2f& p) const;
 
  private:

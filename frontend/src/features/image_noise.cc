@@ -11,7 +11,7 @@ namespace highwall::internal {
 
 double NoiseSigma(const cv::Mat& gray) {
   constexpr int kRowStep = 4, kColumnStep = 2;  // enough for a median
-  constexpr double kMaskNorm = 6.0;             // root of the sum of the mask's squares
+  constexpr double kMaskNorm = 6.0;             // norm of the mask
   constexpr double kMedianOverSigma = 0.6745;   // of |x| of a normal distribution
   std::vector<int> residuals;
   for (int v = 1; v + 1 < gray.rows; v += kRowStep) {

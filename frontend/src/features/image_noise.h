@@ -4,10 +4,10 @@
 
 namespace highwall::internal {
 
-// Standard deviation [grey levels] of the noise of a CV_8UC1 image: of what is left beside planes of
+// Standard deviation [grey levels] of the noise of a CV_8UC1 image: of the residual of planes of
 // brightness (the mask of Immerkaer, "Fast noise variance estimation", 1996), by the median, so
-// that edges and texture count little; black and white pixels, which may be clipped, do not count.
-// Grey levels are whole: 0 where half of the others is flat.
+// that edges and texture have little influence; black and white pixels, which may be clipped, are
+// not used. Grey levels are integers: the result is 0 if half of the other pixels are flat.
 double NoiseSigma(const cv::Mat& gray);
 
 }  // namespace highwall::internal

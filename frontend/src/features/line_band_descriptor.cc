@@ -13,7 +13,7 @@ constexpr int kMaxSamples = 32;  // along the segment; longer ones are sampled m
 
 // [across > 0, across < 0, along > 0, along < 0]: mean magnitudes along a row.
 using RowStatistics = Eigen::Array4f;
-// Means, then variances: they compare like the standard deviations.
+// Means, then variances: comparisons are the same as for standard deviations.
 using BandStatistics = Eigen::Array<float, 8, 1>;
 
 RowStatistics SumRow(const ImageGradient& gradient, Eigen::Vector2f p, const Eigen::Vector2f& step,
@@ -44,7 +44,7 @@ float LocalWeight(int distance) {
   return std::exp(-0.5F * d * d);
 }
 
-// Over the rows of a band and its neighbours.
+// Statistics over the rows of a band and its neighbours.
 BandStatistics Summarize(const std::array<RowStatistics, kRows>& rows, int band,
                          const std::array<float, 2 * kBandWidth>& local_weights) {
   const int first = std::max(0, (band - 1) * kBandWidth);
@@ -64,7 +64,7 @@ BandStatistics Summarize(const std::array<RowStatistics, kRows>& rows, int band,
   return statistics;
 }
 
-// 36 pairs of bands less four distant ones, mirrored about the segment: 32 bytes.
+// 36 pairs of bands without four distant ones, symmetric about the segment: 32 bytes.
 bool IsCompared(int i, int j) {
   return !((i == 0 && (j == 6 || j == 7)) || (j == 8 && (i == 1 || i == 2)));
 }

@@ -17,11 +17,11 @@
 namespace highwall {
 namespace {
 
-constexpr int kMinImageSide = 16;  // [px] of an image that is searched at all
-// Largest gap between fragments of one edge that are joined, as a share of the longer image side;
-// kEnds at least.
+constexpr int kMinImageSide = 16;  // [px] smallest image that is searched
+// Maximum gap between merged fragments of one edge, as a share of the longer image side; at least
+// kEnds.
 constexpr double kMergeGap = 0.015625;
-constexpr double kEnds = 10.0;  // [px] that two fragments lose at their ends, whatever the size
+constexpr double kEnds = 10.0;  // [px] that two fragments lose at their ends at any resolution
 
 std::vector<cv::Vec4f> DetectLsd(const cv::Mat& gray) {
   std::vector<cv::Vec4f> lines;
@@ -43,7 +43,7 @@ std::vector<cv::Vec4f> DetectEdLines(const cv::Mat& gray, int min_length,
   detector->setParams(params);
   detector->detectEdges(gray);
   // detectLines() writes beyond its buffers for an edge chain that is longer than this (OpenCV
-  // contrib, pull request 4205): a maze or a spiral, no photograph.
+  // contrib, pull request 4205), as in a maze or a spiral, but in no photograph.
   const auto limit = static_cast<std::size_t>(8 * (gray.cols + gray.rows));
   for (const std::vector<cv::Point>& chain : detector->getSegments()) {
     if (chain.size() >= limit) return DetectLsd(gray);
@@ -53,7 +53,7 @@ std::vector<cv::Vec4f> DetectEdLines(const cv::Mat& gray, int min_length,
   return lines;
 }
 
-// Oriented segments of at least min_length inside the image.
+// Returns oriented segments of at least min_length, clipped to the image.
 std::vector<LineSegment> Orient(const std::vector<cv::Vec4f>& lines, const cv::Mat& gray,
                                 const internal::ImageGradient& gradient, float min_length) {
   const Eigen::Array2f limit(static_cast<float>(gray.cols - 1), static_cast<float>(gray.rows - 1));
@@ -72,7 +72,7 @@ std::vector<LineSegment> Orient(const std::vector<cv::Vec4f>& lines, const cv::M
 
 struct LineExtractor::Impl {
   LineExtractorOptions options;
-  // Kept from image to image: each detector leaks a little memory when it goes (OpenCV 4.6).
+  // Kept between images, since each detector leaks a little memory when destroyed (OpenCV 4.6).
   cv::Ptr<cv::ximgproc::EdgeDrawing> edge_drawing = cv::ximgproc::createEdgeDrawing();
 
   std::vector<cv::Vec4f> Detect(const cv::Mat& gray, float min_length) const {
@@ -106,7 +106,7 @@ LineFeatures LineExtractor::Extract(const cv::Mat& gray) {
   const double side = std::max(gray.cols, gray.rows);
   const float min_length = static_cast<float>(options.min_length * side);
   std::vector<LineSegment>& segments = features.segments;
-  // Fragments of half the length may still be joined to a whole.
+  // Fragments of half the length may still be merged into a whole segment.
   const float min_fragment = std::max(8.0F, 0.5F * min_length);
   segments = Orient(impl_->Detect(gray, min_fragment), gray, gradient, min_fragment);
   if (options.merge) {

@@ -15,13 +15,13 @@ namespace highwall {
 // Row i of `descriptors` (N x 32, CV_8U: 256 bits, Hamming distance) belongs to segment i.
 struct LineFeatures {
   std::vector<LineSegment> segments;  // the longest first
-  cv::Mat descriptors;                // LBD; empty when not asked for or without segments
+  cv::Mat descriptors;                // LBD; empty if not requested or without segments
 };
 
-// Straight line segments with line band descriptors (LBD; Zhang, Koch 2013).
+// Extracts straight line segments with line band descriptors (LBD; Zhang, Koch 2013).
 //
 // The result does not depend on cv::setNumThreads(), nor on earlier images. One extractor must not
-// be used by two threads at once.
+// be used by two threads at the same time.
 class LineExtractor {
  public:
   // Throws InvalidArgument naming the bad option.
@@ -30,8 +30,8 @@ class LineExtractor {
   LineExtractor(LineExtractor&&) noexcept;
   LineExtractor& operator=(LineExtractor&&) noexcept;
 
-  // gray: CV_8UC1. No features for an image without lines or with a side below 16 px.
-  // Throws InvalidArgument on any other type or an empty image.
+  // gray: CV_8UC1. Returns no features for an image without lines or with a side below 16 px.
+  // Throws InvalidArgument for any other type or an empty image.
   LineFeatures Extract(const cv::Mat& gray);
 
   const LineExtractorOptions& options() const;

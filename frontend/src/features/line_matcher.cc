@@ -37,14 +37,14 @@ void RequireConsistent(const LineFeatures& features) {
       "line matcher: descriptors must be CV_8U, 32 columns, one row a segment");
 }
 
-// A pair within the gates; the fields in the order of preference.
+// A pair within the gates; the fields in sorting order.
 struct Candidate {
   double cost;
   int query, train;
   int distance;
 };
 
-// Every pair that passes the gates and, where there are descriptors, max_distance; by query.
+// Returns every pair that passes the gates and, with descriptors, max_distance; by query.
 std::vector<Candidate> FindCandidates(const LineFeatures& query, const LineFeatures& train,
                                       const LineGates& gates, int max_distance,
                                       const std::vector<Eigen::Vector2f>& predicted_midpoints) {
@@ -82,7 +82,7 @@ std::vector<Candidate> FindCandidates(const LineFeatures& query, const LineFeatu
   return candidates;
 }
 
-// Cheapest first, each segment at most once.
+// Chooses the cheapest first, each segment at most once.
 std::vector<FeatureMatch> ChooseOneToOne(std::vector<Candidate> candidates, std::size_t queries,
                                          std::size_t trains) {
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
@@ -124,9 +124,9 @@ double Median(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-// |phi - median phi| for rotations modulo pi, and the scaled median of these.
+// Returns the absolute deviations of rotations modulo pi from their median.
 std::vector<double> DeviationsFromMedian(const std::vector<double>& rotations) {
-  // The circular mean gives the place where the half circle may be cut open.
+  // The circular mean determines where the half circle can be cut open.
   double sine = 0.0, cosine = 0.0;
   for (const double phi : rotations) {
     sine += std::sin(2.0 * phi);
@@ -140,8 +140,8 @@ std::vector<double> DeviationsFromMedian(const std::vector<double>& rotations) {
   return deviations;
 }
 
-// Direction [rad] in which the start moved; the other end of b where that is the nearer one to a's
-// start, since detectors may swap ends.
+// Direction [rad] of the displacement of the start; the other end of b is used if it is nearer to
+// a's start, since detectors may swap ends.
 double DisplacementDirection(const LineSegment& a, const LineSegment& b) {
   const bool swapped = (b.e - a.s).squaredNorm() < (b.s - a.s).squaredNorm();
   const Eigen::Vector2f displacement = (swapped ? b.e : b.s) - a.s;

@@ -10,7 +10,8 @@
 namespace highwall::internal {
 namespace {
 
-// Unit vector to the bright side of an oriented segment: the left of s -> e with y down.
+// Returns the unit vector to the bright side of an oriented segment: the left of s -> e with y
+// down.
 Eigen::Vector2f BrightNormal(const LineSegment& segment) {
   const Eigen::Vector2f d = (segment.e - segment.s).normalized();
   return {d.y(), -d.x()};
@@ -20,10 +21,10 @@ Eigen::Vector2f PointAt(const LineSegment& segment, float share) {
   return segment.s + share * (segment.e - segment.s);
 }
 
-// The longer segment with the shorter one joined to it, or nothing if they are not one edge.
+// Returns the longer segment merged with the shorter one, or nothing if they are not one edge.
 std::optional<LineSegment> Joined(const LineSegment& longer, const LineSegment& shorter,
                                   float max_gap) {
-  constexpr float kMinCosine = 0.9986F;  // 3 degrees, and the same side bright
+  constexpr float kMinCosine = 0.9986F;  // 3 degrees, and the same bright side
   constexpr float kMaxOffset = 1.5F;     // [px] of the shorter one's ends
   const float length = longer.Length();
   const Eigen::Vector2f d = (longer.e - longer.s) / length;
@@ -39,7 +40,7 @@ std::optional<LineSegment> Joined(const LineSegment& longer, const LineSegment& 
   return joined;
 }
 
-// Offset [px] along n of the peak of the gradient's component along n, within two pixels of p.
+// Offset [px] along n of the peak of the gradient component along n, within two pixels of p.
 std::optional<float> GradientPeak(const ImageGradient& gradient, const Eigen::Vector2f& p,
                                   const Eigen::Vector2f& n) {
   constexpr int kReach = 2;
@@ -56,7 +57,7 @@ std::optional<float> GradientPeak(const ImageGradient& gradient, const Eigen::Ve
   return static_cast<float>(peak - profile.begin() - kReach - 1) + fraction;
 }
 
-// Offset = a + b t by iteratively reweighted least squares (Cauchy weights of 0.5 px).
+// Line offset = a + b t by iteratively reweighted least squares (Cauchy weights of 0.5 px).
 struct OffsetLine {
   float a = 0.0F, b = 0.0F;
 
@@ -107,7 +108,7 @@ std::vector<LineSegment> MergeCollinear(std::vector<LineSegment> segments, float
       if (const auto joined = Joined(segments[i], segments[j], max_gap)) {
         segments[i] = *joined;
         segments.erase(segments.begin() + static_cast<std::ptrdiff_t>(j));
-        j = i + 1;  // the longer line may now reach fragments that were too far before
+        j = i + 1;  // the longer line may now reach fragments that were too distant before
       } else {
         ++j;
       }

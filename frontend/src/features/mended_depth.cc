@@ -7,7 +7,7 @@ namespace highwall {
 std::shared_ptr<const FrameFeatures> Mended(const FrameFeatures& features,
                                             const PinholeCamera& camera,
                                             const DepthPattern& pattern) {
-  // How much nearer or farther, in a direction of the camera.
+  // Correction factor of the distance in a direction of the camera.
   const auto factor = [&](const Eigen::Vector3d& p_C) {
     const Eigen::Vector2d raw = camera.Project(p_C);
     const double off = pattern.At(raw.x(), raw.y(), camera.width, camera.height);

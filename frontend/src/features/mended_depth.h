@@ -8,7 +8,7 @@
 
 namespace highwall {
 
-// Features as they would be, had the depth they were made from been mended by a pattern: depth of
+// Returns the features as if extracted from depth corrected by a distortion pattern: depth of
 // points, ends of lines. camera: with its distortion.
 std::shared_ptr<const FrameFeatures> Mended(const FrameFeatures& features,
                                             const PinholeCamera& camera,

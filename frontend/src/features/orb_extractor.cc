@@ -23,10 +23,10 @@ constexpr int kPatchRadius = 15;  // [px] of the intensity centroid, Rublee et a
 constexpr int kPatchSize = 31;    // [px] of the descriptor
 constexpr int kBorder = 17;       // [px] corners closer to the edge of a level are not used
 constexpr int kFastRadius = 3;    // [px] cv::FAST leaves out this border of its image
-constexpr int kCellSize = 32;     // [px of the level] searched again where FAST finds nothing
-constexpr int kMinLevelSide = 2 * kBorder + 8;  // [px] of a level that is searched at all
+constexpr int kCellSize = 32;     // [px of the level] searched again if FAST finds nothing
+constexpr int kMinLevelSide = 2 * kBorder + 8;  // [px] smallest level that is searched
 
-// Half the chord of the circular patch in each row.
+// Returns half the chord of the circular patch in each row.
 std::array<int, kPatchRadius + 1> PatchHalfWidths() {
   std::array<int, kPatchRadius + 1> half_widths{};
   for (int v = 0; v <= kPatchRadius; ++v) {
@@ -36,7 +36,7 @@ std::array<int, kPatchRadius + 1> PatchHalfWidths() {
   return half_widths;
 }
 
-// Direction [deg] from the corner to the centroid of the intensities around it.
+// Returns the direction [deg] from the corner to the intensity centroid around it.
 float IntensityCentroidAngle(const cv::Mat& image, int x, int y) {
   static const std::array<int, kPatchRadius + 1> half_widths = PatchHalfWidths();
   int m10 = 0, m01 = 0;
@@ -54,7 +54,7 @@ float IntensityCentroidAngle(const cv::Mat& image, int x, int y) {
   return cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
 }
 
-// The pixels where corners may lie.
+// Returns the area of the pixels that may be corners.
 cv::Rect SearchArea(const cv::Mat& image) {
   return {kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder};
 }
@@ -74,8 +74,8 @@ void AppendFast(const cv::Mat& image, const cv::Rect& area, int threshold,
   corners->insert(corners->end(), found.begin(), found.end());
 }
 
-// FAST in the cells of a level that have no corner yet; empty neighbours in a row of cells are
-// searched as one.
+// Runs FAST in the cells of a level that have no corner yet; adjacent empty cells in a row are
+// searched together.
 void FillEmptyCells(const cv::Mat& image, int size, int threshold,
                     std::vector<cv::KeyPoint>* corners) {
   const cv::Rect area = SearchArea(image);
@@ -101,7 +101,7 @@ void FillEmptyCells(const cv::Mat& image, int size, int threshold,
   }
 }
 
-// FAST over the whole level, then with the lower threshold where that finds nothing.
+// Runs FAST over the whole level, then with the lower threshold in cells where that finds nothing.
 std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractorOptions& options) {
   std::vector<cv::KeyPoint> corners;
   if (!IsSearched(image)) return corners;
@@ -112,12 +112,12 @@ std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractor
   return corners;
 }
 
-// Down to the noise of the image where there is still none. noise: sigma on this level [grey
-// levels].
+// Lowers the threshold to the image noise in cells that are still empty. noise: sigma on this level
+// [grey levels].
 void AppendFaintCorners(const cv::Mat& image, double noise, const OrbExtractorOptions& options,
                         std::vector<cv::KeyPoint>* corners) {
   constexpr double kSigmas = 2.0;
-  constexpr int kLeast = 2;  // [grey levels] above the steps of the image itself
+  constexpr int kLeast = 2;  // [grey levels] above the quantization of the image
   if (!IsSearched(image)) return;
   const int threshold = std::max(kLeast, static_cast<int>(std::ceil(kSigmas * noise)));
   if (threshold >= options.min_fast_threshold) return;
@@ -135,8 +135,9 @@ struct OrbExtractor::Impl {
   OrbExtractorOptions options;
   PointKind kind;
   std::vector<double> scales;
-  std::vector<double> noise_shares;  // of the sigma of an image's white noise, left on each level
-  // One level, no border of its own: computes descriptors of given corners on a level's image.
+  std::vector<double> noise_shares;  // share of the sigma of white noise that remains on each level
+  // One level without a border of its own: computes descriptors of given corners on a level's
+  // image.
   cv::Ptr<cv::ORB> describer =
       cv::ORB::create(1, 1.2F, 1, 0, 0, 2, cv::ORB::FAST_SCORE, kPatchSize);
 
@@ -150,8 +151,8 @@ struct OrbExtractor::Impl {
   }
 
   std::vector<double> NoiseShares() const {
-    constexpr int kSide = 320;       // [px] that the sigma of eight usual levels is known on
-    constexpr double kNoise = 20.0;  // [grey levels] to which a rounded one is small
+    constexpr int kSide = 320;       // [px] sufficient to estimate the sigma of eight usual levels
+    constexpr double kNoise = 20.0;  // [grey levels] large compared with rounding
     cv::Mat noise(kSide, kSide, CV_8UC1);
     cv::RNG(1).fill(noise, cv::RNG::NORMAL, 128.0, kNoise);
     std::vector<double> shares;
@@ -179,8 +180,8 @@ struct OrbExtractor::Impl {
     return pyramid;
   }
 
-  // How many corners each level keeps: in proportion to the inverse scale, and what a level cannot
-  // fill goes to the others, the finest first.
+  // Returns how many corners each level keeps: in proportion to the inverse scale; unused shares of
+  // a level go to the others, the finest first.
   std::vector<int> Budgets(const std::vector<std::vector<cv::KeyPoint>>& corners) const {
     double total = 0.0;
     for (const double scale : scales) total += 1.0 / scale;
@@ -199,7 +200,7 @@ struct OrbExtractor::Impl {
     return budgets;
   }
 
-  // Angle, descriptor and image coordinates of the corners of one level.
+  // Computes angle, descriptor and image coordinates of the corners of one level.
   ExtractedPoints Describe(const cv::Mat& image, const cv::Size& full_size, std::size_t level,
                            std::vector<cv::KeyPoint> corners) const {
     ExtractedPoints features;

@@ -12,11 +12,11 @@ namespace highwall {
 // Oriented FAST corners with rotated BRIEF descriptors (Rublee, Rabaud, Konolige, Bradski 2011) on
 // a scale pyramid, spread evenly over the image: weak corners where there are no strong ones, and
 // strongest-first suppression by squares whose side is chosen so that the budget is met (Bailo et
-// al. 2018). Descriptors are bit-compatible with cv::ORB's.
+// al. 2018). Descriptors are bit-compatible with those of cv::ORB.
 //
-// Keypoints come by octave, the strongest first; their response is the FAST score, their size [px]
-// the diameter of the described patch. Extract() may be called from several threads at once; its
-// result does not depend on cv::setNumThreads().
+// Keypoints are ordered by octave, the strongest first; their response is the FAST score, their
+// size [px] the diameter of the described patch. Extract() may be called from several threads at
+// the same time; its result does not depend on cv::setNumThreads().
 class OrbExtractor final : public PointExtractor {
  public:
   // Throws InvalidArgument naming the bad option.
@@ -25,13 +25,13 @@ class OrbExtractor final : public PointExtractor {
   OrbExtractor(OrbExtractor&&) noexcept;
   OrbExtractor& operator=(OrbExtractor&&) noexcept;
 
-  // "orb", 256 bits.
+  // Returns "orb", 256 bits.
   const PointKind& kind() const override;
-  // gray: CV_8UC1. No points for an image without texture or too small for a patch.
-  // Throws InvalidArgument on any other type or an empty image.
+  // gray: CV_8UC1. Returns no points for an image without texture or too small for a patch. Throws
+  // InvalidArgument for any other type or an empty image.
   ExtractedPoints Extract(const cv::Mat& gray) override;
 
-  // scale_factor^level: the size of a pixel of that level in pixels of the image.
+  // Returns scale_factor^level: the size of a pixel of that level in pixels of the image.
   double Scale(int level) const;
 
  private:

@@ -7,7 +7,7 @@
 namespace highwall {
 
 void PointKind::Validate() const {
-  constexpr std::size_t kLongest = 64;  // as a map file keeps it
+  constexpr std::size_t kLongest = 64;  // limit of the map file format
   const auto is_printable = [](char c) { return c >= ' ' && c <= '~'; };
   HIGHWALL_REQUIRE(
       !name.empty() && name.size() <= kLongest && std::ranges::all_of(name, is_printable),

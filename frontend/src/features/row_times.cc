@@ -16,7 +16,7 @@
 namespace highwall {
 namespace {
 
-constexpr double kFar = 100.0;  // [m] where the motion of the camera does not show
+constexpr double kFar = 100.0;  // [m] distance at which the motion of the camera is not visible
 constexpr double kNear = 0.01;  // [m]
 
 // std::floor, whose call would keep the loop over a row from being vectorized.
@@ -25,7 +25,8 @@ int Floor(float x) {
   return towards_zero - (x < static_cast<float>(towards_zero) ? 1 : 0);
 }
 
-// [1/m] mean over a sample of the readings; that of a far point where there are none.
+// Mean inverse depth [1/m] over a sample of the readings; that of a distant point if there are
+// none.
 float MeanInverseDepth(const cv::Mat& depth) {
   constexpr int kStep = 16;
   double sum = 0.0;
@@ -52,7 +53,7 @@ double MeanDepth(const FrameFeatures& features) {
   return count > 0 ? count / sum : kFar;
 }
 
-// One row of DepthAtTime: where its pixels were seen a little later, and what was read there.
+// One row of DepthAtTime: where its pixels appear slightly later, and the readings there.
 class LaterRow {
  public:
   LaterRow(const cv::Mat& depth, const PinholeCamera& camera)
@@ -67,7 +68,7 @@ class LaterRow {
     }
   }
 
-  // The motion within the time by which row v is late.
+  // rho, theta: the motion within the time by which row v is late.
   void Fill(int v, const Eigen::Vector3f& rho, const Eigen::Vector3f& theta, cv::Mat* out) {
     FindPixels(v, rho, theta);
     const auto cx = static_cast<float>(camera_.cx), cy = static_cast<float>(camera_.cy);
@@ -90,8 +91,8 @@ class LaterRow {
   }
 
   void FindPixels(int v, const Eigen::Vector3f& rho, const Eigen::Vector3f& theta) {
-    // Plain arrays and constants, and a quotient that is formed where it is not used as well: else
-    // the loop is not vectorized.
+    // Plain arrays and constants, and a quotient that is computed even if it is not used, allow the
+    // loop to be vectorized.
     const float* row = depth_.ptr<float>(v);
     const float* columns_x = x_.data();
     int* columns = columns_.data();
@@ -121,7 +122,8 @@ class LaterRow {
   std::vector<int> columns_, rows_;
 };
 
-// The features with their points p_C moved by move(row, p_C, whether its depth was measured).
+// Returns the features with their points p_C moved by move(row, p_C, whether its depth was
+// measured).
 template <class Move>
 std::shared_ptr<const FrameFeatures> Moved(const FrameFeatures& features,
                                            const PinholeCamera& camera, const Move& move) {
@@ -200,7 +202,7 @@ std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
 }
 
 bool Differ(const RowMotion& a, const RowMotion& b, const PinholeCamera& camera, double depth) {
-  constexpr double kShows = 0.1;  // [px]
+  constexpr double kShows = 0.1;  // [px] visible difference
   const auto shift = [&](double late_a, double late_b) {
     return camera.fx * ((late_b * b.motion.omega - late_a * a.motion.omega).norm() +
                         (late_b * b.motion.v - late_a * a.motion.v).norm() / depth);
@@ -229,7 +231,7 @@ std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& feature
     if (measured) {
       const double before = assumed.DepthLate(v, camera.height);
       const double after = found.DepthLate(v, camera.height);
-      // The rate is linear in the motion. At an edge the surface is taken to face the camera.
+      // The rate is linear in the motion. At an edge the surface is assumed to face the camera.
       const Twist more{after * found.motion.v - before * assumed.motion.v,
                        after * found.motion.omega - before * assumed.motion.omega};
       const double change =

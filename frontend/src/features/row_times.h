@@ -15,53 +15,55 @@
 
 namespace highwall {
 
-// Images whose rows are of one time each, as a camera moves on while they are read out
-// (docs/row_times.md). The time of an image is that of its middle row.
+// Rolling-shutter compensation: each row of an image has its own time, as the camera moves during
+// the read-out (docs/row_times.md). The time of an image is that of its middle row.
 
-// [-0.5, 0.5] inside the image: the share of the read-out by which row v is later than the middle.
+// [-0.5, 0.5] inside the image: delay of row v relative to the middle, as a share of the read-out.
 inline double RowTime(double v, int height) {
   return v / height - 0.5;
 }
 
-// A depth image, as the sensor would have measured it `delay` + RowTime(v) * readout [s] earlier,
-// to first order in the motion meanwhile, each reading from the nearest pixel. depth: CV_32FC1 [m]
-// of the camera's size, else throws InvalidArgument; camera: its distortion is not counted.
+// Returns the depth image that the sensor would have measured `delay` + RowTime(v) * readout [s]
+// earlier, to first order in the motion, each reading from the nearest pixel. depth: CV_32FC1 [m]
+// of the camera's size, else throws InvalidArgument; camera: its distortion is ignored.
 cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
                     double delay, double readout);
 
-// [m/s] at which the reading of depth in the pixel of p_C changes while the camera moves, the slope
-// of the surface included. depth_grid: of the frame, as DepthGrid::Sample(). Nothing at an edge.
+// Rate [m/s] at which the depth reading in the pixel of p_C changes while the camera moves,
+// including the slope of the surface. depth_grid: of the frame, as DepthGrid::Sample(). Empty at an
+// edge.
 std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid,
                                 const Eigen::Vector3d& p_C, const Twist& motion);
 
-// Features of an image that was read out over `readout` [s], moved to where they would have been
-// seen at the time of the middle row, with their depth: an observation at its own time is one of
-// the camera's pose moved by its twist, and the other way round. Those without depth move as one at
-// the others' mean inverse depth, far away where there is none. camera: without distortion.
+// Moves the features of an image that was read out over `readout` [s] to where they would have been
+// observed at the time of the middle row, with their depth: an observation at its own time
+// constrains the camera pose moved by its twist, and vice versa. Features without depth move as if
+// at the mean inverse depth of the others, or far away if there is none. camera: without
+// distortion.
 std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
                                                  const PinholeCamera& camera, double readout,
                                                  const Twist& motion);
 
-// What the rows of an image were moved by.
+// Timing and motion by which the rows of an image were compensated.
 struct RowMotion {
-  FrameTiming timing;  // the stamp of its depth image counted in
+  FrameTiming timing;  // including the delay by the stamp of its depth image
   Twist motion;
 
-  // [s] by which the reading in row v is later than what its pixel is of.
+  // [s] by which the reading in row v is later than the colour of its pixel.
   double DepthLate(double v, int height) const {
     return timing.depth_delay + (timing.depth_readout - timing.colour_readout) * RowTime(v, height);
   }
 };
 
-// Whether two such differ by more than a tenth of a pixel anywhere, which is a tenth of a corner's
-// noise. depth: [m] of the scene.
+// Returns whether two compensations differ by more than a tenth of a pixel anywhere, which is a
+// tenth of a corner's noise. depth: [m] of the scene.
 bool Differ(const RowMotion& a, const RowMotion& b, const PinholeCamera& camera, double depth);
 
-// [m] of the points of an image; infinite where none has depth.
+// Median depth [m] of the points of an image; infinite if none has depth.
 double MedianDepth(const FrameFeatures& features);
 
-// What AtMiddleRow makes of features whose depth is that of DepthAtTime, both as `assumed`, as
-// another motion and timing would have moved them. grid: of their depth.
+// Converts features that were compensated by AtMiddleRow and DepthAtTime with `assumed` to another
+// motion and timing. grid: of their depth.
 std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& features,
                                                     const PinholeCamera& camera,
                                                     const DepthGrid& grid, const RowMotion& assumed,

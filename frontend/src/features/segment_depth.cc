@@ -12,10 +12,10 @@
 namespace highwall {
 namespace {
 
-constexpr int kMaxSamples = 64;  // as SegmentDepthOptions::samples may be
+constexpr int kMaxSamples = 64;  // upper bound of SegmentDepthOptions::samples
 constexpr int kPixelsPerSide = 2;
-constexpr double kHalfWidth = 2.0;     // [px] farthest pixel from the segment to each side
-constexpr double kInlierSigmas = 3.0;  // residual of a measurement that fits the line
+constexpr double kHalfWidth = 2.0;     // [px] distance of the farthest pixels on each side
+constexpr double kInlierSigmas = 3.0;  // maximum residual of a measurement that fits the line
 constexpr double kMaxRms = 1.5;        // of the inliers' residuals, in sigmas
 
 struct Sample {
@@ -25,7 +25,7 @@ struct Sample {
   double inverse_sigma;  // [m] of rho
 };
 
-// Samples on the stack: this runs for every segment of every frame.
+// Sample buffer on the stack, since this runs for every segment of every frame.
 class Samples {
  public:
   void Add(const Sample& sample) { data_[static_cast<std::size_t>(size_++)] = sample; }
@@ -46,16 +46,16 @@ class Samples {
 struct InverseDepth {
   double a = 0.0, b = 0.0, c = 0.0;
 
-  // On the segment.
+  // On the segment (w = 0).
   double At(double t) const { return a + b * t; }
-  // In sigmas.
+  // Residual in sigmas.
   double Residual(const Sample& sample) const {
     return (a + b * sample.t + c * sample.w - sample.rho) * sample.inverse_sigma;
   }
 };
 
-// Whether c is fitted. Both sides together determine it and keep it apart from a; one side alone
-// would have to extrapolate, and the slope over its one or two pixels is below its noise.
+// Whether c is fitted. Both sides together determine it separately from a; one side alone would
+// have to extrapolate, and the slope over its one or two pixels is below the noise.
 enum class Slope { kZero, kFitted };
 
 struct Fit {
@@ -66,7 +66,7 @@ struct Fit {
   double rms = 0.0;  // [m]
 };
 
-// Depth pixels on one side (-1 or 1) of the segment.
+// Collects the depth pixels on one side (-1 or 1) of the segment.
 Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
                 const RgbdSensor& sensor, const SegmentDepthOptions& options) {
   const PinholeCamera& camera = sensor.camera;
@@ -94,7 +94,7 @@ Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
   return samples;
 }
 
-// The best model through two samples of one side by the truncated squared residuals.
+// Returns the best model through two samples of one side by the truncated squared residuals (MSAC).
 InverseDepth Ransac(const Samples& samples, const SegmentDepthOptions& options) {
   const double limit = kInlierSigmas * kInlierSigmas;
   InverseDepth best;
@@ -107,7 +107,7 @@ InverseDepth Ransac(const Samples& samples, const SegmentDepthOptions& options) 
   };
   const int half = samples.size() / 2;
   for (int iteration = 0; iteration < options.ransac_iterations; ++iteration) {
-    // One from each half: a longer base gives a better line.
+    // One sample from each half: a longer baseline gives a better line.
     const Sample& p = samples[draw(half)];
     const Sample& q = samples[half + draw(samples.size() - half)];
     if (q.t - p.t < 0.1) continue;
@@ -127,9 +127,9 @@ InverseDepth Ransac(const Samples& samples, const SegmentDepthOptions& options) 
   return best;
 }
 
-// One weighted least squares step over the inliers of fit->model. False where they do not
-// determine it. Neighbouring pixels share their noise: the four of one place count as one
-// measurement in the covariance.
+// Performs one weighted least squares step over the inliers of fit->model. Returns false if they do
+// not determine it. Neighbouring pixels have correlated noise: the four at one position count as
+// one measurement in the covariance.
 bool Solve(const Samples& samples, Slope slope, Fit* fit) {
   Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
   Eigen::Vector3d y = Eigen::Vector3d::Zero();
@@ -142,7 +142,7 @@ bool Solve(const Samples& samples, Slope slope, Fit* fit) {
   }
   const double scale = N(0, 0);
   if (slope == Slope::kZero) N(2, 2) = scale;                           // its row is zero: c = 0
-  if (!(N.determinant() > 1e-6 * scale * scale * scale)) return false;  // all at one place
+  if (!(N.determinant() > 1e-6 * scale * scale * scale)) return false;  // all at one position
   const Eigen::Matrix3d inverse = N.inverse();
   const Eigen::Vector3d x = inverse * y;
   fit->model = {x[0], x[1], x[2]};
@@ -174,7 +174,8 @@ Fit Refine(const Samples& samples, const InverseDepth& model, Slope slope) {
   return fit;
 }
 
-// Both sides as one plane, starting from the fits to each (sides[0] at w < 0, sides[1] at w > 0).
+// Fits both sides as one plane, starting from the fits to each (sides[0] at w < 0, sides[1] at w >
+// 0).
 Fit RefineTogether(const std::array<Samples, 2>& sides, const std::array<Fit, 2>& fits) {
   constexpr double kMeanDistance = 0.5 * (1 + kPixelsPerSide);  // of a side's pixels, in w
   const InverseDepth &p = fits[0].model, &q = fits[1].model;

@@ -16,14 +16,14 @@
 namespace highwall {
 namespace {
 
-constexpr int kLayers = 3;   // of an octave, Lowe 2004
-constexpr int kOctaves = 5;  // blobs of the last are some 25 px across
+constexpr int kLayers = 3;   // per octave, Lowe 2004
+constexpr int kOctaves = 5;  // blobs of the last one are some 25 px across
 constexpr double kEdgeThreshold = 10.0, kSigma = 1.6;
-// OpenCV reads the image of twice the size as if its first pixel lay on the first of the image; it
-// lies a quarter of a pixel outside.
+// OpenCV treats the image of twice the size as if its first pixel coincided with that of the image;
+// it lies a quarter of a pixel outside.
 constexpr float kShift = 0.25F;
 
-// From OpenCV's packed octave (a signed byte, the doubled image being -1) and layer (from 1).
+// Level from OpenCV's packed octave (a signed byte, the doubled image being -1) and layer (from 1).
 int Level(const cv::KeyPoint& keypoint) {
   const auto octave = static_cast<std::int8_t>(keypoint.octave & 0xFF);
   const int layer = (keypoint.octave >> 8) & 0xFF;
@@ -34,7 +34,7 @@ std::pair<int, int> Pixel(const cv::KeyPoint& keypoint) {
   return {cvRound(keypoint.pt.x), cvRound(keypoint.pt.y)};
 }
 
-// Indices of those that are strong and evenly spread.
+// Returns the indices of keypoints that are strong and evenly spread.
 std::vector<std::size_t> SelectEvenly(const std::vector<cv::KeyPoint>& keypoints, int count,
                                       const cv::Size& image) {
   std::map<std::pair<int, int>, std::size_t> strongest;  // by pixel
@@ -55,7 +55,8 @@ std::vector<std::size_t> SelectEvenly(const std::vector<cv::KeyPoint>& keypoints
   return selected;
 }
 
-// The square root of each share of the sum: products of such are Hellinger's similarity.
+// Takes the square root of each share of the sum: dot products of such are the Hellinger
+// similarity.
 void ToRootSift(cv::Mat* descriptors) {
   for (int i = 0; i < descriptors->rows; ++i) {
     cv::Mat row = descriptors->row(i);

@@ -8,15 +8,16 @@
 
 namespace highwall {
 
-// SIFT (Lowe 2004) as OpenCV has it, spread evenly over the image as ORB's corners are. Descriptors
-// are RootSIFT (Arandjelovic, Zisserman 2012): their correlation tells more than that of SIFT.
+// SIFT (Lowe 2004) by OpenCV, spread evenly over the image like the corners of ORB. Descriptors are
+// RootSIFT (Arandjelovic, Zisserman 2012), whose correlation is more discriminative than that of
+// SIFT.
 class SiftExtractor final : public PointExtractor {
  public:
   // Throws InvalidArgument naming the bad option.
   explicit SiftExtractor(const SiftExtractorOptions& options = {});
 
-  // "sift", 128 floats; a level for each of the three layers of an octave, the first octave that of
-  // the image at twice its size.
+  // Returns "sift", 128 floats; one level for each of the three layers of an octave, the first
+  // octave being that of the image at twice its size.
   const PointKind& kind() const override { return kind_; }
   ExtractedPoints Extract(const cv::Mat& gray) override;
 

@@ -11,7 +11,7 @@
 namespace highwall {
 namespace {
 
-// What is wrong with it; empty: nothing.
+// Returns the fault of a keypoint; empty if it is valid.
 std::string FaultOf(const cv::KeyPoint& keypoint, int levels, const cv::Size& image) {
   const cv::Point2f& pt = keypoint.pt;
   if (!std::isfinite(pt.x) || !std::isfinite(pt.y)) return "is at no finite place";
@@ -48,7 +48,7 @@ std::string FaultOf(const cv::Mat& descriptors, const PointKind& kind, std::size
            std::to_string(kind.columns) + " as PointKind::columns says";
   }
   cv::Point bad;
-  // The bounds leave out what has no finite sum of products.
+  // The bounds exclude values whose sums of products are not finite.
   if (is_float && !cv::checkRange(descriptors, true, &bad, -1e15, 1e15)) {
     return "the descriptor of keypoint " + std::to_string(bad.y) +
            " has a value that is not finite";

@@ -8,12 +8,12 @@
 namespace highwall::internal {
 namespace {
 
-// Cells of half a radius: a survivor covers its own cell and two more to each side.
+// Cells of half a radius: a survivor covers its own cell and two more on each side.
 constexpr int kReach = 2;
 constexpr float kRadiusTolerance = 0.5F;  // [px]
 
-// A keypoint in one integer, ordered as it is preferred: the larger response, then the upper, then
-// the left one. Bit patterns of floats that are not negative sort like their values.
+// A keypoint packed into one integer, in order of preference: the larger response, then the upper,
+// then the left one. Bit patterns of non-negative floats sort like their values.
 using Key = std::uint64_t;
 
 Key Pack(const cv::KeyPoint& keypoint) {
@@ -41,10 +41,10 @@ class SquareSuppression {
   SquareSuppression(const std::vector<Key>& sorted, int count, const cv::Rect& area)
       : sorted_(sorted), count_(static_cast<std::size_t>(count)), area_(area) {}
 
-  // The first `count` survivors.
+  // Returns the first `count` survivors.
   const std::vector<Key>& Survivors(float radius) {
     const float per_cell = static_cast<float>(kReach) / radius;
-    // A margin of kReach cells all round saves the clipping.
+    // A margin of kReach cells on all sides avoids clipping.
     const int columns =
         2 * kReach + 1 + static_cast<int>(static_cast<float>(area_.width) * per_cell);
     const int rows = 2 * kReach + 1 + static_cast<int>(static_cast<float>(area_.height) * per_cell);
@@ -83,7 +83,7 @@ std::vector<cv::KeyPoint> SelectEvenly(const std::vector<cv::KeyPoint>& keypoint
 
   if (keys.size() > static_cast<std::size_t>(count)) {
     SquareSuppression suppression(keys, count, area);
-    // One square per keypoint fills the area at `high`: no larger radius can leave so many.
+    // At `high` one square per keypoint fills the area: no larger radius can leave so many.
     float low = 1.0F;
     float high =
         2.0F + 2.0F * std::sqrt(static_cast<float>(area.area()) / static_cast<float>(count));

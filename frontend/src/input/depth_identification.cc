@@ -8,30 +8,30 @@
 namespace highwall {
 namespace {
 
-// Log-likelihoods are sums of squares over two, of a deviation over what is usual; no single one
-// may decide alone, for each can mislead: scenes are chosen, and images are filtered.
+// Log-likelihood of a deviation relative to its sigma: half its square, bounded so that no single
+// term decides alone, since each can mislead: scenes are chosen, and images are filtered.
 double Deviation(double value, double sigma, double most) {
   return -std::min(most, 0.5 * (value / sigma) * (value / sigma));
 }
 
 constexpr double kDecisive = 10.0, kStrong = 6.0;
 
-// [m] of the median reading: rooms and tables.
+// Prior of the median reading [m]: rooms and tables.
 double LogScene(const DepthStatistics& statistics, double factor) {
   constexpr double kTypical = 1.8, kSpread = 0.8;
   return Deviation(std::log(statistics.quantiles[2] / factor / kTypical), kSpread, kStrong);
 }
 
-// Readings that the sensor cannot give.
+// Penalizes readings outside of the sensor's range.
 double LogRange(const DepthStatistics& statistics, const SensorProfile& profile, double factor) {
   const double near = std::max(0.0, std::log(profile.min_depth * factor / statistics.nearest));
   const double far = std::max(0.0, std::log(statistics.farthest / factor / profile.max_depth));
   return Deviation(near + far, 0.15, kStrong);
 }
 
-// Drivers round to their unit before anybody multiplies.
+// Drivers round to their unit before the values are scaled.
 double LogUnit(const DepthStatistics& statistics, const SensorProfile& profile, double factor) {
-  constexpr double kFinest = 2.0;  // [stored units] that can be told from one
+  constexpr double kFinest = 2.0;  // [stored units] distinguishable from one
   const double expected = factor / profile.depth_factor;
   if (!statistics.unit) return 0.0;
   if (*statistics.unit > 1.0) {
@@ -48,11 +48,11 @@ double LogStepsOfMode(double step, const StereoPair& pair, std::size_t mode, dou
 }
 
 double LogSteps(const DepthStatistics& statistics, const SensorProfile& profile, double factor) {
-  constexpr double kRankCost = 0.25;  // of a mode, to the next more common one
+  constexpr double kRankCost = 0.25;  // per rank of a mode by how common it is
   const bool triangulates = profile.principle == DepthPrinciple::kTriangulation;
   if (!statistics.inverse_step) {
     if (!triangulates) return 0.0;
-    // Filters smear steps; too fine ones are lost in the rounding.
+    // Filters smear steps; steps that are too fine are lost in the rounding.
     constexpr double kVisible = 3.0, kSmeared = -3.0;
     const double far = statistics.quantiles[4] / factor;
     const double step = profile.pair->InverseDepthStep(profile.pair->focals[0]);
@@ -65,13 +65,13 @@ double LogSteps(const DepthStatistics& statistics, const SensorProfile& profile,
     if (profile.pair->focals[mode] == 0.0) continue;
     best = std::max(best, LogStepsOfMode(step, *profile.pair, mode, kRankCost));
   }
-  // The disparities of the nearest readings.
+  // The disparities of the nearest readings must lie within the search range.
   const double steps = 1.0 / (statistics.nearest * *statistics.inverse_step);
   const double most = profile.pair->max_disparity / profile.pair->disparity_step;
   return best + Deviation(std::max(0.0, std::log(steps / most)), 0.03, kStrong);
 }
 
-// The grain is the part of the noise that neighbouring pixels do not share: a tenth of it and more.
+// The grain is the noise not shared by neighbouring pixels: a tenth of the noise and more.
 double LogGrain(const DepthStatistics& statistics, const SensorProfile& profile, double factor) {
   constexpr double kMost = 1.5, kLeast = 0.05;
   const DepthNoise noise = profile.NoiseFor({.width = statistics.width,
@@ -110,8 +110,8 @@ double LogHoles(const DepthStatistics& statistics, const SensorProfile& profile)
   return corners > 0.2 ? 0.0 : -1.0;
 }
 
-// What one eye sees and the other does not lies on one side of what is near, while the light of a
-// time-of-flight camera comes from beside or around its eye.
+// The occlusion shadow of a stereo pair lies on one side of near objects, while the light of a
+// time-of-flight camera comes from next to or around its lens.
 double LogGaps(const DepthStatistics& statistics, const SensorProfile& profile) {
   constexpr double kOneSide = 0.9;
   const double side = std::max(statistics.left_holes, 1.0 - statistics.left_holes);
@@ -121,7 +121,7 @@ double LogGaps(const DepthStatistics& statistics, const SensorProfile& profile) 
 }
 
 bool ShowsSomething(const DepthStatistics& statistics) {
-  constexpr double kGrain = 0.1;  // [stored units] rounding alone makes 0.3
+  constexpr double kGrain = 0.1;  // [stored units]; rounding alone makes 0.3
   return statistics.inverse_step ||
          std::ranges::any_of(statistics.grain,
                              [](const DepthGrain& grain) { return grain.sigma > kGrain; });
@@ -134,7 +134,7 @@ std::vector<DepthGuess> IdentifyDepthSensor(const DepthStatistics& statistics) {
   if (!ShowsSomething(statistics)) return guesses;
   for (const SensorProfile& profile : SensorProfiles()) {
     if (profile.principle == DepthPrinciple::kUnknown) continue;
-    // As the driver stores it, in millimetres, and as the layout of TUM RGB-D wants it.
+    // The driver's unit, millimetres, and the unit of the TUM RGB-D layout.
     std::vector<double> factors{profile.depth_factor, 1000.0, 5000.0};
     if (factors[0] == factors[1]) factors.erase(factors.begin());
     for (const double factor : factors) {

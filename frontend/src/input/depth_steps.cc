@@ -11,16 +11,18 @@
 namespace highwall {
 namespace {
 
-// Values are looked at band by band: what is smooth across a band, such as how much of the scene
-// lies at which depth, has no say at the spacings that are sought.
+// Values are analysed in bands: a distribution that is smooth across a band, such as the share of
+// the scene at each depth, has no effect at the spacings that are searched.
 constexpr double kBandRatio = 1.2;
 constexpr double kMinPeriods = 8.0;      // spacings in a band
-constexpr double kNyquist = 2.2;         // stored units in a spacing
+constexpr double kNyquist = 2.2;         // stored units per spacing
 constexpr double kMinReadings = 2000.0;  // in a band
-constexpr std::size_t kMinValues = 8;    // in a band that differ: fewer fit some spacing by chance
-// Of a spacing that counts. By chance a band of n distinct values has 1 / sqrt(n), below 0.2.
+// distinct values in a band: fewer fit some spacing by chance
+constexpr std::size_t kMinValues = 8;
+// Of an accepted spacing. By chance a band of n distinct values has 1 / sqrt(n), below 0.2.
 constexpr double kMinCoherence = 0.3;
-// A sharp comb is as coherent at a half and a third of its spacing: the largest that comes near.
+// A sharp comb is as coherent at a half and a third of its spacing: the largest spacing with this
+// share of the best coherence is chosen.
 constexpr double kFundamental = 0.75;
 
 struct Band {
@@ -49,7 +51,7 @@ std::vector<Band> Bands(DepthHistogram histogram) {
   return bands;
 }
 
-// phase(value) in turns.
+// phase(value): in cycles.
 double Coherence(const Band& band, const std::function<double(double)>& phase) {
   std::complex<double> sum = 0.0;
   double weight = 0.0;
@@ -60,8 +62,8 @@ double Coherence(const Band& band, const std::function<double(double)>& phase) {
   return weight > 0.0 ? std::abs(sum) / weight : 0.0;
 }
 
-// Of the spacings first, first * ratio, ..., the largest that the bands agree on. periods(band,
-// spacing): in the band, 0 where rounding hides them.
+// Finds the largest of the spacings first, first * ratio, ..., on which the bands agree.
+// periods(band, spacing): number of periods in the band, 0 if rounding hides them.
 std::optional<DepthSteps> Search(const std::vector<Band>& bands, double first, double last,
                                  double ratio,
                                  const std::function<double(const Band&, double)>& periods,
@@ -72,7 +74,7 @@ std::optional<DepthSteps> Search(const std::vector<Band>& bands, double first, d
     double sum = 0.0, weight = 0.0;
     for (const Band& band : bands) {
       if (periods(band, spacing) < kMinPeriods) continue;
-      // The square root: a single wall must not outvote all else.
+      // The square root prevents a single wall from dominating.
       const double share = std::sqrt(band.readings);
       sum += share * Coherence(band, [&](double value) { return phase(value, spacing); });
       weight += share;
@@ -93,7 +95,7 @@ std::optional<DepthSteps> Search(const std::vector<Band>& bands, double first, d
 }  // namespace
 
 std::optional<DepthSteps> FindInverseSteps(DepthHistogram histogram) {
-  // [1/stored unit] From 1/32 px of 60 px m at 5000 units a metre to 1/8 px of 20 px m at 1000.
+  // [1/stored unit] From 1/32 px of 60 px m at 5000 units per metre to 1/8 px of 20 px m at 1000.
   constexpr double kFirst = 5e-8, kLast = 1e-5, kRatio = 1.002;
   const auto periods = [](const Band& band, double spacing) {
     if (spacing * band.low * band.low < kNyquist) return 0.0;
@@ -105,7 +107,7 @@ std::optional<DepthSteps> FindInverseSteps(DepthHistogram histogram) {
 
 std::optional<DepthSteps> FindUnit(DepthHistogram histogram) {
   constexpr double kFirst = kNyquist, kLast = 12.0, kRatio = 1.0005;
-  constexpr double kFilled = 1.0 / 3.0;  // of the places: among fewer, some spacing always fits
+  constexpr double kFilled = 1.0 / 3.0;  // of the multiples: with fewer, some spacing always fits
   const auto filled = [](const Band& band, double spacing) {
     return static_cast<double>(band.values.size()) * spacing >= kFilled * (band.high - band.low);
   };

@@ -6,22 +6,22 @@
 
 namespace highwall {
 
-// How often each stored depth was seen, by its value.
+// Histogram of the stored depth values, indexed by value.
 using DepthHistogram = std::span<const std::uint64_t>;
 
-// A regular spacing and how sharply the values keep to it: the length of the mean of
-// exp(2 pi i value / spacing), 1 where all of them do.
+// A regular spacing and its coherence: the length of the mean of exp(2 pi i value / spacing), 1 if
+// all values are multiples of the spacing.
 struct DepthSteps {
   double spacing = 0.0;
   double coherence = 0.0;
 };
 
-// The spacing of 1 / value: the disparities that a triangulating sensor tells apart. Empty where
-// there is none that the rounding of the stored values would not hide.
+// Finds the spacing of 1 / value: the disparity steps of a triangulating sensor. Empty if there is
+// none that the rounding of the stored values would not hide.
 std::optional<DepthSteps> FindInverseSteps(DepthHistogram histogram);
 
-// The spacing of the values themselves: 1, or more where they were multiplied by a factor after
-// they had been rounded. Empty where they are too few and far between to tell.
+// Finds the spacing of the values themselves: 1, or more if they were multiplied by a factor after
+// rounding. Empty if they are too few and too sparse to decide.
 std::optional<DepthSteps> FindUnit(DepthHistogram histogram);
 
 }  // namespace highwall

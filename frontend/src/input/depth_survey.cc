@@ -12,20 +12,21 @@ namespace highwall {
 namespace {
 
 constexpr std::size_t kValues = std::numeric_limits<std::uint16_t>::max() + std::size_t{1};
-constexpr double kEdge = 0.05;  // of the width, and of the height
-constexpr double kFar = 1.1;    // ratio of the depths on both sides of a gap behind an edge
+constexpr double kEdge = 0.05;  // of the width and of the height
+// minimum ratio of the depths on both sides of a gap at an occlusion edge
+constexpr double kFar = 1.1;
 
 constexpr int kRadius = 3;                 // [px] of a patch
-constexpr double kMaxSlope = 0.15;         // of the depth, across a patch: more is an edge
+constexpr double kMaxSlope = 0.15;         // of the depth, across a patch: a larger one is an edge
 constexpr std::size_t kMinPatches = 50;    // in a third octave
-constexpr std::size_t kMaxPatches = 4000;  // of one image in a third octave
+constexpr std::size_t kMaxPatches = 4000;  // per image and third octave
 
 int ThirdOctave(double value) {
   return static_cast<int>(std::floor(3.0 * std::log2(value)));
 }
 
-// [1/stored unit] Of the inverse depths of a patch off their plane; empty where something is
-// missing or the surface ends. Inverse depth is affine over the image of a plane.
+// Standard deviation [1/stored unit] of the inverse depths of a patch from their plane; empty if a
+// reading is missing or the surface ends. Inverse depth is affine over the image of a plane.
 std::optional<double> Residual(const cv::Mat& raw, int u, int v) {
   constexpr int kSide = 2 * kRadius + 1;
   std::array<double, kSide * kSide> inverse{};
@@ -58,7 +59,7 @@ std::optional<double> Residual(const cv::Mat& raw, int u, int v) {
   return std::sqrt(sum / (kCount - 3.0));
 }
 
-// At least one value; share in [0, 1].
+// values: at least one; share in [0, 1].
 template <typename T>
 T Quantile(std::vector<T> values, double share) {
   const auto at =
@@ -67,7 +68,7 @@ T Quantile(std::vector<T> values, double share) {
   return *at;
 }
 
-// The smallest value that `share` of the readings do not exceed.
+// Returns the smallest value that `share` of the readings do not exceed.
 double Quantile(DepthHistogram histogram, std::uint64_t readings, double share) {
   std::uint64_t below = 0;
   for (std::size_t value = 1; value < histogram.size(); ++value) {
@@ -104,7 +105,7 @@ void DepthSurvey::Add(const cv::Mat& raw) {
 void DepthSurvey::AddHoles(const cv::Mat& raw) {
   const int edge_u = static_cast<int>(std::lround(kEdge * raw.cols));
   const int edge_v = static_cast<int>(std::lround(kEdge * raw.rows));
-  const int longest = raw.cols / 10;  // [px] a gap behind an edge
+  const int longest = raw.cols / 10;  // [px] maximum length of a gap at an edge
   for (int v = 0; v < raw.rows; ++v) {
     const auto* row = raw.ptr<std::uint16_t>(v);
     const bool at_v = v < edge_v || v >= raw.rows - edge_v;

@@ -10,7 +10,7 @@
 namespace highwall {
 
 bool IsMetric(const cv::Mat& depth) {
-  constexpr float kFarthest = 100.0F;     // [m] of any depth camera
+  constexpr float kFarthest = 100.0F;     // [m] maximum range of any depth camera
   constexpr std::size_t kFewest = 100;    // one pixel in so many has a reading
   constexpr std::size_t kNearShare = 10;  // one reading in so many lies within
   std::vector<float> readings;

@@ -27,7 +27,7 @@ fs::path Root(const fs::path& directory) {
   return fs::exists(directory / "mav0") ? directory / "mav0" : directory;
 }
 
-// One camera as its sensor.yaml has it.
+// Parameters of one camera from its sensor.yaml.
 struct StereoCamera {
   cv::Size size;
   cv::Mat K = cv::Mat::eye(3, 3, CV_64F), distortion = cv::Mat::zeros(1, 4, CV_64F);
@@ -39,7 +39,7 @@ cv::FileStorage Open(const fs::path& path) {
   try {
     cv::FileStorage file(path.string(), cv::FileStorage::READ);
     if (file.isOpened()) return file;
-  } catch (const cv::Exception&) {  // what it says names OpenCV's own sources
+  } catch (const cv::Exception&) {  // its message names OpenCV's own sources
   }
   throw IoError(path, "is no YAML of EuRoC's form");
 }
@@ -48,7 +48,7 @@ bool IsNumber(const cv::FileNode& node) {
   return (node.isInt() || node.isReal()) && std::isfinite(node.real());
 }
 
-// OpenCV throws, or makes something up, where a node is of another type.
+// Checks the type, since OpenCV throws, or invents a value, for a node of another type.
 std::vector<double> Numbers(const fs::path& path, const cv::FileNode& node, const char* key,
                             std::size_t count) {
   std::vector<double> numbers;
@@ -101,7 +101,7 @@ StereoCamera ReadCamera(const fs::path& path) {
   return camera;
 }
 
-// Of data.csv: a stamp in nanoseconds and the rest of the line.
+// Reads data.csv: a stamp in nanoseconds and the rest of the line.
 std::map<Stamp, std::string> ReadList(const fs::path& path) {
   std::ifstream stream(path);
   if (!stream) throw IoError(path, "is missing or cannot be read");
@@ -121,7 +121,7 @@ std::map<Stamp, std::string> ReadList(const fs::path& path) {
   return lines;
 }
 
-// T_WC of state_groundtruth_estimate0, which holds T_WB.
+// Returns T_WC from state_groundtruth_estimate0, which contains T_WB.
 Trajectory ReadCameraPoses(const fs::path& path, const Pose& T_BC) {
   Trajectory truth;
   for (const auto& [stamp, line] : ReadList(path)) {
@@ -274,7 +274,7 @@ RgbdImage EurocDataset::DoLoad(std::size_t index) const {
   const StereoFrame& frame = frames_.at(index);
   const cv::Mat left = Rectified(frame.left, 0), right = Rectified(frame.right, 1);
   constexpr int kBlock = 5;  // [px]
-  // Penalties as OpenCV's manual has them; the rest leaves out what is ambiguous or alone.
+  // Penalties as in OpenCV's manual; the rest rejects ambiguous and isolated disparities.
   const auto matcher =
       cv::StereoSGBM::create(0, disparities_, kBlock, 8 * kBlock * kBlock, 32 * kBlock * kBlock, 1,
                              31, 10, 100, 2, cv::StereoSGBM::MODE_SGBM_3WAY);
@@ -284,7 +284,7 @@ RgbdImage EurocDataset::DoLoad(std::size_t index) const {
   image.stamp = frame.stamp;
   cv::cvtColor(left, image.bgr, cv::COLOR_GRAY2BGR);
   image.depth = cv::Mat::zeros(left.size(), CV_32FC1);
-  constexpr float kSteps = 16.0f;  // of a pixel
+  constexpr float kSteps = 16.0f;  // per pixel
   for (int v = 0; v < left.rows; ++v) {
     const short* const d = disparity.ptr<short>(v);
     float* const z = image.depth.ptr<float>(v);

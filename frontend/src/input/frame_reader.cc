@@ -24,7 +24,7 @@ std::optional<RgbdImage> FrameReader::Next() {
   } else {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return !queue_.empty(); });
-    // An end or an error stays in the queue: nothing comes behind it.
+    // An end or an error stays in the queue: nothing follows it.
     slot = queue_.front();
     if (slot.image) queue_.pop_front();
   }

@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kForm =
     "a fix is a stamp [s], three coordinates and, or not, their three sigmas [m]";
 
-// Metres east, north and up of a place on WGS 84.
+// Local frame of metres east, north and up at a position on WGS 84.
 class LocalFrame {
  public:
   // lla: latitude, longitude [deg], altitude [m].
@@ -36,7 +36,7 @@ class LocalFrame {
 
  private:
   static double Radians(double degrees) { return degrees * M_PI / 180.0; }
-  // In the frame of the Earth's middle. (NIMA TR8350.2, 2000: the ellipsoid's two numbers.)
+  // Earth-centred coordinates. (NIMA TR8350.2, 2000: the ellipsoid's two numbers.)
   static Eigen::Vector3d ToEarth(const Eigen::Vector3d& lla) {
     constexpr double kEquator = 6378137.0, kFlattening = 1.0 / 298.257223563;
     constexpr double kE2 = kFlattening * (2.0 - kFlattening);
@@ -75,7 +75,7 @@ bool IsHeading(std::string_view line) {
   return std::isalpha(static_cast<unsigned char>(line.front())) != 0 && !line.starts_with("nan");
 }
 
-// Whether a column of this heading is a latitude, whatever its unit is written as.
+// Returns whether a column of this heading is a latitude, however its unit is written.
 bool NamesLatitude(std::string_view heading) {
   for (const std::string_view field : SplitFields(heading)) {
     std::string word;
@@ -111,7 +111,7 @@ GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::str
   GpsFix fix{*stamp, {values[0], values[1], values[2]}, {2.5, 2.5, 5.0}};
   if (values.size() == 6) fix.sigma = {values[3], values[4], values[5]};
   if (!fix.p_G.allFinite()) return fix;
-  // Squares are still numbers, and so is what both are divided by.
+  // Within these bounds squares, and the quotients by squared sigmas, remain finite.
   constexpr double kLargest = 1e9, kSmallest = 1e-9;  // [m]
   if (fix.p_G.cwiseAbs().maxCoeff() > kLargest) {
     throw IoError(path, number, "is farther away than any place on Earth; " + std::string(kForm));

@@ -45,7 +45,7 @@ std::uint32_t BigEndian(const std::uint8_t* bytes) {
          std::uint32_t{bytes[2]} << 8U | std::uint32_t{bytes[3]};
 }
 
-// Walks the chunks (length, type, data, checksum; PNG specification, section 5.3) to IEND.
+// Checks the chunks (length, type, data, checksum; PNG specification, section 5.3) up to IEND.
 Condition ConditionOfPng(const Bytes& bytes) {
   constexpr std::size_t kSignature = 8, kOverhead = 12;
   const std::array<std::uint8_t, 4> end{'I', 'E', 'N', 'D'};
@@ -76,7 +76,7 @@ Condition ConditionOfJpeg(const Bytes& bytes) {
   return Condition::kTruncated;
 }
 
-// As far as the file format tells without decoding.
+// Checks completeness where the file format allows it without decoding.
 Condition ConditionOf(const Bytes& bytes) {
   if (StartsWith<8>(bytes, {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'})) {
     return ConditionOfPng(bytes);
@@ -85,7 +85,7 @@ Condition ConditionOf(const Bytes& bytes) {
   return Condition::kWhole;
 }
 
-// Without its end marker, or with half of it, the decoder holds the last rows back.
+// Without a complete end marker the decoder holds back the last rows.
 void EndJpeg(Bytes* bytes) {
   if (bytes->back() == 0xFF) bytes->pop_back();
   bytes->insert(bytes->end(), {0xFF, 0xD9});
@@ -93,7 +93,7 @@ void EndJpeg(Bytes* bytes) {
 
 cv::Mat Decode(const std::filesystem::path& path, int flags) {
   Bytes bytes = ReadBytes(path);
-  // Checked before decoding: libpng and libjpeg write their complaints to standard error.
+  // Checked before decoding, since libpng and libjpeg print their messages to standard error.
   const Condition condition = ConditionOf(bytes);
   if (condition == Condition::kTruncated) throw IoError(path, "is truncated");
   if (condition == Condition::kDamaged) throw IoError(path, "is damaged: a checksum is wrong");

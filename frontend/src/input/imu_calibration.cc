@@ -22,7 +22,7 @@ void ImuCalibration::Validate() const {
   HIGHWALL_REQUIRE(
       std::abs(time_offset) <= 1.0,
       "ImuCalibration::time_offset must be in [-1, 1] s, got " + FixedText(time_offset));
-  // Infinity passes, a number that is none does not.
+  // Written so that infinity passes and NaN does not.
   HIGHWALL_REQUIRE(
       gyroscope_range > 0.0 && (std::isinf(gyroscope_range) || gyroscope_range <= kMaxAngularRate),
       "ImuCalibration::gyroscope_range must be positive and at most 70 rad/s, got " +

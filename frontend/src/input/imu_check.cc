@@ -29,7 +29,7 @@ std::string Rounded(double value) {
   return RoundedText(value, 3);
 }
 
-// Those that are finite, in order, each stamp once: the first of equal ones stays.
+// Returns the finite readings in order, each stamp once: the first of several is kept.
 std::vector<ImuSample> InOrder(std::span<const ImuSample> samples) {
   std::vector<ImuSample> ordered;
   std::copy_if(samples.begin(), samples.end(), std::back_inserter(ordered), IsFinite);
@@ -42,11 +42,11 @@ std::vector<ImuSample> InOrder(std::span<const ImuSample> samples) {
   return ordered;
 }
 
-// Of the norms of a sensor's readings.
+// Quantiles of the norms of a sensor's readings.
 struct NormSpread {
   double tenth = 0.0, median = 0.0;  // the quantiles at 10 % and 50 %
 
-  // Gravity is always there; what turns, and what is left without gravity, comes to rest at times.
+  // Gravity is always present; rotations, and accelerations without gravity, vanish at times.
   bool IsNarrow(double share = 0.7) const { return tenth > share * median; }
 };
 
@@ -58,8 +58,8 @@ NormSpread SpreadOf(const std::vector<ImuSample>& samples, Sensor sensor) {
   return {*tenth, UpperMedian(norms)};
 }
 
-// Whether they are those of gravity [m/s^2], or of gravity [g]: of a motion that turns by about
-// 1 rad/s, too, the norms are about 1, but less alike.
+// Returns whether the norms are those of gravity [m/s^2], or of gravity [g]: rates of about 1 rad/s
+// also have norms of about 1, but with a wider spread.
 bool IsGravity(const NormSpread& norms) {
   return norms.IsNarrow() && std::abs(norms.median - kMetresPerG) < 0.15 * kMetresPerG;
 }
@@ -114,7 +114,7 @@ class Checker {
     findings_.push_back({kind, severity, std::move(text)});
   }
 
-  // Readings that are left out, too many of which are fatal.
+  // Adds a finding for readings that are left out; too many of them are fatal.
   template <typename Predicate>
   void AddBad(Kind kind, const Predicate& is_bad, const std::string& what) {
     const auto first = std::find_if(samples_.begin(), samples_.end(), is_bad);
@@ -134,7 +134,7 @@ class Checker {
         "NaN or infinite");
   }
 
-  // In a unit that is not known there is nothing to say.
+  // If the unit is unknown, no limit can be checked.
   void CheckPossible() {
     if (HasFatalOf(Kind::kAccelerometerImplausible) || HasFatalOf(Kind::kAccelerometerInG) ||
         HasFatalOf(Kind::kGravityRemoved) || HasFatalOf(Kind::kGyroscopeInDegrees)) {
@@ -206,7 +206,7 @@ class Checker {
             " s at " + FormatStamp(usable_[longest - 1].stamp) + "; RGB-D alone across them");
   }
 
-  // Equal from the first reading to the last, or for long while the other sensor changes.
+  // Frozen: equal from the first reading to the last, or for long while the other sensor changes.
   void CheckFrozen(const char* name, Kind kind, Sensor sensor, Sensor other) {
     const auto shortest = static_cast<std::size_t>(options_.frozen_readings);
     for (std::size_t begin = 0, end = 0; begin < usable_.size(); begin = end) {
@@ -224,8 +224,8 @@ class Checker {
     }
   }
 
-  // Gravity in the columns of the gyroscope and not in those of the accelerometer. In no other unit
-  // does that become right.
+  // Gravity is in the columns of the gyroscope and not in those of the accelerometer; no other unit
+  // would explain that.
   bool ColumnsAreExchanged() {
     const NormSpread first = SpreadOf(usable_, &ImuSample::gyroscope);
     const NormSpread second = SpreadOf(usable_, &ImuSample::accelerometer);
@@ -242,7 +242,7 @@ class Checker {
   void CheckAccelerometerUnit() {
     const NormSpread norms = SpreadOf(usable_, &ImuSample::accelerometer);
     const double norm = norms.median;
-    constexpr double kLowest = 5.0, kHighest = 20.0;  // [m/s^2] of a camera that is carried
+    constexpr double kLowest = 5.0, kHighest = 20.0;  // [m/s^2] for a hand-held camera
     if (norm >= kLowest && norm <= kHighest) return;
     const std::string median = "accelerometer: the median norm is " + Rounded(norm);
     if (norm < kLowest && !norms.IsNarrow()) {
@@ -262,7 +262,7 @@ class Checker {
     }
   }
 
-  // By all readings but the largest ones, which may be as many as are set aside elsewhere.
+  // Uses all readings but the largest ones, as many as may be left out elsewhere.
   void CheckGyroscopeRate() {
     std::vector<double> squares;
     for (const ImuSample& sample : usable_) squares.push_back(sample.gyroscope.squaredNorm());
@@ -285,11 +285,13 @@ class Checker {
         "it is likely in deg/s; multiply by 0.0174533");
   }
 
-  // How far [rad] gravity's direction at the end of [begin, end) is from that at its beginning
-  // turned by the gyroscope times `scale`; the directions are means over a tenth of the readings.
+  // Returns the angle [rad] between gravity's direction at the end of [begin, end) and that at its
+  // beginning rotated by the gyroscope times `scale`; the directions are means over a tenth of the
+  // readings.
   double GravityError(std::size_t begin, std::size_t end, double scale) const {
     const std::size_t part = (end - begin) / 10;
-    Eigen::Quaterniond q = Eigen::Quaterniond::Identity();  // from the frame now to that of begin
+    // from the current frame to that of begin
+    Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
     Eigen::Vector3d first = Eigen::Vector3d::Zero(), last = first;
     for (std::size_t i = begin; i < end; ++i) {
       if (i > begin) {
@@ -302,7 +304,7 @@ class Checker {
     return std::atan2(first.cross(last).norm(), first.dot(last));
   }
 
-  // Over windows of half a second in which the readings taken for rad/s turn a lot.
+  // Uses windows of half a second in which the readings taken as rad/s give a large rotation.
   bool DegreesExplainGravity() const {
     constexpr double kWindow = 0.5, kTurn = 1.0, kError = 0.2;  // [s], [rad], [rad]
     constexpr std::size_t kLeastReadings = 20, kLeastWindows = 3;
@@ -409,8 +411,8 @@ std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
 
 std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
                                          ImuCalibration* calibration) {
-  constexpr double kTolerance = 1.1;  // of the range: by so much two sensors of one type may differ
-  // Of the readings, and in number, at least: fewer are errors of their own.
+  constexpr double kTolerance = 1.1;  // of the range: tolerance between two sensors of one type
+  // Minimum share and number of readings beyond the range: fewer are outliers.
   constexpr double kShare = 0.001;
   constexpr std::ptrdiff_t kFewest = 4;
   std::vector<ImuFinding> findings;

@@ -15,7 +15,8 @@ std::string_view TrimmedField(std::string_view text) {
   return text.substr(0, text.find_last_not_of(kImuBlanks) + 1);
 }
 
-// In small letters, without what stands in brackets and without signs before the first name.
+// Returns the heading in lower case, without text in brackets and without signs before the first
+// name.
 std::string PlainHeading(std::string_view heading) {
   std::string plain;
   int depth = 0;
@@ -34,7 +35,7 @@ bool HoldsAny(std::string_view name, std::initializer_list<std::string_view> par
       parts, [name](std::string_view part) { return name.find(part) != std::string_view::npos; });
 }
 
-// 0 to 2 for x to z, which end a name or begin it.
+// Returns 0 to 2 for x to z at the end or the beginning of a name.
 std::optional<std::size_t> AxisOf(std::string_view name) {
   const auto axis = [](char c) -> std::optional<std::size_t> {
     if (c < 'x' || c > 'z') return std::nullopt;
@@ -47,7 +48,7 @@ std::optional<std::size_t> AxisOf(std::string_view name) {
                                                                          : std::nullopt;
 }
 
-// A letter that stands for the quantity: of "wx", "w_x" and "w_rs_s_x", not of "week_x".
+// A letter that stands for the quantity: in "wx", "w_x" and "w_rs_s_x", not in "week_x".
 bool IsSymbol(std::string_view name, char symbol) {
   return name.size() > 1 && name[0] == symbol &&
          (name.size() == 2 || std::isalpha(static_cast<unsigned char>(name[1])) == 0);
@@ -59,7 +60,7 @@ bool IsOfOtherKind(std::string_view name) {
              "noise", "angular_acc", "angularacc", "rotvec", "rotation_vector"});
 }
 
-// What phones compute of the readings, without gravity; of ROS "linear" is no more than a word.
+// Quantities that phones derive from the readings, without gravity; in ROS "linear" is only a word.
 bool IsDerived(std::string_view name) {
   return HoldsAny(name, {"user", "linear"});
 }

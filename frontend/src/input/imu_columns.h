@@ -8,23 +8,23 @@
 
 namespace highwall {
 
-// Where the fields of a reading stand in a line.
+// Columns of the fields of a reading in a line.
 struct ImuColumns {
   std::size_t stamp = 0;
-  std::optional<std::size_t> nanoseconds{};             // of a stamp in two parts, as ROS has it
+  std::optional<std::size_t> nanoseconds{};             // if the stamp has two parts, as in ROS
   std::array<std::size_t, 6> values{1, 2, 3, 4, 5, 6};  // gyroscope x y z, accelerometer x y z
 
-  std::size_t count() const;  // fields that a line must have
+  std::size_t count() const;  // minimum number of fields in a line
 };
 
-// The fields of a line, trimmed: between semicolons where there are any, else between commas, else
-// between blanks.
+// Returns the fields of a line, trimmed: separated by semicolons if there are any, else by commas,
+// else by blanks.
 std::vector<std::string_view> ImuFields(std::string_view line);
 
-// By the names in a heading, of which units in brackets and the sign of a comment are no part:
+// Finds the columns by the names in a heading, ignoring units in brackets and the comment sign:
 // "w_RS_S_x", "gyro_x", "angular_velocity.x" and the like, and "a_RS_S_x", "acc_x",
-// "linear_acceleration.x". Empty where it does not name all six once; the first of several sets
-// that are not of a magnetometer, an orientation, gravity or a covariance counts.
+// "linear_acceleration.x". Empty unless it names all six; of several sets the first one that is not
+// of a magnetometer, an orientation, gravity or a covariance is used.
 std::optional<ImuColumns> FindImuColumns(std::string_view heading);
 
 }  // namespace highwall

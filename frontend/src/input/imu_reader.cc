@@ -24,10 +24,10 @@ namespace {
 
 constexpr std::int64_t kNano = 1'000'000'000;
 
-// So that the difference of two stamps is one.
+// Bound that keeps the difference of two stamps representable.
 constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 2;
 
-// A stamp as it is written, in a unit yet unknown: whole + nano * 1e-9.
+// A stamp as written, in a unit that is not known yet: whole + nano * 1e-9.
 struct RawStamp {
   std::int64_t whole = 0;
   std::int64_t nano = 0;  // in [0, 1e9)
@@ -77,8 +77,8 @@ bool ParseRawStamp(std::string_view text, RawStamp* stamp) {
          fraction.front() != '-' && ParseWhole(std::string_view(fraction), &stamp->nano);
 }
 
-// The number of a field; NaN, which is left out later, where it is empty. Between semicolons commas
-// may be decimal.
+// Parses the number of a field; an empty field becomes NaN, which is left out later. With
+// semicolons as separators, commas may be decimal.
 bool ParseField(std::string_view field, double* value) {
   if (field.empty()) {
     *value = std::numeric_limits<double>::quiet_NaN();
@@ -89,7 +89,8 @@ bool ParseField(std::string_view field, double* value) {
   return ParseWhole(std::string_view(text), value);
 }
 
-// named: by a heading, if it names them; else a line holds no more than the fields of a reading.
+// named: the columns of a heading, if it names them; without it a line must hold exactly the fields
+// of a reading.
 std::vector<std::string_view> FieldsOf(const std::filesystem::path& path, std::int64_t number,
                                        std::string_view line,
                                        const std::optional<ImuColumns>& named) {
@@ -170,7 +171,7 @@ RawRecording ReadLines(const std::filesystem::path& path) {
   return recording;
 }
 
-// Empty where it is too large for a Stamp.
+// Returns nothing if it is too large for a Stamp.
 std::optional<Stamp> Convert(const RawStamp& stamp, const Unit& unit) {
   const std::int64_t limit = kLatest / unit.nanoseconds - 1;
   if (stamp.whole > limit || stamp.whole < -limit) return std::nullopt;
@@ -188,7 +189,7 @@ std::optional<VideoSpan> SpanIn(const RawRecording& recording, const Unit& unit)
   return span;
 }
 
-// The median step between neighbours [units]; 0 for a single reading.
+// Returns the median step between neighbours [units]; 0 for a single reading.
 double MedianStep(const RawRecording& recording) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < recording.readings.size(); ++i) {
@@ -200,7 +201,7 @@ double MedianStep(const RawRecording& recording) {
   return steps.empty() ? 0.0 : UpperMedian(std::move(steps));
 }
 
-// 10 to 10,000 readings a second: three orders of magnitude, the distance of two units.
+// 10 to 10,000 readings per second: three orders of magnitude, the ratio of two units.
 bool IsUsualStep(double step, const Unit& unit) {
   const double seconds = step * static_cast<double>(unit.nanoseconds) * 1e-9;
   return seconds > 1e-4 && seconds <= 0.1;
@@ -210,7 +211,7 @@ std::string Seconds(const VideoSpan& span) {
   return FormatStamp(span.begin) + " to " + FormatStamp(span.end) + " s";
 }
 
-// The unit in which the readings meet the video, of several the one with a usual rate.
+// Returns the unit in which the readings overlap the video; of several the one with a usual rate.
 const Unit& FindUnit(const std::filesystem::path& path, const RawRecording& recording,
                      const VideoSpan& video) {
   const Unit& written = recording.decimal ? kSeconds : kNanoseconds;

@@ -31,7 +31,7 @@ int CeilOf(int a, int b) {
   return (a + b - 1) / b;
 }
 
-// Lengths and symbols of the codes, as Annex C orders them.
+// Lengths and symbols of the codes, in the order of Annex C.
 struct HuffmanTable {
   std::array<int, 16> counts{};
   std::vector<std::uint8_t> symbols;
@@ -41,7 +41,7 @@ struct JpegComponent {
   int id = 0, horizontal = 1, vertical = 1;  // sampling factors
 };
 
-// Bits of the entropy-coded data of one scan; FF 00 stands for FF.
+// Bit reader of the entropy-coded data of one scan; FF 00 stands for FF.
 class JpegBits {
  public:
   explicit JpegBits(JpegBytes data) : data_(data) {}
@@ -75,7 +75,7 @@ class JpegBits {
     }
     return std::nullopt;
   }
-  // To the data behind the next restart marker.
+  // Skips to the data behind the next restart marker.
   bool Restart() {
     left_ = 0;
     if (at_ + 1 >= data_.size() || !IsMarker() || data_[at_ + 1] < kFirstRestart ||
@@ -87,7 +87,7 @@ class JpegBits {
   }
 
  private:
-  // Of a lone FF at the end nothing is known: it is half of the end marker.
+  // A lone FF at the end is ambiguous: it is taken as half of the end marker.
   bool IsMarker() const {
     return data_[at_] == 0xFF && (at_ + 1 == data_.size() || data_[at_ + 1] != 0);
   }
@@ -97,7 +97,7 @@ class JpegBits {
   int byte_ = 0, left_ = 0;
 };
 
-// What of the segments is needed to count the blocks of a sequential picture.
+// Parser of the segments needed to count the blocks of a sequential picture.
 class JpegWalk {
  public:
   explicit JpegWalk(JpegBytes bytes) : bytes_(bytes) {}
@@ -106,7 +106,7 @@ class JpegWalk {
     std::size_t at = 2;
     while (at + 1 < bytes_.size()) {
       const std::uint8_t marker = bytes_[at + 1];
-      if (bytes_[at] != 0xFF || marker == 0xFF) {  // between segments, where decoders pass over it
+      if (bytes_[at] != 0xFF || marker == 0xFF) {  // between segments, where decoders skip it
         ++at;
         continue;
       }
@@ -160,7 +160,7 @@ class JpegWalk {
     }
   }
 
-  // Where the data of a scan end: before the next marker that is none of the scan's own.
+  // Returns the end of the data of a scan: the next marker that does not belong to the scan.
   std::size_t EndOfScan(std::size_t begin, JpegBytes header) {
     std::size_t at = begin;
     while (at + 1 < bytes_.size()) {
@@ -172,7 +172,7 @@ class JpegWalk {
       if (code != 0 && code != 0xFF && !(code >= kFirstRestart && code <= kLastRestart)) return at;
       at += code == 0xFF ? 1 : 2;
     }
-    // Only the last scan of a file without an end marker comes here.
+    // Only the last scan of a file without an end marker reaches this point.
     whole_scan_ = IsWhole(bytes_.subspan(begin), header);
     return bytes_.size();
   }
@@ -180,7 +180,7 @@ class JpegWalk {
   bool IsWhole(JpegBytes data, JpegBytes header) const {
     if (header.empty() || header.size() < 4U + 2U * header[0]) return false;
     if (scanned_ < components_.size()) return false;
-    if (progressive_) return header[3U + 2U * header[0]] >> 4 != 0;  // a scan that refines
+    if (progressive_) return header[3U + 2U * header[0]] >> 4 != 0;  // a refinement scan
     return CountsAllBlocks(data, header);
   }
 
@@ -190,7 +190,7 @@ class JpegWalk {
       most_h = std::max(most_h, component.horizontal);
       most_v = std::max(most_v, component.vertical);
     }
-    // Blocks of a unit, each with its tables of DC and AC.
+    // Blocks of an MCU, each with its DC and AC tables.
     std::vector<std::array<const HuffmanTable*, 2>> unit;
     int units = CeilOf(width_, 8 * most_h) * CeilOf(height_, 8 * most_v);
     for (std::size_t i = 0; i < header[0]; ++i) {
@@ -229,7 +229,7 @@ class JpegWalk {
       const std::optional<int> symbol = bits->Symbol(ac);
       if (!symbol) return false;
       const int zeros = *symbol >> 4, size = *symbol & 15;
-      if (size == 0 && zeros != 15) return true;  // the end of the block
+      if (size == 0 && zeros != 15) return true;  // end of block
       k += zeros;
       if (!bits->Skip(size)) return false;
     }
@@ -237,11 +237,11 @@ class JpegWalk {
   }
 
   JpegBytes bytes_;
-  std::array<std::array<HuffmanTable, 4>, 2> tables_;  // of DC, of AC
+  std::array<std::array<HuffmanTable, 4>, 2> tables_;  // DC, AC
   std::vector<JpegComponent> components_;
   int width_ = 0, height_ = 0;
   std::size_t scanned_ = 0;  // components of all scans so far
-  int restart_ = 0;          // [units] between restart markers; 0: none
+  int restart_ = 0;          // [MCUs] between restart markers; 0: none
   bool progressive_ = false, whole_scan_ = false;
 };
 

@@ -12,14 +12,14 @@
 namespace highwall {
 namespace {
 
-// Metres from metres whose inverse is too large by `offset` [1/m].
+// Corrects a depth [m] whose inverse is too large by `offset` [1/m].
 float Mended(float z, double offset) {
   const double rest = 1.0 - offset * static_cast<double>(z);
   return rest > 0.0 ? static_cast<float>(static_cast<double>(z) / rest) : 0.0F;
 }
 
-// Takes the offset and the pattern [1/m] off the inverse of a row: between the columns of nodes the
-// pattern is linear.
+// Subtracts the offset and the pattern [1/m] from the inverse depths of a row: between the columns
+// of nodes the pattern is linear.
 void MendRow(int v, double offset, const DepthPattern& pattern, cv::Mat* depth) {
   std::array<double, DepthPattern::kColumns> at_nodes{};
   const double step = (depth->cols - 1) / (at_nodes.size() - 1.0);  // [px]

@@ -13,7 +13,7 @@ std::string ThreeDigits(double value) {
   return RoundedText(value, 3);
 }
 
-// The stamps of the images that are in no pair.
+// Returns the stamps of the images that are in no pair.
 std::vector<Stamp> StampsAlone(const std::vector<TumImageFile>& files,
                                std::vector<std::size_t> paired) {
   std::ranges::sort(paired);
@@ -24,7 +24,7 @@ std::vector<Stamp> StampsAlone(const std::vector<TumImageFile>& files,
   return stamps;
 }
 
-// [s] from each of the stamps to the nearest of the others, smallest first; others: sorted, some.
+// Returns [s] from each stamp to the nearest of the others, ascending; others: sorted, not empty.
 std::vector<double> OffsetsToNearest(const std::vector<Stamp>& stamps,
                                      const std::vector<Stamp>& others) {
   std::vector<double> offsets;
@@ -58,9 +58,10 @@ std::string AdviceOnPairs(const std::vector<TumImageFile>& colour,
   const double median = offsets[offsets.size() / 2];
   std::string advice = ": depth is " + ThreeDigits(std::abs(median)) + " s " +
                        (median > 0.0 ? "later" : "earlier") + " in the median; ";
-  constexpr double kOneClock = 0.5;  // [s] Farther apart are clocks, not exposures.
+  // [s]; a larger median indicates different clocks, not exposures
+  constexpr double kOneClock = 0.5;
   if (std::abs(median) > kOneClock) return advice + "write both lists in one clock";
-  // Which nine of ten keep, and not to the digit.
+  // Limit that nine of ten pairs keep, rounded up.
   constexpr double kStep = 0.005;  // [s]
   const std::size_t tenth = offsets.size() / 10;
   const double most =

@@ -9,9 +9,9 @@
 
 namespace highwall {
 
-// ": depth is 0.025 s later in the median; give --max-pair-difference 0.03", or that the clocks
-// differ: of the colour images and the depth images that are in none of the pairs. Empty where
-// depth images are missing, so that no limit would help. Both lists sorted.
+// Returns advice on the colour and depth images that are in none of the pairs: ": depth is 0.025 s
+// later in the median; give --max-pair-difference 0.03", or that the clocks differ. Empty if depth
+// images are missing, so that no limit would help. Both lists must be sorted.
 std::string AdviceOnPairs(const std::vector<TumImageFile>& colour,
                           const std::vector<TumImageFile>& depth,
                           const std::vector<std::pair<std::size_t, std::size_t>>& pairs);

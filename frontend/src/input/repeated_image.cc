@@ -12,16 +12,16 @@ namespace {
 
 constexpr int kPlaces = 80;  // along the longer side
 
-// [grey levels] Mean difference of a repeated image. A recorded image that is coded anew as JPEG of
+// [grey levels] Mean difference of a repeated image. A recorded image that is re-encoded as JPEG of
 // quality 92 or better changes by 0.5 at most; two images with a noise of half a grey level each
-// differ by 0.56, those of a hand that keeps still by 3.
+// differ by 0.56, those of a still hand by 3.
 constexpr double kMaxMean = 0.55;
-// Something that moves before a camera without noise: [grey levels] a difference beyond coding, and
-// the share of places that may have it.
+// Bounds for something that moves before a camera without noise: [grey levels] a difference beyond
+// re-encoding, and the share of positions that may exceed it.
 constexpr int kMaxDifference = 12;
 constexpr double kMaxShare = 0.002;
-// Of the mean difference to the mean of the image's own second differences: noise alone makes it
-// sqrt(2) / sqrt(20) = 0.32; 0.05 with texture in an image that JPEG 92 has coded anew.
+// Ratio of the mean difference to the mean of the image's own second differences: noise alone makes
+// it sqrt(2) / sqrt(20) = 0.32; a textured image re-encoded as JPEG 92 has 0.05.
 constexpr double kMaxRatio = 0.1;
 
 int Grey(const cv::Vec3b& bgr) {

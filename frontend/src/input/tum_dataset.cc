@@ -39,7 +39,7 @@ std::filesystem::path RequireDirectory(const std::filesystem::path& directory) {
   return directory;
 }
 
-// A sample of the measured depths, dense enough for a median.
+// Collects a sample of the measured depths, dense enough for a median.
 void CollectDepths(const cv::Mat& depth, std::vector<float>* depths) {
   constexpr int kStep = 8;
   for (int v = 0; v < depth.rows; v += kStep) {
@@ -171,7 +171,7 @@ void TumDataset::ReadGroundTruth() {
   }
 }
 
-// Looks at a few frames spread over the sequence, and at all of them while none can be used.
+// Loads a few frames spread over the sequence, and all of them as long as none can be used.
 void TumDataset::Probe() {
   constexpr std::size_t kFrames = 5;
   std::vector<float> depths;

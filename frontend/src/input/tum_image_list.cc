@@ -20,13 +20,13 @@
 namespace highwall {
 namespace {
 
-// A line of a list, as it stands there.
+// One entry of a list, unparsed.
 struct ListedImage {
   std::int64_t line = 0;
   std::string stamp, name;
 };
 
-// The next field of the line, cut off its front; empty at the end.
+// Removes the next field from the front of the line and returns it; empty at the end.
 std::string_view NextField(std::string_view* line, std::string_view between) {
   const std::size_t begin = std::min(line->find_first_not_of(between), line->size());
   const std::size_t end = std::min(line->find_first_of(between, begin), line->size());
@@ -35,15 +35,15 @@ std::string_view NextField(std::string_view* line, std::string_view between) {
   return field;
 }
 
-// Behind a stamp there is a blank, or else what the whole line has between its fields: a file name
-// may hold a comma.
+// Returns the separators behind a stamp: blanks, or else the separator of the line, since a file
+// name may contain a comma.
 std::string_view Between(std::string_view behind_stamp) {
   if (behind_stamp.starts_with(',')) return " \t\r,";
   if (behind_stamp.starts_with(';')) return " \t\r;";
   return " \t\r";
 }
 
-// "1,5" with a blank or a semicolon behind it: the rest of a stamp with a decimal comma.
+// Parses "1,5" followed by a blank or a semicolon: the fraction of a stamp with a decimal comma.
 std::string_view DecimalsBehind(std::string_view* line) {
   if (!line->starts_with(',')) return {};
   const std::size_t end = std::min(line->find_first_not_of("0123456789", 1), line->size());
@@ -54,7 +54,8 @@ std::string_view DecimalsBehind(std::string_view* line) {
   return digits;
 }
 
-// A first line of names, without the # that would make it a comment.
+// Returns whether a first line holds column names without a leading #, which would make it a
+// comment.
 bool IsListHeading(std::string_view line) {
   const std::string_view text =
       line.substr(std::min(line.find_first_not_of(" \t\r,;"), line.size()));
@@ -62,7 +63,7 @@ bool IsListHeading(std::string_view line) {
          text.find_first_of("./\\") == std::string_view::npos;  // names no file
 }
 
-// The pairs of stamp and name of each line that is no comment, up to `pairs` of them.
+// Reads up to `pairs` pairs of stamp and name from each line that is no comment.
 std::vector<std::vector<ListedImage>> ReadPairs(const std::filesystem::path& list,
                                                 std::size_t pairs) {
   TextReader text(ReadTextFile(list));
@@ -88,7 +89,7 @@ std::vector<std::vector<ListedImage>> ReadPairs(const std::filesystem::path& lis
   return columns;
 }
 
-// A unit of whole stamps.
+// A unit of integer stamps.
 struct ListUnit {
   const char* name;
   std::int64_t nanoseconds;
@@ -106,7 +107,7 @@ std::optional<std::int64_t> ParseWholeStamp(std::string_view text) {
   return whole && value >= -kLatest && value <= kLatest ? std::optional(value) : std::nullopt;
 }
 
-// The stamps where all are whole numbers, sorted; else nothing.
+// Returns the stamps, sorted, if all are whole numbers; else nothing.
 std::vector<std::int64_t> WholeStamps(const std::vector<ListedImage>& images) {
   std::vector<std::int64_t> values;
   for (const ListedImage& image : images) {
@@ -118,21 +119,21 @@ std::vector<std::int64_t> WholeStamps(const std::vector<ListedImage>& images) {
   return values;
 }
 
-// By the time between two images, which is 5 ms to 5 s in one unit alone; of a single image, by the
-// years since 1970.
+// Determines the unit from the time between two images, which is 5 ms to 5 s in one unit only; for
+// a single image, from the years since 1970.
 const ListUnit& UnitOf(const std::vector<std::int64_t>& stamps) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     if (stamps[i] > stamps[i - 1]) steps.push_back(static_cast<double>(stamps[i] - stamps[i - 1]));
   }
   const double value = steps.empty() ? static_cast<double>(stamps.back()) : UpperMedian(steps);
-  const double limit = steps.empty() ? 1e11 : 5.0;  // the first that is not in seconds
+  const double limit = steps.empty() ? 1e11 : 5.0;  // lowest value that is not in seconds
   if (value < limit) return kListUnits[0];
   const auto larger = static_cast<std::size_t>(std::log10(value / limit) / 3.0);
   return kListUnits[std::min<std::size_t>(1 + larger, 3)];
 }
 
-// Of a list whose stamps are whole numbers in another unit than seconds, with a warning.
+// Returns the unit of a list whose stamps are whole numbers not in seconds, with a warning.
 const ListUnit* FindListUnit(const std::filesystem::path& list,
                              const std::vector<ListedImage>& images,
                              std::vector<std::string>* warnings) {
@@ -140,7 +141,7 @@ const ListUnit* FindListUnit(const std::filesystem::path& list,
   if (stamps.empty()) return nullptr;
   const ListUnit& unit = UnitOf(stamps);
   if (&unit == &kListUnits[0]) return nullptr;
-  // A stamp that is too large for its unit is not one.
+  // A stamp that is too large for its unit is invalid.
   const std::int64_t limit = std::numeric_limits<std::int64_t>::max() / 2 / unit.nanoseconds;
   if (stamps.back() > limit || stamps.front() < -limit) return nullptr;
   warnings->push_back(list.string() + ": its stamps are in " + unit.name +
@@ -148,7 +149,7 @@ const ListUnit* FindListUnit(const std::filesystem::path& list,
   return &unit;
 }
 
-// Under the folder of the list; of a list that Windows wrote, with its back-slashes turned.
+// Returns the path in the folder of the list; back-slashes of a list from Windows are converted.
 std::filesystem::path Located(const std::filesystem::path& list, std::string name) {
   const std::filesystem::path path = list.parent_path() / name;
   std::error_code error;
@@ -157,7 +158,7 @@ std::filesystem::path Located(const std::filesystem::path& list, std::string nam
   return list.parent_path() / name;
 }
 
-// In the order of their stamps, each once.
+// Sorts by stamp and removes duplicates.
 void PutInOrder(const std::filesystem::path& list, const std::vector<ListedImage>& images,
                 std::vector<std::pair<Stamp, std::size_t>>* order,
                 std::vector<std::string>* warnings) {
@@ -180,7 +181,7 @@ void PutInOrder(const std::filesystem::path& list, const std::vector<ListedImage
     ++doubled;
   }
   if (!first) return;
-  // One in ten is a slip of the recorder, more are stamps that tell images no longer apart.
+  // One in ten is a glitch of the recorder; more means that stamps no longer distinguish images.
   if (doubled > std::max<std::size_t>(1, order->size() / 10)) {
     throw IoError(list, images[*first].line,
                   "stamp " + images[*first].stamp + " is there twice, one of " +

@@ -7,7 +7,7 @@
 namespace highwall {
 namespace {
 
-// New ids by the old ones.
+// New ids by old id.
 using Submaps = std::map<SubmapId, SubmapId>;
 using KeyFrames = std::unordered_map<KeyFrameId, KeyFrameId>;
 
@@ -16,7 +16,7 @@ Submaps AddSubmaps(const Map& other, Map* map) {
   for (const KeyFrameId id : other.keyframe_ids()) submaps[other.keyframe(id)->submap] = kNoId;
   for (auto& [old, added] : submaps) {
     added = map->AddSubmap();
-    // The first keyframe of a world is never removed, so that its root is among them, and older.
+    // The first keyframe of a world is never removed, so the root is among them, and older.
     map->Join(submaps.at(other.Root(old)), added);
     if (other.Root(old) == old) map->SetGravity(other.gravity_W(old), added);
   }
@@ -31,7 +31,7 @@ void Observe(const std::vector<Observation>& observations, const KeyFrames& keyf
   }
 }
 
-// Frames stay apart even where they are the same: each map has found its own.
+// Frames remain separate even if they are the same: each map has its own estimate of T_FW.
 void AddFactors(const Map& other, const Submaps& submaps, const KeyFrames& keyframes, Map* map) {
   std::map<ReferenceFrameId, ReferenceFrameId> frames;
   for (const ReferenceFrameId id : other.factors().frames()) {
@@ -50,7 +50,7 @@ void AddFactors(const Map& other, const Submaps& submaps, const KeyFrames& keyfr
   }
 }
 
-// landmark: of another map. Takes over all but who sees it.
+// landmark: of another map. Copies everything but its observations.
 template <class Landmark>
 void Copy(const Landmark& landmark, Landmark& added) {
   const auto id = added.id;
@@ -77,7 +77,7 @@ std::vector<KeyFrameId> AddMap(const Map& other, Map* map) {
     const MapPoint& old = *other.point(id);
     MapPoint& point = map->AddPoint(old.p_W, old.first_frame);
     Copy(old, point);
-    point.patch.reset();  // tells of a keyframe by its old number
+    point.patch.reset();  // refers to a keyframe by its old id
     Observe(old.observations, keyframes, point.id, &Map::ObservePoint, map);
   }
   for (const LineId id : other.line_ids()) {

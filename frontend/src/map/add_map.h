@@ -6,9 +6,9 @@
 
 namespace highwall {
 
-// Puts keyframes and landmarks of another map beside those of this one: ids are given anew, in
-// their order, and its submaps remain apart or joined as they are, in worlds of their own. The
-// motion that an IMU told is left behind. Returns the new ids of its keyframes, in their order.
+// Adds keyframes and landmarks of another map next to those of this one: they get new ids, in their
+// order, and its submaps remain separate or merged as they are, in worlds of their own. The motion
+// estimated with an IMU is not copied. Returns the new ids of its keyframes, in their order.
 std::vector<KeyFrameId> AddMap(const Map& other, Map* map);
 
 }  // namespace highwall

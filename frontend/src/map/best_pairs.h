@@ -7,7 +7,7 @@
 
 namespace highwall {
 
-// The most alike of what may be the partner of one feature, and how near the next comes.
+// The most similar candidate for one feature, and the distance of the second best.
 class BestPartner {
  public:
   void Offer(int feature, int hamming) {
@@ -19,12 +19,13 @@ class BestPartner {
       second_ = hamming;
     }
   }
-  // An offer of `hamming` or more changes nothing.
+  // Offering `hamming` at or above this value has no effect.
   int second() const { return second_; }
   int hamming() const { return hamming_; }
   int feature() const { return feature_; }
 
-  // Alike, and no other comes near. max_hamming [bit]; ratio: best against second best.
+  // Returns whether the best is similar and unambiguous. max_hamming [bit]; ratio: best against
+  // second best.
   bool IsClear(int max_hamming, double ratio) const {
     return feature_ >= 0 && hamming_ <= max_hamming &&
            (second_ == kNone || hamming_ < ratio * second_);
@@ -37,8 +38,8 @@ class BestPartner {
   int hamming_ = kNone, second_ = kNone;
 };
 
-// Pairs (feature of a, feature of b), each feature once: of several of a that take the same one of
-// b the most alike has it, of equals the first that came.
+// Pairs (feature of a, feature of b), each feature once: of several features of a with the same
+// partner the most similar is kept, of equal ones the first.
 class BestPairs {
  public:
   explicit BestPairs(std::size_t features_b) : owners_(features_b) {}
@@ -48,7 +49,7 @@ class BestPairs {
     if (partner.hamming() < owner.hamming) owner = {feature_a, partner.hamming()};
   }
 
-  // Ascending features of b.
+  // Sorted by feature of b.
   std::vector<std::pair<int, int>> Pairs() const {
     std::vector<std::pair<int, int>> pairs;
     for (std::size_t j = 0; j < owners_.size(); ++j) {

@@ -10,19 +10,19 @@
 
 namespace highwall {
 
-// A MapFactor as a factor on the poses of the keyframes that carry its bodies.
+// A MapFactor as a factor on the poses of the keyframes to which its bodies are anchored.
 //
-//   T_WB = T_WX T_XB, per body, with T_XB as it is carried
+//   T_WB = T_WX T_XB, per body, with T_XB as anchored
 //
-// Blocks: T_WX (7, PoseManifold) of each of keyframes(), then those of the cost beyond its bodies
-// as they are. Two bodies that hang on one keyframe share its block.
+// Blocks: T_WX (7, PoseManifold) of each of keyframes(), then the remaining blocks of the cost
+// unchanged. Two bodies anchored to one keyframe share its block.
 class CarriedCost final : public ceres::CostFunction {
  public:
-  // T_XC: of the camera of a keyframe, in the frame X whose poses are the variables: the body in an
-  // adjustment, the camera itself in a pose graph.
+  // T_XC: camera pose of a keyframe in the frame X whose poses are the variables: the body in a
+  // bundle adjustment, the camera itself in a pose graph.
   CarriedCost(const MapFactor& factor, const Pose& T_XC);
 
-  // By block.
+  // One per block.
   const std::vector<KeyFrameId>& keyframes() const { return keyframes_; }
 
   bool Evaluate(double const* const* parameters, double* residuals,
@@ -34,7 +34,7 @@ class CarriedCost final : public ceres::CostFunction {
     Pose T_XB;
   };
 
-  // Adds the Jacobian of a body's pose (ambient, as the cost gives it) to that of its keyframe's.
+  // Adds the Jacobian of a body's pose (ambient, as from the cost) to that of its keyframe's pose.
   void Chain(const Body& body, const double* T_WX, const double* T_WB, const double* of_body,
              double* of_keyframe) const;
 
@@ -43,12 +43,13 @@ class CarriedCost final : public ceres::CostFunction {
   std::vector<KeyFrameId> keyframes_;
 };
 
-// The factors that tell something in a world: all bodies hang on keyframes of it, and where their
-// frame lies in it is known. A single pose in no frame is one of the first submap's world.
+// Returns the factors that constrain a world: all bodies are anchored to keyframes of it, and the
+// pose of their frame in it is known. A single pose without a frame belongs to the first submap's
+// world.
 std::vector<const MapFactor*> FactorsIn(const Map& map, SubmapId submap);
 
-// [rad] How far from its z axis up is in a world, where gravity is known; where it is not, W is as
-// level as somebody holds a camera.
+// Returns the standard deviation [rad] between up and the z axis of a world if gravity is known;
+// otherwise that of a hand-held camera, by which W was aligned.
 double UprightSigma(const Map& map, SubmapId submap);
 
 }  // namespace highwall

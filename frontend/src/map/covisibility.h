@@ -7,11 +7,11 @@
 
 namespace highwall {
 
-// The keyframes that share most landmarks with `centre`, at least min_shared, most first: `most` of
-// them at most.
+// Returns the keyframes that share most landmarks with `centre`, at least min_shared, most first;
+// at most `most` of them.
 std::vector<KeyFrameId> Neighbours(const Map& map, KeyFrameId centre, int min_shared, int most);
 
-// The same behind `centre` itself.
+// The same with `centre` itself in front.
 std::vector<KeyFrameId> WithNeighbours(const Map& map, KeyFrameId centre, int min_shared, int most);
 
 }  // namespace highwall

@@ -13,9 +13,9 @@
 namespace highwall {
 namespace {
 
-constexpr double kMinOverlap = 0.5;  // of the shorter of the two pieces of a line that were seen
+constexpr double kMinOverlap = 0.5;  // of the shorter of the two observed pieces of a line
 
-// A segment of b: along, and across its line as a row on (u, v, 1) [px].
+// A segment of b: its direction, and its line as a row on (u, v, 1) [px].
 struct ImageLine {
   ImageLine(const LineSegment& segment, double sigma_px)
       : s(segment.s.cast<double>()),
@@ -30,7 +30,7 @@ struct ImageLine {
   Eigen::Vector3d across;
 };
 
-// Where b sees the ends of a's segments, from infinitely far to min_depth.
+// Epipolar paths of the ends of a's segments in b, from infinite depth to min_depth.
 class EndWays {
  public:
   EndWays(const MeasurementModel& model, const Pose& T_BA) : camera_(model.camera()) {
@@ -39,14 +39,14 @@ class EndWays {
     shift_ = K_ * T_BA.p() / model.projection().min_depth();
   }
 
-  // Where b's line crosses that way [px along it]; empty where it does not come as near as bound
-  // [px], or runs along it.
+  // Returns where b's line crosses the path [px along the line]; empty if it does not come within
+  // bound [px], or is parallel to the path.
   std::optional<double> Crossing(const Eigen::Vector2f& end, const ImageLine& line,
                                  double bound) const {
     const Eigen::Vector3d far = KR_ * camera_.Unproject(end.cast<double>(), 1.0);
     const double at_far = line.across.dot(far), change = line.across.dot(shift_);
     if (std::abs(change) <= bound) return std::nullopt;
-    const double share = std::clamp(-at_far / change, 0.0, 1.0);  // of the nearest inverse depth
+    const double share = std::clamp(-at_far / change, 0.0, 1.0);  // of the largest inverse depth
     const Eigen::Vector3d seen = far + share * shift_;
     if (!(seen.z() > 0.0)) return std::nullopt;
     if (std::abs(line.across.dot(seen)) > bound * seen.z()) return std::nullopt;
@@ -59,7 +59,7 @@ class EndWays {
   Eigen::Vector3d shift_;
 };
 
-// May the segment of a be a part of b's line?
+// Returns whether the segment of a may be part of b's line.
 bool MayBeOne(const EndWays& ways, const LineSegment& a, const ImageLine& b, double bound) {
   const auto s = ways.Crossing(a.s, b, bound), e = ways.Crossing(a.e, b, bound);
   if (!s || !e || *e <= *s) return false;

@@ -11,7 +11,7 @@
 namespace highwall {
 namespace {
 
-// The line in b's image [px], of unit normal, on which what is along the ray of `uv` is seen.
+// The epipolar line in b's image [px], with unit normal, of the ray of `uv`.
 class EpipolarLines {
  public:
   EpipolarLines(const PinholeCamera& camera, const Pose& T_BA) : camera_(camera) {
@@ -21,7 +21,7 @@ class EpipolarLines {
     essential_ = across * T_BA.R();
   }
 
-  // Empty where the ray goes through b's camera.
+  // Empty if the ray passes through b's camera.
   std::optional<Eigen::Vector3d> Of(const Eigen::Vector2d& uv) const {
     const Eigen::Vector3d l = essential_ * camera_.Unproject(uv, 1.0);
     const Eigen::Vector3d line(
@@ -37,7 +37,7 @@ class EpipolarLines {
   Eigen::Matrix3d essential_;
 };
 
-// A corner of b that is wanted.
+// A corner of b to be matched.
 struct Candidate {
   int index = 0;
   int octave = 0;
@@ -78,7 +78,7 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
     for (const Candidate& to : candidates) {
       if (std::abs(to.octave - from.octave) > 1) continue;
       const double distance = std::abs(line->head<2>().dot(to.uv) + line->z());
-      // The root of squares is below the sum: most are told by that.
+      // The root of the sum of squares is below the sum: this test rejects most without it.
       if (distance > bound * (sigma + to.sigma)) continue;
       if (distance > bound * std::hypot(sigma, to.sigma)) continue;
       best.Offer(to.index, HammingDistance(descriptor, b.features.point_descriptors.ptr(to.index)));

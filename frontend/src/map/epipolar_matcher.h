@@ -9,14 +9,14 @@
 
 namespace highwall {
 
-// A frame's features and which of them look for a partner, one flag each.
+// A frame's features and flags of those to be matched.
 struct EpipolarView {
   const FrameFeatures& features;
   const Pose& T_WC;
   const std::vector<bool>& wanted;
 };
 
-// [m] between two views, below which they have no epipolar lines.
+// [m] baseline below which two views have no epipolar geometry.
 inline constexpr double kNoBaseline = 1e-6;
 
 struct EpipolarMatchOptions {
@@ -25,10 +25,10 @@ struct EpipolarMatchOptions {
   double chi2 = 3.841;   // > 0: of the distance from the line
 };
 
-// Pairs (feature of a, feature of b) of corners that may be one point whose distance nobody knows:
-// alike, of neighbouring levels, and b's on the line on which all points along a's ray are seen,
-// where no other comes near in likeness. Of several of a that take the same one of b the most alike
-// has it. Empty where the two cameras are at one place.
+// Returns pairs (feature of a, feature of b) of corners that may be one point of unknown depth:
+// similar, of neighbouring levels, b's on the epipolar line of a's, and unambiguous. Of several
+// corners of a with the same partner the most similar is kept. Empty if the two cameras are at the
+// same position.
 std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, const EpipolarView& a,
                                                const EpipolarView& b,
                                                const EpipolarMatchOptions& options);

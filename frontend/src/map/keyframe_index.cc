@@ -17,8 +17,9 @@ constexpr int kDescriptorBits = 256, kKeyBits = 16, kSignatureBits = 32;
 static_assert((kDescriptorBits - kSignatureBits) / kKeyBits - 2 == 12,
               "as many as KeyFrameIndexOptions::tables may be");
 
-// Which bits of a descriptor make its signature, and behind them the keys: neighbouring bits are of
-// neighbouring tests and say alike, so they are drawn at random, the same on every run.
+// Returns which bits of a descriptor make its signature, and behind them the keys: neighbouring
+// bits come from neighbouring tests and are correlated, so the bits are drawn at random, the same
+// on every run.
 std::array<std::uint8_t, kDescriptorBits> DrawBits() {
   std::array<std::uint8_t, kDescriptorBits> bits{};
   std::iota(bits.begin(), bits.end(), std::uint8_t{0});
@@ -27,7 +28,7 @@ std::array<std::uint8_t, kDescriptorBits> DrawBits() {
   return bits;
 }
 
-// Bits [first, first + count) of the drawn ones.
+// Returns bits [first, first + count) of the drawn ones.
 std::uint32_t Sample(const std::uint8_t* descriptor, int first, int count) {
   static const std::array<std::uint8_t, kDescriptorBits> kBits = DrawBits();
   std::uint32_t sample = 0;
@@ -46,8 +47,8 @@ std::uint32_t Key(const std::uint8_t* descriptor, std::size_t table) {
   return Sample(descriptor, kSignatureBits + kKeyBits * static_cast<int>(table), kKeyBits);
 }
 
-// Appends to `alike` the keyframes of a bucket whose signature is near and whose last voter is not
-// `voter`, who then is. Clones: counting bits is what a query spends its time on.
+// Appends to `alike` the keyframes of a bucket whose signature is similar and whose last voter is
+// not `voter`, and makes `voter` their last. Clones: queries spend their time on counting bits.
 HIGHWALL_TARGET_CLONES("popcnt", "default")
 void AppendAlike(const std::vector<DescriptorTables::Posting>& bucket, std::uint32_t signature,
                  int max_bits, int voter, std::vector<int>* last_voter,
@@ -79,7 +80,7 @@ void DescriptorTables::Remove(KeyFrameId keyframe, const cv::Mat& descriptors) {
   for (int i = 0; i < descriptors.rows; ++i) {
     for (std::size_t t = 0; t < tables_.size(); ++t) {
       const auto bucket = tables_[t].find(Key(descriptors.ptr(i), t));
-      if (bucket == tables_[t].end()) continue;  // two alike descriptors of the keyframe
+      if (bucket == tables_[t].end()) continue;  // two similar descriptors of the keyframe
       std::erase_if(bucket->second, [&](const Posting& p) { return p.keyframe == keyframe; });
       if (bucket->second.empty()) tables_[t].erase(bucket);
     }
@@ -89,7 +90,7 @@ void DescriptorTables::Remove(KeyFrameId keyframe, const cv::Mat& descriptors) {
 double DescriptorTables::Vote(const cv::Mat& descriptors, int max_signature_bits, double weight,
                               std::size_t keyframes, std::vector<double>* votes) const {
   const double most = std::log(static_cast<double>(keyframes + 1));
-  std::vector<int> last_voter(votes->size(), -1);  // a descriptor votes once for a keyframe
+  std::vector<int> last_voter(votes->size(), -1);  // a descriptor votes once per keyframe
   std::vector<KeyFrameId> alike;
   for (int i = 0; i < descriptors.rows; ++i) {
     const std::uint8_t* const descriptor = descriptors.ptr(i);

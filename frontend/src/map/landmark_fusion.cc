@@ -20,7 +20,7 @@ void Add(KeyFrameId keyframe, const std::vector<std::pair<int, LandmarkId>>& mat
   }
 }
 
-// Turns around those whose first is observed as often as the second, or more often.
+// Swaps the pairs whose first landmark has at least as many observations as the second.
 void KeepMoreObserved(const Map& map, std::vector<std::pair<PointId, PointId>>* merged) {
   for (auto& [from, into] : *merged) {
     if (map.point(from)->observations.size() >= map.point(into)->observations.size()) {

@@ -11,7 +11,7 @@
 
 namespace highwall {
 
-// Which landmarks turned out to be one, and what keyframes observe besides.
+// Landmarks recognized as identical, and new observations.
 struct MapFusion {
   template <class LandmarkId>
   struct Found {
@@ -27,25 +27,26 @@ struct MapFusion {
   void Append(const MapFusion& more);
 };
 
-// What it means that features of the keyframe are these landmarks: one that observed another
-// landmark merges that into this, one that observed none observes this.
+// Returns the fusion implied by matches of features of the keyframe: a feature that observed
+// another landmark merges that into the matched one, one that observed none observes the matched
+// one.
 MapFusion FusionOf(const KeyFrame& keyframe, const PointMatches& points, const LineMatches& lines);
 
-// Merges and adds observations; what is no more is passed over.
+// Merges landmarks and adds observations; skips those that no longer exist.
 void Apply(const MapFusion& fusion, Map* map);
 
 struct FusionOptions {
-  InlierBounds inliers{};  // of a point's reading, depth included
-  // Of two points that are one, the one with more observations stays; else the one that is looked
-  // for does.
+  InlierBounds inliers{};  // of a point's observation, including depth
+  // Of two identical points, keep the one with more observations; otherwise the one that was
+  // searched.
   bool keep_more_observed = false;
-  // Features that observe a line take part, and their line merges with the one that is found.
+  // Features that observe a line are included, and their line is merged with the matched one.
   bool merge_lines = true;
 };
 
-// Looks for landmarks among the features of a keyframe by projection, and makes one in the map what
-// is one. Features that observe a point take part: two landmarks on one feature are one landmark.
-// Returns what was done.
+// Searches landmarks among the features of a keyframe by projection and merges identical ones in
+// the map. Features that observe a point are included: two landmarks on one feature are identical.
+// Returns the applied fusion.
 MapFusion FuseLandmarks(KeyFrameId keyframe, std::span<const PointId> points,
                         std::span<const LineId> lines, const MapMatcher& matcher,
                         const FusionOptions& options, Map* map);

@@ -21,7 +21,7 @@ bool Sees(const std::vector<Observation>& observations, KeyFrameId keyframe) {
                      [&](const Observation& o) { return o.keyframe == keyframe; });
 }
 
-// Per feature of a keyframe, the landmark that it observes. Points and lines differ in these alone.
+// Landmark observed by each feature of a keyframe. Points and lines differ only in these.
 template <class Landmark>
 using Slots = std::vector<decltype(Landmark::id)>;
 
@@ -52,7 +52,7 @@ int Hamming(const BinaryDescriptor256& a, const BinaryDescriptor256& b) {
   return HammingDistance(a.data(), b.data());
 }
 
-// The descriptor with the least median distance to the others.
+// Returns the descriptor with the smallest median distance to the others.
 BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descriptors) {
   std::size_t best = 0;
   int best_median = std::numeric_limits<int>::max();
@@ -70,8 +70,9 @@ BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descript
   return descriptors[best];
 }
 
-// landmarks_of: the points or the lines of a keyframe. Ids are marked, not sorted: each is seen by
-// many keyframes, and a byte for every id between the first and the last is cheap up to millions.
+// landmarks_of: the points or the lines of a keyframe. Ids are marked instead of sorted: each is
+// seen by many keyframes, and one byte per id between the first and the last is cheap up to
+// millions.
 template <class LandmarkId>
 std::vector<LandmarkId> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
                                std::span<const LandmarkId> except,
@@ -159,7 +160,7 @@ Map Map::CloneOf(std::span<const KeyFrameId> keyframes) const {
 }
 
 KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap_id) {
-  (void)submap(submap_id);  // there is one
+  (void)submap(submap_id);  // throws if there is none
   KeyFrame& keyframe = keyframes_.Add();
   keyframe.submap = submap_id;
   Submap& made_in = submaps_[submap_id.index()];
@@ -311,7 +312,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
 
 KeyFrame* Map::Successor(KeyFrameId id) {
   if (id == kNoId) return nullptr;
-  // Ids ascend with time: it is the next one alive, or none is.
+  // Ids ascend with time: only the next active keyframe can be the successor.
   for (KeyFrameId i = id; ++i < keyframes_.end_id();) {
     KeyFrame* next = keyframes_.Find(i);
     if (next != nullptr) return next->motion && next->motion->previous == id ? next : nullptr;
@@ -374,7 +375,7 @@ void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {
   p->descriptor = MostCentral(descriptors);
   p->normal_W = normal.normalized();
 
-  // The latest observation says at which distance the corner fills which pyramid level.
+  // The latest observation determines the distance at which the corner matches a pyramid level.
   const Observation& last = p->observations.back();
   const KeyFrame& kf = *keyframe(last.keyframe);
   const double distance = (p->p_W - kf.T_WC.p()).norm();

@@ -15,7 +15,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/map/map_ids.h>
 
-// How the content of a map file is written and read: docs/map_file.md.
+// Encoding of the content of a map file: docs/map_file.md.
 namespace highwall {
 
 // Appends values to the content of a file.
@@ -35,7 +35,7 @@ class MapWriter {
   std::string content_;
 };
 
-// Takes values from the content of a file, in the same order.
+// Reads values from the content of a file, in the same order.
 class MapReader {
  public:
   MapReader(const std::filesystem::path& path, const char* data, std::size_t size)
@@ -68,7 +68,7 @@ class MapReader {
     Bytes(text.data(), text.size());
     return text;
   }
-  // Of things that take at least `bytes` each.
+  // Reads the number of elements that take at least `bytes` each.
   std::uint32_t Count(std::size_t bytes) {
     std::uint32_t count = 0;
     (*this)(count);
@@ -86,10 +86,10 @@ class MapReader {
   const char* end_;
 };
 
-// Bounds of what is believed, so that what was loaded can be used: beyond any image and any place
-// on Earth [px, m], and squares and products are still numbers.
+// Bounds of plausible values, so that a loaded map can be used: beyond any image and any position
+// on Earth [px, m], while squares and products remain finite.
 inline constexpr double kLargest = 1e9, kSmallest = 1e-9;
-inline constexpr double kUnitRounding = 1e-6;  // of what has unit length
+inline constexpr double kUnitRounding = 1e-6;  // of unit vectors
 
 template <class T>
 bool IsBetween(T low, T value, T high) {
@@ -101,7 +101,7 @@ bool IsBounded(const Matrix& matrix) {
   return (matrix.array().abs() <= static_cast<typename Matrix::Scalar>(kLargest)).all();
 }
 
-// The entries of a matrix, for both directions.
+// Reads or writes the entries of a matrix.
 template <class Archive, class Matrix>
 void Doubles(Archive& archive, Matrix& matrix) {
   archive.Bytes(matrix.data(), sizeof(*matrix.data()) * static_cast<std::size_t>(matrix.size()));
@@ -111,7 +111,8 @@ inline void WritePose(MapWriter& writer, const Pose& pose) {
   writer.Bytes(pose.data(), sizeof(double) * Pose::kSize);
 }
 
-// As it was stored, which may only be a rounding away from a unit quaternion. what: the message.
+// Reads the pose unchanged; its quaternion may deviate from unit length by rounding. what: the
+// message.
 inline Pose ReadPose(MapReader& reader, const char* what) {
   std::array<double, Pose::kSize> block;
   reader.Bytes(block.data(), sizeof(block));

@@ -12,18 +12,19 @@
 namespace highwall {
 namespace {
 
-// 0 where there is no loss; empty for one of another kind.
+// Returns the Huber width, 0 without a loss; empty for another kind of loss.
 std::optional<double> HuberOf(const ceres::LossFunction* loss) {
   if (loss == nullptr) return 0.0;
   if (dynamic_cast<const ceres::HuberLoss*>(loss) == nullptr) return std::nullopt;
-  // Ceres does not tell: far out its slope is the width over the root of s, here a power of two.
+  // Ceres has no getter: for large s the slope is the width over the root of s, here a power of
+  // two.
   constexpr double kRoot = 0x1p60;
   double rho[3];
   loss->Evaluate(kRoot * kRoot, rho);
   return rho[1] * kRoot;
 }
 
-// What no place on Earth is measured with would be refused where it is read.
+// Implausible values would be rejected when the file is read.
 bool AreBelievable(const Eigen::Vector3d& p_G, const Eigen::Vector3d& lever_arm,
                    const Eigen::Matrix3d& sqrt_information, double huber) {
   return IsBounded(p_G) && IsBounded(lever_arm) && IsBounded(sqrt_information) &&

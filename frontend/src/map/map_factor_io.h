@@ -8,20 +8,20 @@
 
 #include "map/map_archive.h"
 
-// Factors of the user's in map files: those of positions, and the frames they are measured in.
+// User factors in map files: those of positions, and their reference frames.
 namespace highwall {
 
-// A PositionFactor without a loss or with ceres::HuberLoss: of any other the file would have to
-// know its code.
+// Returns whether it is a PositionFactor without a loss or with ceres::HuberLoss: the file cannot
+// contain the code of any other.
 bool CanWrite(const MapFactor& factor);
 
-// Those that can be written. submaps, keyframes: their places in the file.
+// Writes the factors for which CanWrite() holds. submaps, keyframes: their indices in the file.
 void WriteFactors(MapWriter& writer, const Map& map,
                   const std::map<SubmapId, std::int32_t>& submaps,
                   const std::unordered_map<KeyFrameId, std::int32_t>& keyframes);
 
-// Of a map that has its `submaps` submaps and its keyframes. Throws IoError, and InvalidArgument
-// where a factor refuses its numbers.
+// Reads the factors into a map that has its `submaps` submaps and its keyframes. Throws IoError,
+// and InvalidArgument if a factor rejects its values.
 void ReadFactors(MapReader& reader, std::uint32_t submaps, Map* map);
 
 }  // namespace highwall

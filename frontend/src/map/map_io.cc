@@ -35,20 +35,20 @@ static_assert(std::endian::native == std::endian::little, "map files are little-
 
 constexpr std::array<char, 8> kMagic = {'H', 'W', 'M', 'A', 'P', '\r', '\n', '\x1a'};
 constexpr std::uint32_t kVersion = 5;
-// Older ones are read as well: what they lack is not known, and their points are ORB's.
+// Older versions are read as well: missing values are unknown, and their points are ORB.
 constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3;
-// The kind of points, the noise of features, the factors of the user's.
+// Since version 4: the kind of points, the noise of features, the user factors.
 constexpr std::uint32_t kFirstWithKind = 4;
-// Which corners were refined.
+// Since version 5: which corners were refined.
 constexpr std::uint32_t kFirstWithRefined = 5;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
-// Bounds of what is believed.
-constexpr int kLargestImage = 1 << 14;                             // [px]
-constexpr int kMostOctaves = 16;                                   // OrbExtractorOptions::levels
-constexpr std::int64_t kLatest = std::int64_t{1} << 62;            // differences are still numbers
-constexpr std::int32_t kMostObservations = std::int32_t{1} << 30;  // counting goes on from here
+// Bounds of plausible values.
+constexpr int kLargestImage = 1 << 14;                   // [px]
+constexpr int kMostOctaves = 16;                         // PyramidOptions::levels
+constexpr std::int64_t kLatest = std::int64_t{1} << 62;  // differences remain representable
+constexpr std::int32_t kMostObservations = std::int32_t{1} << 30;  // leaves room for counting
 
 void Check(const MapReader& reader, const PinholeCamera& camera) {
   camera.Validate();
@@ -69,7 +69,7 @@ void Check(const MapReader& reader, const PointFeature& point) {
 }
 
 void Check(const MapReader& reader, const LineFeature& line) {
-  // An image line of less than a pixel has no direction; its factors refuse it.
+  // An image line of less than a pixel has no direction; its factors reject it.
   reader.Require(IsBounded(line.segment.s) && IsBounded(line.segment.e) &&
                      (line.segment.e - line.segment.s).cast<double>().norm() >= 1.0,
                  "a line's ends in its image are one");
@@ -104,13 +104,13 @@ void Check(const MapReader& reader, const MapPoint& point) {
 
 void Check(const MapReader& reader, const MapLine& line) {
   const Eigen::Vector3d p = line.segment_W.p(), q = line.segment_W.q();
-  // What PluckerLine::FromPoints wants.
+  // Requirement of PluckerLine::FromPoints.
   reader.Require(IsBounded(p) && IsBounded(q) && (q - p).norm() > kSmallest,
                  "a line's ends are one, or nowhere");
   CheckCounts(reader, line);
 }
 
-// Each type's fields, for both directions.
+// Fields of each type, for reading and writing.
 template <class Archive, class Camera>
 void Fields(Archive& archive,
             Camera& camera) requires std::is_same_v<std::remove_const_t<Camera>, PinholeCamera> {
@@ -252,7 +252,7 @@ std::shared_ptr<FrameFeatures> ReadFeatures(MapReader& reader, const PinholeCame
   return features;
 }
 
-// What a keyframe is held against where another map may show its place.
+// Writes the reference against which another map of the same place is checked.
 void WriteEvidence(MapWriter& writer, const KeyFrame& keyframe) {
   const cv::Mat& grid = keyframe.depth_grid;
   writer(keyframe.found);
@@ -262,7 +262,7 @@ void WriteEvidence(MapWriter& writer, const KeyFrame& keyframe) {
   }
 }
 
-// size: of the grid of depth, in cells.
+// size: of the depth grid, in cells.
 double ReadEvidence(MapReader& reader, const cv::Size& size, FrameFeatures& features) {
   double found = 0.0;
   reader(found);
@@ -320,8 +320,8 @@ void WriteLandmark(MapWriter& writer, const Landmark& landmark,
   }
 }
 
-// Fills a landmark that the map made, and ties it to the keyframes that see it. slots: of the
-// features of a keyframe; observe: of the map.
+// Fills a landmark created by the map, and adds its observations. slots: number of features of a
+// keyframe; observe: method of the map.
 template <class Landmark, class Slots, class Observe>
 void ReadLandmark(MapReader& reader, Landmark& landmark, const Map& map, const Slots& slots,
                   const Observe& observe) {
@@ -341,7 +341,7 @@ void ReadLandmark(MapReader& reader, Landmark& landmark, const Map& map, const S
   }
 }
 
-// Those that have keyframes, in their order; each is written by its rank.
+// Writes the submaps that have keyframes, in their order; each is identified by its rank.
 std::map<SubmapId, std::int32_t> WriteSubmaps(MapWriter& writer, const Map& map) {
   std::map<SubmapId, std::int32_t> ranks;
   for (const KeyFrameId id : map.keyframe_ids()) ranks.emplace(map.keyframe(id)->submap, 0);
@@ -349,7 +349,7 @@ std::map<SubmapId, std::int32_t> WriteSubmaps(MapWriter& writer, const Map& map)
   for (auto& [submap, rank] : ranks) rank = next++;
   writer(static_cast<std::uint32_t>(ranks.size()));
   for (const auto& [submap, rank] : ranks) {
-    // The origin of a world is never removed, so that its root is among them.
+    // The origin of a world is never removed, so the root is among them.
     writer(ranks.at(map.Root(submap)));
     const auto& gravity_W = map.gravity_W(submap);
     writer(gravity_W.has_value());
@@ -358,7 +358,7 @@ std::map<SubmapId, std::int32_t> WriteSubmaps(MapWriter& writer, const Map& map)
   return ranks;
 }
 
-// Returns how many there are.
+// Returns their number.
 std::uint32_t ReadSubmaps(MapReader& reader, Map& map) {
   const std::uint32_t count = reader.Count(5);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -505,7 +505,7 @@ SavedMap LoadMap(const std::filesystem::path& path) {
   MapReader reader(path, content, size);
   try {
     return Decode(reader, version);
-  } catch (const InvalidArgument& e) {  // the camera, the kind of its points
+  } catch (const InvalidArgument& e) {  // invalid camera or kind of points
     throw IoError(path, std::string("is damaged: ") + e.what());
   }
 }

@@ -60,13 +60,13 @@ PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& 
     const Eigen::Vector2d uv = model_.camera().Project(p_C);
     if (!model_.camera().Contains(uv)) continue;
     const double distance = p_C.norm();
-    // The pyramid covers the range; a level more on either side still matches.
+    // The pyramid covers the range; one more level on either side still matches.
     const double slack = model_.pyramid().scale_factor;
     if (distance < point->min_distance / slack || distance > point->max_distance * slack) continue;
     const double cosine = (point->p_W - T_WC.p()).dot(point->normal_W) / distance;
     if (cosine < options().min_view_cosine) continue;
     const int octave = PredictOctave(*point, distance);
-    // Seen head-on a point falls nearer to its prediction than seen from the side.
+    // At a similar viewing angle a point lies nearer to its prediction than in an oblique view.
     const double radius = options().map_radius * (cosine > 0.998 ? 0.625 : 1.0);
     projections.push_back({.id = id,
                            .uv = uv,

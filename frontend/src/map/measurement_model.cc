@@ -12,9 +12,9 @@ Eigen::Vector2d End(const Eigen::Vector2f& end) {
   return end.cast<double>();
 }
 
-// False for a segment that the virtual right camera sees end-on, as a dot.
+// Returns false for a segment that the virtual right camera sees end-on, as a dot.
 bool HasDirectionFromTheRight(const RgbdSegment& segment) {
-  constexpr double kMinLength = 1.0;  // [px] as SegmentRows needs it
+  constexpr double kMinLength = 1.0;  // [px] required by SegmentRows
   const Eigen::Vector3d d = segment.e - segment.s;
   return std::hypot(d.x() - d.z(), d.y()) >= kMinLength;
 }
@@ -72,7 +72,7 @@ RgbdSegment MeasurementModel::Measurement(const LineFeature& feature) const {
 }
 
 SegmentNoise MeasurementModel::Noise(const LineFeature& feature) const {
-  // The fit along the segment is trusted no more than one reading at its ends: the depth noise of
+  // The fit along the segment is not weighted more than one reading at each end: the depth noise of
   // neighbouring pixels is correlated.
   const auto disparity = [&](double z) {
     return DisparitySigma(z, noise_.Sigma(z) * static_cast<double>(feature.noise.depth));

@@ -47,7 +47,7 @@ std::optional<Pose> OwnFactors::T_FW(ReferenceFrameId id, SubmapId root) const {
 }
 
 void OwnFactors::Place(ReferenceFrameId id, SubmapId root, const Pose& T_FW) {
-  (void)At(id);  // there is one
+  (void)At(id);  // throws if there is none
   frames_[id.index()].T_FW[root] = T_FW;
 }
 

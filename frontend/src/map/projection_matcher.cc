@@ -22,7 +22,7 @@ double AngleDifference(double a, double b) {
   return std::abs(std::remainder(a - b, 360.0));
 }
 
-// The best feature in the window, -1 where none passes. window, candidates: memory to work in.
+// Returns the best feature in the window, -1 if none passes. window, candidates: scratch memory.
 ScoredFeature FindBest(const FrameFeatures& features, const ProjectedPoint& projection,
                        const std::vector<bool>& taken, const ProjectionMatchOptions& options,
                        std::vector<int>& window, std::vector<ScoredFeature>& candidates) {
@@ -45,7 +45,8 @@ ScoredFeature FindBest(const FrameFeatures& features, const ProjectedPoint& proj
     candidates.push_back({i, hamming});
   }
   if (best.feature < 0 || best.hamming > options.max_hamming) return {};
-  // A corner repeats on neighbouring levels; only a rival of the same level makes it ambiguous.
+  // A corner repeats on neighbouring levels; only a competitor on the same level makes it
+  // ambiguous.
   const auto octave = [&](const ScoredFeature& candidate) {
     return features.points[static_cast<std::size_t>(candidate.feature)].octave;
   };
@@ -64,7 +65,7 @@ std::vector<ProjectionMatch> MatchProjections(const FrameFeatures& features,
                                               std::span<const ProjectedPoint> projections,
                                               const std::vector<bool>& taken,
                                               const ProjectionMatchOptions& options) {
-  // Per feature the projection that has it so far.
+  // The best projection of each feature so far.
   std::vector<ProjectionMatch> owner(features.points.size(), {-1, -1, kNoHamming});
   std::vector<int> window;
   std::vector<ScoredFeature> candidates;
@@ -90,7 +91,7 @@ std::optional<LineSegment> ProjectSegment(const Segment3& segment_C, const Pinho
   clip_near(q, p);
   const Eigen::Vector2d s = camera.Project(p), e = camera.Project(q);
 
-  // Liang-Barsky against the image.
+  // Liang-Barsky clipping to the image.
   double t0 = 0.0, t1 = 1.0;
   const Eigen::Vector2d d = e - s;
   const double limits[2] = {camera.width - 1.0, camera.height - 1.0};

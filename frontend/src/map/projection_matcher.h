@@ -15,32 +15,33 @@
 
 namespace highwall {
 
-// Where a landmark is expected in an image.
+// Predicted observation of a landmark in an image.
 struct ProjectedPoint {
   PointId id = kNoId;
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();  // [px] undistorted
   double depth = 0.0;                            // [m] along z
   double radius = 0.0;                           // [px] of the search window
   int min_octave = 0, max_octave = 0;            // pyramid levels searched, inclusive
-  std::optional<float> angle;                    // [deg] expected orientation, where known
+  std::optional<float> angle;                    // [deg] expected orientation, if known
   BinaryDescriptor256 descriptor{};
 };
 
 struct ProjectionMatch {
-  int feature = 0;     // of the frame
-  int projection = 0;  // of the list
+  int feature = 0;     // index in the frame
+  int projection = 0;  // index in the list
   int hamming = 0;
 };
 
-// Best feature of `features` for each projection, one to one: of two projections that want a
-// feature the closer descriptor has it. taken[i]: feature i is not available.
+// Returns the best feature of `features` for each projection, one to one: of two projections with
+// the same best feature the one with the closer descriptor is matched. taken[i]: feature i is not
+// available.
 std::vector<ProjectionMatch> MatchProjections(const FrameFeatures& features,
                                               std::span<const ProjectedPoint> projections,
                                               const std::vector<bool>& taken,
                                               const ProjectionMatchOptions& options = {});
 
-// The part of a segment that the camera sees, in undistorted pixels; empty where it is behind
-// min_depth [m] or outside of the image.
+// Returns the visible part of a segment, in undistorted pixels; empty if it is behind min_depth [m]
+// or outside of the image.
 std::optional<LineSegment> ProjectSegment(const Segment3& segment_C, const PinholeCamera& camera,
                                           double min_depth = 0.1);
 

@@ -7,15 +7,15 @@
 namespace highwall {
 namespace {
 
-// Of keyframes: those before tell little more of where a landmark is.
+// Number of keyframes; earlier ones add little information on the position of a landmark.
 constexpr std::size_t kMostViews = 5;
 
-// Looks landmarks up in a map.
+// Collects the observations of landmarks in a map.
 class Finder {
  public:
   explicit Finder(const Map& map) : map_(map) {}
 
-  // The latest observations. of_kind: the features of a keyframe.
+  // Returns the latest observations. of_kind: the features of a keyframe.
   template <class Feature>
   std::vector<MapView<Feature>> LatestViews(const std::vector<Observation>& observations,
                                             std::vector<Feature> FrameFeatures::*of_kind) {

@@ -14,14 +14,14 @@
 
 namespace highwall {
 
-// How a keyframe of the map sees a landmark.
+// Observation of a landmark by a keyframe of the map.
 template <class Feature>
 struct MapView {
   Pose T_WC;
   const Feature* feature = nullptr;
 };
 
-// A landmark of the map that an image sees, and how the map's latest keyframes that know it do.
+// A landmark observed by an image, and its observations by the latest keyframes of the map.
 struct SeenPoint {
   PointId id = kNoId;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
@@ -35,15 +35,15 @@ struct SeenLine {
   std::vector<MapView<LineFeature>> views;
 };
 
-// What an image sees of the map.
+// The landmarks of the map observed by an image.
 struct SeenLandmarks {
-  std::vector<std::shared_ptr<const FrameFeatures>> features;  // that are pointed to
+  std::vector<std::shared_ptr<const FrameFeatures>> features;  // owners of the features pointed to
   std::vector<SeenPoint> points;
   std::vector<SeenLine> lines;
-  double error = 1.0;  // |r|^2 per degree of freedom, of all of it at the pose of the image
+  double error = 1.0;  // |r|^2 per degree of freedom over all observations at the pose of the image
 };
 
-// points, lines: what the features are, kNoId where nothing; as TrackedFrame has them.
+// points, lines: landmarks of the features, kNoId if unmatched; as in TrackedFrame.
 SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures>& features,
                        std::span<const PointId> points, std::span<const LineId> lines,
                        double error);

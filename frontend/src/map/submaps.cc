@@ -1,4 +1,4 @@
-// The functions of Map that know of submaps.
+// Map: functions on submaps.
 #include <algorithm>
 
 #include <highwall/core/error.h>

@@ -6,8 +6,8 @@
 
 namespace highwall {
 
-// The turn about z and the shift that are nearest to a rigid motion at the point p [m]: how a world
-// whose z axis points up may be moved.
+// Returns the rotation about z and the translation that are nearest to a rigid motion at the point
+// p [m]: the motion allowed for a world whose z axis points up.
 Pose YawAndShift(const Pose& T, const Eigen::Vector3d& p);
 
 }  // namespace highwall

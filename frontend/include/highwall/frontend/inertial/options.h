@@ -5,27 +5,27 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// How the inertial residuals are weighed against the visual ones (docs/equations.md, section 4);
-// the classes are of factors, their options as they are there.
+// Weighting of the inertial residuals against the visual ones (docs/equations.md, section 4); the
+// named classes are in factors, with their options.
 enum class ImuWeighting {
   kPaper,       // by the motion: PaperImuWeight
   kConsistent,  // 1, less where the innovations are too large: ConsistentImuWeight
   kFixed,       // a constant
 };
 
-// "paper", "consistent", "fixed".
+// Returns "paper", "consistent" or "fixed".
 const char* ToString(ImuWeighting policy);
 
-// What an image is to the window of states (docs/inertial_odometry.md).
+// Coupling of an image to the sliding window of states (docs/inertial_odometry.md).
 enum class InertialCoupling {
-  kTight,  // the points and lines that it sees, in one optimization with the readings
-  kLoose,  // one Gaussian, of the pose that it was given by itself
+  kTight,  // its point and line observations, in one optimization with the readings
+  kLoose,  // one Gaussian: the pose estimated from the image alone
 };
 
-// "tight", "loose".
+// Returns "tight" or "loose".
 const char* ToString(InertialCoupling coupling);
 
-// Which weight the IMU has.
+// Options of the IMU weighting.
 struct ImuWeightingOptions {
   ImuWeighting policy = ImuWeighting::kConsistent;
   double fixed_weight = 1.0;  // > 0; of kFixed
@@ -34,16 +34,16 @@ struct ImuWeightingOptions {
   void Validate() const;
 };
 
-// When gravity, biases and velocity count as known.
+// Options of the initialization of gravity, biases and velocity.
 struct InertialInitializerOptions {
-  double interval = 0.1;                  // [s] > 0; between the images that are used
+  double interval = 0.1;                  // [s] > 0; between the images used
   double min_duration = 1.0;              // [s] > 0; from the first of them to the last
-  double max_duration = 8.0;              // [s] > min_duration; older ones are forgotten
-  double gyroscope_bias_sigma = 0.02;     // [rad/s] > 0; what is known of the biases before
+  double max_duration = 8.0;              // [s] > min_duration; older ones are discarded
+  double gyroscope_bias_sigma = 0.02;     // [rad/s] > 0; prior of the biases
   double accelerometer_bias_sigma = 0.1;  // [m/s^2] > 0
-  double time_offset_sigma = 0.02;        // [s] > 0; of the calibration's guess
-  // [rad] > 0; more certain of gravity's direction it is good enough to start. At rest the bias
-  // of the accelerometer and a tilt look the same: 0.1 m/s^2 are 0.01 rad.
+  double time_offset_sigma = 0.02;        // [s] > 0; of the initial guess of the calibration
+  // [rad] > 0; uncertainty of gravity's direction below which initialization succeeds. At rest the
+  // bias of the accelerometer and a tilt are indistinguishable: 0.1 m/s^2 are 0.01 rad.
   double max_gravity_sigma = 0.015;
   double max_error = 20.0;          // > 0; chi-squared per degree of freedom
   double max_gravity_error = 0.06;  // (0, 1); of the magnitude of gravity
@@ -52,55 +52,56 @@ struct InertialInitializerOptions {
   void Validate() const;
 };
 
-// How well an image tells the pose of its camera.
+// Noise model of the pose estimated from an image.
 struct VisualNoise {
-  // Standard deviations of what all landmarks of an image have in common, the error of the map
-  // foremost: no number of landmarks makes a pose more certain than this.
+  // Standard deviations of the error common to all landmarks of an image, mainly that of the map:
+  // no number of landmarks makes a pose more certain than this.
   double position = 3e-4;  // [m] > 0
   double rotation = 5e-5;  // [rad] > 0
-  // > 0; by which the landmarks' own part of the covariance counts more than they show, whether
-  // each is a row of the window or they are summed up as a pose: their errors are not independent.
+  // > 0; factor on the part of the covariance due to the individual landmarks, whether each is a
+  // row of the smoother or they are summarized as a pose: their errors are not independent.
   double scale = 4.0;
-  double min_error = 0.02;  // > 0; the least |r|^2 per degree of freedom that is believed
+  double min_error = 0.02;  // > 0; lower bound of |r|^2 per degree of freedom
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// The window of landmarks (InertialCoupling::kTight).
+// Options of the tightly coupled smoother (InertialCoupling::kTight).
 struct TightWindowOptions {
-  // [s] > 0; between states. Images in between are poses, as where loosely coupled, until the next.
+  // [s] > 0; between states. Images in between are loosely coupled poses until the next state.
   double interval = 0.06;
-  int max_points = 500;  // >= 0; of one image
+  int max_points = 500;  // >= 0; per image
   int max_lines = 100;   // >= 0
-  // Which state leaves where there are more than InertialOptions::window_states.
+  // State to marginalize if there are more than InertialOptions::window_states.
   LeavingPolicy leaving = LeavingPolicy::kOldestFirst;
-  // Standard deviations of how the map's error changes at the body, which no number of landmarks
-  // tells: of its place and its direction, as a random walk.
+  // Standard deviations of the drift of the map's error at the body, which no number of landmarks
+  // observes: of position and direction, as a random walk.
   double map_drift = 6e-4;  // [m/sqrt(s)] > 0
   double map_turn = 2e-4;   // [rad/sqrt(s)] > 0
-  // On a thread of its own; else images wait for it, and a run is the same every time.
+  // On a thread of its own; false: images wait for it, and every run gives the same result.
   bool background = true;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// How images and IMU are fused.
+// Options of the fusion of images and IMU.
 struct InertialOptions {
-  // Of landmarks, with that of poses between its states, or that of poses alone.
+  // Tightly coupled, with the loosely coupled smoother between its states, or loosely coupled
+  // alone.
   InertialCoupling coupling = InertialCoupling::kTight;
   ImuWeightingOptions weighting{};
   bool estimate_time_offset = true;
-  // T_BC is an unknown, about that of the calibration; else that stands.
+  // T_BC is estimated, with that of the calibration as prior; otherwise it is fixed.
   bool estimate_extrinsics = false;
-  // Standard deviations of the calibration's T_BC then: a ruler's and a mount's.
+  // Standard deviations of the calibration's T_BC in that case: those of a ruler and a mount.
   double extrinsics_position_sigma = 0.01;  // [m] > 0
   double extrinsics_rotation_sigma = 0.01;  // [rad] > 0
   InertialInitializerOptions initializer{};
-  int max_attempts = 20;  // >= 1; that end in a contradiction, then the IMU is given up
+  int max_attempts = 20;  // >= 1; attempts that end inconsistent before the IMU is given up
   ImuBufferOptions buffer{};
-  int window_states = 10;  // >= 2; that are estimated together, of either window
+  int window_states = 10;  // >= 2; estimated together, in either smoother
   TightWindowOptions tight{};
   VisualNoise visual_noise{};
   double max_dead_reckoning = 5.0;  // [s] > 0; without any image, then the frame is lost

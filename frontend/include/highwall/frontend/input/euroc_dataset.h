@@ -14,19 +14,19 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A recording as EuRoC lays it out: mav0/cam0, cam1 and imu0 with data.csv and sensor.yaml, and
-// state_groundtruth_estimate0 where it is there. A frame is the left image, rectified, with depth
-// by semi-global matching of the right one; its stamp is theirs. Pinhole cameras with
+// A recording in the EuRoC layout: mav0/cam0, cam1 and imu0 with data.csv and sensor.yaml, and
+// state_groundtruth_estimate0 where it exists. A frame is the rectified left image, with depth by
+// semi-global matching against the right one; its stamp is that of both. Pinhole cameras with
 // radial-tangential distortion.
 // Source: Burri et al., "The EuRoC micro aerial vehicle datasets", IJRR 35(10), 2016; matching:
 // Hirschmueller, PAMI 30(2), 2008, by OpenCV.
 class EurocDataset final : public Dataset {
  public:
-  // Whether there is a cam0/sensor.yaml in the folder, or in mav0 below it.
+  // Returns whether the folder, or mav0 below it, contains cam0/sensor.yaml.
   static bool IsOne(const std::filesystem::path& directory);
 
-  // Throws IoError naming the file where one is missing or malformed, where the cameras' model is
-  // another, and where no images of both cameras share a stamp.
+  // Throws IoError naming the file if one is missing or malformed, if the camera model is another
+  // one, and if no images of the two cameras share a stamp.
   explicit EurocDataset(const std::filesystem::path& directory);
 
   std::size_t size() const override { return frames_.size(); }
@@ -35,8 +35,7 @@ class EurocDataset final : public Dataset {
   std::vector<Stamp> stamps_without_depth() const override { return without_depth_; }
   std::optional<std::filesystem::path> imu_file() const override { return imu_file_; }
 
-  // The rectified left camera, and the noise of a depth whose disparity is off by a quarter of a
-  // pixel.
+  // The rectified left camera, and the depth noise of a disparity error of a quarter of a pixel.
   const RgbdSensor& sensor() const { return sensor_; }
   // T_BC of the rectified camera; densities of imu0/sensor.yaml. Empty without an IMU.
   const std::optional<ImuCalibration>& imu() const { return imu_; }
@@ -62,8 +61,8 @@ class EurocDataset final : public Dataset {
   std::optional<ImuCalibration> imu_;
   Pose T_BC_;                            // of the rectified left camera
   double focal_baseline_ = 0.0;          // [px m]
-  int disparities_ = 0;                  // [px] that are tried
-  std::pair<cv::Mat, cv::Mat> maps_[2];  // of undistorting and rectifying, left and right
+  int disparities_ = 0;                  // [px] search range
+  std::pair<cv::Mat, cv::Mat> maps_[2];  // undistortion and rectification, left and right
 };
 
 }  // namespace highwall

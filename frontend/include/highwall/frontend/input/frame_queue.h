@@ -10,21 +10,22 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Images on their way from a camera that does not wait to somebody who takes his time: what comes
-// to a full queue takes the place of the oldest. Push() on the thread of the camera, Pop() on that
-// of the user. (A recording waits: FrameReader.)
+// Queue of images from a camera that does not wait to a consumer that may be slower: an image that
+// arrives at a full queue replaces the oldest one. Push() on the thread of the camera, Pop() on
+// that of the consumer. (A recording can wait: FrameReader.)
 class FrameQueue {
  public:
-  // capacity: images that wait at most, >= 1. Small: what has waited is late.
+  // capacity: maximum number of waiting images, >= 1. Keep it small: an image that has waited is
+  // late.
   explicit FrameQueue(std::size_t capacity = 2);
 
-  // Never waits. After Close() the image is dropped.
+  // Never blocks. After Close() the image is dropped.
   void Push(RgbdImage image);
-  // No more images will come: Pop() gives what is left and then nothing.
+  // Announces that no more images will come: Pop() returns the remaining ones and then nothing.
   void Close();
-  // The oldest image; waits for one. Empty when there will be none.
+  // Returns the oldest image; waits for one. Empty after the last image of a closed queue.
   std::optional<RgbdImage> Pop();
-  // Images that nobody got.
+  // Number of images that were dropped.
   std::size_t dropped() const;
 
  private:

@@ -16,28 +16,29 @@ namespace [[gnu::visibility("default")]] highwall {
 // One line of rgb.txt or depth.txt.
 struct TumImageFile {
   Stamp stamp = 0;
-  std::filesystem::path path;  // the list's folder joined in
+  std::filesystem::path path;  // including the folder of the list
 };
 
-// "stamp path" a line, in the order of their stamps [s]; comments (#), blank lines, CRLF, a
-// byte-order mark, UTF-16, back-slashes in paths and a comma or semicolon behind the stamp are
-// allowed. Adds to `warnings`, a line each, where whole numbers are stamps in another unit, which
-// are converted, where lines are not in order, and where a stamp is there twice, of which the first
-// line stays. Throws IoError naming the line if it is malformed or more than a tenth of the stamps
-// are there twice, and if no line is left.
+// Reads a list with "stamp path" per line and returns it sorted by stamp [s]; comments (#), blank
+// lines, CRLF, a byte-order mark, UTF-16, back-slashes in paths and a comma or semicolon after the
+// stamp are allowed. Adds one line to `warnings` if whole numbers are stamps in another unit, which
+// are converted, if lines are not in order, and if a stamp occurs twice, of which the first line is
+// kept. Throws IoError naming the line if it is malformed or more than a tenth of the stamps occur
+// twice, and if no line is left.
 std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list,
                                            std::vector<std::string>* warnings = nullptr);
 
-// One-to-one pairs (index in a, index in b), in order, with stamps at most max_difference [ns]
-// apart: the closest pair of all first, then the closest of the rest, and so on. Both lists sorted.
+// Returns one-to-one pairs (index in a, index in b), in order, with stamps at most max_difference
+// [ns] apart: the closest pair of all first, then the closest of the rest, and so on. Both lists
+// must be sorted.
 std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
     const std::vector<TumImageFile>& a, const std::vector<TumImageFile>& b, Stamp max_difference);
 
-// Of TumDataset.
+// Options of TumDataset.
 struct TumDatasetOptions {
   static constexpr double kMaxStampDifference = 0.02;
 
-  double depth_factor = 5000.0;       // [1/m] > 0: the stored depth of one metre
+  double depth_factor = 5000.0;       // [1/m] > 0: the stored value of one metre
   double inverse_depth_offset = 0.0;  // [1/m] within 1: as RgbdSensor::inverse_depth_offset
   DepthPattern depth_pattern{};       // as RgbdSensor::depth_pattern
   int width = 0, height = 0;          // [px] the size every frame must have; 0: any
@@ -47,17 +48,17 @@ struct TumDatasetOptions {
   void Validate() const;  // throws InvalidArgument naming the field and its value
 };
 
-// A folder as the TUM RGB-D benchmark lays it out: rgb.txt and depth.txt (or associations.txt in
-// place of both: "stamp path stamp path" a line), the images they name, groundtruth.txt and the
-// readings of an IMU (FindImuFile) where they are. The stamp of a frame is that of its colour
+// A folder in the layout of the TUM RGB-D benchmark: rgb.txt and depth.txt (or associations.txt
+// instead of both: "stamp path stamp path" per line), the images they name, groundtruth.txt and the
+// readings of an IMU (FindImuFile) where they exist. The stamp of a frame is that of its colour
 // image. A frame without any depth cannot be used unless there is an IMU, which bridges it.
 class TumDataset final : public Dataset {
  public:
-  // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, no
-  // colour image has a depth image in time, or no frame at all can be used. Warns of lists as
-  // ReadTumImageList() does, where a quarter of the colour images has no depth in time, when the
-  // median depth of a few frames spread over the sequence is implausible, and of a ground truth
-  // that cannot be read: the images do not need it.
+  // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, if no
+  // colour image has a depth image in time, or if no frame at all can be used. Warns about lists as
+  // ReadTumImageList() does, if a quarter of the colour images has no depth in time, if the median
+  // depth of a few frames spread over the sequence is implausible, and about a ground truth that
+  // cannot be read: the images do not need it.
   explicit TumDataset(const std::filesystem::path& directory,
                       const TumDatasetOptions& options = {});
 
@@ -71,7 +72,7 @@ class TumDataset final : public Dataset {
   const std::filesystem::path& directory() const { return directory_; }
   const std::vector<TumImageFile>& colour_files() const { return colour_; }
   const std::vector<TumImageFile>& depth_files() const { return depth_; }
-  // [m] over the measured pixels of the frames that were looked at.
+  // [m] over the measured pixels of the sampled frames.
   double median_depth() const { return median_depth_; }
 
  private:
@@ -90,9 +91,9 @@ class TumDataset final : public Dataset {
   double median_depth_ = 0.0;
 };
 
-// A median depth [m] outside of 0.1 to 20 m tells of a wrong factor. Returns the factor in wide
-// use (1000: millimetres; 5000: TUM RGB-D) that makes it plausible; empty where it is plausible
-// already, 0 where neither helps.
+// Returns the common depth factor (1000: millimetres; 5000: TUM RGB-D) that makes a median depth
+// [m] outside of 0.1 to 20 m plausible, since such a depth indicates a wrong factor; empty if it is
+// plausible already, 0 if neither helps.
 std::optional<double> LikelyDepthFactor(double median_depth, double depth_factor);
 
 }  // namespace highwall

@@ -7,83 +7,87 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// How far the transforms between keyframes may be off: standard deviations.
+// Standard deviations of the relative poses between keyframes.
 struct KeyFrameGraphOptions {
   double drift_translation = 0.05;  // > 0: share of the distance between two keyframes
   double drift_rotation = 0.05;     // > 0: share of the angle between them
-  double step_translation = 0.005;  // [m] > 0: of every step between them besides
+  double step_translation = 0.005;  // [m] > 0: in addition, per step between them
   double step_rotation = 0.003;     // [rad] > 0
-  // >= 0; share of all that which is the same in every step, so that over n steps the variance is
-  // 1 + n drift_bias^2 times that of steps that are off by chance.
+  // >= 0: share of the above that is the same in every step (a bias), so that the variance over n
+  // steps is 1 + n drift_bias^2 times that of steps with independent errors.
   double drift_bias = 0.05;
-  double loop_translation = 0.02;  // [m] > 0: of a loop
+  double loop_translation = 0.02;  // [m] > 0: of a loop closure
   double loop_rotation = 0.01;     // [rad] > 0
-  // > 0; a loop beyond this is false: the squared distance of LoopChi2, and what a loop is left
-  // with in the solved graph. 99.9 % of true ones are within where the drift is as above.
+  // > 0: a loop with a larger squared distance (LoopChi2), or a larger residual in the solved
+  // graph, is rejected as false. 99.9 % of the true ones lie within it if the drift is as above.
   double max_loop_chi2 = 22.458;
-  int min_shared = kSharedByEdge;  // >= 1: landmarks that make an edge between keyframes
-  int neighbours = 3;              // >= 0: most such edges of a keyframe to older ones
-  // Where the map knows gravity, rotations keep its direction, W's z axis: four degrees of freedom
-  // are left.
+  int min_shared = kSharedByEdge;  // >= 1: shared landmarks that make an edge between two keyframes
+  int neighbours = 3;  // >= 0: maximum number of such edges from a keyframe to older ones
+  // Rotations keep the direction of gravity, the z axis of W, where the map knows it: four degrees
+  // of freedom remain.
   bool hold_gravity = true;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// When a place counts as seen before.
+// Criteria by which LoopDetector recognizes a place that was seen before.
 struct LoopDetectorOptions {
-  int candidates = 3;    // >= 1: keyframes looked at, most alike first
-  int consistency = 3;   // >= 1: keyframes in a row that name one place before it is verified
-  int min_support = 50;  // >= 6: inlier points plus twice the lines, after that search
-  // [0, 1]: their share of the landmarks in view, against what the keyframe found in its own
-  // surroundings: a blurred image finds few of either. Half are taken to be found at home where
-  // that is not known.
+  int candidates = 3;   // >= 1: keyframes examined, most similar first
+  int consistency = 3;  // >= 1: consecutive keyframes that propose one place before it is verified
+  // >= 6: inlier points plus twice the inlier lines, after the search by projection
+  int min_support = 50;
+  // [0, 1]: match ratio, the share of the landmarks in view that are matched, relative to the match
+  // ratio of the keyframe in its own surroundings: a blurred image matches few in either. Where
+  // that is unknown it is taken to be one half.
   double min_found = 0.5;
-  // [0, 1]: the same between submaps, where no drift tells a false one.
+  // [0, 1]: the same between submaps, where no drift bound can reject a false match.
   double min_found_apart = 0.75;
-  // >= 1: there one keyframe tells enough that has so many times the support, and finds as much as
-  // at home; of less, `consistency` keyframes in a row must tell the same transform.
+  // >= 1: decisive ratio. Between submaps one keyframe suffices if its support is this many times
+  // min_support and it matches as much as in its own surroundings; otherwise `consistency`
+  // keyframes in a row must agree on the transform.
   double overwhelming = 2.0;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// How the map is corrected by a loop.
+// Options of the map correction after a loop closure.
 struct LoopCorrectionOptions {
   RobustLoops robust = RobustLoops::kGnc;
-  int fused_keyframes = 12;  // >= 0: neighbours on either side of the loop that take part
-  int threads = 2;           // >= 1: of the solver; 1 gives bit-equal results on every run
+  // >= 0: neighbours on either side of the loop whose landmarks are fused
+  int fused_keyframes = 12;
+  int threads = 2;  // >= 1: of the solver; 1 gives bit-equal results on every run
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Whether and how loops are closed.
+// Options of LoopCloser.
 struct LoopCloserOptions {
   bool enabled = true;
-  KeyFrameGraphOptions graph{};  // the drift that is thought possible
+  KeyFrameGraphOptions graph{};  // the drift that is considered possible
   LoopDetectorOptions detector{};
   LoopCorrectionOptions correction{};
-  bool adjust = true;  // the whole map after a loop: global bundle adjustment
-  // Few steps: the pose graph has brought the map near, and local adjustments go on.
+  bool adjust = true;  // run global bundle adjustment after a loop closure
+  // Few steps: the pose graph has brought the map near the optimum, and local adjustments continue.
   BundleAdjustmentOptions bundle{
       .first_iterations = 4, .second_iterations = 4, .tolerance = 1e-4, .trust_region = 1e8};
-  // On a thread of its own, on a copy of the map; what comes out is applied between frames. false:
-  // before InsertKeyFrame returns; the same input then gives the same map.
+  // Computes on a thread of its own, on a copy of the map; the result is applied between frames.
+  // false: computes before InsertKeyFrame returns; the same input then gives the same map.
   bool background = true;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// When the keyframes are adjusted to factors of the user's (docs/own_factors.md).
+// Options of the adjustment of keyframes to user factors (docs/own_factors.md).
 struct OwnFactorOptions {
-  int every = 20;          // >= 1: factors that have joined the map since the last time
-  double share = 0.05;     // >= 0: of all of them, at least: a long way is adjusted less often
-  double max_angle = 0.1;  // [rad] > 0: sigma of the rotation of a frame that counts as found
-  // [s] > 0: a measurement between two frames that are farther apart counts for nothing.
+  int every = 20;  // >= 1: factors added to the map since the last adjustment
+  // >= 0: minimum share of all of them: a long trajectory is adjusted less often
+  double share = 0.05;
+  double max_angle = 0.1;  // [rad] > 0: sigma of the rotation below which a frame counts as aligned
+  // [s] > 0: a measurement between two frames that are farther apart is refused.
   double max_gap = 0.5;
   int threads = 2;         // >= 1: of the solver; 1 gives bit-equal results on every run
   bool background = true;  // as LoopCloserOptions::background
@@ -92,11 +96,11 @@ struct OwnFactorOptions {
   void Validate() const;
 };
 
-// When it is looked for by how much depth is off over the image (docs/calibration.md).
+// Options of the depth distortion estimate (docs/calibration.md).
 struct DepthPatternOptions {
   bool enabled = true;
-  int first = 12;          // >= 3: keyframes that a world has then
-  int most = 60;           // >= 3: of its newest keyframes take part
+  int first = 12;          // >= 3: keyframes of a world at the first estimate
+  int most = 60;           // >= 3: maximum number of keyframes used, the newest ones
   bool background = true;  // as LoopCloserOptions::background
 
   // Throws InvalidArgument naming the field.

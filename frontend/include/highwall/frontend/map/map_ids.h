@@ -13,11 +13,11 @@
 namespace [[gnu::visibility("default")]] highwall {
 
 struct NoId {};
-// Of whatever kind: below every id that is given.
+// Invalid id of any kind: below every valid id.
 inline constexpr NoId kNoId;
 
-// What names a part of a Map. Ids of one kind ascend from 0 and are never used again; those of two
-// kinds do not mix. Tag: the kind.
+// Identifier of a part of a Map. Ids of one kind ascend from 0 and are never reused; ids of two
+// kinds do not convert to each other. Tag: the kind.
 template <class Tag>
 class Id {
  public:
@@ -27,7 +27,7 @@ class Id {
   constexpr explicit Id(Number value) : value_(static_cast<std::int32_t>(value)) {}
 
   constexpr std::int32_t value() const { return value_; }
-  // Place in an array that has one for every id; beyond all of them for kNoId.
+  // Index into an array with an entry for every id; beyond all of them for kNoId.
   constexpr std::size_t index() const { return static_cast<std::size_t>(value_); }
 
   constexpr Id& operator++() {
@@ -41,21 +41,21 @@ class Id {
   std::int32_t value_ = -1;
 };
 
-// What names a keyframe, a point, a line.
+// Identifiers of keyframes, points and lines.
 using KeyFrameId = Id<struct KeyFrameTag>;
 using PointId = Id<struct PointTag>;
 using LineId = Id<struct LineTag>;
-// A run of keyframes that odometry ties one to the next (Map).
+// A sequence of keyframes connected by odometry (Map).
 using SubmapId = Id<struct SubmapTag>;
-// A frame that lies somewhere outside of the map (ReferenceFrame).
+// A frame outside of the map (ReferenceFrame).
 using ReferenceFrameId = Id<struct ReferenceFrameTag>;
 
-// Every map has it, from the beginning.
+// The submap that every map has from the beginning.
 inline constexpr SubmapId kFirstSubmap{0};
 
-// Values under ids that ascend from 0 and are never used again. Memory follows the values that
-// live, not the ids that were given; a value stays where it is until it is removed. T: has an
-// `id`, an Id.
+// Table of values by ids that ascend from 0 and are never reused. Memory grows with the values that
+// exist, not with the ids that were issued; a value keeps its address until it is removed. T: has a
+// member `id`, an Id.
 template <class T>
 class IdTable {
  public:
@@ -67,14 +67,14 @@ class IdTable {
     ++end_;
     return value;
   }
-  // One of another table, under its id.
+  // Copies a value of another table, keeping its id.
   T& Put(const T& value) {
     if (!(value.id < end_)) end_ = KeyType(value.id.value() + 1);
     return values_[value.id] = value;
   }
   void Remove(KeyType id) { values_.erase(id); }
 
-  // nullptr where there is none (any more).
+  // Returns nullptr where there is none or it was removed.
   T* Find(KeyType id) {
     const auto found = values_.find(id);
     return found != values_.end() ? &found->second : nullptr;
@@ -85,9 +85,9 @@ class IdTable {
   }
 
   std::size_t size() const { return values_.size(); }
-  // Above every id that was given.
+  // Above every id that was issued.
   KeyType end_id() const { return end_; }
-  // Live ids, ascending.
+  // Ids in use, ascending.
   std::vector<KeyType> ids() const {
     std::vector<KeyType> ids;
     ids.reserve(values_.size());
@@ -96,7 +96,7 @@ class IdTable {
     return ids;
   }
 
-  // Live pairs of id and value, in no order.
+  // Pairs of id and value, in no particular order.
   auto begin() { return values_.begin(); }
   auto end() { return values_.end(); }
 

@@ -8,78 +8,80 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/map/map_ids.h>
 
-// What adjustments, local mapping and loops have made of the map.
+// Reports of adjustments, local mapping and loop closures.
 namespace [[gnu::visibility("default")]] highwall {
 
-// What became of an adjustment.
+// Result of a bundle adjustment.
 struct BundleAdjustmentReport {
   int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;
   int observations = 0, outliers = 0;
   int imu_factors = 0;
-  int own_factors = 0;            // of the user's
-  int own_factors_set_aside = 0;  // of the user's, which cannot be evaluated where the map has them
+  int own_factors = 0;  // user factors
+  // user factors excluded because they cannot be evaluated at the current poses
+  int own_factors_set_aside = 0;
   double initial_cost = 0.0, final_cost = 0.0;
-  int rejected_steps = 0;  // that led up, or where an observation cannot be: behind the camera
-  bool moved = false;      // false: no step was taken, all is as it was
-  bool usable = false;   // false: the solver failed, or it was refused, and the map was not touched
-  bool refused = false;  // more than a third of the observations would have been forgotten
+  int rejected_steps = 0;  // that increased the cost or moved an observation behind the camera
+  bool moved = false;      // false: no step was taken, nothing changed
+  // false: the solver failed, or the result was refused, and the map was not changed
+  bool usable = false;
+  bool refused = false;   // more than a third of the observations would have been removed
   std::string message{};  // why it is not usable
 };
 
-// What a new keyframe changed in the map.
+// Changes of the map by a new keyframe.
 struct LocalMappingReport {
   KeyFrameId keyframe = kNoId;
-  BundleAdjustmentReport bundle;  // in the background: what Update() returns instead
+  BundleAdjustmentReport bundle;  // in the background: the one that Update() returns
   int new_points = 0, new_lines = 0, fused_points = 0;
-  int triangulated_points = 0, triangulated_lines = 0;  // not among the new: they had no depth
+  int triangulated_points = 0, triangulated_lines = 0;  // not included in new_*: they had no depth
   int culled_points = 0, culled_lines = 0;
   std::vector<KeyFrameId> culled_keyframes;
 };
 
-// Where a keyframe was seen to be from another one that the map did not connect it with.
+// Measured relative pose of two keyframes that the map did not connect before.
 struct LoopEdge {
   KeyFrameId match = kNoId;     // the older one
   KeyFrameId keyframe = kNoId;  // the newer one
   Pose Z;                       // measured T_match_keyframe
 };
 
-// Two submaps that were found to show one place.
+// Two submaps that were recognized to overlap.
 struct SubmapMerge {
-  SubmapId root = kNoId;   // that both are named by from now on
-  SubmapId other = kNoId;  // root of the younger until now
-  SubmapId moved = kNoId;  // the one of the two whose world frame is given up
-  Pose T_new_old;          // from that to the one that stays
+  SubmapId root = kNoId;   // root of both from now on
+  SubmapId other = kNoId;  // root of the younger one until now
+  SubmapId moved = kNoId;  // the one of the two whose world frame is discarded
+  Pose T_new_old;          // from that frame to the remaining one
 };
 
-// A place seen again.
+// A revisited place.
 struct Loop {
   LoopEdge edge;
-  std::vector<std::pair<int, PointId>> points{};  // feature of edge.keyframe -> landmark of old
+  std::vector<std::pair<int, PointId>> points{};  // feature of edge.keyframe -> older landmark
   std::vector<std::pair<int, LineId>> lines{};
-  double chi2 = 0.0;  // of the correction against the drift that is thought possible; 0 of a merge
+  double chi2 = 0.0;  // of the correction against the expected drift; 0 for a merge
 };
 
-// What became of a loop, or of the adjustment after one.
+// Result of a loop closure, or of the adjustment after it.
 struct LoopReport {
   Loop loop;
-  bool accepted = false;  // false: it was found false; nothing was moved
-  std::string message{};  // the solver's words, or the test that refused it with its figure
-  // Where the loop joined two submaps, in its first report.
+  bool accepted = false;  // false: it was rejected; nothing was moved
+  std::string message{};  // the solver's message, or the test that rejected it with its value
+  // Set if the loop merged two submaps, in its first report.
   std::optional<SubmapMerge> merge{};
-  // Present when the adjustment is done, in a report of its own.
+  // Set when the adjustment is complete, in a report of its own.
   std::optional<BundleAdjustmentReport> bundle{};
   int fused_points = 0, fused_lines = 0;
   double seconds = 0.0;  // from the detection of the loop to the result
 };
 
-// What the factors of the user's have made of all keyframes of a world.
+// Result of adjusting all keyframes of a world to the user factors.
 struct FactorAdjustmentReport {
   bool accepted = false;  // false: nothing was moved
-  std::string message{};  // the solver's words, or why not
+  std::string message{};  // the solver's message, or the reason
   int keyframes = 0, factors = 0;
-  int set_aside = 0;    // factors that cannot be evaluated where the map has their bodies
-  std::string fault{};  // what the first of them throws, or what else is wrong with it
-  double moved = 0.0;   // [m] the largest way of a keyframe
+  int set_aside = 0;    // factors excluded because they cannot be evaluated at the current poses
+  std::string fault{};  // exception of the first of them, or its other fault
+  double moved = 0.0;   // [m] largest displacement of a keyframe
   double seconds = 0.0;
 };
 

@@ -10,21 +10,21 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// [s] by which the stamp of its depth is later; 0 where it is so far off that the motion of the
-// camera meanwhile is not known, or of another clock.
+// Returns [s] by which the stamp of its depth is later; 0 if it is so large that the motion of the
+// camera in between is unknown, or from another clock.
 double DepthDelay(const RgbdImage& image);
 
-// What is known of a depth image beyond what RgbdSensor says: how its readings are off over the
-// image, and when its rows were read while the camera moved (docs/row_times.md).
+// Correction of a depth image beyond the RgbdSensor model: the depth distortion over the image, and
+// the rolling-shutter compensation for a moving camera (docs/row_times.md).
 struct DepthCorrection {
   DepthPattern pattern{};
-  FrameTiming timing{};  // the stamp of the depth image counted in
+  FrameTiming timing{};  // including the delay by the stamp of the depth image
   Twist motion{};        // of the camera
 
   bool IsIdentity() const;
-  // The depth without the pattern, each reading at the time of its pixel; `depth` itself where
-  // nothing is to be corrected. depth: CV_32FC1 [m] of the camera's size, else throws
-  // InvalidArgument. camera: its distortion is not counted.
+  // Returns the depth without the pattern, each reading at the time of its pixel; `depth` itself if
+  // nothing has to be corrected. depth: CV_32FC1 [m] of the camera's size, else throws
+  // InvalidArgument. camera: its distortion is ignored.
   cv::Mat Apply(const cv::Mat& depth, const PinholeCamera& camera) const;
 
  private:

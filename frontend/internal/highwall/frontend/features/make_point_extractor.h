@@ -7,8 +7,8 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// What FrameBuilderOptions::point_detector says. Throws InvalidArgument naming a field of its
-// options.
+// Creates the extractor of FrameBuilderOptions::point_detector. Throws InvalidArgument naming a
+// field of its options.
 std::shared_ptr<PointExtractor> MakePointExtractor(const FrameBuilderOptions& options);
 
 }  // namespace highwall

@@ -6,17 +6,17 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A screw motion of the camera in its own frame C, per second: a point p_C that stands still moves
-// by -(v + omega x p_C) there.
+// Twist (screw motion) of the camera in its own frame C, per second: a static point p_C moves by
+// -(v + omega x p_C) there.
 struct Twist {
   Eigen::Vector3d v = Eigen::Vector3d::Zero();      // [m/s]
   Eigen::Vector3d omega = Eigen::Vector3d::Zero();  // [rad/s]
 
-  // The one that leads from pose A to pose B within dt [s], not 0.
+  // Returns the twist that leads from pose A to pose B within dt [s], not 0.
   static Twist Between(const Pose& T_AB, double dt);
-  // Where it leads within dt [s], backwards in time where negative: T_(now, now + dt).
+  // Returns the motion within dt [s], backwards in time if negative: T_(now, now + dt).
   Pose Over(double dt) const;
-  // Of a point at rest, seen from the camera [m/s].
+  // Velocity of a static point, seen from the camera [m/s].
   Eigen::Vector3d Flow(const Eigen::Vector3d& p_C) const { return -(v + omega.cross(p_C)); }
 };
 

@@ -8,21 +8,21 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A sensor that depth images may be from, and how it was stored.
+// A sensor that depth images may be from, and the scale of the stored values.
 struct DepthGuess {
   const SensorProfile* profile = nullptr;
   double depth_factor = 0.0;  // [1/m]
   double probability = 0.0;   // among all guesses
 };
 
-// Which of SensorProfiles() the images are from, most probable first, by the physics of depth: the
-// steps of inverse depth that triangulation has and time of flight has not, the unit of the stored
-// values, range, grain and holes. Empty where the images show nothing of their sensor (all of one
-// depth, none at all). docs/sensors.md has the likelihoods.
+// Returns which of SensorProfiles() the images may be from, most probable first, by the physics of
+// depth: the steps of inverse depth that triangulation has and time of flight has not, the unit of
+// the stored values, range, grain and holes. Empty if the images show no sensor-specific pattern
+// (all of one depth, none at all). docs/sensors.md has the likelihoods.
 std::vector<DepthGuess> IdentifyDepthSensor(const DepthStatistics& statistics);
 
-// Of all guesses with this depth factor to within 6 %: single cameras, and conversions that correct
-// their scale, differ by as much.
+// Returns the total probability of all guesses with this depth factor to within 6 %: individual
+// cameras, and conversions that correct their scale, differ by as much.
 double ProbabilityOfFactor(const std::vector<DepthGuess>& guesses, double depth_factor);
 
 }  // namespace highwall

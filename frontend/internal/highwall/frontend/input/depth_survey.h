@@ -11,37 +11,37 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// The grain of depth images about one depth: how far pixels lie off the plane through the pixels
-// around them.
+// Grain of depth images near one depth: the deviation of pixels from the plane through their
+// neighbours.
 struct DepthGrain {
   double depth = 0.0;  // [stored units]
-  double sigma = 0.0;  // [stored units] of the calmer half of the surfaces
+  double sigma = 0.0;  // [stored units] of the smoother half of the surfaces
   std::size_t patches = 0;
 };
 
-// What depth images show of their sensor, in the units they are stored in: nothing here depends on
-// a depth factor.
+// Statistics of depth images that characterize their sensor, in stored units: nothing here depends
+// on a depth factor.
 struct DepthStatistics {
   int width = 0, height = 0;             // [px]
-  std::size_t readings = 0;              // that were measured
+  std::size_t readings = 0;              // number of valid readings
   double nearest = 0.0, farthest = 0.0;  // one reading in a thousand is nearer, or farther
   std::array<double, 5> quantiles{};     // 5, 25, 50, 75 and 95 %
-  double holes = 0.0;                    // share of the pixels that hold no reading
-  double edge_holes = 0.0;               // the same of the outer twentieth, on all four sides
-  double corner_holes = 0.0;             // and where two of these meet
+  double holes = 0.0;                    // share of the pixels without a reading
+  double edge_holes = 0.0;               // the same in the outer twentieth, on all four sides
+  double corner_holes = 0.0;             // the same where two of these overlap
   std::size_t gaps = 0;                  // along rows between a near and a far surface
   double left_holes = 0.0;               // share of these that lie to the left of the near one
-  std::optional<double> unit{};          // what the values are multiples of
-  std::optional<double> inverse_step{};  // of 1 / value, where readings stand in such steps
-  double inverse_step_coherence = 0.0;   // [0, 1] how sharply they do
+  std::optional<double> unit{};          // the values are multiples of it
+  std::optional<double> inverse_step{};  // of 1 / value, if readings are quantized in such steps
+  double inverse_step_coherence = 0.0;   // [0, 1] how sharp these steps are
   std::vector<DepthGrain> grain{};       // by depth, near to far
 };
 
-// Gathers them, image by image.
+// Accumulates DepthStatistics, image by image.
 class DepthSurvey {
  public:
-  // raw: CV_16UC1 as stored, 0 where nothing was measured; all of one size. Throws InvalidArgument
-  // otherwise.
+  // raw: CV_16UC1 as stored, 0 where nothing was measured; all of the same size. Throws
+  // InvalidArgument otherwise.
   void Add(const cv::Mat& raw);
   // Throws InvalidArgument before the first image.
   DepthStatistics Describe() const;

@@ -20,21 +20,22 @@ struct FrameReaderOptions {
   std::size_t prefetch = 4;    // frames decoded ahead on a thread of their own; 0: no thread
 };
 
-// The usable frames of a dataset, in order; what it skips is in Dataset::problems(). With
-// prefetching, decoding overlaps whatever the caller does between calls. The frames are the same
-// either way.
+// Reads the usable frames of a dataset, in order; the skipped ones are in Dataset::problems(). With
+// prefetching, decoding overlaps the work of the caller between calls. The frames are the same in
+// both cases.
 class FrameReader {
  public:
   // dataset: must outlive the reader.
   explicit FrameReader(const Dataset& dataset, const FrameReaderOptions& options = {});
-  // Joins the thread; frames not asked for are dropped.
+  // Joins the thread; prefetched frames are dropped.
   ~FrameReader() = default;
 
-  // The next usable frame, empty at the end. Rethrows what stopped the thread, such as bad_alloc.
+  // Returns the next usable frame, empty at the end. Rethrows an exception that stopped the thread,
+  // such as bad_alloc.
   std::optional<RgbdImage> Next();
-  // How many frames lie behind, unusable ones included: begin + position() is the next index.
+  // Number of frames passed, including unusable ones: begin + position() is the next index.
   std::size_t position() const { return position_; }
-  // How many there are in all.
+  // Total number of frames.
   std::size_t count() const { return end_ - begin_; }
 
  private:
@@ -50,7 +51,7 @@ class FrameReader {
   const Dataset& dataset_;
   std::size_t begin_, end_, prefetch_;
   std::size_t position_ = 0;
-  std::size_t next_load_;  // of the loading thread alone
+  std::size_t next_load_;  // used by the loading thread only
 
   std::mutex mutex_;
   std::condition_variable_any changed_;

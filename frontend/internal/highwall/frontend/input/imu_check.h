@@ -17,10 +17,10 @@ namespace [[gnu::visibility("default")]] highwall {
 enum class ImuFindingKind {
   kEmpty,                     // no reading that could be used
   kNotFinite,                 // NaN or infinite readings
-  kImpossible,                // readings beyond what any sensor measures: IsPossible()
-  kOutOfOrder,                // stamps that go back in time
-  kDuplicates,                // stamps that are there twice
-  kOtherClock,                // no reading falls into the video
+  kImpossible,                // readings above any sensor's range: !IsPossible()
+  kOutOfOrder,                // stamps that decrease
+  kDuplicates,                // stamps that occur twice
+  kOtherClock,                // no reading lies within the video
   kStartsLate,                // after the video
   kEndsEarly,                 // before the video
   kGaps,                      // steps between readings that are too long
@@ -28,42 +28,42 @@ enum class ImuFindingKind {
   kFrozenAccelerometer,       // likewise
   kGyroscopeInDegrees,        // deg/s instead of rad/s
   kAccelerometerInG,          // g instead of m/s^2
-  kAccelerometerImplausible,  // in no unit that is known
+  kAccelerometerImplausible,  // in no known unit
   kGravityRemoved,            // an acceleration instead of the specific force
-  kColumnsExchanged,          // the accelerometer's where the gyroscope's should be
+  kColumnsExchanged,          // the accelerometer's in place of the gyroscope's
   kAccelerometerReversed,     // reads gravity instead of the specific force
-  kRangeDenied,               // readings beyond where a sensor is said to end
+  kRangeDenied,               // readings beyond the stated range of a sensor
 };
 const char* ToString(ImuFindingKind kind);
 
 enum class ImuSeverity {
-  kWarning,  // what remains, RepairImu(), is sound
-  kFatal,    // do not use the IMU: go on with RGB-D alone
+  kWarning,  // the remaining readings, RepairImu(), are valid
+  kFatal,    // do not use the IMU: continue with RGB-D alone
 };
 
 struct ImuFinding {
   ImuFindingKind kind = ImuFindingKind::kEmpty;
   ImuSeverity severity = ImuSeverity::kFatal;
-  std::string text;  // one line for people: what, and the likely unit or what to do
-  // The first of the readings that are left out, where it is about such.
+  std::string text;  // one line for people: the finding, and the likely unit or what to do
+  // Index of the first affected reading, if readings are left out.
   std::optional<std::size_t> reading = {};
 };
 
 struct ImuCheckOptions {
-  double max_step = 0.1;       // [s] > 0; readings farther apart than this are a gap
-  int frozen_readings = 50;    // >= 2; as many equal ones, while the other sensor changes
+  double max_step = 0.1;       // [s] > 0; a longer step between readings is a gap
+  int frozen_readings = 50;    // >= 2; as many equal readings while the other sensor changes
   double max_bad_share = 0.1;  // in [0, 1]; of readings not finite, and of impossible ones
-  // [rad/s] > 0; RMS of all but the max_bad_share largest; no camera that sees anything turns
-  // faster
+  // [rad/s] > 0; RMS of all but the max_bad_share largest; a camera that rotates faster sees
+  // nothing
   double max_angular_rate = 6.0;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Looks for what makes an IMU useless or suspicious, the worst first; empty where all is well.
-// video: in the clock of the IMU. Units are judged by what the readings say themselves: gravity is
-// 9.8 m/s^2 long, and the gyroscope must explain how its direction turns. The sign of gravity
+// Checks for faults that make an IMU useless or suspicious, the worst first; empty if there is
+// none. video: in the clock of the IMU. Units are judged from the readings themselves: gravity is
+// 9.8 m/s^2 long, and the gyroscope must explain how its direction rotates. The sign of gravity
 // cannot be judged in this way: see AccelerometerReversed(). Throws InvalidArgument for bad
 // options.
 std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const VideoSpan& video,
@@ -71,17 +71,18 @@ std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const Video
 
 bool HasFatal(std::span<const ImuFinding> findings);
 
-// The readings in order, without those that are not finite, impossible or there twice, and in m/s^2
-// where `findings` has a warning that they are in g.
+// Returns the readings in order, without those that are not finite, impossible or duplicate, and
+// converted to m/s^2 if `findings` has a warning that they are in g.
 std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
                                  std::span<const ImuFinding> findings);
 
-// What RepairImu() returned against the ranges that a calibration tells, such as one in another
-// unit: a range that more than some stray readings leave becomes infinite, which a warning says.
+// Checks the result of RepairImu() against the ranges of the calibration, which may be in a wrong
+// unit: a range that more than a few stray readings exceed becomes infinite, with a warning.
 std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
                                          ImuCalibration* calibration);
 
-// For estimators, which find it out when only the negated accelerometer agrees with the video.
+// Finding for estimators, which detect it when only the negated accelerometer agrees with the
+// video.
 ImuFinding AccelerometerReversed();
 
 }  // namespace highwall

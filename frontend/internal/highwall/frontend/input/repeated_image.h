@@ -7,19 +7,20 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Tells a colour image that is the one before once more, byte for byte or coded anew, as cameras
-// hand out that have two rates or drop images. It is no second look: a camera that stands still
-// gives new noise with every image, half a grey level and more in each pixel, while coding anew
-// changes little, and that at the steps only.
+// Detects a colour image that repeats the previous one, byte for byte or re-encoded, as delivered
+// by cameras that have two rates or drop images. It is no second measurement: a stationary camera
+// gives new noise with every image, half a grey level and more in each pixel, while re-encoding
+// changes little, and only at the steps of the quantization.
 class RepeatedImage {
  public:
-  // Whether bgr repeats the image of the call before. False for the first, for another size, and
-  // for an image so plain (a covered lens) that a new one would look no different. Looks at a grid
-  // of 80 places along the longer side. Throws InvalidArgument unless bgr is CV_8UC3.
+  // Returns whether bgr repeats the image of the previous call. False for the first, for another
+  // size, and for an image so uniform (a covered lens) that a new one would look no different.
+  // Samples a grid of 80 positions along the longer side. Throws InvalidArgument unless bgr is
+  // CV_8UC3.
   bool Update(const cv::Mat& bgr);
 
  private:
-  int width_ = 0, height_ = 0;           // [px] of the image before
+  int width_ = 0, height_ = 0;           // [px] of the previous image
   std::vector<std::uint8_t> samples_{};  // its grey levels
 };
 

@@ -14,32 +14,33 @@ namespace [[gnu::visibility("default")]] highwall {
 
 struct MergeMapsOptions {
   MeasurementOptions measurement{};
-  LoopCloserOptions loops{};  // on the caller's thread; `enabled` and `background` do not count
+  LoopCloserOptions loops{};  // on the caller's thread; `enabled` and `background` are ignored
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Several maps in one. What met shares a world (Map::Root), the others remain in submaps apart.
+// Several maps merged into one. Maps that overlap share a world (Map::Root); the others remain in
+// separate submaps.
 struct MergedMaps {
   Map map;
-  std::vector<std::vector<KeyFrameId>> keyframes;  // of each map that was given, in their order
-  std::vector<LoopReport> loops;  // merges, loops closed and refused, as SlamCallbacks::on_loop
+  std::vector<std::vector<KeyFrameId>> keyframes;  // of each given map, in their order
+  std::vector<LoopReport> loops;  // merges, loops closed and rejected, as in SlamCallbacks::on_loop
 };
 
-// How many of the keyframes have been searched.
+// Progress callback: how many of the keyframes have been searched.
 using MergeProgress = std::function<void(std::size_t done, std::size_t total)>;
 
-// Makes one map of those of several sessions: puts them beside each other, then looks for every
-// keyframe of the second and later ones in what is older, as SlamSystem does for a new keyframe:
-// submaps that meet are merged, loops closed across, and each world in which anything changed is
-// adjusted in the end. No world moves unless it meets another; of two that meet the older stays in
-// place, unless the other alone knows gravity. The same maps give the same result, bit for bit,
-// where options.loops.correction.threads and bundle.threads are 1.
+// Merges the maps of several sessions into one: adds them as separate submaps, then searches for
+// every keyframe of the second and later ones in the older maps, as SlamSystem does for a new
+// keyframe: submaps that overlap are merged, loops between them are closed, and each world that
+// changed is adjusted at the end. No world moves unless it overlaps another; of two that overlap
+// the older one stays in place, unless the other alone knows gravity. The same maps give the same
+// result, bit for bit, if options.loops.correction.threads and bundle.threads are 1.
 //
-// sensor: of all of them; only the camera and the noise of its depth count. Maps without keyframes
-// are passed over. Throws InvalidArgument on bad options, and where points of two maps differ in
-// kind (FindClash).
+// sensor: of all of them; only the camera and the noise of its depth are used. Maps without
+// keyframes are skipped. Throws InvalidArgument for bad options, and if points of two maps differ
+// in kind (FindClash).
 MergedMaps MergeMaps(const RgbdSensor& sensor, std::vector<Map> maps,
                      const MergeMapsOptions& options = {}, const MergeProgress& progress = {});
 

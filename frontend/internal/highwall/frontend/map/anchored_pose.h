@@ -6,12 +6,12 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// The pose of a camera relative to a keyframe, which it follows when the map is adjusted.
+// The pose of a camera anchored to a keyframe, which it follows when the map is adjusted.
 struct AnchoredPose {
   KeyFrameId reference = kNoId;
   Pose T_reference_C;
 
-  // The pose T_WC of now. reference: a keyframe of the map, also one that was removed.
+  // Anchors the current pose T_WC. reference: a keyframe of the map, also one that was removed.
   static AnchoredPose At(const Map& map, KeyFrameId reference, const Pose& T_WC) {
     return {reference, map.ResolvePose(reference).Inverse() * T_WC};
   }

@@ -14,16 +14,16 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// How much of a query's appearance a keyframe shares, in [0, 1].
+// Appearance similarity of a keyframe to a query, in [0, 1].
 struct PlaceScore {
   KeyFrameId keyframe = kNoId;
   double score = 0.0;
 };
 
 // 256-bit binary descriptors by keyframe: locality-sensitive hashing by sampled bits (Indyk,
-// Motwani, STOC 1998). Each table files a descriptor under 16 of its bits; what is filed is the
-// keyframe and a signature of 32 other bits, so that a query reads its buckets through and touches
-// no descriptor. There is nothing to train, and memory is 8 bytes a descriptor and table.
+// Motwani, STOC 1998). Each table hashes a descriptor by 16 of its bits and stores the keyframe and
+// a signature of 32 other bits, so that a query scans its buckets and touches no descriptor. There
+// is nothing to train, and memory is 8 bytes per descriptor and table.
 class DescriptorTables {
  public:
   struct Posting {
@@ -35,11 +35,12 @@ class DescriptorTables {
 
   // descriptors: N x 32 CV_8U or empty, here and below.
   void Add(KeyFrameId keyframe, const cv::Mat& descriptors);
-  // What Add was given.
+  // Removes what Add() stored; the descriptors must be the same.
   void Remove(KeyFrameId keyframe, const cv::Mat& descriptors);
-  // Adds to (*votes)[k] what descriptors like those of keyframe k weigh: weight * log(n / m) each,
-  // where m of `keyframes` = n - 1 keyframes have the like (inverse document frequency: Sivic,
-  // Zisserman, ICCV 2003). votes: longer than any id. Returns the most that a keyframe could get.
+  // Adds to (*votes)[k] the weight of descriptors similar to those of keyframe k, each weight *
+  // log(n / m), where m of `keyframes` = n - 1 keyframes have a similar one (inverse document
+  // frequency: Sivic, Zisserman, ICCV 2003). votes: longer than any id. Returns the maximum score
+  // of a keyframe.
   double Vote(const cv::Mat& descriptors, int max_signature_bits, double weight,
               std::size_t keyframes, std::vector<double>* votes) const;
 
@@ -49,16 +50,16 @@ class DescriptorTables {
   std::vector<Table> tables_;
 };
 
-// Place recognition without a vocabulary: which keyframes look like this? Grows and shrinks by
-// keyframes; points vote by ORB and lines by LBD.
+// Place recognition without a vocabulary: finds the keyframes that look similar to a query.
+// Keyframes are added and removed incrementally; points vote by ORB and lines by LBD.
 class KeyFrameIndex {
  public:
   explicit KeyFrameIndex(const KeyFrameIndexOptions& options = {});
 
   void Add(KeyFrameId keyframe, const FrameFeatures& features);
-  // features: as they were added.
+  // features: as passed to Add().
   void Remove(KeyFrameId keyframe, const FrameFeatures& features);
-  // Keyframes with a score above 0, best first; of equal scores the newer first.
+  // Returns the keyframes with a score above 0, best first; of equal scores the newer first.
   std::vector<PlaceScore> Query(const FrameFeatures& features) const;
 
   std::size_t size() const { return size_; }

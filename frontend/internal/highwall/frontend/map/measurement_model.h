@@ -17,12 +17,13 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Which features of one RGB-D camera may be one, and how they weigh in an estimate: the one place
-// for tracking, mapping, loops and relocalization alike, where observations become residual rows.
-// Rows are of T_WC; the factors are of T_WB, whose frame B is the camera's where there is no IMU.
+// Measurement model of the features of one RGB-D camera: which of them may match, and how they are
+// weighted. It is shared by tracking, mapping, loops and relocalization, where observations become
+// residual rows. Rows are of T_WC; the factors are of T_WB, whose frame B is the camera's if there
+// is no IMU.
 class MeasurementModel {
  public:
-  // pyramid: of the corners. Throws InvalidArgument on bad options.
+  // pyramid: of the corners. Throws InvalidArgument for bad options.
   MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
                    const Pose& T_BC = Pose(), const PyramidOptions& pyramid = {});
 
@@ -31,17 +32,17 @@ class MeasurementModel {
   const DepthNoise& depth_noise() const { return noise_; }
   const RgbdProjection& projection() const { return projection_; }
   const Pose& T_BC() const { return T_BC_; }
-  // Of factors that are made from now on.
+  // Applies to factors created afterwards.
   void SetExtrinsics(const Pose& T_BC);
   const MeasurementOptions& options() const { return options_; }
   const PyramidOptions& pyramid() const { return pyramid_; }
-  // Size of a pixel of a level in those of the finest. octave: in [0, 16), the most that are asked
-  // for.
+  // Size of a pixel of a level in pixels of the finest. octave: in [0, 16), the maximum number of
+  // levels.
   double Scale(int octave) const { return scales_[static_cast<std::size_t>(octave)]; }
 
-  // [px] of u and v at the pyramid level, as it is known beforehand.
+  // Prior [px] of u and v at the pyramid level.
   double PointSigma(int octave) const;
-  // [px] of u and v of this one.
+  // [px] of u and v of this feature.
   double PointSigma(const PointFeature& feature) const {
     return PointSigma(feature.octave) * static_cast<double>(feature.noise.px);
   }
@@ -68,14 +69,14 @@ class MeasurementModel {
   std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature) const;
   // Blocks: T_WB, OrthonormalLine.
   std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
-  // The same of this camera where it sits at T_BC on another body, such as a keyframe on the map.
+  // The same for this camera at T_BC on another body, such as a keyframe on the map.
   std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature,
                                                   const Pose& T_BC) const;
   std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature,
                                                   const Pose& T_BC) const;
 
  private:
-  Eigen::Matrix3d SqrtInformation(const PointFeature& feature) const;  // of one with depth
+  Eigen::Matrix3d SqrtInformation(const PointFeature& feature) const;  // for a feature with depth
   Eigen::Vector3d Measurement(const PointFeature& feature) const;
   RgbdSegment Measurement(const LineFeature& feature) const;
   SegmentNoise Noise(const LineFeature& feature) const;
@@ -87,12 +88,12 @@ class MeasurementModel {
 
   MeasurementOptions options_;
   PyramidOptions pyramid_;
-  std::array<double, 16> scales_;  // of octaves
+  std::array<double, 16> scales_;  // by octave
   PinholeCamera camera_;
   VirtualRightCamera right_;
   DepthNoise noise_;
   Pose T_BC_;
-  RgbdProjection projection_, body_projection_;  // of T_WC, of T_WB
+  RgbdProjection projection_, body_projection_;  // with T_WC, with T_WB
 };
 
 }  // namespace highwall

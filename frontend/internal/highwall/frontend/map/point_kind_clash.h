@@ -8,13 +8,13 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// What the points of each are, in words that differ: "sift", or "orb in 8 levels of 1.2".
+// Descriptions of the point kinds of both that differ: "sift", or "orb in 8 levels of 1.2".
 struct PointKindClash {
   std::string first, second;
 };
 
-// Why points of the two cannot be in one map: descriptors by another name, or levels of another
-// pyramid, where both are known (Map::knows_point_kind). Empty where they can.
+// Returns why points of the two cannot be in one map: descriptors of a different name, or a
+// different pyramid, if both are known (Map::knows_point_kind). Empty if they can.
 std::optional<PointKindClash> FindClash(const Map& first, const Map& second);
 std::optional<PointKindClash> FindClash(const Map& first, const PointKind& second);
 
