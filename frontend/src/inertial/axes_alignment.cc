@@ -19,14 +19,15 @@ namespace {
 
 constexpr std::size_t kFewest = 8;
 
-// The same turn as the gyroscope and as the camera have it.
+// The same rotation measured by the gyroscope and by the camera.
 struct Turn {
   Eigen::Vector3d body, camera;  // [rad]
   double duration = 0.0;         // [s]
 };
 
-// Rotation vector of the integrated gyroscope, without bias: over a tenth of a second a trapezium
-// errs by less than a pose does. Empty where readings are missing or end at `range`.
+// Returns the rotation vector of the integrated gyroscope, without bias: over a tenth of a second
+// the error of the trapezoidal rule is below that of a pose. Empty if readings are missing or
+// saturated at `range`.
 std::optional<Eigen::Vector3d> GyroscopeTurn(const ImuBuffer& readings, Stamp begin, Stamp end,
                                              double range) {
   const auto interval = readings.Between(begin, end);
@@ -86,7 +87,7 @@ AxesAlignment Align(const std::vector<Turn>& turns) {
         (turn.body - R_BC * turn.camera - turn.duration * alignment.gyroscope_bias).squaredNorm();
   }
   alignment.error = std::sqrt(alignment.error / count);
-  // Two axes are enough for a rotation: the second least of the three.
+  // Two axes suffice for a rotation: the second smallest of the three eigenvalues.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
   alignment.excitation = std::sqrt(std::max(0.0, axes.eigenvalues()[1]) / count);
   return alignment;

@@ -8,20 +8,20 @@
 
 namespace highwall {
 
-// How the axes of a camera lie in a body, and how far its clock is off.
+// Rotation between a camera and a body, and the offset of their clocks.
 struct AxesAlignment {
   Eigen::Quaterniond q_BC = Eigen::Quaterniond::Identity();
-  double time_offset = 0.0;                                  // [s] to 1 ms
+  double time_offset = 0.0;                                  // [s] with a resolution of 1 ms
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();  // [rad/s]
-  double error = 0.0;                                        // [rad] RMS of a turn that is left
-  double excitation = 0.0;  // [rad] RMS of the turns about the axis they have least of
+  double error = 0.0;                                        // [rad] RMS of the residual rotations
+  double excitation = 0.0;  // [rad] RMS of the rotations about their second weakest axis
 };
 
-// From the turns between neighbouring poses against those of the gyroscope, whatever the place of
-// the camera: rotations in closed form for each offset within +-max_time_offset [s], the one that
-// leaves least. poses: at least 8, in order; pairs farther apart than max_interval [s], without
-// readings, or with some that end at gyroscope_range [rad/s] are left out. Throws InvalidArgument
-// where fewer than 8 pairs remain.
+// Estimates the alignment from the rotations between neighbouring poses and those of the gyroscope,
+// independently of the lever arm: rotations in closed form for each offset within +-max_time_offset
+// [s], of which the one with the least residual is chosen. poses: at least 8, in order; pairs
+// farther apart than max_interval [s], without readings, or with readings saturated at
+// gyroscope_range [rad/s] are ignored. Throws InvalidArgument if fewer than 8 pairs remain.
 AxesAlignment AlignAxes(const Trajectory& poses, const ImuBuffer& readings, double max_time_offset,
                         double max_interval,
                         double gyroscope_range = std::numeric_limits<double>::infinity());

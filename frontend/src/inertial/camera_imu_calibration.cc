@@ -31,23 +31,23 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kShortest = 2.0;     // [s]
 constexpr double kLeastTurn = 0.005;  // [rad] RMS between poses: 3 deg/s at 10 Hz
-constexpr double kWorstTurns = 0.4;   // of the turns may be left: else they contradict
-// RMS of what is left of the poses, [m] and [rad], and a scale: beyond them nothing fits.
+constexpr double kWorstTurns = 0.4;   // share of the rotations left as residuals at most
+// Maximum residual RMS of the poses, [m] and [rad], and maximum scale of a valid calibration.
 constexpr double kWorstPosition = 0.05, kWorstRotation = 0.05, kWorstScale = 1.5;
 constexpr double kLeastSigma = 1e-5;       // [m], [rad] of a pose
-constexpr double kGuessOfPosition = 3e-3;  // [m] of a pose by images, until it is measured
+constexpr double kGuessOfPosition = 3e-3;  // [m] initial sigma of a pose from images
 constexpr double kGuessOfRotation = 3e-3;  // [rad]
-// Beyond these a calibration had better be recorded again.
+// With larger sigmas a calibration should be recorded again.
 constexpr double kGoodRotation = 0.3 * M_PI / 180.0;  // [rad]
 constexpr double kGoodLeverArm = 0.005;               // [m]
 constexpr double kGoodTimeOffset = 0.001;             // [s]
 constexpr double kGoodScale = 0.01;
 
-// Every `interval`, the first and the last pose of what is there included.
+// Returns the poses at least `interval` apart, beginning with the first.
 Trajectory Thinned(const Trajectory& all, double interval) {
   Trajectory some;
   for (const StampedPose& pose : all) {
-    constexpr double kSlack = 1e-3;  // [s] of stamps that are rounded
+    constexpr double kSlack = 1e-3;  // [s] for rounded stamps
     if (some.empty() || ToSeconds(pose.stamp - some.back().stamp) >= interval - kSlack) {
       some.push_back(pose);
     }
@@ -55,7 +55,7 @@ Trajectory Thinned(const Trajectory& all, double interval) {
   return some;
 }
 
-// Those that readings tie to the one before or after.
+// Returns the poses connected by readings with the previous or the next one.
 Trajectory Tied(const Trajectory& poses, const ImuBuffer& readings, double time_offset,
                 double max_interval) {
   const Stamp shift = FromSeconds(time_offset);
@@ -73,7 +73,7 @@ Trajectory Tied(const Trajectory& poses, const ImuBuffer& readings, double time_
   return some;
 }
 
-// The IMU without its place.
+// The IMU without its extrinsics.
 ImuCalibration Sensor(const CameraImuCalibrationOptions& options) {
   ImuCalibration sensor;
   sensor.noise = options.noise;
@@ -82,7 +82,7 @@ ImuCalibration Sensor(const CameraImuCalibrationOptions& options) {
   return sensor;
 }
 
-// What is known so far.
+// Current estimate.
 struct Estimate {
   Pose T_BC;
   double time_offset = 0.0, depth_scale = 1.0;
@@ -91,7 +91,7 @@ struct Estimate {
   std::vector<ImuBias> biases;
 };
 
-// What of the poses the states leave, time after time.
+// Residuals of the poses in temporal order.
 struct Residuals {
   std::vector<Vector6> of_poses;  // [m] in W, [rad]
 
@@ -100,7 +100,8 @@ struct Residuals {
     for (const Vector6& e : of_poses) sum += e.segment<3>(first).squaredNorm();
     return std::sqrt(sum / (3.0 * static_cast<double>(of_poses.size())));
   }
-  // Of neighbours: errors of a map last, so that ten poses a second are not ten pieces of evidence.
+  // Returns the correlation of neighbours: map errors persist, so that ten poses a second are not
+  // ten independent measurements.
   double Correlation(int first) const {
     double sum = 0.0, squares = 0.0;
     for (std::size_t i = 0; i < of_poses.size(); ++i) {
@@ -117,7 +118,7 @@ struct Covariances {
   ImuBias bias;
 };
 
-// One round: readings cut at the offset, and integrated at the biases, of the estimate.
+// Problem of one round: readings cut at the offset, and integrated at the biases, of the estimate.
 class CalibrationGraph {
  public:
   CalibrationGraph(const Trajectory& camera, const ImuBuffer& readings, const Estimate& estimate,
@@ -200,7 +201,7 @@ class CalibrationGraph {
   };
 
   void AddPriors() {
-    Vector6 weights;  // a rotation is known by nothing else, but to a radian
+    Vector6 weights;  // the rotation has no other prior: 1 rad
     weights << Eigen::Vector3d::Constant(1.0 / options_.lever_arm_sigma),
         Eigen::Vector3d::Constant(1.0);
     graph_.AddFactor(std::make_unique<PosePrior>(Pose(from_.T_BC.q(), Eigen::Vector3d::Zero()),
@@ -215,7 +216,7 @@ class CalibrationGraph {
         depth_scale_);
   }
 
-  // Where no readings lead to a state nothing else may know its velocity and bias.
+  // Priors on velocity and bias, which may be unobservable if no readings lead to a state.
   void AddPriorsOf(const State& state) {
     constexpr double kFastest = 10.0;  // [m/s]
     Vector6 weights;
@@ -232,7 +233,7 @@ class CalibrationGraph {
 
   Stamp ImuStamp(std::size_t i) const { return camera_[i].stamp + FromSeconds(from_.time_offset); }
 
-  // Of the readings around, bias taken off: a mean over 20 ms.
+  // Returns the mean of the surrounding readings over 20 ms, bias removed.
   Eigen::Vector3d RateAt(std::size_t i) const {
     constexpr double kHalf = 0.01;  // [s]
     const auto interval =
@@ -243,7 +244,7 @@ class CalibrationGraph {
     return sum / static_cast<double>(interval->samples.size()) - from_.biases[i].head<3>();
   }
 
-  // The readings since the pose before, where there are such.
+  // Adds an IMU factor for the readings since the previous pose, if there are any.
   bool Tie(std::size_t i) {
     if (i == 0) return false;
     if (ToSeconds(camera_[i].stamp - camera_[i - 1].stamp) > options_.max_interval) return false;
@@ -268,7 +269,8 @@ class CalibrationGraph {
   std::vector<State> states_;
 };
 
-// Poses of the camera moved to the body, velocities by their differences, up by the accelerometer.
+// Initial guess: camera poses transformed to the body, velocities by differences, gravity by the
+// accelerometer.
 Estimate FirstEstimate(const Trajectory& camera, const ImuBuffer& readings,
                        const AxesAlignment& axes) {
   Estimate estimate{.T_BC = Pose(axes.q_BC, Eigen::Vector3d::Zero()),
@@ -300,7 +302,8 @@ Estimate FirstEstimate(const Trajectory& camera, const ImuBuffer& readings,
   return estimate;
 }
 
-// The principal direction of P with a standard deviation beyond `limit`: the axis nearest to it.
+// Returns the axis nearest to the principal direction of P if its standard deviation exceeds
+// `limit`.
 std::optional<int> WorstAxis(const Eigen::Matrix3d& P, double limit) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(P);
   if (std::sqrt(axes.eigenvalues()[2]) <= limit) return std::nullopt;
@@ -312,7 +315,7 @@ std::optional<int> WorstAxis(const Eigen::Matrix3d& P, double limit) {
 std::vector<std::string> Advice(const CameraImuCalibration& result, const Matrix6& P,
                                 bool with_scale) {
   std::vector<std::string> advice;
-  // A turn about an axis does not tell the rotation about that axis.
+  // A rotation about an axis gives no information on the extrinsic rotation about that axis.
   constexpr const char* kRotation[] = {
       "pitch (about the camera's x) was hardly seen: turn it left and right, and roll it",
       "yaw (about the camera's y) was hardly seen: tilt it up and down, and roll it",
@@ -381,7 +384,7 @@ CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
     const Residuals residuals = graph.PoseResiduals();
     result.position_error = residuals.Rms(0);
     result.rotation_error = residuals.Rms(3);
-    // As if errors that last were so many times as large.
+    // Inflated for correlated errors.
     const auto inflated = [&](int first) {
       const double rho = residuals.Correlation(first);
       return std::max(kLeastSigma, residuals.Rms(first) * std::sqrt((1.0 + rho) / (1.0 - rho)));

@@ -9,9 +9,10 @@ namespace highwall {
 namespace {
 
 constexpr double kAtTheEnd = 0.999;  // of the range: readings are rounded
-constexpr double kBeyond = 0.5;      // of the range, sigma
+constexpr double kBeyond = 0.5;      // sigma, as a share of the range
 
-// [s] that the saturated readings of one sensor stand for: half of the steps beside them.
+// Returns the time [s] that the saturated readings of one sensor stand for: half of the adjacent
+// steps.
 double SaturatedTime(std::span<const ImuSample> samples, Eigen::Vector3d ImuSample::*reading,
                      double range) {
   double time = 0.0;

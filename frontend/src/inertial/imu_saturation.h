@@ -7,18 +7,16 @@
 
 namespace highwall {
 
-// Whether a reading of three axes ends at `range`, within a thousandth of that: it was as much or
-// more.
+// Returns whether a reading of three axes is saturated: at `range`, within a thousandth of it.
 bool EndsAt(const Eigen::Vector3d& reading, double range);
 
-// Whether a reading ends where its sensor does (ImuCalibration::gyroscope_range,
-// accelerometer_range).
+// Returns whether a reading is saturated (ImuCalibration::gyroscope_range, accelerometer_range).
 bool IsSaturated(const ImuSample& sample, const ImuCalibration& calibration);
 
-// The noise of an IMU of which some readings are saturated. How far the truth was beyond the range
-// is not known, and for neighbouring readings it is the same error: half of the range, over all of
-// the time that they stand for. As a density over this interval that joins the noise of the sensor
-// whose readings they are. samples: of the whole interval, at least two.
+// Returns the noise of an IMU with some saturated readings. By how much the truth exceeded the
+// range is unknown, and neighbouring readings share the same error: half of the range, over the
+// whole time that they stand for. As a density over this interval, it is added to the noise of the
+// saturated sensor. samples: of the whole interval, at least two.
 ImuNoise SaturatedNoise(const ImuNoise& noise, std::span<const ImuSample> samples,
                         const ImuCalibration& calibration);
 

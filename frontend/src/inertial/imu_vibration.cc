@@ -11,11 +11,11 @@
 namespace highwall {
 namespace {
 
-constexpr double kGap = 1.5;  // times the usual step: a longer one misses a reading
+constexpr double kGap = 1.5;  // multiple of the median step: a longer one misses a reading
 
 struct MissingReadings {
   std::size_t readings = 0;
-  // Of the sum of what stands for them, in units of the shaking's variance.
+  // Variance of the sum of their substitutes, in units of the vibration's variance.
   double squared_errors = 0.0;
 };
 
@@ -26,7 +26,7 @@ MissingReadings FindMissing(std::span<const ImuSample> samples) {
   }
   MissingReadings missing;
   if (steps.size() < 4) return missing;  // nothing to compare with
-  // The ends may be cut between two readings: their steps are short.
+  // The first and last steps may be short, as an interval may be cut between two readings.
   std::vector<Stamp> inner(steps.begin() + 1, steps.end() - 1);
   const auto middle = inner.begin() + (std::ssize(inner) - 1) / 2;
   std::ranges::nth_element(inner, middle);
@@ -35,7 +35,8 @@ MissingReadings FindMissing(std::span<const ImuSample> samples) {
     if (!(ToSeconds(step) > kGap * usual)) continue;
     const double count = std::round(ToSeconds(step) / usual) - 1.0;
     missing.readings += static_cast<std::size_t>(count);
-    // Each of them is off by itself, and all by what the two neighbours are, which stand for them.
+    // Each has an error of its own, and all share the errors of the two neighbours that replace
+    // them.
     missing.squared_errors += count + 0.5 * count * count;
   }
   return missing;

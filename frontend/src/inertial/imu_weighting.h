@@ -5,20 +5,20 @@
 
 namespace highwall {
 
-// What an interval between two images tells the policies.
+// Input of the weighting policies from an interval between two images.
 struct ImuWeightInput {
   MotionMeasures motion;
   double squared_innovation = 0.0;  // of the image's pose against the IMU's prediction
-  int dof = 0;                      // of it; 0: no image, or one that leaves a direction open
+  int dof = 0;                      // of it; 0: no image, or one with an unobservable direction
 };
 
-// One of the policies, by its name.
+// Weight of IMU factors by the selected policy.
 class ImuWeight {
  public:
   // Throws InvalidArgument on bad options.
   explicit ImuWeight(const ImuWeightingOptions& options);
 
-  // Once an interval: the weight of its IMU factor.
+  // Returns the weight of the IMU factor of an interval; to be called once per interval.
   double Update(const ImuWeightInput& input);
   double weight() const { return weight_; }
 

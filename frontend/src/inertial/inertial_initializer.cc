@@ -29,13 +29,13 @@ struct Guess {
   Pose T_BC;
 };
 
-// The images' poses as poses of the body, and the IMU between them, for one guess of t_d and bias.
+// Body poses from the images' poses, and the IMU between them, for one guess of t_d and bias.
 struct Motion {
   std::vector<Stamp> stamps;  // of the IMU's clock
   std::vector<Pose> T_WB;
   std::vector<ImuPreintegration> imu;  // one less
 
-  // T_WC, an image's.
+  // Adds an image. T_WC: its pose.
   void Add(Stamp image, const Pose& T_WC, const Guess& guess) {
     stamps.push_back(image + FromSeconds(guess.time_offset));
     T_WB.push_back(T_WC * guess.T_BC.Inverse());
@@ -50,7 +50,7 @@ struct Motion {
   }
 };
 
-// Mean over the whole motion: what gravity must be for the bodies' displacements to come about.
+// Returns the mean gravity over the whole motion that explains the displacements of the body.
 Eigen::Vector3d MeanGravity(const Motion& motion) {
   const std::size_t n = motion.T_WB.size();
   const auto velocity = [&](std::size_t i) -> Eigen::Vector3d {
@@ -67,7 +67,7 @@ Eigen::Vector3d MeanGravity(const Motion& motion) {
   return change / seconds;
 }
 
-// The least-squares problem of one guess.
+// Least-squares problem for one guess.
 class Problem {
  public:
   Problem(const Motion& motion, const Guess& guess, const UnitDirection& gravity) {
@@ -89,7 +89,8 @@ class Problem {
     dof_ = 15 * static_cast<int>(n - 1) - (15 * static_cast<int>(n) + 2 + 1);
   }
 
-  // The camera sits on the body about there, rather than where the guess has it. Before AddImage().
+  // Makes the extrinsics an unknown with the initial value `guess` and a prior at T_BC. To be
+  // called before AddImage().
   void AddExtrinsics(const Pose& T_BC, const Eigen::Matrix<double, 6, 1>& sigma,
                      const Pose& guess) {
     extrinsics_ = {graph_.AddVariable(guess), graph_.AddVariable(1.0)};
@@ -110,7 +111,7 @@ class Problem {
                                                     omega_B, t_d_state),
                        poses_[i], velocities_[i], time_offset_);
     }
-    // A row of zeros tells nothing: that direction is open.
+    // A row of zeros belongs to an unobservable direction.
     dof_ += static_cast<int>((visual.sqrt_information.array() != 0.0).rowwise().any().count());
   }
   void AddPriors(const InertialInitializerOptions& options, double time_offset, bool free) {
@@ -120,7 +121,7 @@ class Problem {
     graph_.AddFactor(
         std::make_unique<VectorPrior<6>>(ImuBias::Zero(), sigma.cwiseInverse().asDiagonal()),
         biases_.front());
-    dof_ += 6 + 1;  // a t_d that is fixed is no unknown
+    dof_ += 6 + 1;  // a fixed t_d is no unknown
     if (free) {
       using Offset = Eigen::Matrix<double, 1, 1>;
       graph_.AddFactor(
@@ -134,13 +135,13 @@ class Problem {
 
   bool Solve() { return graph_.Solve({.max_iterations = 20}).IsUsable(); }
   double Error() const { return 2.0 * graph_.Cost() / std::max(dof_, 1); }
-  // T_BC: where it is known.
+  // T_BC: its value if it is known.
   Guess Latest(const Pose& T_BC) const {
     return {graph_.Value(time_offset_), graph_.Value(biases_.back()),
             extrinsics_ ? graph_.Value(extrinsics_->T_BC) : T_BC};
   }
 
-  // Empty where the images leave a direction open all the time.
+  // Returns empty if the images leave a direction unobservable throughout.
   std::optional<InertialPrior> Result(Stamp stamp) const {
     std::vector<VariableId> ids = {poses_.back(), velocities_.back(), biases_.back(), gravity_,
                                    time_offset_};
@@ -168,9 +169,9 @@ class Problem {
   Variable<double> time_offset_;
   struct Extrinsics {
     Variable<Pose> T_BC;
-    Variable<double> scale;  // of the depth: as it is
+    Variable<double> scale;  // of the depth: fixed
   };
-  std::optional<Extrinsics> extrinsics_;  // where they are unknowns
+  std::optional<Extrinsics> extrinsics_;  // if they are unknowns
   std::vector<Variable<Pose>> poses_;
   std::vector<Variable<Eigen::Vector3d>> velocities_;
   std::vector<Variable<ImuBias>> biases_;
@@ -199,7 +200,7 @@ const char* ToString(InitializationStatus status) {
 
 namespace {
 
-// [m/s^2] Of the accelerometer's readings; 0 without any.
+// Returns the median norm of the accelerometer's readings [m/s^2]; 0 without readings.
 double MedianNorm(const ImuBuffer& imu, Stamp begin, Stamp end) {
   const auto interval = imu.Between(begin, end);
   if (!interval) return 0.0;
@@ -269,7 +270,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   if (is_short(0)) return report;
 
   Guess guess{calibration_.time_offset, ImuBias::Zero(), calibration_.T_BC};
-  // The offset moves the instants at which the readings are cut, and the biases their sums.
+  // The offset changes the instants at which the readings are cut, and the biases their integrals.
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
     const std::size_t first = FirstImage(imu, guess.time_offset);
@@ -312,12 +313,12 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   }
   report.gravity_sigma = report.estimate->gravity_sigma() * std::sqrt(std::max(1.0, report.error));
   if (report.error > options_.max_error) return report;
-  // Images that are worse than they state, beyond chance, have to tell more.
+  // Images significantly worse than their stated covariance need a longer duration.
   constexpr double kChance = 2.0;
   const double factor = report.error > kChance ? std::sqrt(report.error) : 1.0;
   const double wanted =
       std::min(factor * options_.min_duration, options_.max_duration - options_.interval);
-  constexpr double kSlack = 1e-3;  // [s] of stamps that are rounded
+  constexpr double kSlack = 1e-3;  // [s] for rounded stamps
   report.status = report.duration < wanted - kSlack || report.gravity_sigma > MaxGravitySigma()
                       ? InitializationStatus::kUncertain
                       : InitializationStatus::kReady;

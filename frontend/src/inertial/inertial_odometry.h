@@ -21,21 +21,21 @@
 
 namespace highwall {
 
-// Fuses what images see of the map with an IMU: initialization, a sliding window of states, the
-// weight of the IMU, the time offset, dead reckoning where images show nothing.
+// Fuses the map observations of images with an IMU: initialization, a sliding window of states, the
+// weight of the IMU, the time offset, dead reckoning while images give no pose.
 //
 //   for each image:
-//     AddSample() every reading until some 50 ms after it
-//     Predict()   where the camera should be
-//     Update()    with what the image says, if anything
-//     T_WC()      the pose by both
+//     AddSample() all readings until some 50 ms after it
+//     Predict()   the pose of the camera
+//     Update()    with the observation of the image, if any
+//     T_WC()      the fused pose
 //
-// States live in a frame O that stands still, with its z axis as far up as the initialization knew;
-// the map's frame W moves with respect to it when the map is corrected (MoveMap), by a turn about
-// the vertical and a shift, and when it is levelled again.
+// States are expressed in a fixed frame O whose z axis points up by the gravity estimate of the
+// initialization. The map's frame W moves with respect to O when the map is corrected (MoveMap), by
+// a rotation about the vertical and a translation, and when gravity is aligned again.
 class InertialOdometry {
  public:
-  // model: of the camera; without one, images are poses whatever the options say. Throws
+  // model: of the camera; without one, images are poses whatever the options. Throws
   // InvalidArgument on bad options.
   explicit InertialOdometry(const ImuCalibration& calibration, const InertialOptions& options = {},
                             const std::optional<MeasurementModel>& model = std::nullopt);
@@ -46,37 +46,38 @@ class InertialOdometry {
 
   ImuSampleStatus AddSample(const ImuSample& sample);
 
-  // The unit vector in C that points up, by the mean reading of the accelerometer over the second
-  // before an image: good for a camera at rest or in calm motion. Empty without readings.
+  // Returns the unit vector in C that points up, from the mean accelerometer reading over the
+  // second before an image: valid for a camera at rest or in calm motion. Empty without readings.
   std::optional<Eigen::Vector3d> UpInCamera(Stamp image) const;
 
-  // The pose of the camera that the IMU predicts; empty before the initialization, without
+  // Returns the pose of the camera predicted by the IMU; empty before the initialization, without
   // readings, and after dead reckoning for too long.
   std::optional<KnownPose> Predict(Stamp image) const;
 
-  // What an image told, besides its stamp [ns, camera's clock].
+  // Observation of an image at its stamp [ns, camera's clock].
   struct Observation {
     Stamp image = 0;
     std::optional<VisualPose> visual;  // in W
-    // With it, what the pose was found by: for the window of landmarks, which asks now and then.
+    // Returns the observations behind `visual`, for the tightly coupled smoother, which calls this
+    // only for some images.
     std::function<SeenLandmarks()> see;
     double sharpness = 1.0;  // MotionMeasures
     double tracked_share = 1.0;
-    bool keeps_level = false;  // the map must not be levelled now: InertialReport::T_level
+    bool keeps_level = false;  // no gravity alignment of the map now: InertialReport::T_level
   };
   InertialReport Update(const Observation& observation);
 
-  // The map was moved, T_new_old in W, where the camera is now.
+  // Follows the map, which was transformed by T_new_old in W at the camera's current place.
   void MoveMap(const Pose& T_new_old);
 
-  // The map goes on in another world W: gravity and velocity are to be found anew. Readings, time
-  // offset and what was given up are kept.
+  // Starts over in another world W, where gravity and velocity have to be estimated again.
+  // Readings, time offset and the given-up status are kept.
   void Restart();
 
-  // The latest image's state in W; empty unless running or dead reckoning.
+  // Returns the latest image's state in W; empty unless running or dead reckoning.
   std::optional<InertialEstimate> estimate() const;
   std::optional<Pose> T_WC() const;
-  // [m/s^2] in W, as estimated; empty before the initialization.
+  // Returns the estimated gravity [m/s^2] in W; empty before the initialization.
   std::optional<Eigen::Vector3d> gravity_W() const;
   double gravity_sigma() const;  // [rad]
   double time_offset() const;    // [s] t_d
@@ -84,11 +85,11 @@ class InertialOdometry {
   InertialStatus status() const;
   double weight() const;  // of the latest IMU factor
   const ImuCalibration& calibration() const;
-  // As it is known by now; the calibration's where it is not estimated.
+  // Current estimate; that of the calibration if it is not estimated online.
   const Pose& T_BC() const;
 
-  // The readings between two instants of the IMU's clock, preintegrated with the present bias;
-  // empty where some are missing.
+  // Returns the readings between two instants of the IMU's clock, preintegrated with the current
+  // bias; empty if some are missing.
   std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
 
  private:

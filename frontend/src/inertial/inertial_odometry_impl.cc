@@ -21,36 +21,36 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Of the walks of the biases: what the map gets wrong along the way looks like biases that move
-// faster than those of the sensor do.
+// Inflation of the random walks of the biases: errors of the map along the way look like biases
+// that change faster than those of the sensor.
 constexpr double kWalkInflation = 4.0;
-// Of the prediction's covariance before it guides the search for landmarks.
+// Inflation of the prediction's covariance before it guides the search for landmarks.
 constexpr double kPredictionInflation = 4.0;
 constexpr double kRetryInterval = 0.5;  // [s] between attempts to initialize
-// [s] The same once the IMU is given up: images may have been at fault as long as tracking was
-// poor, and an IMU that fits later on is used.
+// [s] The same once the IMU is given up: the images may have been at fault while tracking was poor,
+// and an IMU that becomes consistent later is used.
 constexpr double kLateRetryInterval = 5.0;
-// [m/s] After readings were missing: of the velocity that the displacement of two images shows.
+// [m/s] Sigma of the velocity from the displacement of two images, after readings were missing.
 constexpr double kRestartVelocitySigma = 0.5;
-// The map may be levelled once more each time that gravity is known better by this factor, and is
-// where it is off by so many standard deviations and by what is worth a map that moves.
+// Gravity may be aligned again each time that its sigma shrinks by this factor, if the tilt exceeds
+// so many standard deviations and is large enough to justify moving the map.
 constexpr double kBetterGravity = 1.0 / 3.0;
 constexpr double kSureTilt = 3.0;
 constexpr double kWorthwhileTilt = 2e-3;  // [rad] 2 mm a metre
 constexpr StationaryOptions kStationary;
-// [m/s], and squared in sigmas of its own (99.9 %): at rest the estimate must be slower as well.
+// [m/s], and squared in its own sigmas (99.9 %): a stationary body must also be estimated slower.
 constexpr double kStationarySpeed = 0.03, kRestChi2 = 16.27;
 
-constexpr double kNeighbours = 0.2;  // [s] apart at most, two images that tell a velocity
+constexpr double kNeighbours = 0.2;  // [s] maximum distance of two images that give a velocity
 
 constexpr const char* kNoStart = "what is known of the motion does not make a start";
 
-// The shortest rotation that takes `up` to z.
+// Returns the shortest rotation that takes `up` to z.
 Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
 }
 
-// Gravity and t_d are not believed beyond what the models are good for.
+// Limits the certainty of gravity and t_d to the accuracy of the models.
 void AddDoubt(InertialPrior& prior) {
   constexpr double kGravity = 1e-3, kTimeOffset = 1e-4;  // [rad], [s]
   const Eigen::Vector3d least(kGravity, kGravity, kTimeOffset);
@@ -156,7 +156,7 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   const Eigen::Vector3d gravity = kStandardGravity * newest.gravity_W.vector();
   const ImuState body = imu->Predict(from.state, from.bias, gravity);
   const Eigen::Vector3d omega_B = imu->samples().back().gyroscope - from.bias.head<3>();
-  Matrix6 J = Matrix6::Identity();  // in the tangent of a pose, rotations do not turn
+  Matrix6 J = Matrix6::Identity();  // the tangent of a pose is body-fixed in rotation
   J.topLeftCorner<3, 3>() = T_WO_.R();
   Vector6 common;
   common << Eigen::Vector3d::Constant(options_.visual_noise.position),
@@ -179,7 +179,7 @@ InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
     Initialize(observation, report);
   }
   if (observation.visual) {
-    // In W as it is from now on.
+    // In W after a gravity alignment.
     const Pose T_level = report.T_level.value_or(Pose());
     last_visual_ = {observation.image, T_level * observation.visual->T_WC};
     visual_motion_ = motion;
@@ -223,7 +223,7 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   if (report.reason.empty()) report.reason = Explain(solution, options_.initializer);
   reason_ = report.reason;
   if (solution.status != InitializationStatus::kReady) {
-    // Readings that are right by themselves are no reason to give them up.
+    // Readings that are consistent by themselves are no reason to give up the IMU.
     const bool wrong_readings = solution.status == InitializationStatus::kWrongGravity &&
                                 !IsNearGravity(solution.reading_norm, options_.initializer);
     const bool contradiction =
@@ -235,7 +235,7 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   const Eigen::Quaterniond q_level = Upright(-solution.estimate->gravity_W.vector());
   InertialPrior prior = solution.estimate->Turned(q_level);
   prior.gravity_W = UnitDirection(Eigen::Vector3d(0, 0, -1));
-  // What the solution's error exceeds its model by, its covariance falls short.
+  // The covariance is inflated by the error of the solution.
   prior.SetJoint(std::max(1.0, solution.error) * prior.Joint());
   AddDoubt(prior);
   if (!Start(prior)) {
@@ -261,14 +261,14 @@ void InertialOdometry::Impl::StartTight(const InertialPrior& prior) {
   if (options_.coupling != InertialCoupling::kTight || !model_) return;
   try {
     tight_.Put(std::make_unique<TightCoupling>(calibration_, *model_, options_, prior));
-  } catch (const InvalidArgument&) {  // the window of poses goes on alone
+  } catch (const InvalidArgument&) {  // the loosely coupled smoother continues alone
   }
 }
 
 bool InertialOdometry::Impl::Start(const InertialPrior& prior) {
   try {
     window_ = MakeLoose(prior);
-  } catch (const InvalidArgument&) {  // a covariance that is none, an estimate beyond all numbers
+  } catch (const InvalidArgument&) {  // an invalid covariance or a non-finite estimate
     return false;
   }
   StartTight(prior);
@@ -378,7 +378,7 @@ std::optional<InertialWindow> InertialOdometry::Impl::Follow(
       if (!added) return std::nullopt;
     }
     return window;
-  } catch (const InvalidArgument&) {  // a covariance that is none
+  } catch (const InvalidArgument&) {  // an invalid covariance
     return std::nullopt;
   }
 }
@@ -450,7 +450,7 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   estimate.stamp = stamp;
   estimate.state.T_WB = T_OB;
   estimate.state.v_WB = (T_OB.p() - T_OB_before.p()) / step;
-  // The image has seen the camera: what is unknown of T_BC is unknown of the body.
+  // The image observes the camera: the uncertainty of T_BC is also that of the body.
   const Eigen::MatrixXd joint = prior.Joint();
   Eigen::MatrixXd J = Eigen::MatrixXd::Identity(joint.rows(), joint.cols());
   J.topRows<9>().setZero();
@@ -498,7 +498,7 @@ std::optional<Twist> InertialOdometry::Impl::MotionTo(const Observation& observa
   if (!observation.visual || !last_visual_) return std::nullopt;
   const double since = ToSeconds(observation.image - last_visual_->stamp);
   if (!(since > 0.0 && since <= kNeighbours)) return std::nullopt;
-  constexpr double kFast = 1e3;  // [m/s] no camera is; beyond all numbers there is no motion
+  constexpr double kFast = 1e3;  // [m/s] above any camera's speed; not a motion if not finite
   const Pose &from = last_visual_->pose, &to = observation.visual->T_WC;
   if (!((to.p() - from.p()).norm() < kFast * since)) return std::nullopt;
   return Twist::Between(from.Inverse() * to, since);
@@ -535,7 +535,7 @@ void InertialOdometry::Impl::Restart() {
   visual_rest_.Clear();
   rests_ = false;
   T_WO_ = Pose();
-  if (status_ == InertialStatus::kGivenUp) return;  // as rarely tried as before
+  if (status_ == InertialStatus::kGivenUp) return;  // retried as rarely as before
   last_attempt_.reset();
   attempts_ = 0;
   status_ = InertialStatus::kWaiting;
@@ -557,7 +557,7 @@ std::optional<InertialEstimate> InertialOdometry::Impl::estimate() const {
 }
 
 std::optional<ExtrinsicsEstimate> InertialOdometry::Impl::extrinsics() const {
-  constexpr double kSeen = 0.5;  // of the standard deviation beforehand
+  constexpr double kSeen = 0.5;  // of the prior standard deviation
   if (!options_.estimate_extrinsics || (!window_ && !known_)) return std::nullopt;
   const InertialPrior prior = window_ ? window_->Prior() : *known_;
   const Vector6 sigma = prior.calibration_covariance.diagonal().tail<6>().cwiseMax(0).cwiseSqrt();

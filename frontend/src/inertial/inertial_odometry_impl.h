@@ -18,7 +18,7 @@
 
 namespace highwall {
 
-// The public functions have their docs in inertial_odometry.h.
+// The public functions are documented in inertial_odometry.h.
 class InertialOdometry::Impl {
  public:
   Impl(const ImuCalibration& calibration, const InertialOptions& options,
@@ -44,40 +44,40 @@ class InertialOdometry::Impl {
 
  private:
   void Initialize(const Observation& observation, InertialReport& report);
-  // Solves the initialization; inconsistent, with a reason, where the images agree better with
-  // the readings once the accelerometer's sign is turned.
+  // Solves the initialization; inconsistent, with a reason, if the images fit the readings better
+  // with the accelerometer's sign reversed.
   InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;
   void Advance(const Observation& observation, InertialReport& report);
-  // Starts the windows; none where the prior cannot be used.
+  // Starts both smoothers; false if the prior cannot be used.
   bool Start(const InertialPrior& prior);
   void StartTight(const InertialPrior& prior);
   InertialWindow MakeLoose(const InertialPrior& prior) const;
-  // The image joins the tightly coupled window as well. step: of the other's.
+  // Adds the image to the tightly coupled smoother as well. step: that of the loosely coupled one.
   void Couple(const Observation& observation, const InertialWindow::Step& step);
-  // The window of poses goes on from what the other one has come to know. report: is told of it.
+  // Restarts the loosely coupled smoother from the result of the tight one, if any. report: output.
   void TakeOver(InertialReport* report);
-  // A window of poses from there on, with the images since; empty where that cannot be.
+  // Returns a loosely coupled smoother started there, with the images since; empty on failure.
   std::optional<InertialWindow> Follow(const TightCoupling::Result& result) const;
-  // What is kept over a pause.
+  // Copies the estimates that are kept over a pause.
   void ReadWindow();
-  // The turn that makes the map's z point up, where gravity has become known much better than when
-  // this was asked last, and the map is off by more than that.
+  // Returns the gravity alignment that makes the map's z axis point up, if gravity has become much
+  // more accurate since the last check and the map's tilt exceeds the uncertainty.
   std::optional<Pose> Level();
-  // Ends the window, and keeps what holds on: biases, gravity, t_d.
+  // Ends the smoothers and keeps the estimates that remain valid: biases, gravity, t_d.
   void Suspend();
-  // Starts a window anew with what was kept, once there are readings and poses again.
+  // Restarts the smoothers with the kept estimates as soon as there are readings and poses again.
   void Resume(const Observation& observation, InertialReport& report);
-  // What the image says against what the readings since the newest state predict, in the report;
-  // whether it contradicts them.
+  // Computes the innovation of the image's pose against the prediction from the readings since the
+  // newest state, for the report; returns whether the readings are contradicted.
   bool Innovate(const ImuPreintegration& imu, const VisualPose& visual_O, Stamp image,
                 InertialReport& report) const;
-  // The readings of that interval are not used from now on.
+  // Rejects the readings of that interval from now on.
   void Disbelieve(const ImuPreintegration& imu);
-  // From the last image that told its pose to this one; none where that is long ago.
+  // Returns the motion from the last image with a pose to this one; empty if that is long ago.
   std::optional<Twist> MotionTo(const Observation& observation) const;
   std::optional<ExtrinsicsEstimate> extrinsics() const;
-  // By the readings, the velocity within its own sigmas, and the images; where these show nothing,
-  // what rested before still does.
+  // Returns whether the body is stationary by the readings, the velocity within its own sigmas, and
+  // the images; if these give no pose, a stationary body remains stationary.
   bool Rests(const ImuPreintegration& imu, bool is_dark) const;
   Stamp ImuStamp(Stamp image) const { return image + FromSeconds(time_offset()); }
   VisualPose InO(const VisualPose& visual_W) const;
@@ -94,8 +94,8 @@ class InertialOdometry::Impl {
   std::string reason_;
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
-  std::optional<StampedPose> last_visual_;  // T_WC of the last image that told it, image stamp
-  std::optional<Twist> visual_motion_;      // that led there from the image before
+  std::optional<StampedPose> last_visual_;  // T_WC of the last image with a pose, image stamp
+  std::optional<Twist> visual_motion_;      // motion to it from the image before
   VisualRest visual_rest_;                  // of the camera in O
   bool rests_ = false;                      // at the latest image
   std::optional<InertialPrior> known_;      // between Suspend() and Resume()
@@ -105,7 +105,7 @@ class InertialOdometry::Impl {
   double time_offset_;
   Pose T_BC_;
   Pose T_WO_;
-  double levelled_to_ = 0.0;  // [rad] gravity's standard deviation when it was asked last
+  double levelled_to_ = 0.0;  // [rad] gravity's sigma at the last check for alignment
 };
 
 }  // namespace highwall

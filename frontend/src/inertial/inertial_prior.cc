@@ -15,7 +15,7 @@ using namespace state_rows;
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// From the order of ImuPreintegration, [theta v p b], to that of InertialEstimate.
+// Reorders from the order of ImuPreintegration, [theta v p b], to that of InertialEstimate.
 Matrix15 Reordered(const Matrix15& imu, const Eigen::Matrix3d& R_WB) {
   Matrix15 G = Matrix15::Zero();
   G.block<3, 3>(kTheta, 0).setIdentity();
@@ -76,7 +76,7 @@ CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
   const InertialEstimate body = Propagate(from.estimate, imu, gravity, weight);
   CameraPoseEstimate camera = CameraOf(body, T_BC);
   if (!from.T_BC) return camera;
-  Matrix6 of_body = Matrix6::Identity(), of_T_BC = Matrix6::Identity();  // of the camera's tangent
+  Matrix6 of_body = Matrix6::Identity(), of_T_BC = Matrix6::Identity();  // of the tangent of C
   of_body.topRightCorner<3, 3>() = -body.state.T_WB.R() * so3::Hat(T_BC.p());
   of_body.bottomRightCorner<3, 3>() = T_BC.R().transpose();
   of_T_BC.topLeftCorner<3, 3>() = body.state.T_WB.R();
@@ -135,7 +135,7 @@ InertialPrior InertialPrior::Turned(const Eigen::Quaterniond& q) const {
   turned.gravity_W = UnitDirection(q * gravity_W.vector());
   const Eigen::Matrix3d R = q.toRotationMatrix();
   const Eigen::Index size = kN + calibration_covariance.rows();
-  // In the tangent of a pose, rotations do not turn.
+  // The tangent of a pose is body-fixed in rotation and does not rotate with the world.
   Eigen::MatrixXd J = Eigen::MatrixXd::Identity(size, size);
   J.block<3, 3>(kP, kP) = J.block<3, 3>(kV, kV) = R;
   J.block<2, 2>(kN, kN) = UnitDirectionManifold::Basis(turned.gravity_W.data()).transpose() * R *

@@ -13,14 +13,14 @@
 
 namespace highwall {
 
-// Rows of position, rotation, velocity, biases and, behind the 15 of the state, gravity's direction
-// in a joint covariance of an inertial state.
+// Row offsets of position, rotation, velocity, biases and, after the 15 rows of the state,
+// gravity's direction in a joint covariance of an inertial state.
 namespace state_rows {
 inline constexpr int kP = 0, kTheta = 3, kV = 6, kB = 9, kN = 15;
 }
 
-// The same after the motion that an IMU measured, its noise added (Forster et al. 2017); that is
-// larger where the IMU's residual weighs less than 1 (weight > 0).
+// Propagates the estimate by the motion that an IMU measured and adds its noise (Forster et al.
+// 2017), inflated if the IMU's residual weighs less than 1 (weight > 0).
 InertialEstimate Propagate(const InertialEstimate& from, const ImuPreintegration& imu,
                            const Eigen::Vector3d& gravity_W, double weight = 1.0);
 
@@ -31,46 +31,47 @@ struct CameraPoseEstimate {
 };
 CameraPoseEstimate CameraOf(const InertialEstimate& body, const Pose& T_BC);
 
-// 15 x 15: how an error of the state at the beginning of an interval shows at its end.
+// Returns the 15 x 15 state transition: the Jacobian of the state at the end of an interval by that
+// at its beginning.
 Eigen::Matrix<double, 15, 15> Transition(const InertialEstimate& from,
                                          const ImuPreintegration& imu);
 
-// Where a window starts: the first state and the calibration, with their joint uncertainty. At rest
-// gravity's direction and the bias of the accelerometer are known together far better than either:
-// what couples them must not be lost.
+// Initial state of a window: the first state and the calibration, with their joint covariance. At
+// rest gravity's direction and the bias of the accelerometer are known jointly much better than
+// either: their correlation must not be lost.
 struct InertialPrior {
   InertialEstimate estimate;
   UnitDirection gravity_W;
   double time_offset = 0.0;  // [s] t_d
-  std::optional<Pose> T_BC;  // where it is an unknown
-  // 3 x 3 of [n t_d], n in the tangent of UnitDirectionManifold at gravity_W [rad, s]; 9 x 9 of
-  // [n t_d T_BC], the latter in that of PoseManifold, where it is an unknown.
+  std::optional<Pose> T_BC;  // if it is an unknown
+  // 3 x 3 of [n t_d], with n in the tangent of UnitDirectionManifold at gravity_W [rad, s]; 9 x 9
+  // of [n t_d T_BC], with T_BC in the tangent of PoseManifold, if it is an unknown.
   Eigen::MatrixXd calibration_covariance = 1e-4 * Eigen::Matrix3d::Identity();
-  // 15 x 3 or 15 x 9, of the state with these.
+  // 15 x 3 or 15 x 9 cross-covariance of the state with these.
   Eigen::Matrix<double, 15, Eigen::Dynamic> coupling = Eigen::Matrix<double, 15, 3>::Zero();
 
-  // 18 x 18 or 24 x 24, all of it.
+  // Joint covariance, 18 x 18 or 24 x 24.
   Eigen::MatrixXd Joint() const;
   Eigen::MatrixXd JointWithoutTimeOffset() const;
   void SetJoint(const Eigen::MatrixXd& covariance);
-  // Standard deviations: of gravity's direction [rad] (the larger of two), of t_d [s].
+  // Standard deviations of gravity's direction [rad] (the larger of two) and of t_d [s].
   double gravity_sigma() const;
   double time_offset_sigma() const;
-  // The same in a world that was turned: p_new = q p_old.
+  // Returns the prior in a rotated world: p_new = q p_old.
   InertialPrior Turned(const Eigen::Quaterniond& q) const;
 };
 
-// The camera after the motion that an IMU measured. What is unknown of T_BC is unknown of the body
-// as well, for the images have seen the camera: not counted twice.
+// Propagates the pose of the camera by the motion that an IMU measured. The uncertainty of T_BC is
+// also that of the body, because the images observe the camera: it is not counted twice.
 CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
                                  const ImuPreintegration& imu, double weight = 1.0);
 
-// 6 x 6, of tangents: how the body's pose follows from T_BC where it is known by its camera's
-// alone.
+// Returns the 6 x 6 Jacobian, in tangents, of the body's pose by T_BC if it is known from its
+// camera's pose alone.
 Eigen::Matrix<double, 6, 6> BodyByExtrinsics(const Pose& T_WB, const Pose& T_BC);
 
-// The camera's motion, in its own frame, while its body has that state and turns at omega_B
-// [rad/s], free of bias.
+// Returns the camera's motion, in its own frame, for that state of the body and its angular
+// velocity omega_B [rad/s], free of bias.
 Twist CameraMotion(const ImuState& body, const Eigen::Vector3d& omega_B, const Pose& T_BC);
 
 }  // namespace highwall

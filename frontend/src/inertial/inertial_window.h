@@ -17,34 +17,34 @@
 
 namespace highwall {
 
-// The last states of body, velocity and bias, one an image, tied by IMU factors and held by what
-// the images say about the camera's pose; older ones live on in a marginal prior
-// (SlidingWindowSmoother). Gravity's direction and the time offset are estimated along, and so is
-// T_BC where the prior has it.
+// Loosely coupled smoother: the last states of pose, velocity and bias, one per image, connected by
+// IMU factors and constrained by the camera poses from images; older states are marginalized
+// (SlidingWindowSmoother). Gravity's direction and the time offset are estimated as well, and so is
+// T_BC if the prior has it.
 class InertialWindow {
  public:
-  // free_time_offset: else it keeps the value of the prior.
+  // free_time_offset: estimate it; otherwise it keeps the value of the prior.
   InertialWindow(const ImuCalibration& calibration, const SlidingWindowOptions& options,
                  const InertialPrior& prior, bool free_time_offset);
 
-  // What joins the window with a state.
+  // Input of a new state.
   struct Step {
     const ImuPreintegration* imu = nullptr;  // from the newest state; its end is the new stamp
     double weight = 1.0;                     // of the IMU factor
     const VisualPose* visual = nullptr;      // may be null: the IMU alone
-    // [s] by which the image's stamp was taken to that of the readings' end; empty: time_offset().
+    // [s] offset applied from the image's stamp to the end of the readings; empty: time_offset().
     std::optional<double> time_offset{};
-    Eigen::Vector3d omega_B = Eigen::Vector3d::Zero();  // [rad/s] at the end, bias taken off
+    Eigen::Vector3d omega_B = Eigen::Vector3d::Zero();  // [rad/s] at the end, bias removed
     bool stationary = false;                            // the body does not move
   };
-  // False where the smoother refused the step: the window is as before.
+  // Returns false if the smoother rejected the step: the window is then unchanged.
   bool Add(const Step& step);
 
   const InertialEstimate& newest() const { return newest_; }
   UnitDirection gravity_W() const;
   double time_offset() const;
   const Pose& T_BC() const { return T_BC_; }
-  // Where a window that followed on this one would start.
+  // Returns the prior of a window that continues from this one.
   InertialPrior Prior() const;
 
  private:
@@ -55,7 +55,7 @@ class InertialWindow {
   };
   struct Extrinsics {
     Variable<Pose> T_BC;
-    Variable<double> scale;  // of the depth: as it is
+    Variable<double> scale;  // of the depth: fixed
   };
   State AddState(const InertialEstimate& estimate);
   void AddPrior(const InertialPrior& prior);
@@ -65,12 +65,12 @@ class InertialWindow {
   SlidingWindowSmoother smoother_;
   Variable<UnitDirection> gravity_;
   Variable<double> time_offset_;
-  std::optional<Extrinsics> extrinsics_;  // where they are unknowns
+  std::optional<Extrinsics> extrinsics_;  // if they are unknowns
   Pose T_BC_;
   State state_;
   InertialEstimate newest_;
   bool free_time_offset_;
-  Eigen::MatrixXd calibration_covariance_;  // as of InertialPrior
+  Eigen::MatrixXd calibration_covariance_;  // as that of InertialPrior
   Eigen::Matrix<double, 15, Eigen::Dynamic> coupling_;
 };
 

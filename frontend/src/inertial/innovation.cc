@@ -11,7 +11,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// In the tangent of PoseManifold at `from`.
+// Returns the difference in the tangent of PoseManifold at `from`.
 Vector6 Difference(const Pose& from, const Pose& to) {
   Vector6 difference;
   difference << to.p() - from.p(), so3::Log(from.q().conjugate() * to.q());
@@ -24,7 +24,7 @@ std::optional<double> SquaredInnovation(const CameraPoseEstimate& predicted,
                                         const VisualPose& visual) {
   const Matrix6 information = visual.sqrt_information.transpose() * visual.sqrt_information;
   const Eigen::LLT<Matrix6> llt(information);
-  // With a direction open there is no innovation in it.
+  // There is no innovation if a direction is unobservable.
   if (llt.info() != Eigen::Success || llt.matrixLLT().diagonal().minCoeff() < 1.0) {
     return std::nullopt;
   }

@@ -9,8 +9,8 @@
 
 namespace highwall {
 
-// The variables are known as they are, with this joint covariance in their tangent spaces, in that
-// order: one MarginalPrior. Throws InvalidArgument where that is no covariance.
+// Adds a prior at the variables' current values with this joint covariance in their tangent spaces,
+// in that order: one MarginalPrior. Throws InvalidArgument if that is not a covariance.
 void AddJointPrior(const Eigen::MatrixXd& covariance, std::span<const VariableId> variables,
                    SlidingWindowSmoother* smoother);
 

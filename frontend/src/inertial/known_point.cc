@@ -7,7 +7,7 @@
 namespace highwall {
 namespace {
 
-// Of the largest eigenvalue of the information: what is less is of a direction that is open.
+// Share of the largest eigenvalue of the information below which a direction is unobservable.
 constexpr double kOpen = 1e-9;
 
 }  // namespace

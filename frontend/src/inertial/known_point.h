@@ -10,9 +10,9 @@
 
 namespace highwall {
 
-// What the map's keyframes saw of a point as one Gaussian of where it lies in W: their rows about
-// where the map has it, an outlier of them weighed down as by a Huber loss of that width [sigma].
-// T_WM: where the map's world lies. A direction that they leave open stays open.
+// Returns the observations of a point by the map's keyframes as one Gaussian of its position in W:
+// their rows linearized at the map's position, outliers down-weighted as by a Huber loss of that
+// width [sigma]. T_WM: pose of the map's world. Unobservable directions remain unconstrained.
 std::unique_ptr<PointInFrame> KnownPoint(const SeenPoint& seen, const Pose& T_WM,
                                          const MeasurementModel& model, double huber);
 

@@ -8,7 +8,7 @@
 namespace highwall {
 namespace {
 
-constexpr double kStampJitter = 5e-3;  // [s] an image this much too early is in time for a state
+constexpr double kStampJitter = 5e-3;  // [s] by which an image may be early for a state
 
 }  // namespace
 
@@ -39,7 +39,7 @@ void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenL
     const Stopwatch watch;
     try {
       work_->update.accepted = window_.Add(work_->step, stop);
-    } catch (const std::exception&) {  // as a step that was refused
+    } catch (const std::exception&) {  // treated as a rejected step
     }
     work_->update.milliseconds = watch.Milliseconds();
   });

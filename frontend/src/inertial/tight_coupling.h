@@ -21,38 +21,39 @@
 
 namespace highwall {
 
-// The window of landmarks beside the one of poses, on a thread of its own: it takes an image now
-// and then, as TightWindowOptions::interval says, and while it works the window of poses goes on.
-// That is begun anew at each of its states, from what is known there, with the images since.
+// Runs the tightly coupled smoother next to the loosely coupled one, on a thread of its own: it
+// takes an image at the interval TightWindowOptions::interval, and while it works the loosely
+// coupled smoother continues. The latter is restarted at each state of the former, from its
+// estimate there, with the images since.
 class TightCoupling {
  public:
-  // An image as the window of poses takes it.
+  // An image as the loosely coupled smoother takes it.
   struct Image {
-    ImuPreintegration imu;  // since the image before
+    ImuPreintegration imu;  // since the previous image
     double weight = 1.0;
     std::optional<VisualPose> visual;
-    double time_offset = 0.0;  // [s] by which its stamp was taken to that of the readings' end
+    double time_offset = 0.0;  // [s] from its stamp to the end of the readings
     Eigen::Vector3d omega_B = Eigen::Vector3d::Zero();
     bool stationary = false;
   };
-  // What is known at the latest state, and the images since; no prior where the window refused it,
-  // and is to be begun anew.
+  // Estimate at the latest state, and the images since; no prior if the smoother rejected it and
+  // has to be restarted.
   struct Result {
     TightUpdate update;
     std::optional<InertialPrior> prior;
     std::vector<Image> since;
   };
 
-  // As VisualInertialWindow.
+  // The parameters are those of VisualInertialWindow.
   TightCoupling(const ImuCalibration& calibration, const MeasurementModel& model,
                 const InertialOptions& options, const InertialPrior& prior);
 
-  // T_WM: where the map lies. see: what the image sees of it, asked for where it is time for a
-  // state; empty in the dark, where readings add up.
+  // Adds an image. T_WM: pose of the map. see: returns its map observations, called only if a state
+  // is due; empty without images, while readings accumulate.
   void Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see);
-  // Once, when the work is done; in lockstep that is at once.
+  // Returns the result once, when the work is done; immediately in synchronous mode.
   std::optional<Result> Take();
-  // Nothing is to be taken any more: what it works on ends after the iteration that runs, as it
+  // Cancels the work, whose result will not be taken: it ends after the current iteration, as it
   // does in the destructor. Does not wait.
   void Cancel() {
     if (task_) task_->Cancel();
@@ -60,7 +61,7 @@ class TightCoupling {
   bool IsDone() const { return !task_ || task_->IsDone(); }
 
  private:
-  // What the window is given, kept while it works.
+  // Input of the smoother, kept while it works.
   struct Work {
     ImuPreintegration imu;
     SeenLandmarks seen;
@@ -71,10 +72,10 @@ class TightCoupling {
   InertialOptions options_;
   VisualInertialWindow window_;
   std::optional<ImuPreintegration> pending_;  // the readings since its newest state
-  double weighed_ = 0.0;                      // [s] the weight over their time
-  std::vector<Image> since_;                  // the images of those
+  double weighed_ = 0.0;                      // [s] integral of the weight over their time
+  std::vector<Image> since_;                  // the images of those readings
   std::unique_ptr<Work> work_;
-  std::optional<BackgroundTask> task_;  // the last: it uses window_ and work_
+  std::optional<BackgroundTask> task_;  // last: it uses window_ and work_
 };
 
 }  // namespace highwall

@@ -25,7 +25,8 @@ using namespace state_rows;
 constexpr double kHuber = 2.8;  // [sigma] on the norm of a landmark's rows, as in adjustment
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Of T_VW, about the body at p_W: what the map is off by far away does not move it here.
+// Returns the sqrt information of T_VW, about the body at p_W, where errors of distant parts of the
+// map have no effect.
 Matrix6 SqrtInformationOf(double position, double rotation, const Eigen::Vector3d& p_W) {
   Eigen::Matrix<double, 6, 1> w;
   w << Eigen::Vector3d::Constant(1.0 / position), Eigen::Vector3d::Constant(1.0 / rotation);
@@ -128,7 +129,7 @@ bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop) {
   }
   const State before = std::exchange(last_, after);
   const UpdateReport report = smoother_.Update(Told());
-  // Those that left, and those of a step that was refused.
+  // Landmarks that were marginalized, and those of a rejected step.
   std::erase_if(points_, [&](const auto& known) { return !smoother_.Contains(known.second); });
   std::erase_if(lines_, [&](const auto& known) { return !smoother_.Contains(known.second); });
   if (!report.accepted) {
@@ -147,8 +148,8 @@ std::vector<VariableId> VisualInertialWindow::Told() const {
   return told;
 }
 
-// Its residuals have the variance that they show themselves, times what is in it that they have in
-// common, as where they are summed up as a pose: their errors are not independent.
+// The variance is that of the image's own residuals, times a factor for their common part as in
+// VisualNoise, because their errors are not independent.
 std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLandmarks& seen) const {
   const VisualNoise& noise = options_.visual_noise;
   const double variance = noise.scale * std::max(seen.error, noise.min_error);
@@ -156,7 +157,7 @@ std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLand
                                              1.0 / variance, ceres::TAKE_OWNERSHIP);
 }
 
-// most: landmarks that one image sees.
+// most: maximum number of landmarks of one image.
 template <class Seen, class Landmark>
 void VisualInertialWindow::Observe(const Sight& sight, const std::vector<Seen>& seen, int most,
                                    std::map<decltype(Seen::id), Variable<Landmark>>* known) {
@@ -170,7 +171,7 @@ void VisualInertialWindow::Observe(const Sight& sight, const std::vector<Seen>& 
       --most;
     }
   }
-  // Those that the map knows best.
+  // Those with the most observations in the map come first.
   std::stable_sort(fresh.begin(), fresh.end(),
                    [](const Seen* a, const Seen* b) { return a->views.size() > b->views.size(); });
   fresh.resize(std::min(fresh.size(), static_cast<std::size_t>(std::max(most, 0))));
@@ -188,7 +189,7 @@ void VisualInertialWindow::TieToMap(const Sight& sight, const SeenPoint& seen,
   smoother_.AddFactor(KnownPoint(seen, sight.step.T_WM, model_, kHuber), sight.state.T_VW, point);
 }
 
-// The map is a body that carries the keyframes' cameras.
+// The map is treated as a body that carries the keyframes' cameras.
 void VisualInertialWindow::TieToMap(const Sight& sight, const SeenLine& seen,
                                     const Variable<OrthonormalLine>& line) {
   for (const auto& [T_MC, feature] : seen.views) {

@@ -27,44 +27,43 @@
 
 namespace highwall {
 
-// The tightly coupled window (docs/inertial_odometry.md): point, line and IMU residuals in one
+// Tightly coupled smoother (docs/inertial_odometry.md): point, line and IMU residuals in one
 // optimization, in a frame V that no correction of the map moves. A state is pose, velocity, bias
-// and T_VW, where the map with its world W lies then: what the map gets wrong changes along the
-// way. Gravity's direction and the time offset are estimated along, and T_BC where the prior has it
-// as an unknown.
+// and T_VW, the current pose of the map's world W: the errors of the map vary along the way.
+// Gravity's direction and the time offset are estimated as well, and so is T_BC if it is an unknown
+// of the prior.
 //
-// Landmarks are tied to the map by what its keyframes saw of them, and go into the prior with the
-// oldest state that sees them, with all that saw them: no observation of an image is counted twice.
-// Those of keyframes are, each time that a landmark begins.
+// Landmarks are constrained by the observations of the map's keyframes, and are marginalized with
+// the oldest state that observes them, together with all their observations: no observation of an
+// image is counted twice. Those of keyframes are, each time that a landmark is added.
 class VisualInertialWindow {
  public:
-  // model: of the camera; its T_BC is not used. Throws InvalidArgument where the prior cannot be
-  // used.
+  // model: of the camera; its T_BC is not used. Throws InvalidArgument if the prior cannot be used.
   VisualInertialWindow(const ImuCalibration& calibration, const MeasurementModel& model,
                        const InertialOptions& options, const InertialPrior& prior);
 
-  // What joins the window with a state.
+  // Input of a new state.
   struct Step {
     const ImuPreintegration* imu = nullptr;  // from the newest state; its end is the new stamp
     double weight = 1.0;                     // of the IMU factor
     const SeenLandmarks* seen = nullptr;  // of the image, in the map's world M; null: the IMU alone
-    Pose T_WM{};                          // where that lies in W
-    double time_offset = 0.0;             // [s] by which the image's stamp was taken to it
-    Eigen::Vector3d omega_B = Eigen::Vector3d::Zero();  // [rad/s] at the end, bias taken off
+    Pose T_WM{};                          // pose of M in W
+    double time_offset = 0.0;             // [s] from the image's stamp to the new one
+    Eigen::Vector3d omega_B = Eigen::Vector3d::Zero();  // [rad/s] at the end, bias removed
     bool stationary = false;                            // the body does not move
   };
-  // False where the smoother refused the step, or leaves the new state open: Prior() is that of the
-  // state before, or of no use. No step is to be added then. So it is where it was asked to stop,
-  // which it does after the iteration that runs.
+  // Returns false if the smoother rejected the step, leaves a direction of the new state
+  // unobservable, or was stopped, which happens after the current iteration: Prior() is then that
+  // of the state before, or invalid, and no further step may be added.
   bool Add(const Step& step, const std::stop_token& stop = {});
 
   // In W.
   const InertialEstimate& newest() const { return newest_; }
   UnitDirection gravity_W() const { return gravity_W_; }
   double time_offset() const { return smoother_.Value(time_offset_); }
-  // Where a window that followed on this one would start.
+  // Returns the prior of a window that continues from this one.
   InertialPrior Prior() const;
-  // To look into: what it is made of. States of a stamp are pose, velocity, bias, T_VW.
+  // For inspection. States of a stamp are pose, velocity, bias, T_VW.
   const SlidingWindowSmoother& smoother() const { return smoother_; }
 
  private:
@@ -74,7 +73,7 @@ class VisualInertialWindow {
     Variable<ImuBias> bias;
     Variable<Pose> T_VW;
   };
-  // Of one image: what it sees of the map, and from where.
+  // Observations of an image with its state.
   struct Sight {
     const Step& step;
     const State& state;
@@ -88,30 +87,30 @@ class VisualInertialWindow {
   template <class Seen, class Landmark>
   void Observe(const Sight& sight, const std::vector<Seen>& seen, int most,
                std::map<decltype(Seen::id), Variable<Landmark>>* known);
-  // By what keyframes saw of a landmark.
+  // Adds the observations of a landmark by keyframes.
   void TieToMap(const Sight& sight, const SeenPoint& seen, const Variable<Point>& point);
   void TieToMap(const Sight& sight, const SeenLine& seen, const Variable<OrthonormalLine>& line);
   template <class Seen>
   void AddObservation(const Sight& sight, const Seen& seen, const VariableId& landmark);
   void ReadNewest(Stamp stamp);
-  // Of the newest state, of what the window's covariance is read.
+  // Returns the variables, mainly of the newest state, whose covariance is read.
   std::vector<VariableId> Told() const;
   void ReadCovariance(const Eigen::MatrixXd& of_told);
 
   MeasurementModel model_;
   InertialOptions options_;
-  std::unique_ptr<std::atomic<bool>> stopped_;  // which the smoother looks at
+  std::unique_ptr<std::atomic<bool>> stopped_;  // polled by the smoother
   SlidingWindowSmoother smoother_;
   Variable<UnitDirection> gravity_;  // in V
   Variable<double> time_offset_;
-  std::optional<Variable<Pose>> T_BC_;  // where it is an unknown
+  std::optional<Variable<Pose>> T_BC_;  // if it is an unknown
   State last_;
   std::map<PointId, Variable<Point>> points_;
   std::map<LineId, Variable<OrthonormalLine>> lines_;
-  std::shared_ptr<ceres::LossFunction> map_loss_;  // of what keyframes saw
+  std::shared_ptr<ceres::LossFunction> map_loss_;  // for observations by keyframes
   InertialEstimate newest_V_, newest_;             // in V, in W
   UnitDirection gravity_W_;
-  Eigen::MatrixXd calibration_covariance_;  // as of InertialPrior
+  Eigen::MatrixXd calibration_covariance_;  // as that of InertialPrior
   Eigen::Matrix<double, 15, Eigen::Dynamic> coupling_;
 };
 

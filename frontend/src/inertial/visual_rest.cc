@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kRestSeconds = 2.0;      // [s] of images
 constexpr double kRestStep = 0.5;         // [s] between two of them
-constexpr double kRestScatter = 3e-4;     // [m] no image tells a position better
+constexpr double kRestScatter = 3e-4;     // [m] lower bound of the position noise of an image
 constexpr double kRestSpeedChi2 = 16.27;  // 99.9 % of three degrees of freedom
-// [m/s] A camera that creeps faster does not rest, however much its positions scatter.
+// [m/s] A camera that moves faster is not stationary, however large the scatter of its positions.
 constexpr double kRestSpeed = 3e-3;
 
 }  // namespace
@@ -20,7 +20,7 @@ void VisualRest::Add(Stamp stamp, const Eigen::Vector3d& p) {
       !positions_.empty() && ToSeconds(stamp - positions_.back().stamp) <= kRestStep;
   if (!goes_on) positions_.clear();
   positions_.push_back({stamp, p});
-  // One that is as old stays: they reach over at least that.
+  // The newest position that is old enough is kept, so that the positions cover the full time.
   while (positions_.size() > 2 && ToSeconds(stamp - positions_[1].stamp) >= kRestSeconds) {
     positions_.pop_front();
   }

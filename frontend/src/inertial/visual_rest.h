@@ -8,18 +8,18 @@
 
 namespace highwall {
 
-// Whether the images of the last two seconds agree with a camera at rest: to the readings of an IMU
-// a body that creeps at constant speed rests.
+// Tests whether the images of the last two seconds agree with a stationary camera: the readings of
+// an IMU do not distinguish a body in slow uniform motion from a stationary one.
 //
-// The speed is that of the line through the positions, and known as well as these scatter about it.
+// The speed is that of a line fitted to the positions; its sigma follows from their scatter.
 class VisualRest {
  public:
-  // p: the camera in a frame that no correction of the map moves [m]. Stamps ascend.
+  // p: the camera's position [m] in a frame that no correction of the map moves. Stamps ascend.
   void Add(Stamp stamp, const Eigen::Vector3d& p);
   void Clear() { positions_.clear(); }
 
-  // True where there are images over two seconds, and their speed is none: within its sigmas, and
-  // less than what the pseudo-measurement of rest could hide.
+  // Returns true if the images cover two seconds and their speed is not significant: within its
+  // sigmas, and below what the zero-velocity pseudo-measurement could hide.
   bool Agrees() const;
 
  private:

@@ -9,8 +9,7 @@
 
 namespace highwall {
 
-// The views of what may be one landmark, and the observations that they are; the first is the
-// feature that is looked for.
+// Views of a potential landmark with their observations; the first is the query feature.
 template <class View>
 struct Track {
   std::vector<View> views;
@@ -30,11 +29,11 @@ struct Track {
   }
 };
 
-// The estimate from the largest set of views that agree: those that do not are left out one by one,
-// worst first, but never the first view. Empty where fewer than min_views remain or no estimate
-// follows from them.
-// estimate: views -> optional landmark. misfits: landmark, views -> of each view |r|^2 over what is
-// allowed; more than 1 does not fit.
+// Returns the estimate from the largest consistent set of views: inconsistent views are removed one
+// by one, worst first, but never the first view. Empty if fewer than min_views remain or no
+// estimate follows from them.
+// estimate: views -> optional landmark. misfits: landmark, views -> for each view |r|^2 over its
+// bound; a view with more than 1 is inconsistent.
 template <class View, class Estimate, class Misfits>
 auto EstimateAgreeing(Track<View>& track, int min_views, const Estimate& estimate,
                       const Misfits& misfits)

@@ -22,16 +22,16 @@
 namespace highwall {
 namespace {
 
-// [rad] Which way is down is found anew by each adjustment. Were it taken from the odometry, whose
-// own estimate hangs on the tilt of the very map that is adjusted, the two would drift together.
+// [rad] Each adjustment estimates the direction of gravity anew. If it were taken from the
+// odometry, whose estimate depends on the tilt of the adjusted map, the two would drift together.
 constexpr double kGravitySigma = 0.02;
 constexpr double kOfLinesAlone = 1e4;         // the largest trust region for a map without points
-constexpr double kMinLineLength = 1e-3;       // [m] shorter than this a segment tells no direction
+constexpr double kMinLineLength = 1e-3;       // [m] a shorter segment has no valid direction
 constexpr double kMostForgotten = 1.0 / 3.0;  // of the observations, by one adjustment
 
 }  // namespace
 
-// What an adjustment has come to.
+// Result of an adjustment.
 struct BundleAdjuster::Result {
   struct Motion {
     KeyFrameId keyframe = kNoId;
@@ -44,8 +44,8 @@ struct BundleAdjuster::Result {
   std::vector<std::pair<PointId, Eigen::Vector3d>> points;
   std::vector<std::pair<LineId, PluckerLine>> lines;
   SubmapId world = kNoId;                                 // of the frames and of gravity
-  std::vector<std::pair<ReferenceFrameId, Pose>> frames;  // T_FW, of those that moved
-  std::optional<Eigen::Vector3d> gravity_W;               // of a map that was adjusted as a whole
+  std::vector<std::pair<ReferenceFrameId, Pose>> frames;  // T_FW of the frames that moved
+  std::optional<Eigen::Vector3d> gravity_W;               // of a map adjusted as a whole
   OutlierObservations outliers;
 
   void Write(Map& map) const {
@@ -65,7 +65,7 @@ struct BundleAdjuster::Result {
       MapLine* line = map.line(id);
       if (line == nullptr) continue;
       line->segment_W = TrimTo(line_W, line->segment_W);
-      // A line that has turned across its old ends leaves nothing between them.
+      // A line that has rotated across its old ends has no length between them.
       if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
     }
     for (const auto& [id, T_FW] : frames) map.factors().Place(id, map.Root(world), T_FW);
@@ -81,7 +81,7 @@ void Forget(const OutlierObservations& outliers, Map* map) {
   for (const auto& [keyframe, line] : outliers.lines) map->ForgetLineObservation(keyframe, line);
 }
 
-// The graph of one adjustment and how its variables and factors map to the map.
+// The graph of one adjustment and the correspondence of its variables and factors to the map.
 class BundleAdjuster::Problem {
  public:
   Problem(const MeasurementModel& model, const BundleAdjustmentOptions& options)
@@ -102,8 +102,8 @@ class BundleAdjuster::Problem {
     (fixed ? report_.fixed_keyframes : report_.keyframes) += static_cast<int>(ids.size());
   }
 
-  // The IMU between those keyframes that follow each other. all: as in AddFactors; few keyframes
-  // know less of gravity than the odometry does.
+  // Adds the IMU factors between consecutive keyframes. all: as in AddFactors; a few keyframes
+  // constrain gravity less than the odometry does.
   void AddMotions(const Map& map, bool all) {
     std::vector<KeyFrameId> ids;
     for (const auto& [id, pose] : poses_) ids.push_back(id);
@@ -123,8 +123,8 @@ class BundleAdjuster::Problem {
     }
   }
 
-  // What the user has measured of keyframes that move. all: nothing beyond the keyframes holds them
-  // in place; then the frames of the measurements move along, which few keyframes tell little of.
+  // Adds the user factors on keyframes that move. all: only the keyframes themselves fix the map;
+  // then the reference frames of the factors move as well, which a few keyframes hardly constrain.
   void AddFactors(const Map& map, std::span<const KeyFrameId> ids, bool all) {
     if (ids.empty() || map.factors().all().empty()) return;
     world_ = map.Root(map.keyframe(ids.front())->submap);
@@ -146,7 +146,7 @@ class BundleAdjuster::Problem {
     report_.own_factors = static_cast<int>(own_.size());
   }
 
-  // Every landmark that a keyframe of `ids` sees.
+  // Adds every landmark observed by a keyframe of `ids`.
   void AddLandmarks(const Map& map, std::span<const KeyFrameId> ids) {
     for (const KeyFrameId id : ids) {
       const KeyFrame& keyframe = *map.keyframe(id);
@@ -166,7 +166,7 @@ class BundleAdjuster::Problem {
     SolveSummary summary = Improve(options_.first_iterations, &stopped);
     if (!summary.IsUsable()) return;
     report_.initial_cost = summary.initial_cost;
-    // Where it was stopped on the way, what does not fit may be right and the start wrong.
+    // After an early stop, inconsistent observations may be correct and the initial values wrong.
     if (!stopped) {
       RemoveOutliers();
       if (ForgetsTooMuch()) return;
@@ -221,7 +221,7 @@ class BundleAdjuster::Problem {
     const LineSegment* segment = nullptr;  // of a line
   };
 
-  // Without those of the user's factors that could not be evaluated on the way.
+  // Solves, without those user factors that turn out not to be evaluable.
   SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {
     SolveSummary summary = Step(iterations, stopped);
     while (!own_.empty()) {
@@ -253,7 +253,7 @@ class BundleAdjuster::Problem {
     return summary;
   }
 
-  // What an adjustment throws away is lost for good: of so much the adjustment itself is wrong.
+  // Removed observations are lost for good: if there are too many, the adjustment itself is wrong.
   bool ForgetsTooMuch() {
     const std::size_t all = factors_.size() + outliers_.size();
     if (static_cast<double>(outliers_.size()) <= kMostForgotten * static_cast<double>(all)) {
@@ -266,7 +266,7 @@ class BundleAdjuster::Problem {
     return true;
   }
 
-  // Takes factors of the user's out that cannot be evaluated.
+  // Removes user factors that cannot be evaluated.
   void SetAside(const std::vector<FactorId>& faulty) {
     for (const FactorId& factor : faulty) {
       graph_.RemoveFactor(factor);
@@ -275,7 +275,7 @@ class BundleAdjuster::Problem {
     report_.own_factors_set_aside += static_cast<int>(faulty.size());
   }
 
-  // Takes the factors out that do not fit; they are forgotten by the map in Write.
+  // Removes the factors of outliers; Write() removes their observations from the map.
   void RemoveOutliers() {
     std::erase_if(factors_, [&](const Seen& seen) {
       if (graph_.SquaredError(seen.factor) <= options_.inliers.Of(seen.dimension) && InDomain(seen))
@@ -286,7 +286,7 @@ class BundleAdjuster::Problem {
     });
   }
 
-  // Out of its domain a factor is silent: what fell behind the camera must not pass for an inlier.
+  // Outside its domain a factor is zero: a landmark behind the camera must not count as an inlier.
   bool InDomain(const Seen& seen) const {
     const Pose T_CW = (graph_.Value(poses_.at(seen.keyframe)) * model_.T_BC()).Inverse();
     if (seen.segment == nullptr) {
@@ -299,7 +299,7 @@ class BundleAdjuster::Problem {
         .has_value();
   }
 
-  // Velocity and bias of a keyframe. What the oldest of a chain knew of its bias holds the chain.
+  // Velocity and bias of a keyframe. The bias of the oldest in a chain has a prior.
   struct Body {
     Variable<Eigen::Vector3d> velocity;
     Variable<ImuBias> bias;
@@ -373,7 +373,7 @@ class BundleAdjuster::Problem {
     }
   }
 
-  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
+  const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const BundleAdjustmentOptions options_;
   const Pose T_CB_;
   std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;
@@ -386,9 +386,9 @@ class BundleAdjuster::Problem {
   std::map<ReferenceFrameId, Variable<Pose>> frames_;
   std::unordered_map<PointId, Variable<Point>> points_;
   std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
-  std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keep what Seen points at alive
+  std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keeps the targets of Seen alive
   std::vector<Seen> factors_, outliers_;
-  std::vector<FactorId> own_;  // the user's
+  std::vector<FactorId> own_;  // user factors
   BundleAdjustmentReport report_;
 };
 
@@ -416,7 +416,7 @@ BundleAdjuster::~BundleAdjuster() = default;
 void BundleAdjuster::Solve(const std::stop_token& stop) {
   problem_->Solve(stop);
   result_ = std::make_unique<const Result>(problem_->TakeResult());
-  problem_.reset();  // here and not where the map waits
+  problem_.reset();  // here, so that Write() does not take the time
 }
 
 BundleAdjustmentReport BundleAdjuster::Write(Map* map) const {

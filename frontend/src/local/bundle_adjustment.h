@@ -13,27 +13,27 @@
 
 namespace highwall {
 
-// Observations of landmarks that an adjustment found wrong.
+// Observations of landmarks classified as outliers by an adjustment.
 struct OutlierObservations {
   std::vector<std::pair<KeyFrameId, PointId>> points;
   std::vector<std::pair<KeyFrameId, LineId>> lines;
 };
 
-// The keyframes observe them no more; what is no more is passed over.
+// Removes the observations from their keyframes; skips those that no longer exist.
 void Forget(const OutlierObservations& outliers, Map* map);
 
-// Moves the keyframes of `free` and every point and line that they observe, so that the
-// reprojection errors of `free` and `fixed` are least; observations that remain outliers are
-// forgotten. Lines move in the orthonormal form and keep their ends where they were observed. Where
-// the map knows gravity, the IMU between keyframes takes part, with their velocities and biases as
-// unknowns, which the map keeps, and gravity's direction, which it keeps where `fixed` is empty;
-// and so do the factors of the user's (FactorsIn) on these keyframes.
+// Minimizes the reprojection errors of `free` and `fixed` over the keyframes of `free` and every
+// point and line that they observe, and removes the observations that remain outliers. Lines use
+// the orthonormal form and keep their ends where they were observed. If the map knows gravity, the
+// IMU between keyframes takes part, with their velocities and biases as unknowns, which are written
+// to the map, and gravity's direction, which is written if `fixed` is empty; and so do the user
+// (external) factors (FactorsIn) on these keyframes.
 //
-// In three steps, so that the map may go on while another thread solves: the constructor copies
-// what takes part, Solve() knows no map, Write() brings the result back.
+// In three steps, so that the map may be used while another thread solves: the constructor copies
+// the inputs, Solve() does not access the map, Write() writes the result to it.
 class BundleAdjuster {
  public:
-  // free, fixed: live, no keyframe in both; where `fixed` is empty the oldest of `free` is held.
+  // free, fixed: active keyframes, none in both; if `fixed` is empty the oldest of `free` is held.
   // model: must outlive the adjuster. Throws InvalidArgument on bad options.
   BundleAdjuster(const Map& map, const MeasurementModel& model, std::span<const KeyFrameId> free,
                  std::span<const KeyFrameId> fixed, const BundleAdjustmentOptions& options = {});
@@ -41,24 +41,24 @@ class BundleAdjuster {
   BundleAdjuster(const BundleAdjuster&) = delete;
   BundleAdjuster& operator=(const BundleAdjuster&) = delete;
 
-  // Once, before Write(). Where a stop is requested it ends after the running iteration, with what
-  // was reached; stopped before the first iterations are done it finds no outliers.
+  // To be called once, before Write(). On a stop request it ends after the current iteration with
+  // the result so far; if stopped before the first iterations are done it removes no outliers.
   void Solve(const std::stop_token& stop = {});
-  // The map: as it was, and nothing of it moved since; it may have grown, and what has left it is
-  // passed over. A solve that failed leaves it untouched.
+  // map: the same one, with no part of it moved since; it may have grown, and elements removed from
+  // it are skipped. A failed solve leaves it unchanged.
   BundleAdjustmentReport Write(Map* map) const;
-  // After Solve(): what Write() forgets.
+  // Returns the outliers that Write() removes. To be called after Solve().
   const OutlierObservations& outliers() const;
 
  private:
   struct Result;
   class Problem;
 
-  std::unique_ptr<Problem> problem_;      // until it is solved
-  std::unique_ptr<const Result> result_;  // from then on
+  std::unique_ptr<Problem> problem_;      // until Solve()
+  std::unique_ptr<const Result> result_;  // after Solve()
 };
 
-// All three steps.
+// Runs all three steps.
 BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
                                     std::span<const KeyFrameId> free,
                                     std::span<const KeyFrameId> fixed,

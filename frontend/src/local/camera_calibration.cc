@@ -22,14 +22,14 @@
 namespace highwall {
 namespace {
 
-// [rad] Between the first view of a point without depth and another: at a pixel's noise its
-// distance is then known to a tenth.
+// [rad] Minimum angle between the first view of a point without depth and another: with a pixel of
+// noise the relative sigma of its distance is then a tenth.
 constexpr double kLeastParallax = 0.02;
 
 using PatternMatrix = Eigen::Matrix<double, DepthPattern::kNodes, DepthPattern::kNodes>;
 
-// The share of each node in the mean over the image: half of that of the others at an edge, a
-// quarter in a corner.
+// Returns the share of each node in the mean over the image: half of that of the others at an edge,
+// a quarter in a corner.
 DepthPattern::Vector MeanShares() {
   constexpr int kColumns = DepthPattern::kColumns, kRows = DepthPattern::kRows;
   DepthPattern::Vector shares;
@@ -41,12 +41,12 @@ DepthPattern::Vector MeanShares() {
   return shares / shares.sum();
 }
 
-// Square-root information of nodes that differ by `step` [1/m] from one to the next, along rows and
-// columns. What they have in common is the offset's: their mean over the image is 0, whatever of it
-// was seen, so that a camera has the same pattern in each recording.
+// Returns the square-root information of nodes that differ by `step` [1/m] from one to the next,
+// along rows and columns. Their common part belongs to the offset: their mean over the image is 0,
+// whatever part was observed, so that a camera has the same pattern in each recording.
 PatternMatrix SmoothPattern(double step) {
   constexpr int kColumns = DepthPattern::kColumns, kNodes = DepthPattern::kNodes;
-  constexpr double kMean = 1e-6;  // [1/m] hardly anything, in numbers that a solver can bear
+  constexpr double kMean = 1e-6;  // [1/m] nearly zero, but numerically well-conditioned
   const DepthPattern::Vector mean = MeanShares();
   PatternMatrix information = mean * mean.transpose() / (kMean * kMean);
   const auto tie = [&](int a, int b) {
@@ -63,7 +63,7 @@ PatternMatrix SmoothPattern(double step) {
   return information.llt().matrixU();
 }
 
-// Keyframes and points of a map, and the camera.
+// Problem of the keyframes and points of a map, and the camera.
 class CameraGraph {
  public:
   CameraGraph(const Map& map, const MeasurementModel& model,
@@ -108,7 +108,7 @@ class CameraGraph {
     }
   }
 
-  // Those that two and more keyframes see, which tell how far they are.
+  // Adds the points that two or more keyframes observe and whose distance is observable.
   void AddPoints() {
     for (const PointId id : map_.point_ids()) {
       const MapPoint& point = *map_.point(id);
@@ -165,7 +165,7 @@ class CameraGraph {
     return map_.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
   }
 
-  // By depth, or by parallax: without either the normal equations are singular.
+  // By depth or by parallax: without either the normal equations are singular.
   bool TellDistance(const Eigen::Vector3d& p_W, const std::vector<Observation>& seen) const {
     const double most = std::cos(kLeastParallax);
     std::vector<Eigen::Vector3d> rays;
@@ -187,7 +187,8 @@ class CameraGraph {
     ++observations_;
   }
 
-  // Of the nodes of the pattern in the depth of a feature, whose position is undistorted.
+  // Returns the shares of the pattern's nodes in the depth of a feature, whose position is
+  // undistorted.
   DepthPattern::Vector SharesOf(const PointFeature& feature) const {
     if (!pattern_of_ || feature.depth <= 0.0) return DepthPattern::Vector::Zero();
     const PinholeCamera& camera = *pattern_of_;
@@ -196,7 +197,7 @@ class CameraGraph {
     return DepthPattern::Shares(raw.x(), raw.y(), camera.width, camera.height);
   }
 
-  // [m] Infinite where there is none: nothing is seen then.
+  // [m] Infinite without depth, so that nothing is reported as observed.
   double MedianDepth() {
     if (depths_.empty()) return std::numeric_limits<double>::infinity();
     const auto median = depths_.begin() + static_cast<std::ptrdiff_t>(depths_.size() / 2);
@@ -213,7 +214,7 @@ class CameraGraph {
   const std::optional<PinholeCamera> pattern_of_;
   const Variable<DepthPattern::Vector> pattern_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
-  std::vector<double> depths_;  // [m] that were read
+  std::vector<double> depths_;  // [m] readings
   int points_ = 0, observations_ = 0, rows_ = 0;
 };
 

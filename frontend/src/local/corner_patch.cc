@@ -10,9 +10,9 @@
 namespace highwall {
 namespace {
 
-constexpr int kRadius = 4;  // [px of the level] of what is compared
+constexpr int kRadius = 4;  // [px of the level] of the compared part
 constexpr int kSide = 2 * kRadius + 1;
-// [px of the level] A corner is found again to less, or it is another one.
+// [px of the level] A larger shift means another corner.
 constexpr double kMaxShift = 2.0;
 constexpr double kMinCorrelation = 0.9;
 
@@ -32,7 +32,7 @@ bool Holds(int columns, int rows, double u, double v) {
   return u >= 0.0 && v >= 0.0 && u < columns - 1 && v < rows - 1;
 }
 
-// The patch as it is seen in the other image, less its mean, and its gradient there.
+// The patch warped to the other image, minus its mean, and its gradient there.
 struct Template {
   Window values, du, dv;
 };
@@ -81,7 +81,7 @@ class GreyLevels {
     const Eigen::Vector2d middle = start_ + Eigen::Map<const Eigen::Vector2d>(x);
     Eigen::Map<Window> r(residuals);
     if (!middle.allFinite() || !Contains(middle)) {
-      // TinySolver does not look at what is returned: such a step must cost more than any.
+      // TinySolver ignores the return value: such a step must cost more than any.
       r.setConstant(std::numeric_limits<double>::infinity());
       return false;
     }
@@ -178,7 +178,7 @@ std::optional<Eigen::Vector2d> AlignPatch(const CornerPatch& patch, const Eigen:
   if (!x.allFinite() || x[2] <= 0.0 || !(shift.norm() <= kMaxShift) || !problem.Contains(found)) {
     return std::nullopt;
   }
-  // What a linear function of the patch leaves of the image's variation is 1 - correlation^2.
+  // A linear function of the patch leaves 1 - correlation^2 of the image's variation.
   const double variation = (problem.About(found).array() - x[3]).square().sum();
   constexpr double kMostLeft = 1.0 - kMinCorrelation * kMinCorrelation;
   if (!(2.0 * summary.final_cost <= kMostLeft * variation)) return std::nullopt;

@@ -13,7 +13,7 @@
 
 namespace highwall {
 
-// An image at the sizes of a pyramid, each made of the one before, as corners are found in it.
+// Image pyramid, each level resized from the previous one, as for corner detection.
 class ImageLevels {
  public:
   // gray: CV_8UC1.
@@ -25,7 +25,8 @@ class ImageLevels {
   double Scale(int octave) const {
     return static_cast<double>(level(0).cols) / level(octave).cols;
   }
-  // Between pixels of the image and of that level, (0, 0) being the middle of the first.
+  // Converts between pixels of the image and of that level, (0, 0) being the centre of the first
+  // pixel.
   Eigen::Vector2d ToLevel(const Eigen::Vector2d& pixel, int octave) const;
   Eigen::Vector2d FromLevel(const Eigen::Vector2d& place, int octave) const;
 
@@ -33,30 +34,30 @@ class ImageLevels {
   std::vector<cv::Mat> images_;
 };
 
-// What a landmark looks like in the keyframe that saw it first, at the level where its corner was
-// found.
+// Appearance of a landmark in the keyframe that observed it first, at the pyramid level of its
+// corner.
 struct CornerPatch {
   static constexpr int kRadius = 9;
   static constexpr int kSide = 2 * kRadius + 1;
-  // Of what is compared, half its side: 9 x 9 pixels as the other image sees them.
+  // Half the side of the compared part: 9 x 9 pixels of the other image.
   static constexpr double kCompared = 4.5;
 
   KeyFrameId keyframe = kNoId;
   double scale = 1.0;  // size of a pixel of that level [px of the image]
-  // [px of the level] of the corner from the middle of the middle pixel, within half a pixel.
+  // [px of the level] from the centre of the middle pixel to the corner, within half a pixel.
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
   std::array<std::uint8_t, kSide * kSide> pixels{};  // row by row
 };
 
-// The patch about a corner; none where the level ends. pixel: [px] of the image.
+// Returns the patch around a corner; empty if it exceeds the level. pixel: [px] of the image.
 std::optional<CornerPatch> CutPatch(const ImageLevels& image, int octave,
                                     const Eigen::Vector2d& pixel, KeyFrameId keyframe);
 
-// Where in another image the patch is, found from `pixel` on at level `octave`: least squares of
-// grey levels up to a gain and an offset over 9 x 9 pixels (ceres::TinySolver; Lucas, Kanade,
-// IJCAI 1981; Baker, Matthews, IJCV 56(3), 2004). A: from offsets [px] in this image to offsets in
-// that of the patch. Nothing where either ends, it is farther than two pixels of the level, or
-// what is there correlates with the patch by less than 0.9.
+// Returns the position of the patch in another image, starting from `pixel` at level `octave`:
+// least squares of grey levels up to a gain and an offset over 9 x 9 pixels (ceres::TinySolver;
+// Lucas, Kanade, IJCAI 1981; Baker, Matthews, IJCV 56(3), 2004). A: from offsets [px] in this image
+// to offsets in that of the patch. Empty if the position is outside of either, is farther than two
+// pixels of the level, or correlates with the patch by less than 0.9.
 std::optional<Eigen::Vector2d> AlignPatch(const CornerPatch& patch, const Eigen::Matrix2d& A,
                                           const ImageLevels& image, int octave,
                                           const Eigen::Vector2d& pixel);

@@ -12,25 +12,24 @@
 
 namespace highwall {
 
-// Corners that a detector finds again are off by what its pyramid and the noise leave. Where a
-// landmark is, a keyframe tells by what it looked like first: its patch there is laid over the
-// image.
+// Refines detected corners, whose positions have errors from the detector's pyramid and from noise,
+// by aligning the first observed patch of their landmark with the image of a keyframe.
 class CornerRefiner {
  public:
   // camera: must outlive it.
   explicit CornerRefiner(const PinholeCamera& camera) : camera_(camera), grid_(camera) {}
 
-  // The features of a frame that becomes a keyframe, those of landmarks with a patch moved to where
-  // it fits, with the noise of refined corners; without the image.
+  // Returns the features of a frame that becomes a keyframe, without the image. Those of landmarks
+  // with a patch are moved to the aligned position, with the noise of refined corners.
   std::shared_ptr<const FrameFeatures> Refine(const TrackedFrame& tracked, const ImageLevels& image,
                                               const Map& map) const;
-  // Landmarks of the keyframe that have no patch yet take theirs of its image, where that is of one
-  // surface.
+  // Stores patches of the image in those landmarks of the keyframe that have none yet, if the patch
+  // shows a single surface.
   void Remember(const KeyFrame& keyframe, const ImageLevels& image, Map* map) const;
 
  private:
-  // No reading of the depth within the patch of the corner [px] is of a surface before or behind
-  // that at z [m].
+  // Returns whether no depth reading within the patch of the corner [px] belongs to a surface in
+  // front of or behind that at z [m].
   bool LiesOnOneSurface(const cv::Mat& depth_grid, const Eigen::Vector2d& uv, double radius,
                         double z) const;
 

@@ -18,13 +18,13 @@
 namespace highwall {
 namespace {
 
-constexpr std::size_t kShortestChain = 3;  // two know no acceleration
+constexpr std::size_t kShortestChain = 3;  // two keyframes give no acceleration
 
 using Scalar = Eigen::Matrix<double, 1, 1>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Chain = std::vector<const KeyFrame*>;
 
-// Keyframes that the readings of the IMU tie one to the next.
+// Returns the chains of keyframes connected by IMU readings.
 std::vector<Chain> Chains(const Map& map) {
   std::vector<Chain> chains;
   for (const KeyFrameId id : map.keyframe_ids()) {
@@ -51,7 +51,7 @@ class Problem {
         std::make_unique<VectorPrior<1>>(Scalar(1.0), Scalar(1.0 / options.prior_sigma)), scale_);
   }
 
-  // A chain has a gravity of its own, so that its first pose can be held whatever its tilt.
+  // Each chain has its own gravity, so that its first pose can be held whatever its tilt.
   void Add(const Chain& chain, const Eigen::Vector3d& gravity_W) {
     const Variable<UnitDirection> gravity = graph_.AddVariable(UnitDirection(gravity_W));
     Body before = AddBody(*chain.front());
@@ -70,11 +70,11 @@ class Problem {
       before = body;
     }
     keyframes_ += static_cast<int>(chain.size());
-    // Six of each motion, less the first velocity and gravity.
+    // Six per motion, minus the first velocity and gravity.
     degrees_of_freedom_ += 6 * (static_cast<int>(chain.size()) - 1) - 5;
   }
 
-  // Empty where the solution has no covariance.
+  // Returns empty if the solution has no covariance.
   std::optional<DepthScale> Solve() {
     if (!graph_.Solve().IsUsable()) return std::nullopt;
     const auto covariance = graph_.Covariance(scale_);
@@ -99,7 +99,7 @@ class Problem {
             graph_.AddVariable(keyframe.motion->bias)};
   }
 
-  // About zero: what the odometry made of the biases, it made with the scale as it was.
+  // Around zero: the odometry estimated the biases with the uncorrected scale.
   void AddBiasPrior(const Variable<ImuBias>& bias) {
     Vector6 sigma;
     sigma << Eigen::Vector3d::Constant(options_.gyroscope_bias_sigma),
@@ -162,7 +162,7 @@ std::optional<DepthScale> EstimateDepthScale(const Map& map, const Pose& T_BC,
     Problem problem(T_BC, options);
     for (const Chain& chain : chains) problem.Add(chain, *gravity_W(chain));
     return problem.Solve();
-  } catch (const InvalidArgument&) {  // poses or readings beyond what can be solved for
+  } catch (const InvalidArgument&) {  // poses or readings without a solution
     return std::nullopt;
   }
 }

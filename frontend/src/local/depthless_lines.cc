@@ -16,7 +16,7 @@ LineView ViewOf(const MeasurementModel& model, const KeyFrame& keyframe, int ind
   return {keyframe.T_WC, line.segment, model.LineSigma(line)};
 }
 
-// The segments that are no landmark and have no depth to become one.
+// Returns which segments have neither a landmark nor depth for one.
 std::vector<bool> WithoutLandmark(const KeyFrame& keyframe) {
   std::vector<bool> without(keyframe.lines.size());
   for (std::size_t i = 0; i < without.size(); ++i) {
@@ -25,7 +25,7 @@ std::vector<bool> WithoutLandmark(const KeyFrame& keyframe) {
   return without;
 }
 
-// The distance of both ends is known.
+// Returns whether the distance of both ends is accurate enough.
 bool IsSound(const LineInView& line, double max_depth_sigma) {
   const Eigen::Array2d sigma = line.covariance.diagonal().tail<2>().array().sqrt();
   return (sigma <= max_depth_sigma * line.inverse_depth.array()).all();

@@ -10,16 +10,16 @@
 
 namespace highwall {
 
-// A line that several keyframes see and none of them knows the depth of.
+// A line observed by several keyframes, all without depth.
 struct DepthlessLine {
-  Segment3 segment_W;                     // [m] what the newest keyframe saw of it
+  Segment3 segment_W;                     // [m] as observed by the newest keyframe
   std::vector<Observation> observations;  // that of the newest keyframe first
 };
 
-// Segments of keyframe `id` without depth that are no landmark yet, found again in neighbouring
-// keyframes where they are none either: where options.min_views of them, three at least, agree on a
-// line and tell the distance of both its ends to max_depth_sigma, it is returned. inliers: how far
-// views may be from it.
+// Triangulates segments of keyframe `id` that have neither depth nor a landmark, matched with such
+// segments of neighbouring keyframes. Returns lines on which options.min_views of them, three at
+// least, agree and whose ends' distances have a relative sigma of at most max_depth_sigma. inliers:
+// bounds of agreeing views.
 std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, const Map& map,
                                               KeyFrameId id, std::span<const KeyFrameId> neighbours,
                                               const TriangulationOptions& options,

@@ -16,14 +16,14 @@ PointView ViewOf(const KeyFrame& keyframe, int index) {
   return {keyframe.T_WC, keyframe.frame.features->points[static_cast<std::size_t>(index)]};
 }
 
-// |r|^2 of one view over what is allowed; more than 1 does not fit.
+// Returns |r|^2 of one view over its bound; a view with more than 1 is inconsistent.
 double Misfit(const MeasurementModel& model, const InlierBounds& inliers, const PointView& view,
               const Eigen::Vector3d& p_W) {
   return model.Chi2(view.feature, view.T_WC, p_W) /
          inliers.Of(MeasurementModel::Dimension(view.feature));
 }
 
-// The distance is known from the newest view on.
+// Returns whether the distance from the newest view is accurate enough.
 bool IsSound(const TriangulatedPoint& point, const Pose& T_WC, double max_depth_sigma) {
   const Eigen::Vector3d axis_W = T_WC.R().col(2);
   const double depth = axis_W.dot(point.p_W - T_WC.p());

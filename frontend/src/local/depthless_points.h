@@ -11,18 +11,19 @@
 
 namespace highwall {
 
-// Is the depth of a corner so well known that it makes a landmark by itself?
+// Returns whether the depth of a corner is accurate enough for a landmark by itself.
 bool HasSoundDepth(const PointFeature& feature, double max_depth_sigma);
 
-// A landmark that several keyframes see and none of them knows the depth of.
+// A landmark observed by several keyframes without accurate depth.
 struct DepthlessPoint {
   Eigen::Vector3d p_W;                    // [m]
   std::vector<Observation> observations;  // that of the newest keyframe first
 };
 
-// Corners of keyframe `id` without sound depth that are no landmark yet, found again in
-// neighbouring keyframes where they are none either: where min_views agree on a point and tell its
-// distance to max_depth_sigma, it is returned. inliers: of views that agree.
+// Triangulates corners of keyframe `id` that have neither accurate depth nor a landmark, matched
+// with corners of neighbouring keyframes without a landmark. Returns points on which min_views
+// agree and whose distance has a relative sigma of at most max_depth_sigma. inliers: bounds of
+// agreeing views.
 std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, const Map& map,
                                                 KeyFrameId id,
                                                 std::span<const KeyFrameId> neighbours,

@@ -16,14 +16,14 @@
 namespace highwall {
 namespace {
 
-// [m^2] The cameras are no farther than a micrometre from the planes: no end has a distance.
+// [m^2] Below it the cameras are within a micrometre of the planes: distances are unobservable.
 constexpr double kInOnePlane = 1e-12;
 
 Eigen::Vector3d Ray(const PinholeCamera& camera, const Eigen::Vector2f& uv) {
   return camera.Unproject(uv.cast<double>(), 1.0);
 }
 
-// The first view: rays of its segment's ends, and how they move where an end moves across by 1 px.
+// The first view: rays of its segment's ends, and their derivative by a shift across of 1 px.
 struct FirstView {
   FirstView(const PinholeCamera& camera, const LineSegment& segment)
       : s(Ray(camera, segment.s)), e(Ray(camera, segment.e)) {
@@ -33,7 +33,7 @@ struct FirstView {
   Eigen::Vector3d s, e, across;
 };
 
-// A view as the problem needs it; C is the camera of the first view.
+// A view in the form used by the problem; C is the camera of the first view.
 struct SeenFrom {
   Eigen::Matrix3d R_VC;
   Eigen::Vector3d p_VC;
@@ -63,8 +63,7 @@ class LineProblem {
 
   int NumResiduals() const { return 2 * static_cast<int>(views_.size()); }
 
-  // TinySolver does not look at what is returned: a step whose rows are not finite must cost more
-  // than any.
+  // TinySolver ignores the return value: a step with non-finite rows must cost more than any.
   bool operator()(const double* x, double* residuals, double* jacobian) const {
     const Eigen::Vector3d s = first_.s + x[0] * first_.across, e = first_.e + x[1] * first_.across;
     Eigen::Map<Jacobian> J(jacobian, jacobian != nullptr ? NumResiduals() : 0, 4);
@@ -93,7 +92,8 @@ class LineProblem {
     return false;
   }
 
-  // Where the first view's rays meet the planes of the others, by least squares; offsets are zero.
+  // Returns the least-squares intersection of the first view's rays with the planes of the others;
+  // offsets are zero.
   std::optional<Eigen::Vector4d> Start() const {
     Eigen::Vector4d x = Eigen::Vector4d::Zero();
     for (const int end : {0, 1}) {
@@ -122,7 +122,7 @@ class LineProblem {
   std::vector<SeenFrom> views_;
 };
 
-// Every camera has what it saw of it before it.
+// Returns whether every camera has its part of the line in front of it.
 bool IsBeforeAll(const MeasurementModel& model, const Segment3& segment_W,
                  std::span<const LineView> views) {
   if (!(segment_W.Length() > 1e-6)) return false;

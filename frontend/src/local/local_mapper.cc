@@ -18,29 +18,29 @@
 namespace highwall {
 namespace {
 
-// Would the IMU tie `next`, which follows a keyframe, over more than max_gap [s] without that one,
-// or to nothing?
+// Returns whether without `keyframe` the IMU factor of its successor `next` would span more than
+// max_gap [s] or be missing.
 bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
   if (next == nullptr) return false;
   const auto& readings = keyframe.motion->from_previous;
   return readings == nullptr || ToSeconds(next->motion->stamp - readings->start()) > max_gap;
 }
 
-// The same for a keyframe that is not looked at again.
+// Returns the features without the image, for a keyframe whose image is not used again.
 std::shared_ptr<const FrameFeatures> WithoutImage(const FrameFeatures& features) {
   auto without = std::make_shared<FrameFeatures>(features);
   without->gray.release();
   return without;
 }
 
-// How many keyframes were made from one to the other.
+// Returns how many keyframes were created from one to the other.
 int Between(KeyFrameId older, KeyFrameId newer) {
   return newer.value() - older.value();
 }
 
 }  // namespace
 
-// The adjustment around a keyframe, at once or on a thread of its own.
+// The adjustment around a keyframe, synchronous or on a thread of its own.
 class LocalMapper::Adjustment {
  public:
   Adjustment(KeyFrameId keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
@@ -51,7 +51,7 @@ class LocalMapper::Adjustment {
   KeyFrameId keyframe() const { return keyframe_; }
   bool IsDone() const { return task_.IsDone(); }
   void Cancel() { task_.Cancel(); }
-  // Waits for the end. Throws what ended the work.
+  // Waits for the end. Rethrows the exception that ended the work.
   BundleAdjustmentReport Write(Map* map) {
     task_.Wait();
     return bundle_->Write(map);
@@ -91,7 +91,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
     map.ObserveLine(keyframe.id, static_cast<int>(i), tracked.lines[i]);
   }
-  CullUnseen(left, map);  // not before: this keyframe may see them
+  CullUnseen(left, map);  // only now: this keyframe may observe them
   CullLandmarks(keyframe.id, map, report);
   FuseNeighbours(keyframe.id, map, report);
   CreatePoints(keyframe, map, report);
@@ -239,7 +239,8 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
 }
 
 void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
-  // With an IMU the keyframes just before come first: it ties them even where they share no view.
+  // With an IMU the preceding keyframes come first: IMU factors connect them even without common
+  // views.
   constexpr std::size_t kChain = 5;
   std::vector<KeyFrameId> free{id};
   for (const KeyFrame* k = map.keyframe(id); free.size() < kChain && k->motion;) {

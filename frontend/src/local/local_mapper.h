@@ -19,30 +19,30 @@
 
 namespace highwall {
 
-// Grows and cleans the map, a keyframe at a time: landmarks from depth, fusion with those of
+// Extends and cleans the map, one keyframe at a time: landmarks from depth, fusion with those of
 // neighbouring keyframes, culling, local bundle adjustment. (Xiao et al. 2025, figure 2, local
 // mapping.)
 class LocalMapper {
  public:
   // model: must outlive the mapper.
   LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options);
-  // An adjustment that still runs is cancelled.
+  // Cancels an adjustment that still runs.
   ~LocalMapper();
   LocalMapper(const LocalMapper&) = delete;
   LocalMapper& operator=(const LocalMapper&) = delete;
 
-  // First applies the adjustment of the keyframe before, where Finish() has not. motion: of the
-  // body, where an IMU tells it.
+  // Applies the previous keyframe's adjustment first, unless Finish() has done so. motion: of the
+  // body, if an IMU estimates it.
   LocalMappingReport InsertKeyFrame(const TrackedFrame& tracked, Map& map,
                                     std::optional<KeyFrameMotion> motion = std::nullopt);
 
-  // An adjustment is done and waits to be applied.
+  // Returns whether an adjustment is done and waits to be applied.
   bool HasResult() const;
-  // Applies to the map the adjustment that is done, or, in Finish(), that is waited for; between
-  // frames. Empty where there is none.
+  // Applies an adjustment to the map, between frames: Update() if it is done, Finish() after
+  // waiting for it. Empty if there is none.
   std::optional<BundleAdjustmentReport> Update(Map* map);
   std::optional<BundleAdjustmentReport> Finish(Map* map);
-  // Ends the adjustment that runs; nothing of it is applied: of a map that moves meanwhile.
+  // Ends the running adjustment without applying it, because the map moves meanwhile.
   void Cancel();
 
  private:
@@ -54,19 +54,19 @@ class LocalMapper {
 
   void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   void CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  // Of corners and of segments whose depth is missing.
+  // Triangulate corners and segments without depth.
   void TriangulatePoints(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
   void TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  // A landmark that looks like segment `index` of the keyframe.
+  // Returns a new landmark with the descriptor of segment `index` of the keyframe.
   LineId AddLine(const KeyFrame& keyframe, int index, const Segment3& segment_W, Map& map);
-  // Finds the landmarks of neighbouring keyframes that this one observes without having been
-  // tracked to them.
+  // Fuses landmarks of neighbouring keyframes that match features of this one but were not tracked.
   void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
   void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
-  // Of those around the newest, after its adjustment. Returns the landmarks that they observed.
+  // Culls keyframes around the newest, after its adjustment. Returns the landmarks that they
+  // observed.
   Landmarks CullKeyFrames(Map& map, LocalMappingReport& report) const;
   bool IsRedundant(const KeyFrame& keyframe, const Map& map) const;
-  // Drops those that too few keyframes observe.
+  // Removes those with too few observations.
   void CullUnseen(const Landmarks& landmarks, Map& map) const;
   // Begins the adjustment of the keyframe and its neighbours.
   void AdjustAround(KeyFrameId id, const Map& map);
@@ -79,11 +79,11 @@ class LocalMapper {
   LocalMapperOptions options_;
   MapMatcher matcher_;
   CornerRefiner corners_;
-  // On probation: landmark and the keyframe that created it, oldest first.
+  // Landmarks on probation, each with the keyframe that created it, oldest first.
   std::deque<std::pair<PointId, KeyFrameId>> recent_points_;
   std::deque<std::pair<LineId, KeyFrameId>> recent_lines_;
   KeyFrameId newest_ = kNoId;
-  std::unique_ptr<Adjustment> adjustment_;  // not applied yet
+  std::unique_ptr<Adjustment> adjustment_;  // not yet applied
 };
 
 }  // namespace highwall

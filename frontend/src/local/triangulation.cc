@@ -12,7 +12,7 @@
 namespace highwall {
 namespace {
 
-// [rad^2] Rays that differ by less tell no distance: a hundredth of a pixel of any camera.
+// [rad^2] Rays with a smaller difference give no distance: a hundredth of a pixel of any camera.
 constexpr double kParallel = 1e-9;
 
 // The functor of ceres::TinySolver: rows of all views as a function of p_W.
@@ -39,7 +39,7 @@ class PointProblem {
       Eigen::Matrix3d dr_dp;
       if (!projection_.Evaluate<3>(views_[i], rows_[i], Eigen::Map<const Eigen::Vector3d>(p_W), &r,
                                    nullptr, jacobian != nullptr ? &dr_dp : nullptr)) {
-        // TinySolver does not look at what is returned: such a step must cost more than any.
+        // TinySolver ignores the return value: such a step must cost more than any.
         std::fill_n(residuals, NumResiduals(), std::numeric_limits<double>::infinity());
         return false;
       }
@@ -55,7 +55,7 @@ class PointProblem {
   std::vector<RgbdProjection::View> views_;
 };
 
-// The point nearest to all rays.
+// Returns the point nearest to all rays.
 std::optional<Eigen::Vector3d> NearestToRays(const PinholeCamera& camera,
                                              std::span<const PointView> views) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();

@@ -11,7 +11,7 @@
 
 namespace highwall {
 
-// A corner and the pose of the camera that saw it.
+// A corner and the pose of its camera.
 struct PointView {
   Pose T_WC;
   PointFeature feature;
@@ -23,11 +23,11 @@ struct TriangulatedPoint {
   double squared_error = 0.0;  // |r|^2 of all rows, chi-square of 2 (n - 1) - 1 and one a depth
 };
 
-// The most likely point behind corners of two or more images whose poses are known: what their
-// noise says (MeasurementModel), depth included where there is one. Empty where the rays do not
-// meet before the cameras, or so nearly in parallel that no distance follows.
-// Start: the point nearest to all rays; then Levenberg-Marquardt (Hartley, Zisserman, "Multiple View
-// Geometry", 2nd ed., section 12.5, with the covariance of section 5.2).
+// Returns the maximum-likelihood point of corners of two or more images with known poses, with
+// their noise (MeasurementModel) and their depth if available. Empty if the rays do not meet in
+// front of the cameras, or are too parallel for a distance.
+// Initialized at the point nearest to all rays; then Levenberg-Marquardt (Hartley, Zisserman,
+// "Multiple View Geometry", 2nd ed., section 12.5, with the covariance of section 5.2).
 std::optional<TriangulatedPoint> TriangulatePoint(const MeasurementModel& model,
                                                   std::span<const PointView> views);
 

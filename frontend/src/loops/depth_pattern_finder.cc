@@ -16,13 +16,13 @@
 namespace highwall {
 namespace {
 
-constexpr double kGrowth = 1.4;  // times as many keyframes, and it is looked for once more
-constexpr double kBeyond = 3.0;  // standard deviations that are no chance
-// Times the deviations of a pattern that is known: others are worth a map that moves. Two fifths
-// more keyframes make it 0.85.
+constexpr double kGrowth = 1.4;  // growth in keyframes before the next search
+constexpr double kBeyond = 3.0;  // standard deviations of a significant pattern
+// Ratio of sigmas that justifies moving the map for a new pattern. Growth of keyframes by two
+// fifths gives 0.85.
 constexpr double kBetter = 0.9;
 
-// Keyframes of a world that this run has made, ascending.
+// Returns the keyframes of a world that were made in this run, ascending.
 std::vector<KeyFrameId> MadeIn(const Map& map, SubmapId submap, KeyFrameId given) {
   std::vector<KeyFrameId> ids = map.KeyFramesOf(submap);
   std::erase_if(ids, [given](KeyFrameId id) { return id <= given; });
@@ -39,7 +39,7 @@ void Mend(const PinholeCamera& camera, const DepthPattern& pattern, KeyFrameId g
 
 }  // namespace
 
-// One search, on a copy of the map, and what has come out.
+// One search, on a copy of the map, and its result.
 class DepthPatternFinder::Job {
  public:
   Job(Map map, const MeasurementModel& model, SubmapId submap, KeyFrameId given,
@@ -56,10 +56,10 @@ class DepthPatternFinder::Job {
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
-  // Once it is done.
+  // To be called once it is done.
   bool HasFound() const { return !found_.IsZero(); }
 
-  // What was found, zero where nothing was.
+  // Returns the pattern found, zero if there is none.
   DepthPattern Write(Map* map) {
     task_.Wait();
     if (found_.IsZero()) return {};
@@ -77,8 +77,8 @@ class DepthPatternFinder::Job {
     map_ = Map();  // as large as the map itself
   }
 
-  // Empty where the map does not tell. A first pattern must be no chance; what is left of one that
-  // is known is no question of whether, and taken where it is known much better by now.
+  // Returns empty if the pattern is not observable. A first pattern must be significant; the rest
+  // of a known one need not be, but is only used if it is much more accurate by now.
   std::optional<DepthPattern> Find() {
     std::vector<KeyFrameId> ids = MadeIn(map_, submap_, given_);
     const auto most = static_cast<std::size_t>(options_.most);
@@ -91,7 +91,7 @@ class DepthPatternFinder::Job {
       const bool counts = known_sigma_ ? sigma_ < kBetter * *known_sigma_
                                        : found.depth_pattern.Rms() > kBeyond * sigma_;
       return counts ? std::optional(found.depth_pattern) : std::nullopt;
-    } catch (const InvalidArgument&) {  // no points, or none that a solver can tell from another
+    } catch (const InvalidArgument&) {  // no points, or only points the solver cannot distinguish
       return std::nullopt;
     }
   }
@@ -106,14 +106,14 @@ class DepthPatternFinder::Job {
   }
 
   Map map_;
-  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
+  const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const SubmapId submap_;
   const KeyFrameId given_;
   const PinholeCamera camera_;
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
-  const std::optional<double> known_sigma_;  // [1/m] of the pattern that is known, RMS
-  double sigma_ = 0.0;                       // [1/m] of the one that is found
+  const std::optional<double> known_sigma_;  // [1/m] of the known pattern, RMS
+  double sigma_ = 0.0;                       // [1/m] of the new pattern
   DepthPattern found_;
   MapCorrection correction_;
   BackgroundTask task_;  // last: it uses all of the above and ends first

@@ -14,32 +14,32 @@
 
 namespace highwall {
 
-// Finds out by how much depth is off from place to place in the image, from a map while it grows
-// (CalibrateCamera), and what that map is once it is mended: features of keyframes, and all of its
-// world adjusted to them.                                docs/calibration.md, While tracking
+// Estimates the depth distortion over the image online, from a growing map (CalibrateCamera), and
+// the map after its correction: features of keyframes, with its whole world adjusted to them.
+// (docs/calibration.md, While tracking)
 class DepthPatternFinder {
  public:
-  // camera: with its distortion. bundle: of the adjustment of a mended map.
+  // camera: with its distortion. bundle: options of the adjustment of a corrected map.
   DepthPatternFinder(const PinholeCamera& camera, const DepthPatternOptions& options,
                      const BundleAdjustmentOptions& bundle);
-  // Work that has not ended is waited for.
+  // Requests a stop of work that has not ended, and waits for it.
   ~DepthPatternFinder();
   DepthPatternFinder(const DepthPatternFinder&) = delete;
   DepthPatternFinder& operator=(const DepthPatternFinder&) = delete;
 
-  // What the depth of images is to be mended by from now on.
+  // The pattern to correct the depth of images with from now on.
   const DepthPattern& pattern() const { return pattern_; }
 
-  // Begins where the world of the submap has grown by enough since the last time and nothing is
-  // under way. given: keyframes up to this one came with the map, mended or not.
+  // Begins if the world of the submap has grown by enough since the last time and no job is
+  // running. given: keyframes up to this one came with the map and stay as they are.
   void Begin(const Map& map, const MeasurementModel& model, SubmapId submap, KeyFrameId given);
-  // Was anything found that is ready to be applied?
+  // Returns whether a pattern was found and is ready to be applied.
   bool HasResult() const;
-  // Waits for the work to end and applies it to the map, between frames: where a pattern was found,
-  // keyframes of this run are mended and those of the world are where the adjustment has them.
-  // Whether that was so. Throws what ended the work.
+  // Waits for the work to end and applies it to the map, between frames: if a pattern was found,
+  // corrects the keyframes of this run and moves those of the world to their adjusted poses.
+  // Returns whether a pattern was found. Rethrows the exception that ended the work.
   bool Finish(Map* map);
-  // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
+  // Discards the work in progress, because the map was moved under it. Does not wait.
   void Cancel();
 
  private:
@@ -49,8 +49,8 @@ class DepthPatternFinder {
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
   DepthPattern pattern_;
-  std::optional<double> sigma_;  // [1/m] RMS of the deviations of a pattern that was found
-  std::size_t next_;             // keyframes of a world
+  std::optional<double> sigma_;  // [1/m] RMS of the standard deviations of the estimated pattern
+  std::size_t next_;             // keyframes of a world at which the next search begins
   JobSlot<Job> job_;
 };
 

@@ -26,7 +26,7 @@
 namespace highwall {
 namespace {
 
-// Factors of the world of a submap.
+// Returns the number of factors in the world of a submap.
 std::size_t CountIn(const Map& map, SubmapId submap) {
   const SubmapId root = map.Root(submap);
   return static_cast<std::size_t>(std::ranges::count_if(
@@ -34,8 +34,8 @@ std::size_t CountIn(const Map& map, SubmapId submap) {
       [&](const MapFactor& factor) { return map.RootOf(factor.poses.front().keyframe) == root; }));
 }
 
-// Gives keyframes that have no move that of the newest before them in their submap: they were
-// tracked where that had been moved to.
+// Gives keyframes without a move that of the newest one before them in their submap, whose moved
+// pose they were tracked from.
 void Inherit(const Map& map, KeyFrameMoves* moves) {
   std::unordered_map<SubmapId, KeyFrameId> newest;
   for (const KeyFrameId id : map.keyframe_ids()) {
@@ -50,12 +50,12 @@ void Inherit(const Map& map, KeyFrameMoves* moves) {
   }
 }
 
-// Information of odometry, times what KeyFrameGraphOptions says, that is tried: those options bound
-// what may have happened to a loop, and images are mostly far better.
+// Factors tried on the odometry information of KeyFrameGraphOptions: those options bound the error
+// that a loop may show, and images are mostly much more accurate.
 constexpr double kTrust[] = {100.0, 10.0, 1.0};
 
-// The quantile of chi2 with n degrees of freedom, at z standard deviations of a normal variable
-// (Wilson and Hilferty 1931).
+// Returns the quantile of chi2 with n degrees of freedom, at z standard deviations of a normal
+// variable (Wilson and Hilferty 1931).
 double Chi2Quantile(double n, double z) {
   const double variance = 2.0 / (9.0 * n);
   return n * std::pow(1.0 - variance + z * std::sqrt(variance), 3);
@@ -63,19 +63,19 @@ double Chi2Quantile(double n, double z) {
 
 using Residuals = std::vector<Eigen::VectorXd>;
 
-// False where a factor of the user's cannot be evaluated, throws, or is not finite.
+// Returns false if a user factor cannot be evaluated, throws, or is not finite.
 bool EvaluatesTo(const ceres::CostFunction& cost, std::span<const double* const> blocks,
                  Eigen::VectorXd* r) {
   try {
     return internal::FaultOf(cost, blocks).empty() &&
            cost.Evaluate(blocks.data(), r->data(), nullptr) && r->allFinite();
-  } catch (...) {  // whatever it is
+  } catch (...) {  // of any type
     return false;
   }
 }
 
-// By what was measured alike: in one frame, with as many residuals; in the order of joining the
-// map.
+// Returns residuals in groups of the same kind: of one frame and one dimension; in the order of
+// their addition to the map.
 std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
   std::unordered_map<std::int64_t, const double*> poses;
   for (const PoseGraphNode& node : graph.nodes) poses.emplace(node.id, node.pose.data());
@@ -86,7 +86,7 @@ std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
     const int size = factor.cost->num_residuals();
     Eigen::VectorXd r(size);
     if (!EvaluatesTo(*factor.cost, blocks, &r)) r.setConstant(HUGE_VAL);
-    // A frame is the last node; of what has none, each is of its own kind.
+    // A frame is the last node; factors without one form groups of their own.
     alike[{factor.nodes.back(), size}].push_back(std::move(r));
   }
   std::vector<Residuals> all;
@@ -94,7 +94,7 @@ std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
   return all;
 }
 
-// Mean square of the sums of `length` residuals in a row: 1 where they are noise.
+// Returns the mean square of the sums of `length` consecutive residuals: 1 if they are noise.
 double MeanSquareOfSums(const Residuals& residuals, std::size_t length) {
   double sum = 0.0;
   std::size_t count = 0;
@@ -106,9 +106,9 @@ double MeanSquareOfSums(const Residuals& residuals, std::size_t length) {
   return sum / static_cast<double>(count);
 }
 
-// Does what was measured fit as its noise lets one expect? Half of it is within the median, so that
-// less than half may be off by anything; and what is not off does not add up over any stretch of
-// the way, as it does where the way is bent.
+// Returns whether the measurements fit as expected from their noise: half of them are within the
+// median, so that less than half may be outliers of any size; and the inliers do not accumulate
+// over any stretch of the path, as they do if the path is bent.
 bool FitsItsNoise(const PoseGraph& graph) {
   constexpr double kMedian = 0.0, kFar = 3.09;  // 50 and 99.9 %
   std::ptrdiff_t within = 0;
@@ -128,7 +128,7 @@ bool FitsItsNoise(const PoseGraph& graph) {
 
 }  // namespace
 
-// One adjustment, on a copy of the map, and what has come out.
+// One adjustment, on a copy of the map, and its result.
 class FactorAdjuster::Job {
  public:
   Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, KeyFrameMoves moves,
@@ -142,14 +142,14 @@ class FactorAdjuster::Job {
         graph_(graph),
         task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // Ends as soon as the iteration that runs is over; so does the destructor.
+  // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
   SubmapId submap() const { return submap_; }
-  // Factors of that world.
+  // Number of factors in that world.
   std::size_t all() const { return all_; }
 
-  // Throws what ended the work. moves: of the keyframes, so far.
+  // Rethrows the exception that ended the work. moves: of the keyframes, so far.
   FactorAdjustmentReport Write(Map* map, KeyFrameMoves* moves) {
     task_.Wait();
     if (!report_.accepted) return report_;
@@ -164,7 +164,7 @@ class FactorAdjuster::Job {
     std::atomic<bool> stopped = false;
     const std::stop_callback on_stop(stop, [&] { stopped = true; });
     for (const ReferenceFrameId id : map_.factors().frames()) {
-      // Anew each time: what a short way has told may be far off.
+      // Estimated anew each time: an estimate from a short path may be wrong.
       const auto T_FW = AlignFrame(map_, id, submap_, options_.max_angle);
       if (T_FW) map_.factors().Place(id, map_.Root(submap_), *T_FW);
     }
@@ -202,8 +202,8 @@ class FactorAdjuster::Job {
     correction_.after.frames = graph.FramePoses();
   }
 
-  // Softer odometry than images deserve would follow the noise of the factors, and what is off. So
-  // it is as stiff as the factors allow. False where nothing could be solved.
+  // Solves with the stiffest odometry that the factors allow: softer odometry would follow the
+  // noise of the factors, and outliers. Returns false if nothing could be solved.
   bool SolveAsStiffAsFits(const std::atomic<bool>* stopped, KeyFrameGraph* graph) {
     PoseGraphOptions solve;
     solve.estimate_variance_factor = false;
@@ -225,8 +225,8 @@ class FactorAdjuster::Job {
     return solved;
   }
 
-  // Makes odometry, and what is covisible within some steps of it, that of images alone. Across a
-  // loop or a seam of submaps the map as it is knows better.
+  // Sets the relative poses of odometry, and of covisible keyframes within some steps, to those by
+  // images alone. Across a loop or a seam of submaps the current map is more accurate.
   void TakeOutMoves(KeyFrameGraph* graph) const {
     constexpr std::int64_t kNear = 30;  // steps
     const auto count = static_cast<std::int64_t>(graph->keyframes.size());
@@ -282,7 +282,7 @@ bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const Loop
   if (!job_.IsEmpty()) return false;
   const std::size_t factors = CountIn(map, submap);
   std::size_t& adjusted = adjusted_[map.Root(submap)];
-  adjusted = std::min(adjusted, factors);  // some may have gone
+  adjusted = std::min(adjusted, factors);  // some may have been removed
   if (factors < adjusted + enough) return false;
   Inherit(map, &moves_);
   job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_));

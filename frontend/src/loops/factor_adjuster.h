@@ -14,37 +14,38 @@
 
 namespace highwall {
 
-// Brings all keyframes of a world to where the factors of the user's have them (OwnFactors): finds
-// the frames they are measured in, and solves the pose graph of keyframes, loops, frames and
-// factors. Local adjustments move a few keyframes against those before them, and would let an error
-// that grows slowly grow.
+// Adjusts all keyframes of a world to the user (external) factors (OwnFactors): estimates the
+// frames they are measured in, and solves the pose graph of keyframes, loops, frames and factors.
+// Local adjustments move a few keyframes against earlier ones, and would not stop a slowly growing
+// error.
 //
-// What factors have moved, keyframe by keyframe, is remembered, so that the graph's odometry is
-// what images have told: were it that of the map as it is, each time would fit the same factors
-// once more, and the map would come to follow their noise.
+// The moves of keyframes by factors are stored, so that the graph's odometry is that of the images
+// alone: if it were that of the current map, each adjustment would fit the same factors again, and
+// the map would gradually follow their noise.
 class FactorAdjuster {
  public:
   FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGraphOptions& graph);
-  // Work that has not ended is cancelled.
+  // Cancels work that has not ended.
   ~FactorAdjuster();
   FactorAdjuster(const FactorAdjuster&) = delete;
   FactorAdjuster& operator=(const FactorAdjuster&) = delete;
 
-  // What comes with a map takes part, but is not new: the map was adjusted to it when it was made.
+  // Registers the factors of a loaded map: they take part, but are not new, as the map is already
+  // adjusted to them.
   void Adopt(const Map& map);
-  // Begins where enough factors have joined the world of the submap since the last time and nothing
-  // is under way. loops: that were closed. False where nothing was begun.
+  // Begins if enough factors have been added to the world of the submap since the last time and no
+  // job is running. loops: the closed ones. Returns false if nothing was begun.
   bool Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);
-  // The same where any factor is new.
+  // Does the same if any factor is new.
   bool BeginLast(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);
-  // Is anything ready to be applied?
+  // Returns whether a result is ready to be applied.
   bool HasResult() const;
-  // Waits for the work to end and applies it to the map, between frames. Empty where there is none.
-  // Throws what ended the work.
+  // Waits for the work to end and applies it to the map, between frames. Empty if there is none.
+  // Rethrows the exception that ended the work.
   std::optional<FactorAdjustmentReport> Finish(Map* map);
-  // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
+  // Discards the work in progress, because the map was moved under it. Does not wait.
   void Cancel();
-  // Keyframes of the map have been moved by a loop's graph with factors in it.
+  // Adds moves of keyframes by the pose graph of a loop with factors in it.
   void Remember(const Map& map, KeyFrameMoves by_loop);
 
  private:
@@ -53,9 +54,9 @@ class FactorAdjuster {
 
   const OwnFactorOptions options_;
   const KeyFrameGraphOptions graph_;
-  // Factors that took part last, by the root of their world.
+  // Number of factors in the last adjustment, by the root of their world.
   std::map<SubmapId, std::size_t> adjusted_;
-  // T_WC = T_V B: where images alone have the keyframe, and its move B.
+  // T_WC = T_V B: pose T_V of the keyframe by images alone, and its move B.
   KeyFrameMoves moves_;
   JobSlot<Job> job_;
 };

@@ -20,8 +20,8 @@ namespace highwall {
 namespace {
 
 constexpr std::size_t kMaxFactors =
-    200;                      // factors that take part, evenly spread: a way tells enough
-constexpr int kHeadings = 8;  // that the search starts from
+    200;                      // maximum number of factors, evenly spread: enough for a path
+constexpr int kHeadings = 8;  // initial values of the search
 
 std::vector<const MapFactor*> FactorsOf(const Map& map, ReferenceFrameId frame, SubmapId submap) {
   std::vector<const MapFactor*> all, some;
@@ -36,7 +36,7 @@ std::vector<const MapFactor*> FactorsOf(const Map& map, ReferenceFrameId frame, 
   return some;
 }
 
-// The frame as the only unknown.
+// Problem with the frame as the only unknown.
 class Alignment {
  public:
   Alignment(const Map& map, ReferenceFrameId frame, SubmapId submap)
@@ -55,7 +55,8 @@ class Alignment {
 
   bool IsEmpty() const { return factors_.empty(); }
 
-  // The best of what all headings lead to. Without losses at first, whose pull ends far away.
+  // Solves from all headings and keeps the best. First without losses, whose gradient vanishes far
+  // away.
   bool Solve() {
     SetAside();
     if (IsEmpty()) return false;
@@ -76,9 +77,9 @@ class Alignment {
 
   Pose value() const { return graph_.Value(T_FW_); }
 
-  // [rad] The largest sigma of its rotation, that of its heading where it is upright: a straight
-  // way tells no more of the tilt than the prior does, nor needs it. Infinite where it is not
-  // determined.
+  // Returns the largest sigma of its rotation [rad], that of its heading if it is upright: on a
+  // straight path the tilt is known by the prior alone, and need not be better. Infinite if it is
+  // not determined.
   double AngleSigma() const {
     try {
       const auto covariance = graph_.Covariance(T_FW_);
@@ -94,7 +95,7 @@ class Alignment {
   static Pose Heading(int i) {
     return Pose::FromTangent({0, 0, 0}, {0, 0, 2.0 * M_PI * i / kHeadings});
   }
-  // Factors that cannot be evaluated at any of the headings would let every solution fail.
+  // Removes factors that cannot be evaluated at any of the headings: every solution would fail.
   void SetAside() {
     Add(/*robust=*/false);
     std::vector<int> faults(factors_.size(), 0);
@@ -116,7 +117,7 @@ class Alignment {
     std::shared_ptr<ceres::CostFunction> cost;
     std::shared_ptr<ceres::LossFunction> loss;
     std::vector<VariableId> variables;
-    FactorId id;  // none as long as it was not added
+    FactorId id;  // empty until it is added
   };
 
   VariableId PoseOf(const Map& map, KeyFrameId id) {

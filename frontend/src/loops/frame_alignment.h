@@ -7,9 +7,9 @@
 
 namespace highwall {
 
-// T_FW of a frame of the user's in the world of a submap, by all that was measured in it, with the
-// keyframes as they are; empty as long as that does not tell its heading to max_angle [rad], one
-// sigma, or, where it is not upright, its rotation about any axis.
+// Returns T_FW of a user reference frame in the world of a submap, by all measurements in it, with
+// the current keyframe poses; empty as long as the sigma of its heading or, if it is not upright,
+// of its rotation about any axis exceeds max_angle [rad].
 std::optional<Pose> AlignFrame(const Map& map, ReferenceFrameId frame, SubmapId submap,
                                double max_angle);
 

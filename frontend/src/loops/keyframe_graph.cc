@@ -30,9 +30,9 @@ Matrix6 Information(double sigma_translation, double sigma_rotation) {
   return variances.cwiseInverse().asDiagonal();
 }
 
-// The transform between two nodes as their poses have it: no surer than the steps between, all off
-// the same way, would leave it, so that edges side by side know no more of a long way than
-// odometry.
+// Returns an edge with the current transform between two nodes: no more accurate than after the
+// steps between them with fully correlated errors, so that parallel edges have no more information
+// on a long path than odometry.
 PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
                           const KeyFrameGraphOptions& options) {
   const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
@@ -43,15 +43,14 @@ PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
           /*trusted=*/true};
 }
 
-// Holds roll and pitch of every node by an edge from a node that never moves: what the edge
-// measures is known to `sigma` about the horizontal axes of W, as they lie in C, and to nothing
-// otherwise.
+// Holds roll and pitch of every node by an edge from a fixed node: its measurement has the sigma
+// kSigma about the horizontal axes of W, expressed in C, and no information otherwise.
 void HoldGravity(PoseGraph* graph) {
   constexpr double kSigma = 1e-3;  // [rad]
   constexpr double kNoInformation =
-      1e-6;  // [1/m^2], [1/rad^2]: next to none, but positive definite
+      1e-6;  // [1/m^2], [1/rad^2]: practically none, but positive definite
   const std::size_t keyframes = graph->nodes.size();
-  const auto world = static_cast<std::int64_t>(keyframes) + 1;  // not next to the last keyframe
+  const auto world = static_cast<std::int64_t>(keyframes) + 1;  // not adjacent to the last keyframe
   graph->nodes.push_back({world, Pose(), true});
   for (std::size_t i = 0; i < keyframes; ++i) {
     const Pose& T_WC = graph->nodes[i].pose;
@@ -63,12 +62,12 @@ void HoldGravity(PoseGraph* graph) {
   }
 }
 
-// Behind the keyframes, and behind the node of gravity: never next to another node.
+// Returns an id after the keyframes and the node of gravity, not adjacent to any other node.
 std::int64_t NodeOfFrame(const KeyFrameGraph& graph, std::size_t frame) {
   return static_cast<std::int64_t>(graph.keyframes.size() + 3 + 2 * frame);
 }
 
-// The user's measurements, and the frames they are taken in as nodes.
+// Adds the user factors, and their reference frames as nodes.
 void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
   PoseGraph& graph = result->graph;
   for (const MapFactor* factor : FactorsIn(map, submap)) {
@@ -101,8 +100,8 @@ void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
   }
 }
 
-// At the keyframes that those of the loop hang on; empty where they are not in the graph, or
-// neighbours by now, which odometry joins.
+// Transfers a loop to the keyframes that its own are anchored to; empty if they are not in the
+// graph, or are neighbours by now, which odometry connects.
 std::optional<LoopEdge> Carried(const Map& map, const LoopEdge& loop,
                                 const std::vector<KeyFrameId>& keyframes) {
   const auto match = map.LiveKeyFrameOf(loop.match), keyframe = map.LiveKeyFrameOf(loop.keyframe);
@@ -117,8 +116,8 @@ std::optional<LoopEdge> Carried(const Map& map, const LoopEdge& loop,
                   match->second * loop.Z * keyframe->second.Inverse()};
 }
 
-// The older keyframe with which a submap shares most landmarks, and the keyframe of the submap; the
-// nearest two where they share none. first: the submap's first keyframe.
+// Returns the older keyframe with which a submap shares most landmarks, and the keyframe of the
+// submap; the nearest two if they share none. first: the submap's first keyframe.
 std::pair<std::size_t, std::size_t> Seam(const Map& map, std::size_t first,
                                          const KeyFrameGraph& graph) {
   const SubmapId submap = map.keyframe(graph.keyframes[first])->submap;
@@ -143,8 +142,8 @@ std::pair<std::size_t, std::size_t> Seam(const Map& map, std::size_t first,
   return seam;
 }
 
-// Edges that tie node i to older ones. before: the one before it in its submap; empty: it begins
-// one.
+// Adds edges between node i and older ones. before: the preceding one in its submap; empty: it is
+// the first one.
 void AddPresentEdges(const Map& map, std::size_t i, std::optional<std::size_t> before,
                      const KeyFrameGraphOptions& options, KeyFrameGraph* result) {
   PoseGraph& graph = result->graph;
@@ -161,7 +160,7 @@ void AddPresentEdges(const Map& map, std::size_t i, std::optional<std::size_t> b
     graph.edges.push_back(
         PresentEdge(graph, static_cast<std::size_t>(result->NodeOf(id)), i, options));
   }
-  // They come of the same landmarks: together they know no more than one of them.
+  // They depend on the same landmarks: together they have the information of one.
   const auto count = static_cast<double>(graph.edges.size() - first);
   for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
 }
@@ -209,7 +208,7 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
     graph.nodes.push_back(
         {static_cast<std::int64_t>(i), map.keyframe(result.keyframes[i])->T_WC, i == 0});
   }
-  std::map<SubmapId, std::size_t> newest;  // node of each submap so far
+  std::map<SubmapId, std::size_t> newest;  // latest node of each submap
   for (std::size_t i = 0; i < result.keyframes.size(); ++i) {
     const KeyFrame& keyframe = *map.keyframe(result.keyframes[i]);
     const auto [before, begins] = newest.try_emplace(keyframe.submap, i);

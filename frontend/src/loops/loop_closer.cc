@@ -16,7 +16,7 @@ struct LoopCloser::Result {
   KeyFrameMoves by_factors{};
 };
 
-// One loop on its way: the copy of the map that it is closed in, and what has come out.
+// One loop closure in progress: a copy of the map, and the results.
 class LoopCloser::Job {
  public:
   Job(Map map, Loop loop, std::vector<LoopEdge> old_loops, const MeasurementModel& model,
@@ -28,14 +28,15 @@ class LoopCloser::Job {
         options_(options),
         task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // Ends as soon as the iteration that runs is over; so does the destructor.
+  // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }
-  // Throws what ended the work.
+  // Rethrows the exception that ended the work.
   void Wait() { task_.Wait(); }
-  // Nothing is worked on any more, and all that came out can be taken.
+  // Returns whether the work has ended and all results can be taken.
   bool IsDone() const { return task_.IsDone(); }
 
-  // The loop itself, not the adjustment after it, is still being closed, or waits to be taken.
+  // Returns whether the loop itself, not the adjustment after it, is being closed or waits to be
+  // taken.
   bool IsClosing() const { return !corrected_taken_; }
 
   bool HasResults() const {
@@ -97,7 +98,7 @@ class LoopCloser::Job {
   Map map_;
   const Loop loop_;
   const std::vector<LoopEdge> old_loops_;
-  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
+  const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const LoopCloserOptions options_;
   bool corrected_taken_ = false;
   mutable std::mutex mutex_;
@@ -114,7 +115,7 @@ LoopCloser::~LoopCloser() = default;
 
 bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
                                 const std::function<void()>& prepare) {
-  // Until the map is corrected, the keyframes that follow see the same loop.
+  // Until the map is corrected, the following keyframes would detect the same loop.
   if (!options_.enabled || IsClosing() || !job_.HasRoom()) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
@@ -153,7 +154,7 @@ std::vector<LoopReport> LoopCloser::Take(Job& job, Map* map) {
   std::vector<LoopReport> reports;
   for (Result& result : job.Take()) {
     if (result.report.accepted) {
-      // Of an adjustment that failed nothing is to be applied.
+      // A failed adjustment is not applied.
       if (!result.report.bundle || result.report.bundle->usable) Apply(result.correction, map);
       if (!result.report.bundle) {
         loops_.push_back(result.report.loop.edge);
@@ -173,7 +174,7 @@ void LoopCloser::Cancel() {
 std::vector<LoopReport> LoopCloser::Finish(Map* map) {
   const std::unique_ptr<Job> job = job_.Take();
   if (!job) return {};
-  job->Wait();  // first: of work that threw nothing more is applied
+  job->Wait();  // first: nothing is applied if the work threw
   return Take(*job, map);
 }
 

@@ -18,49 +18,49 @@
 
 namespace highwall {
 
-// Closes loops: finds them, corrects the pose graph, makes twofold landmarks one, adjusts the whole
-// map. A loop that is found while the adjustment after an older one still runs ends that one.
-// (Xiao et al. 2025, section 2.3.)
+// Closes loops: detects them, corrects the pose graph, fuses duplicate landmarks, adjusts the whole
+// map. A new loop cancels an adjustment that still runs after an older one. (Xiao et al. 2025,
+// section 2.3.)
 class LoopCloser {
  public:
   // model: must outlive the closer.
   explicit LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options = {});
-  // Work that has not ended is cancelled.
+  // Cancels work that has not ended.
   ~LoopCloser();
   LoopCloser(const LoopCloser&) = delete;
   LoopCloser& operator=(const LoopCloser&) = delete;
 
-  // Looks for a loop of a new keyframe of the map and begins to close it. True where one was found.
-  // Where too much that was cancelled has yet to end, the next keyframe looks.
-  // prepare: called where one was found, before the map is copied: all of it is about to move.
+  // Looks for a loop of a new keyframe of the map and begins to close it. Returns true if one was
+  // found. If too much cancelled work has yet to end, the search is left to the next keyframe.
+  // prepare: called if one was found, before the map is copied, because all of it is about to move.
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe,
                       const std::function<void()>& prepare = {});
-  // What InsertKeyFrame() saw and did not believe, since the last call.
+  // Returns the loops that InsertKeyFrame() detected but rejected since the last call.
   std::vector<LoopReport> TakeRefused();
-  // How the graph of the loop that was applied last moved keyframes, once, where factors of the
-  // user's took part in it.
+  // Returns, once, the moves of keyframes by the graph of the last applied loop, if user factors
+  // took part in it.
   KeyFrameMoves TakeMovesByFactors();
-  // A loop itself, not the adjustment after it, is being closed.
+  // Returns whether a loop itself, not the adjustment after it, is being closed.
   bool IsClosing() const;
-  // Neither is a loop being closed, nor the map adjusted after one.
+  // Returns whether neither a loop is being closed nor the map adjusted after one.
   bool IsIdle() const { return job_.IsEmpty(); }
-  // Is anything ready to be applied?
+  // Returns whether a result is ready to be applied.
   bool HasResult() const;
-  // Applies what is ready to the map; between frames. What moves: MapCorrection. Throws what ended
-  // the work, once; nothing is applied then.
+  // Applies the ready results to the map; between frames. MapCorrection describes what moves.
+  // Rethrows the exception that ended the work, once; nothing is applied then.
   std::vector<LoopReport> Update(Map* map);
   // Waits for the work to end and applies it. Throws as Update().
   std::vector<LoopReport> Finish(Map* map);
-  // Nothing of what is being worked on is applied: the map was moved under it. Does not wait.
+  // Discards the work in progress, because the map was moved under it. Does not wait.
   void Cancel();
-  // As far as they were accepted and applied.
+  // The accepted and applied loops.
   const std::vector<LoopEdge>& loops() const { return loops_; }
 
  private:
   struct Result;
   class Job;
 
-  // Applies what has come out of a job.
+  // Applies the results of a job.
   std::vector<LoopReport> Take(Job& job, Map* map);
 
   const MeasurementModel& model_;

@@ -14,12 +14,12 @@
 namespace highwall {
 namespace {
 
-// Makes one what both sides of the loop have; the older side's landmarks stay.
+// Fuses landmarks common to both sides of the loop; the older side's landmarks stay.
 MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours, Map* map) {
-  // Before they are joined: afterwards each is the other's neighbour.
+  // Determined before the fusion: afterwards each side is the other's neighbour.
   const auto older = WithNeighbours(*map, loop.edge.match, kSharedByPlace, neighbours);
   const auto newer = WithNeighbours(*map, loop.edge.keyframe, kSharedByPlace, neighbours);
-  // The matches that the loop was found by.
+  // The matches of the loop detection.
   MapFusion all = FusionOf(*map->keyframe(loop.edge.keyframe), loop.points, loop.lines);
   Apply(all, map);
   for (const KeyFrameId id : newer) {
@@ -31,8 +31,8 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours,
   return all;
 }
 
-// Moves keyframes and landmarks to where the pose graph has them with the loop. False where it is
-// refused; message: why, or the solver's words. by_factors: LoopCorrectionResult.
+// Moves keyframes and landmarks to their places in the pose graph with the loop. Returns false if
+// the loop is rejected; message: the reason, or the solver's. by_factors: LoopCorrectionResult.
 bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
                     const KeyFrameGraphOptions& graph_options, const LoopCorrectionOptions& options,
                     Map* map, KeyFrameMoves* by_factors, std::string* message) {
@@ -49,7 +49,7 @@ bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
   PoseGraphOptions solve;
   solve.robust = options.robust;
   solve.max_loop_chi2 = graph_options.max_loop_chi2;
-  solve.estimate_variance_factor = false;  // the map closes by itself
+  solve.estimate_variance_factor = false;  // edges come from the poses themselves
   solve.solver.threads = options.threads;
   const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
   *message = summary.message;

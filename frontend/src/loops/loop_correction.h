@@ -19,17 +19,17 @@ namespace highwall {
 
 struct LoopCorrectionResult {
   bool accepted = false;  // false: the solver failed, or the loop is false; nothing was moved
-  std::string message;    // why not, or the solver's words
-  MapFusion fusion;       // what was made one
-  std::optional<SubmapMerge> merge;  // of submaps that were apart
-  KeyFrameMoves by_factors;          // by the graph, where factors of the user's took part in it
+  std::string message;    // the reason, or the solver's message
+  MapFusion fusion;       // the fused landmarks
+  std::optional<SubmapMerge> merge;  // of unconnected submaps
+  KeyFrameMoves by_factors;          // moves by the graph, if user factors took part in it
   double pose_graph_ms = 0.0, fusion_ms = 0.0;
 };
 
-// Closes a loop between keyframes of the map: where the drift allows it (LoopChi2), solves the pose
-// graph of the keyframes, robust to loops that are false, moves keyframes and landmarks, and makes
-// landmarks one that both sides of the loop have. Submaps that were apart are merged instead: there
-// is no drift between them, and nothing to solve for. old_loops: closed before.
+// Closes a loop between keyframes of the map: if it is consistent with the drift (LoopChi2), solves
+// the pose graph of the keyframes, robust to false loops, moves keyframes and landmarks, and fuses
+// landmarks common to both sides of the loop. Unconnected submaps are merged instead: there is no
+// drift between them, and no graph to solve. old_loops: those closed before.
 LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
                                  const MeasurementModel& model,
                                  const KeyFrameGraphOptions& graph_options,

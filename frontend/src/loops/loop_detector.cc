@@ -19,9 +19,9 @@ constexpr double kMinScore = 0.01;    // of the index
 constexpr double kScoreShare = 0.25;  // of the score of the best neighbour in the map
 constexpr RelocalizerOptions kVerification{.min_inliers = 20, .ransac_iterations = 300};
 constexpr int kPlaceKeyFrames = 10;  // neighbours of the candidate whose landmarks are searched
-// Share of the depth of two submaps that their merge may contradict either way.
+// Maximum share of contradicting depth in a merge of two submaps.
 constexpr double kMaxContradiction = 0.03;
-constexpr double kUsuallyFound = 0.5;  // KeyFrame::found, where it is not known
+constexpr double kUsuallyFound = 0.5;  // default of KeyFrame::found if it is unknown
 
 bool Intersect(const std::vector<KeyFrameId>& a, const std::vector<KeyFrameId>& b) {
   for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
@@ -45,8 +45,8 @@ std::vector<LandmarkId> Landmarks(const std::vector<std::pair<int, LandmarkId>>&
   return landmarks;
 }
 
-// Improves the pose with all matches and drops those that do not fit. False where less than
-// min_support remains.
+// Refines the pose with all matches and removes outliers. Returns false if the support falls below
+// min_support.
 bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& features,
            int min_support, Relocalization* found) {
   std::vector<PosePoint> points;
@@ -126,7 +126,7 @@ std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyfram
     const bool beyond_doubt =
         found->support >= options_.overwhelming * options_.min_support && found->share >= 1.0;
     const bool agreed = Agrees(map, found->loop.edge);
-    if (!beyond_doubt && !agreed) return std::nullopt;  // so far
+    if (!beyond_doubt && !agreed) return std::nullopt;  // not yet
     if (Contradicts(map, found->loop.edge)) return std::nullopt;
     merge_candidate_.reset();
     return std::move(found->loop);
@@ -156,7 +156,7 @@ bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
                      1};
   if (merge_candidate_ && merge_candidate_->own == now.own &&
       merge_candidate_->other == now.other) {
-    // Both are off by as much as a loop may be.
+    // The error of each is that of a loop.
     const Pose between = (merge_candidate_->T_other_own * T_WC).Inverse() * measured;
     const double translation = between.p().norm() / graph_.loop_translation;
     const double rotation = between.Angle() / graph_.loop_rotation;
@@ -174,7 +174,7 @@ bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
 
 LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId id) const {
   const std::vector<PlaceScore> ranking = map.index().Query(*map.keyframe(id)->frame.features);
-  // What the map connects with the keyframe, over at most one keyframe between: no loop.
+  // Keyframes connected in the map, directly or over one keyframe, are no loop candidates.
   std::vector<bool> connected(ranking.empty() ? 0 : id.index() + 1, false);
   const auto mark = [&](KeyFrameId k) {
     if (k.index() < connected.size()) connected[k.index()] = true;
@@ -185,7 +185,7 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
     mark(neighbour);
     for (const auto& [next, s] : map.Covisible(neighbour, kSharedByPlace)) mark(next);
   }
-  // A place must be about as alike as what is surely the same place.
+  // The similarity of a place must be comparable to that of neighbours in the map.
   double best_neighbour = 0.0;
   for (const PlaceScore& place : ranking) {
     const bool near = std::any_of(neighbours.begin(), neighbours.end(),

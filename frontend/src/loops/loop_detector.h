@@ -18,57 +18,60 @@
 
 namespace highwall {
 
-// A loop that was seen and not believed.
+// A loop that was detected but rejected.
 struct RefusedLoop {
   LoopEdge edge;
-  std::string reason;  // the test that refused it, with its figure
+  std::string reason;  // the test that rejected it, with its value
 };
 
-// Finds loops, a keyframe at a time. A candidate must look alike, points and lines voting; must not
-// be connected with the keyframe by the map; must be named by several keyframes in a row (a place
-// is a keyframe with those that share its landmarks); must give a pose by RANSAC, refined on points
-// and lines, that explains the landmarks of the place by projection; and that pose must lie within
-// the drift that the way between may have gathered. (The chain of checks is that of Mur-Artal,
-// Montiel, Tardos, IEEE T-RO 2015, section VII; the gate is ours.)
+// Detects loops, one keyframe at a time. A candidate must be similar, by votes of points and lines;
+// must not be connected with the keyframe in the map; must be found by several keyframes in a row
+// (a place is a keyframe with those that share its landmarks); must give a pose by RANSAC, refined
+// on points and lines, that explains the landmarks of the place by projection; and that pose must
+// be within the possible drift along the path between them. (The chain of checks is that of
+// Mur-Artal, Montiel, Tardos, IEEE T-RO 2015, section VII; the gate is ours.)
 //
-// Between submaps that are not joined there is no drift to judge by: there several keyframes in a
-// row must tell the same transform between them, or one beyond doubt.
+// Between unconnected submaps there is no drift to test against: several keyframes in a row must
+// give the same transform between them, or one with decisive support.
 class LoopDetector {
  public:
-  // model: must outlive the detector. graph: the drift that is thought possible.
+  // model: must outlive the detector. graph: the model of possible drift.
   explicit LoopDetector(const MeasurementModel& model, const LoopDetectorOptions& options = {},
                         const KeyFrameGraphOptions& graph = {});
 
-  // To be called with every new keyframe. loops: found before.
+  // To be called with every new keyframe. loops: those found before.
   std::optional<Loop> Detect(const Map& map, KeyFrameId keyframe, std::span<const LoopEdge> loops);
 
-  // Against one candidate (live), appearance and time aside.
+  // Verifies one candidate (active), without the tests of appearance and consistency.
   std::optional<Loop> Verify(const Map& map, KeyFrameId keyframe, KeyFrameId candidate,
                              std::span<const LoopEdge> loops);
 
-  // What Detect() and Verify() have refused since the last call, after a pose was found.
+  // Returns the loops that Detect() and Verify() rejected since the last call, after a pose was
+  // found.
   std::vector<RefusedLoop> TakeRefused() { return std::exchange(refused_, {}); }
 
-  // The map was moved: what the last keyframes told of another submap's place holds no more.
+  // Resets the merge candidate, because the map was moved: the evidence of the last keyframes is no
+  // longer valid.
   void Forget() { merge_candidate_.reset(); }
 
  private:
-  // Keyframes that share landmarks, ascending, and how many queries in a row have named them.
+  // Keyframes that share landmarks, ascending, and the number of consecutive queries that returned
+  // them.
   struct Place {
     std::vector<KeyFrameId> keyframes;
     int votes = 0;
   };
-  // Where one submap is in the world of another, as keyframes in a row have told.
+  // Transform between the worlds of two submaps, by consecutive keyframes.
   struct MergeCandidate {
     SubmapId own = kNoId, other = kNoId;  // roots
     Pose T_other_own;
     int keyframes = 0;
   };
   struct Candidates {
-    std::vector<KeyFrameId> loops;   // of the keyframe's world
-    std::vector<KeyFrameId> merges;  // of others
+    std::vector<KeyFrameId> loops;   // in the keyframe's world
+    std::vector<KeyFrameId> merges;  // in other worlds
   };
-  // A keyframe as it was found in a place. share: LoopDetectorOptions::min_found.
+  // Match of a keyframe with a place. share: LoopDetectorOptions::min_found.
   struct Found {
     Loop loop;
     int support = 0;
@@ -81,9 +84,9 @@ class LoopDetector {
                                  std::span<const LoopEdge> loops);
   std::optional<Loop> DetectMerge(const Map& map, KeyFrameId keyframe,
                                   std::span<const KeyFrameId> candidates);
-  // Whether it tells of the transform that keyframes in a row have told; remembers it.
+  // Returns whether enough consecutive keyframes agree on the transform; stores it.
   bool Agrees(const Map& map, const LoopEdge& edge);
-  // Whether gravity or the depth of the two submaps forbids that they are joined.
+  // Returns whether gravity or the depth of the two submaps is inconsistent with their merge.
   bool Contradicts(const Map& map, const LoopEdge& edge);
   std::optional<Found> FindPlace(const Map& map, KeyFrameId keyframe, KeyFrameId candidate);
   Place PlaceOf(const Map& map, KeyFrameId keyframe) const;
@@ -95,7 +98,7 @@ class LoopDetector {
   Relocalizer relocalizer_;
   MapMatcher matcher_;
   DepthGrid grid_;
-  std::vector<Place> places_;  // that the last keyframe named
+  std::vector<Place> places_;  // returned for the last keyframe
   std::optional<MergeCandidate> merge_candidate_;
   std::vector<RefusedLoop> refused_;
 };

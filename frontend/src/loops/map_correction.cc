@@ -16,14 +16,14 @@ std::unordered_map<Id<Tag>, Value> ById(const std::vector<Id<Tag>>& ids, const R
   return values;
 }
 
-// nullptr where there is none.
+// Returns nullptr if there is none.
 template <class Tag, class Value>
 const Value* At(const std::unordered_map<Id<Tag>, Value>& values, Id<Tag> id) {
   const auto found = values.find(id);
   return found != values.end() ? &found->second : nullptr;
 }
 
-// The move D_W of every keyframe of the map: x_W <- D_W x_W.
+// The moves D_W of all keyframes of the map: x_W <- D_W x_W.
 class Moves {
  public:
   Moves(const MapCorrection& correction, const Map& map) {
@@ -38,7 +38,7 @@ class Moves {
   }
 
   const Pose& operator[](KeyFrameId id) const { return moves_.at(id); }
-  // Of a landmark: with the first keyframe that sees it.
+  // Returns the move of a landmark: that of the first keyframe that observes it.
   Pose Of(const std::vector<Observation>& observations) const {
     return observations.empty() ? Pose() : (*this)[observations.front().keyframe];
   }
@@ -47,7 +47,7 @@ class Moves {
   std::unordered_map<KeyFrameId, Pose> moves_;
 };
 
-// That of its keyframes; empty where none of them is left.
+// Returns the world of its keyframes; empty if none of them exists any longer.
 std::optional<SubmapId> WorldOf(const MapGeometry& after, const Map& map) {
   for (const auto& [id, pose] : after.keyframes) {
     if (const std::optional<SubmapId> root = map.RootOf(id)) return root;

@@ -17,47 +17,47 @@
 
 namespace highwall {
 
-// What an adjustment with an IMU found of the body at a keyframe.
+// Motion of the body at a keyframe, estimated by an adjustment with an IMU.
 struct BodyMotion {
   Eigen::Vector3d v_WB;  // [m/s]
   ImuBias bias;          // [rad/s, m/s^2]
 };
 
-// Where the keyframes and landmarks of a map lie.
+// Geometry of a map: poses of keyframes and positions of landmarks.
 struct MapGeometry {
   std::unordered_map<KeyFrameId, Pose> keyframes;       // T_WC
   std::unordered_map<PointId, Eigen::Vector3d> points;  // p_W [m]
   std::unordered_map<LineId, Segment3> lines;           // [m]
   std::map<ReferenceFrameId, Pose> frames{};            // T_FW of their world
 };
-// Of a submap and all that is joined with it.
+// Returns the geometry of a submap and all that is merged with it.
 MapGeometry GeometryOf(const Map& map, SubmapId submap = kFirstSubmap);
 
-// How keyframes were moved, each in its own camera: T_WC <- T_WC * move.
+// Moves of keyframes, each in its own camera: T_WC <- T_WC * move.
 using KeyFrameMoves = std::unordered_map<KeyFrameId, Pose>;
 
-// What was found out on a copy of a map, for the map itself, which has gone on since.
+// Result computed on a copy of a map, to be applied to the map itself, which has changed since.
 struct MapCorrection {
   MapGeometry after;
   MapFusion fusion;
   OutlierObservations outliers;
-  std::optional<SubmapMerge> merge{};  // that the map is still to be told of
-  // Of an adjustment: elsewhere velocities turn with their keyframes, and biases stay.
+  std::optional<SubmapMerge> merge{};  // a merge the map has yet to apply
+  // From an adjustment: otherwise velocities rotate with their keyframes, and biases stay.
   std::unordered_map<KeyFrameId, BodyMotion> motions{};
   std::optional<Eigen::Vector3d> gravity_W{};  // of the world of the keyframes
 };
 
-// What an adjustment of all of a submap has come to.
+// Returns the correction from an adjustment of a whole submap.
 MapCorrection AdjustedTo(const Map& map, OutlierObservations outliers,
                          SubmapId submap = kFirstSubmap);
 
-// Puts what the map still has where the copy has it; newer keyframes move with the newest of their
-// submap that is older than them, other landmarks with the first keyframe that observes them. Then
-// fuses, and forgets outliers. What a local adjustment moved since the copy was made does not add
-// to that: it and the copy may have moved by the same error.
+// Moves what still exists in the map to its place in the copy; newer keyframes move with the newest
+// older keyframe of their world, other landmarks with the first keyframe that observes them. Then
+// fuses landmarks and removes outliers. Moves by local adjustments since the copy was made are not
+// added: they may have corrected the same error as the copy.
 void Apply(const MapCorrection& correction, Map* map);
 
-// Moves keyframe keyframes[i], all of them live and ascending, to T_WC[i]. Landmarks follow the
+// Moves keyframe keyframes[i], all of them active and ascending, to T_WC[i]. Landmarks follow the
 // first of these keyframes that observes them.
 void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
                    Map* map);

@@ -15,7 +15,7 @@
 namespace highwall {
 namespace {
 
-// Everything is adjusted when submaps have met and in the end, not after every loop: the keyframes
+// Adjusts everything when submaps have merged and at the end, not after every loop: the keyframes
 // of a whole session follow, and most of them close one.
 LoopCloserOptions WithoutAdjustment(LoopCloserOptions options) {
   options.enabled = true;
@@ -35,7 +35,7 @@ void RequireOneKind(const std::vector<Map>& maps) {
   }
 }
 
-// Puts the maps beside each other; of the first even the ids remain, but for gaps.
+// Puts the maps into one, unconnected; the first one even keeps its ids, including gaps.
 MergedMaps Collect(std::vector<Map> maps) {
   MergedMaps merged;
   for (Map& map : maps) {
@@ -44,7 +44,7 @@ MergedMaps Collect(std::vector<Map> maps) {
     } else if (merged.map.num_keyframes() == 0) {
       merged.keyframes.push_back(map.keyframe_ids());
       merged.map = std::move(map);
-      // As of all that is added: what the body did is not known to the model of a camera.
+      // As for all added maps: the motion of the body is not part of the camera's model.
       for (const KeyFrameId id : merged.keyframes.back()) merged.map.keyframe(id)->motion.reset();
     } else {
       merged.keyframes.push_back(AddMap(map, &merged.map));
@@ -62,7 +62,7 @@ class MapMerger {
         closer_(model, WithoutAdjustment(options)),
         merged_(merged) {}
 
-  // Looks for a keyframe in what is older.
+  // Looks for a keyframe among older ones.
   void Search(KeyFrameId keyframe) {
     closer_.InsertKeyFrame(merged_.map, keyframe);
     for (LoopReport& refused : closer_.TakeRefused()) merged_.loops.push_back(std::move(refused));
@@ -82,7 +82,7 @@ class MapMerger {
   }
 
  private:
-  // A solve that fails leaves everything as it was.
+  // A failed solve leaves everything unchanged.
   void Adjust(SubmapId world) {
     if (!options_.adjust) return;
     AdjustBundle(merged_.map, model_, merged_.map.KeyFramesOf(world), {}, options_.bundle);

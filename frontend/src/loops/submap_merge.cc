@@ -11,9 +11,9 @@
 namespace highwall {
 namespace {
 
-// [rad] What a map's gravity is off by: as BundleAdjuster finds it.
+// [rad] sigma of a map's gravity, as in BundleAdjuster
 constexpr double kGravitySigma = 0.02;
-constexpr double kMaxAngle = 0.8;  // [rad] between views that are compared
+constexpr double kMaxAngle = 0.8;  // [rad] between compared views
 constexpr double kChi2 = 10.828;   // of one degree of freedom, 99.9 %
 
 }  // namespace
@@ -29,7 +29,7 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
   merge.other = std::max(of_match, of_keyframe);
   const bool levelled = map.gravity_W(merge.root) && map.gravity_W(merge.other);
   merge.moved = !map.gravity_W(merge.root) && map.gravity_W(merge.other) ? merge.root : merge.other;
-  // Where the keyframe that moves is in the other world, by the loop.
+  // Pose of the moved keyframe in the other world, by the loop.
   const bool moves_keyframe = merge.moved == of_keyframe;
   const Pose& before = moves_keyframe ? keyframe.T_WC : match.T_WC;
   const Pose after = moves_keyframe ? match.T_WC * loop.Z : keyframe.T_WC * loop.Z.Inverse();
@@ -51,8 +51,8 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
 
 std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merge,
                                          const DepthGrid& grid, const DepthNoise& noise) {
-  constexpr std::size_t kMost = 40;  // keyframes that are looked at, evenly spread
-  constexpr std::size_t kViews = 3;  // that each is compared with
+  constexpr std::size_t kMost = 40;  // compared keyframes, evenly spread
+  constexpr std::size_t kViews = 3;  // views that each is compared with
   DepthComparison comparison(grid, noise);
   const std::vector<KeyFrameId> moved = map.KeyFramesOf(merge.moved);
   const std::vector<KeyFrameId> kept =
@@ -64,7 +64,8 @@ std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merg
     std::vector<std::pair<double, KeyFrameId>> views;
     for (const KeyFrameId id : kept) {
       const Pose T = T_WC.Inverse() * map.keyframe(id)->T_WC;
-      // Views whose cones do not meet share nothing; of the others the nearest say most.
+      // Views whose frustums do not intersect share nothing; of the others the nearest overlap
+      // most.
       if (T.Angle() < kMaxAngle) views.emplace_back(T.p().norm(), id);
     }
     std::sort(views.begin(), views.end());
@@ -73,7 +74,7 @@ std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merg
       const KeyFrame& other = *map.keyframe(id);
       DepthComparison pair(grid, noise);
       pair.Add(keyframe.depth_grid, other.depth_grid, T_WC.Inverse() * other.T_WC);
-      // Many pairs that hardly overlap are no evidence.
+      // Many pairs with little overlap are no evidence.
       if (pair.Contradiction()) comparison.Add(pair);
     }
   }

@@ -22,12 +22,12 @@ std::vector<OpenDirection> FindOpenDirections(const Eigen::Matrix<double, 6, 6>&
   S.bottomRightCorner<3, 3>() = Eigen::Matrix3d::Identity() / depth;
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(S.transpose() * information * S);
   const double least = 1.0 / (options.max_sigma * options.max_sigma);
-  // What rounding leaves of zero.
+  // Threshold of rounding errors.
   const double nothing = 1e-14 * eigen.eigenvalues()(5);
   std::vector<OpenDirection> open;
   for (int i = 0; i < 6; ++i) {
     const double h = eigen.eigenvalues()(i);
-    if (h >= least) break;  // they ascend
+    if (h >= least) break;  // in ascending order
     open.push_back({eigen.eigenvectors().col(i).head<3>(), eigen.eigenvectors().col(i).tail<3>(),
                     h > nothing ? 1.0 / std::sqrt(h) : std::numeric_limits<double>::infinity()});
   }

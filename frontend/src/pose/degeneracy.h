@@ -10,10 +10,10 @@
 
 namespace highwall {
 
-// The eigen-directions of a pose's information that are open, the most open one first. information:
-// 6 x 6, of a PoseSolution, in the tangent of PoseManifold at T_WC. depth [m] > 0: of the scene, at
-// which a rotation by 1 rad counts as a motion by so much. Throws InvalidArgument where depth is
-// not positive or the information not finite.
+// Returns the unobservable (degenerate) directions of a pose: eigenvectors of its information, that
+// with the least information first. information: 6 x 6, of a PoseSolution, in the tangent of
+// PoseManifold at T_WC. depth [m] > 0: of the scene; a rotation by 1 rad counts as a motion by this
+// distance. Throws InvalidArgument if depth is not positive or the information not finite.
 // Source: eigenvalues as in Zhang, Kaess, Singh, "On degeneracy of optimization-based state
 // estimation problems", ICRA 2016, section IV, here of whitened rows: their inverses are variances.
 std::vector<OpenDirection> FindOpenDirections(const Eigen::Matrix<double, 6, 6>& information,

@@ -9,11 +9,11 @@ namespace highwall {
 namespace {
 
 constexpr double kSigmas = 3.0;
-constexpr double kRelative = 0.03;  // of the depth: what a pose just found may be off by
+constexpr double kRelative = 0.03;  // of the depth: error of a newly estimated pose
 constexpr float kMinDepth = 0.05F;  // [m]
 constexpr double kMinShare = 0.05;  // of the cells of a grid that must fall on a reading
 
-// The least depth of a cell and its neighbours: a point at an edge may belong to either side.
+// Returns the minimum depth of a cell and its neighbours: a point at an edge may be on either side.
 cv::Mat Nearest(const cv::Mat& depth) {
   cv::Mat nearest = depth.clone();
   nearest.setTo(1e9F, depth <= 0.0F);
@@ -61,7 +61,7 @@ DepthComparison::Count DepthComparison::LookUp(const cv::Mat& from, const cv::Ma
 }
 
 std::optional<double> DepthComparison::Contradiction() const {
-  // A few cells are edges for the most part, where a reading may be of either side.
+  // A small number of cells are mostly edges, where a reading may be of either side.
   const double enough = kMinShare * grid_.camera().width * grid_.camera().height;
   if (a_in_b_.compared < enough || b_in_a_.compared < enough) return std::nullopt;
   return std::min(a_in_b_.Share(), b_in_a_.Share());

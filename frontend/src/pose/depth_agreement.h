@@ -13,22 +13,25 @@
 
 namespace highwall {
 
-// Two views of one place cannot look through what the other sees; views of two places that look
-// alike do, either way. Counts the readings of depth grids that fall on a reading of another, and
-// those whose point lies before it, by more than noise and a few hundredths of the depth explain.
+// Tests by depth whether two views show the same place: neither can look through a surface that the
+// other observes; views of two similar places do so in both directions. Counts the readings of
+// depth grids that project to a reading of another, and those whose point lies in front of it, by
+// more than noise and a few hundredths of the depth explain.
 class DepthComparison {
  public:
   // grid: of all images; must outlive this.
   DepthComparison(const DepthGrid& grid, const DepthNoise& noise) : grid_(grid), noise_(noise) {}
 
-  // DepthGrid::Sample of two images, T_AB: between the cameras. Nothing where one of them is empty.
+  // Adds a comparison. DepthGrid::Sample of two images, T_AB: between the cameras. Ignored if one
+  // of them is empty.
   void Add(const cv::Mat& depth_A, const cv::Mat& depth_B, const Pose& T_AB);
 
-  // What another one has counted, of the same grid.
+  // Adds the counts of another comparison, of the same grid.
   void Add(const DepthComparison& other);
 
-  // The share that contradicts: the smaller of the two ways, for what has come or gone is seen one
-  // way alone. Empty where less than a twentieth of a grid was to be compared.
+  // Returns the share of contradictions: the smaller one of both directions, because a change of
+  // the scene contradicts in one direction alone. Empty if less than a twentieth of a grid could be
+  // compared.
   std::optional<double> Contradiction() const;
 
  private:
@@ -40,7 +43,7 @@ class DepthComparison {
     }
     double Share() const { return static_cast<double>(contradict) / compared; }
   };
-  // Readings of `from` looked up in `onto`.
+  // Looks up the readings of `from` in `onto`.
   Count LookUp(const cv::Mat& from, const cv::Mat& onto, const Pose& T_onto_from) const;
 
   const DepthGrid& grid_;
@@ -48,9 +51,8 @@ class DepthComparison {
   Count a_in_b_, b_in_a_;
 };
 
-// Of a frame with some keyframes; depth, T_WC: of the frame, as the keyframes are supposed to have
-// it. Keyframes without a depth grid, of an old map file, say
-// nothing.
+// Returns the contradiction between a frame and some keyframes; depth, T_WC: of the frame, in the
+// world of the keyframes. Keyframes without a depth grid, of an old map file, are ignored.
 std::optional<double> DepthContradiction(const cv::Mat& depth, const Pose& T_WC,
                                          std::span<const KeyFrameId> keyframes, const Map& map,
                                          const DepthGrid& grid, const DepthNoise& noise);

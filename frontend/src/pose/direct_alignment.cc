@@ -26,25 +26,26 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kHuber = 1.345;  // [sigma] 95 % efficient for Gaussian noise
-// [grey levels] What light does that gain and offset do not tell.
+// [grey levels] Effects of light beyond gain and offset.
 constexpr double kMinGreySigma = 2.0;
 
 constexpr double kMinOverlap = 0.3;  // share of the frame's depth that the reference must see
-// Readings that share their noise: the patches of 9 x 9 cells, every second one, overlap
+// Number of readings with common noise: the patches of 9 x 9 cells, at every second cell, overlap
 // twenty-fold.
 constexpr double kSharedNoise = 20.0;
 
-// How far off the pose may still be: blur of the grey grids and gate of the surfaces.
+// Stage of the coarse-to-fine iteration: blur of the grey grids and gate of the surfaces, by the
+// remaining pose error.
 struct Stage {
   double blur;  // [cells] standard deviation; 0: none
   double gate;  // [m]
 };
 constexpr std::array<Stage, 3> kStages{{{4.0, 0.2}, {2.0, 0.08}, {0.0, 0.03}}};
-constexpr int kSteps = 15;           // of a stage, each with new associations
-constexpr double kConverged = 1e-5;  // [m, rad] of a step: the last
-constexpr double kSettled = 1e-3;    // [m, rad] no farther it may still go in the end
+constexpr int kSteps = 15;           // per stage, each with new associations
+constexpr double kConverged = 1e-5;  // [m, rad] norm of the last step of a stage
+constexpr double kSettled = 1e-3;    // [m, rad] maximum norm of that step, else no convergence
 
-// The grey levels of the reference and how they change, at fractions of cells.
+// The grey levels of an image and their gradient, at fractional cells.
 class GreyImage {
  public:
   GreyImage(const cv::Mat& cells, double blur) {
@@ -74,14 +75,14 @@ class GreyImage {
   cv::Mat grey_;
 };
 
-// A reading of the frame with its grey level as the reference would have it.
+// A reading of the frame with its grey level converted to that of the reference.
 struct GreyPoint {
   Eigen::Vector3d p_C;
   double grey = 0.0;
   double weight = 1.0;  // [1 / grey level]
 };
 
-// Rows of planes and grey levels as a function of the step away from T_RC. The functor of
+// Residuals of planes and grey levels as a function of the step away from T_RC. The functor of
 // ceres::TinySolver.
 class AlignmentProblem {
  public:
@@ -130,7 +131,7 @@ class AlignmentProblem {
   }
 
  private:
-  // What leaves the reference's view costs as much as what does not fit.
+  // Points outside the reference's view cost as much as outliers.
   double Grey(const Eigen::Matrix3d& R, const Eigen::Vector3d& p, const GreyPoint& point,
               Eigen::Matrix<double, 1, 6>* J) const {
     J->setZero();
@@ -158,13 +159,13 @@ double HuberFactor(double r) {
   return std::abs(r) <= kHuber ? 1.0 : std::sqrt(kHuber / std::abs(r));
 }
 
-// Grey levels of the frame, and of the reference where it sees the same.
+// Grey levels of the frame and of the reference at common points.
 struct GreyPairs {
   std::vector<Eigen::Vector3d> p_C;
   std::vector<double> own, other;
-  int readings = 0;  // of the frame, seen by the reference or not
+  int readings = 0;  // of the frame, inside the reference's view or not
 
-  // Correlation of the two, and the gain and offset that take `own` to `other`.
+  // Correlation of the two, and the gain and offset that convert `own` to `other`.
   struct Likeness {
     double correlation = 0.0, gain = 1.0, offset = 0.0;
   };
@@ -178,12 +179,12 @@ struct GreyPairs {
     const double var_a = aa / n - a * a / (n * n), var_b = bb / n - b * b / (n * n);
     const double covariance = ab / n - a * b / (n * n);
     if (!(var_a > 0.0) || !(var_b > 0.0)) return {0.0, 1.0, (b - a) / n};
-    const double gain = std::sqrt(var_b / var_a);  // of two noisy ones neither is the exact one
+    const double gain = std::sqrt(var_b / var_a);  // symmetric: both are noisy
     return {covariance / std::sqrt(var_a * var_b), gain, (b - gain * a) / n};
   }
 };
 
-// One alignment as it goes on.
+// State of one alignment.
 class Alignment {
  public:
   Alignment(const DepthGrid& grid, const DepthNoise& noise, const FrameFeatures& reference,
@@ -195,7 +196,7 @@ class Alignment {
         features_(features),
         T_RC_(T_RC) {}
 
-  // False where nothing holds the pose, or it does not settle.
+  // Returns false if there are too few constraints, or it does not converge.
   bool Refine(const std::vector<SurfacePatch>& patches, const SurfaceMatcherOptions& surfaces,
               double blur) {
     const GreyImage reference(reference_.gray_grid, blur), own(features_.gray_grid, blur);
@@ -228,14 +229,14 @@ class Alignment {
   int planes() const { return planes_; }
   double overlap() const { return overlap_; }
   double correlation() const { return likeness_.correlation; }
-  // In the tangent at T_RC, by the noise that the rows show.
+  // In the tangent at T_RC, scaled by the actual residuals.
   const Matrix6& information() const { return information_; }
 
  private:
   static constexpr int kMinPairs = 100;
 
-  // The reference sees something else there, before or behind, or beside it in a cell that its grey
-  // level is interpolated from; or something that moves.
+  // Returns whether the reference observes another surface there, in front, behind, or in a
+  // neighbouring cell used for the interpolation of its grey level, or a dynamic object.
   bool IsHidden(const Eigen::Vector2d& uv, double z, const SurfaceMatcherOptions& surfaces) const {
     const double most = surfaces.gate + surfaces.gate_sigmas * noise_.Sigma(z);
     const cv::Point cell(static_cast<int>(uv.x()), static_cast<int>(uv.y()));
@@ -351,7 +352,7 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
   if (alignment.planes() < options_.min_rows) return std::nullopt;
   if (alignment.overlap() < kMinOverlap) return std::nullopt;
   if (alignment.correlation() < options_.min_correlation) return std::nullopt;
-  // A step of the position is one in R there, in W here.
+  // A step of the position is in R there, in W here.
   Matrix6 to_R = Matrix6::Identity();
   to_R.topLeftCorner<3, 3>() = T_WR.R().transpose();
   const Matrix6 information = to_R.transpose() * alignment.information() * to_R / kSharedNoise;

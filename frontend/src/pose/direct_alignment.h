@@ -20,21 +20,22 @@ struct DirectAlignment {
   double depth = 0.0;  // [m] median of the frame's
 };
 
-// The pose of a camera against one view of the same place, from all of both images on the coarse
-// grid: readings of depth against the flat patches of the reference (point to plane), and grey
-// levels against its own, up to a gain and an offset. Needs no corner, and blur takes little of it.
-// Coarse to fine, by Levenberg-Marquardt with robust weights (Kerl, Sturm, Cremers, "Robust
-// odometry estimation for RGB-D cameras", ICRA 2013; Chen, Medioni 1992 for the planes).
+// Direct alignment: estimates the pose of a camera against one view of the same place, from both
+// whole images on the coarse grid: point-to-plane residuals of depth readings against the planar
+// patches of the reference, and photometric residuals up to a gain and an offset. Needs no corners,
+// and is robust to blur. Coarse to fine, by Levenberg-Marquardt with robust weights (Kerl, Sturm,
+// Cremers, "Robust odometry estimation for RGB-D cameras", ICRA 2013; Chen, Medioni 1992 for the
+// planes).
 class DirectAligner {
  public:
   // grid: of all images; must outlive this.
   DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
                 const SurfaceMatcherOptions& surfaces, const DirectAlignmentOptions& options);
 
-  // standing: the depth grid of the reference, 0 where something moved, which is left out. T_WC:
-  // rough. The pose with its information, in which readings that share their noise count as
-  // one. Empty where the two have too little in common, where what they have in common is not
-  // alike, where it does not settle, or where it leaves a direction open.
+  // standing: the depth grid of the reference, 0 on dynamic objects, which are masked out. T_WC:
+  // rough pose. Returns the pose with its information, in which readings with common noise count as
+  // one. Empty if the overlap is too small, the overlapping parts are not similar, the iteration
+  // does not converge, or a direction is unobservable.
   std::optional<DirectAlignment> Align(const FrameFeatures& reference, const cv::Mat& standing,
                                        const Pose& T_WR, const FrameFeatures& features,
                                        const Pose& T_WC) const;

@@ -15,7 +15,7 @@ bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
                std::span<const PosePoint> judged, int judged_lines,
                std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,
                const PoseSolverOptions& pose, const LandmarkMotionOptions& options) {
-  // A direction that the others leave open has this sigma: whatever is judged there fits.
+  // Sigma of directions unobservable from the others: any motion along them is consistent.
   constexpr double kOpen = 30.0;  // [m, rad]
   constexpr double kLeastError = 0.2;
   if (static_cast<int>(judged.size()) < options.min_points) return false;
@@ -30,7 +30,7 @@ bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
   information.diagonal().array() += 1.0 / (kOpen * kOpen);
   const Eigen::Matrix<double, 6, 6> covariance =
       information.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
-  const double noise = std::max(kLeastError, solution->error);  // variance, of that expected
+  const double noise = std::max(kLeastError, solution->error);  // relative variance
   const RgbdProjection::View view = RgbdProjection::At(solution->T_WC.data());
   int evaluated = 0, contradict = 0;
   for (const PosePoint& point : judged) {

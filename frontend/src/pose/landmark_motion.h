@@ -10,13 +10,13 @@
 
 namespace highwall {
 
-// Whether the landmarks on one surface have moved against all others: most of them do not fit the
-// pose that the others alone give, by more than the noise of both. In the pose of all together what
-// moves slowly and is near outweighs what stands: it would fit, and the camera be wrong.
-// T_WC: rough pose, B = C in `projection`. judged_lines: how many lines are on the surface; they
-// are not asked, but count in what it is of the scene, a line for two points. False where the
-// others give no pose or are too few: of two bodies that move against each other, the one that is
-// more of the scene stands.
+// Returns whether the landmarks on one surface have moved relative to all others: most of them are
+// inconsistent with the pose by the others alone, beyond the noise of both. In a pose by all
+// together, near and slowly moving landmarks would outweigh the static ones: they would be
+// consistent, and the camera wrong. T_WC: rough pose, B = C in `projection`. judged_lines: number
+// of lines on the surface; they are not tested, but count in its share of the scene, as two points
+// each. False if the others give no pose or are too few: of two bodies in relative motion, the one
+// with the larger share of the scene is static.
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
                std::span<const PosePoint> judged, int judged_lines,
                std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,

@@ -10,12 +10,12 @@
 
 namespace highwall {
 
-// A landmark and the feature that observes it, as SolvePose takes them.
+// Returns a landmark and its feature in the form used by SolvePose.
 PosePoint MakePosePoint(const MeasurementModel& model, const MapPoint& point,
                         const PointFeature& feature);
 
-// T_WC: rough pose of the camera, which tells what piece of the map line the feature sees. Empty
-// where that piece is not in front of the camera.
+// T_WC: rough pose of the camera, which determines the part of the map line that the feature
+// observes. Empty if that part is not in front of the camera.
 std::optional<PoseLine> MakePoseLine(const MeasurementModel& model, const MapLine& line,
                                      const LineFeature& feature, const Pose& T_WC);
 

@@ -20,10 +20,10 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// How rows r with Jacobian J enter least squares so that it minimizes the Huber cost rho(|r|^2):
-// scaled by `factor`, with the square of `missing` added to the cost. Then cost and gradient are
-// those of rho and J^T J weighs as in iteratively reweighted least squares. (Scaling r to |r|^2 =
-// rho alone would halve J^T J far out, and steps would go twice as far as they should.)
+// Scaling of rows r with Jacobian J by which least squares minimizes the Huber cost rho(|r|^2):
+// both are scaled by `factor`, and the square of `missing` is added to the cost. Cost and gradient
+// are then those of rho, and J^T J is weighted as in iteratively reweighted least squares. (Scaling
+// r to |r|^2 = rho alone would halve J^T J for large residuals, and steps would be twice too long.)
 struct HuberWeight {
   double factor = 1.0;
   double missing_squared = 0.0;
@@ -35,12 +35,11 @@ HuberWeight WeighHuber(double squared_norm, double threshold) {
   return {std::sqrt(threshold / norm), threshold * (norm - threshold)};
 }
 
-// Residuals and Jacobian of a pose-only problem as they fill up, row by row, robust weights
-// applied.
+// Output of residuals and Jacobian of a pose-only problem, row by row, with robust weights.
 class Output {
  public:
-  // jacobian: column-major, rows x 6, or null. step_jacobian: rows differentiate in the tangent at
-  // the stepped pose, the unknowns live in the tangent where the step begins.
+  // jacobian: column-major, rows x 6, or null. step_jacobian: from the tangent at the stepped pose,
+  // of the rows' derivatives, to the tangent where the step begins, of the unknowns.
   Output(double* residuals, double* jacobian, int rows, const Eigen::Matrix3d& step_jacobian)
       : r_(residuals, rows),
         J_(jacobian, jacobian != nullptr ? rows : 0, 6),
@@ -61,7 +60,7 @@ class Output {
     row_ += kRows;
   }
 
-  // The last row; false where a residual is not finite.
+  // Adds the last row; returns false if a residual is not finite.
   bool Finish() {
     r_[row_] = std::sqrt(missing_squared_);
     if (J_.rows() > 0) J_.row(row_).setZero();
@@ -76,8 +75,9 @@ class Output {
   double missing_squared_ = 0.0;
 };
 
-// What fits may be as far off as is known beforehand, or farther where the noise is larger: what is
-// learnt of images that show much must not blind where they show little.
+// Returns the scale of residuals for the inlier test: bounds are those of the a priori noise, or
+// wider if the estimated noise is larger: noise learnt on images with many features must not reject
+// those of images with few.
 Eigen::Vector2d Judged(const NoiseFactors& noise) {
   return {std::min(1.0, static_cast<double>(noise.px)),
           std::min(1.0, static_cast<double>(noise.depth))};
@@ -105,7 +105,7 @@ class PoseProblem {
         line_active_(lines.size(), true),
         plane_active_(planes.size(), true) {}
 
-  // The last one is what robust rows lack of their cost.
+  // The last row is the missing cost of robust rows.
   int NumResiduals() const {
     return 3 * active_points_ + 4 * active_lines_ + active_planes_ + (known_ != nullptr ? 6 : 0) +
            1;
@@ -148,7 +148,7 @@ class PoseProblem {
     return out.Finish();
   }
 
-  // What the inliers say at the solution's pose.
+  // Computes information, gradient and error from the inliers at the solution's pose.
   void Sum(PoseSolution& solution) const {
     const RgbdProjection::View view = RgbdProjection::At(solution.T_WC.data());
     int rows = 0;
@@ -182,8 +182,8 @@ class PoseProblem {
     if (rows > 6) solution.error = squares / (rows - 6);
   }
 
-  // Sets aside what does not fit at T; whatever fits (again) takes part in the next round. Where
-  // the pixel comes first, a point whose depth alone does not fit goes on without it.
+  // Classifies inliers at T; former outliers may become inliers of the next round. With
+  // pixels_first, a point whose depth alone is inconsistent is kept without it.
   void Classify(const Pose& T) {
     const RgbdProjection::View view = RgbdProjection::At(T.data());
     active_points_ = 0;
@@ -219,7 +219,7 @@ class PoseProblem {
   }
 
   void Restart(const Pose& T_start) { T_start_ = T_start; }
-  // pixels_first: begins without the depth of points.
+  // pixels_first: start without the depth of points.
   void ActivateAll(bool pixels_first) {
     pixels_first_ = pixels_first;
     std::transform(points_.begin(), points_.end(), point_rows_.begin(),
@@ -242,7 +242,7 @@ class PoseProblem {
   }
   const std::vector<bool>& line_active() const { return line_active_; }
 
-  // Median of z in C; that of a line is its middle's.
+  // Returns the median of z in C; for a line, of its midpoint.
   double Depth(const Pose& T) const {
     const Pose T_CW = T.Inverse();
     std::vector<double> depths;
@@ -258,11 +258,11 @@ class PoseProblem {
   }
 
  private:
-  // What takes part is in its domain where a round begins, and fits as well as this. Outside of it
-  // that is what it costs, or a step past all landmarks would fit best.
+  // Cost outside the domain, that of the worst inlier: all rows are in their domain where a round
+  // begins. If it were lower, a step past all landmarks would be the best fit.
   double WorstInlier(int dimension) const { return std::sqrt(options_.inliers.Of(dimension)); }
 
-  // Zero rows and false outside of the domain; the row of a depth that takes no part is zero.
+  // Returns zero rows and false outside the domain; the row of an unused depth is zero.
   bool PointRows(const RgbdProjection::View& view, std::size_t i, Eigen::Vector3d& r,
                  Eigen::Matrix<double, 3, 6>* J) const {
     const PosePoint& point = points_[i];
@@ -316,12 +316,12 @@ class PoseProblem {
   const KnownPose* known_;
   std::span<const PointToPlaneRow> planes_;
   bool pixels_first_ = false;
-  std::vector<int> point_rows_;  // 0 where set aside, 2 without depth, 3 with it
+  std::vector<int> point_rows_;  // 0: outlier, 2: without depth, 3: with depth
   std::vector<bool> line_active_, plane_active_;
   int active_points_ = 0, active_lines_ = 0, active_planes_ = 0;
 };
 
-// Round by round; empty where too few remain.
+// Solves round by round; empty if too few inliers remain.
 std::optional<Pose> Solve(PoseProblem& problem, const Pose& T_WC,
                           const PoseSolverOptions& options) {
   ceres::TinySolver<PoseProblem> solver;
@@ -330,8 +330,8 @@ std::optional<Pose> Solve(PoseProblem& problem, const Pose& T_WC,
   solver.options.parameter_tolerance = 1e-7;
   solver.options.gradient_tolerance = 1e-6;
 
-  // Of the sum of squares, absolute. A round before the last only tells what fits: a tenth of a
-  // standard deviation is enough for that, and too much for the pose, which would lag behind.
+  // Absolute, of the sum of squares. The rounds before the last only classify inliers: a tenth of a
+  // standard deviation suffices for that, but would leave a lag in the final pose.
   constexpr double kToClassify = 1e-2, kToEnd = 1e-6;
 
   Pose T = T_WC;

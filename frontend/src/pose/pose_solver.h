@@ -27,7 +27,7 @@ struct PosePoint {
 };
 
 // A known world line and the rows of its observation in the end-point form. The ends lie on the
-// line where the observed ends see it (TrimToObservation), so that what is measured is the distance
+// line where the observed ends project to it (TrimToObservation), so that the distance is measured
 // at the observed ends and not at those of a longer map line.
 struct PoseLine {
   Segment3 segment_W;  // [m]
@@ -38,25 +38,25 @@ struct PoseLine {
 
 struct PoseSolution {
   Pose T_WC;
-  // Of the inliers' rows alone, without what is known from elsewhere: J^T J and J^T r at T_WC, in
-  // the tangent of PoseManifold. Singular where they leave a direction open.
+  // From the inliers' rows alone, without the prior: J^T J and J^T r at T_WC, in the tangent of
+  // PoseManifold. Singular if a direction is unobservable.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
-  double error = 1.0;  // of the same rows: |r|^2 per degree of freedom, 1 where the noise is right
+  double error = 1.0;  // of the same rows: |r|^2 per degree of freedom, 1 for the correct noise
   std::vector<bool> point_inliers;
   std::vector<bool> line_inliers;
   int num_points = 0;  // inliers
   int num_lines = 0;   // inliers
   int num_planes = 0;  // inliers
-  double depth = 0.0;  // [m] median of the inliers' in C, those on planes not counted
+  double depth = 0.0;  // [m] median over the inliers in C, except planes
 };
 
-// Camera pose from known points and lines: robust Levenberg-Marquardt (ceres::TinySolver) in the
-// tangent space at T_WC, with outliers set aside between rounds; where too few remain, once more
-// from pixels and lines, with the depth of those points alone whose depth fits. B = C in
-// `projection`. known: where not null, joins the least squares. planes: the row's frames are W and
-// C; they join the least squares as well, and do not count as support. Empty where less than
-// min_support remains or the steps stop being finite.
+// Estimates the camera pose from known points and lines: robust Levenberg-Marquardt
+// (ceres::TinySolver) in the tangent space at T_WC, with outlier removal between rounds; if too few
+// inliers remain, it is repeated with pixels and lines, adding the depth of points only where it is
+// consistent. B = C in `projection`. known: a prior, may be null. planes: rows with the frames W
+// and C; they are included as well, and do not count as support. Empty if less than min_support
+// remains or the steps are not finite.
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
@@ -64,8 +64,9 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
                                       const KnownPose* known = nullptr,
                                       std::span<const PointToPlaneRow> planes = {});
 
-// The piece of line_C [m] that the undistorted pixels s and e see: each end is the point of the
-// line nearest to the ray. Empty where that is behind the camera or the ray runs along the line.
+// Returns the part of line_C [m] between the undistorted pixels s and e: each end is the point of
+// the line nearest to the ray. Empty if that is behind the camera or the ray is parallel to the
+// line.
 std::optional<Segment3> TrimToObservation(const PluckerLine& line_C, const Eigen::Vector2d& s,
                                           const Eigen::Vector2d& e, const RgbdProjection& camera);
 

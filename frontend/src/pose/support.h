@@ -4,7 +4,8 @@
 
 namespace highwall {
 
-// What holds a pose, counted: a line is worth two points, since both of its ends are measured.
+// Returns the support of a pose: a line counts as two points, because both of its ends are
+// measured.
 constexpr int Support(int points, int lines) {
   return points + 2 * lines;
 }

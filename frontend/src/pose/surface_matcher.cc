@@ -15,9 +15,9 @@
 namespace highwall {
 namespace {
 
-constexpr double kLink = 0.1;  // a patch ends where depth departs by this share of itself
-// Most cells of a patch depart from the plane by no more than so much depth noise, or by so many m,
-// whichever is more.
+constexpr double kLink = 0.1;  // a patch ends at a relative change of depth above this
+// Maximum RMS distance of a patch's cells from the plane: a multiple of the depth noise, or a
+// distance [m], whichever is larger.
 constexpr double kPlanarSigmas = 2.0;
 constexpr double kRoughness = 0.01;
 constexpr int kMaxRows = 300;
@@ -61,14 +61,14 @@ std::optional<SurfacePatch> FitPatch(const cv::Mat& depth, const DepthGrid& grid
   // Noise is along the ray.
   const double sigma = noise.Sigma(z) * cosine;
   if (rms > std::max(kPlanarSigmas * sigma, kRoughness)) return std::nullopt;
-  // Readings near each other share much of their noise: a patch is not better known than one.
+  // Neighbouring readings share much of their noise: a patch is no more accurate than one reading.
   patch.sigma = std::max(rms, sigma);
   const double spread = std::sqrt(count * eigen.eigenvalues()(1));
   if (patch.sigma > options.max_tilt * spread) return std::nullopt;
   return patch;
 }
 
-// Directions of normals fall into the faces of a cube, each of kFaceBins x kFaceBins.
+// Directions of normals are binned on the faces of a cube, each with kFaceBins x kFaceBins bins.
 constexpr int kFaceBins = 3;
 constexpr std::size_t kNormalBins = 6 * kFaceBins * kFaceBins;
 
@@ -133,7 +133,7 @@ std::vector<PointToPlaneRow> SpreadOverNormals(const std::vector<PointToPlaneRow
   if (rows.size() <= wanted) return rows;
   std::array<std::vector<std::size_t>, kNormalBins> bins;
   for (std::size_t i = 0; i < rows.size(); ++i) bins[NormalBin(rows[i].n)].push_back(i);
-  // The most that a bin may give, so that there are max_rows in all.
+  // Maximum number per bin for max_rows in total.
   const auto total = [&](std::size_t most) {
     std::size_t sum = 0;
     for (const auto& bin : bins) sum += std::min(bin.size(), most);

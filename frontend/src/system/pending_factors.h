@@ -12,23 +12,24 @@
 
 namespace highwall {
 
-// Factors of the user's on their way into the map. One waits until a frame at its last stamp, or
-// after it, has a pose; then the pose of the body at each stamp, between the frames before and
-// after it, hangs on the keyframe of the nearer one.
+// User factors waiting for their poses. A factor waits until a frame at or after its last stamp has
+// a pose; then the pose of the body at each stamp, interpolated between the frames before and after
+// it, is anchored to the keyframe of the nearer one.
 class PendingFactors {
  public:
-  // T_CB: of the body in the camera. max_gap [s]: OwnFactorOptions.
+  // T_CB: pose of the body in the camera. max_gap [s]: that of OwnFactorOptions.
   PendingFactors(const Pose& T_CB, double max_gap) : T_CB_(T_CB), max_gap_(max_gap) {}
 
-  // Of poses from now on.
+  // Applies to poses determined from now on.
   void SetExtrinsics(const Pose& T_CB) { T_CB_ = T_CB; }
   void Add(PoseFactor factor) { waiting_.push_back(std::move(factor)); }
-  // Hands on to the map what no longer waits. frames: all so far, by stamp.
+  // Adds the factors that need not wait any longer to the map. frames: all so far, by stamp.
   void Attach(const std::vector<PosedFrame>& frames, Map* map);
 
   std::size_t waiting() const { return waiting_.size(); }
   std::size_t attached() const { return attached_; }
-  // No frame with a pose was near enough, or the frames were in different worlds.
+  // Number of factors rejected because no frame with a pose was near enough, or because the frames
+  // were in different worlds.
   std::size_t refused() const { return refused_; }
 
  private:

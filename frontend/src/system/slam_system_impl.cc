@@ -23,11 +23,11 @@
 namespace highwall {
 namespace {
 
-// [s] in which images tell no pose before the map goes on where the IMU has the camera.
+// [s] without a pose from images after which the map continues at the pose of the IMU.
 constexpr double kBlind = 0.48;
-// Times the search window: an image that shifts by more is smeared, and the next shift unknown.
+// Multiple of the search window: a larger image shift smears the image, and the next is unknown.
 constexpr double kFarOff = 4.0;
-// Keyframes whose residuals tell the noise: those that an adjustment has moved together.
+// Number of keyframes for the noise estimate: those that an adjustment has moved together.
 constexpr int kLearnedFrom = 10;
 
 }  // namespace
@@ -60,7 +60,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {
     last_given_keyframe_ = ids.back();
-    submap_keyframes_ = kMinSubmapKeyFrames;  // as old as need be
+    submap_keyframes_ = kMinSubmapKeyFrames;  // mature
     tracker_.LearnNoise(map_, WithNeighbours(map_, ids.back(), kSharedByPlace, kLearnedFrom));
   }
 }
@@ -74,7 +74,7 @@ void SlamSystem::Impl::AddFactor(PoseFactor factor) {
   HIGHWALL_REQUIRE(!options_.localize_only,
                    "SlamSystem::AddFactor: SlamOptions::localize_only keeps the map as it is");
   factor.Validate();
-  if (factor.frame != kNoId) (void)map_.factors().frame(factor.frame);  // there is one
+  if (factor.frame != kNoId) (void)map_.factors().frame(factor.frame);  // throws if there is none
   pending_.Add(std::move(factor));
 }
 
@@ -108,10 +108,10 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   FrameResult result;
   result.stamp = image.stamp;
   builder_.Check(image);
-  // Once is enough, and far depth alone may come later.
+  // Verified once only, as later images may have distant depth alone.
   if (!metric_) metric_ = IsMetric(image.depth);
   result.repeated = Repeats(image);
-  // Before this image is mended, so that none is made a keyframe by half of what is known.
+  // Before this image's depth is corrected: no keyframe must be made with a partial correction.
   const bool mended = MendDepth(result);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
   RgbdImage at_once = image;
@@ -137,12 +137,12 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
 }
 
 bool SlamSystem::Impl::MendDepth(FrameResult& result) {
-  // A loop that is being closed would be closed as if nothing had been mended.
+  // A loop that is being closed would be closed with the uncorrected depth.
   if (!depth_pattern_.HasResult() || !loop_closer_.IsIdle()) return false;
   const Stopwatch watch;
   bool found = false;
   WithTracker([&] {
-    // It moves what is being adjusted: that comes first.
+    // It moves keyframes under adjustment: that is finished first.
     if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
     found = depth_pattern_.Finish(&map_);
   });
@@ -179,7 +179,7 @@ cv::Mat SlamSystem::Impl::CorrectedDepth(KeyFrameId id, const cv::Mat& depth) co
 
 Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   const Stopwatch watch;
-  // From here on the image counts; one that was refused leaves no trace.
+  // From here on the image counts; one that was rejected leaves no trace.
   last_stamp_ = image->stamp;
   if (result.repeated) {
     return {next_index_++, image->stamp, std::make_shared<const FrameFeatures>()};
@@ -202,7 +202,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   ChooseSubmap(tracked, result);
   const bool starts = submap_keyframes_ == 0;
   if (inertial_ && !starts) Fuse(Observe(tracked), tracked, result);
-  // In a map that was given the patience begins with the first image.
+  // In a given map the lost timeout begins with the first image.
   if (tracked.state == TrackingState::kLost && !posed_) posed_ = submap_begin_ = frame.stamp;
   if (!HasPose(tracked.state) && CanBegin(tracked)) BeginSubmap(tracked, result);
   if (HasPose(tracked.state)) posed_ = frame.stamp;
@@ -211,7 +211,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
 }
 
 bool SlamSystem::Impl::Repeats(const RgbdImage& image) {
-  // Nothing goes on before there is a map and a camera in it, or lost in it.
+  // There is nothing to extrapolate before the camera has been in a map or lost in it.
   return repeated_.Update(image.bgr) && posed_;
 }
 
@@ -251,7 +251,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   result.open_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
   if (!HasPose(tracked.state)) {
-    // Where it was lost already, the image before says why.
+    // If tracking was lost already, the reason is that of the previous image.
     if (!result.repeated) {
       lost_for_ = ReasonOf(tracked);
     } else if (!lost_for_) {
@@ -316,7 +316,7 @@ cv::Mat SlamSystem::Impl::MovingIn(KeyFrameId keyframe) const {
 }
 
 Pose SlamSystem::Impl::FirstPose(Stamp stamp) const {
-  // W has z up and x forward for a camera held level (x right, y down, z forward).
+  // W has z up and x forward for a camera held horizontally (x right, y down, z forward).
   Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
   T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   const Pose level = Pose::FromMatrix(T);
@@ -357,7 +357,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   observation.see = [&] {
     return FindSeen(map_, tracked.frame.features, tracked.points, tracked.lines, tracked.error);
   };
-  // What has been found of a loop would be lost.
+  // The result of a loop in progress would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);
   if (result.inertial->extrinsics) {
@@ -365,7 +365,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     pending_.SetExtrinsics(inertial_->T_BC().Inverse());
   }
   if (const std::optional<Pose>& T_level = result.inertial->T_level) {
-    // What is being adjusted is a map that stood otherwise.
+    // Adjustments in progress use the map before its gravity alignment.
     mapper_.Cancel();
     loop_closer_.Cancel();
     factor_adjuster_.Cancel();
@@ -396,7 +396,7 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
     if (submap_keyframes_ == 0) return true;  // the first
     return policy_.Wants(tracked, map_, last_keyframe_stamp_, inertial_.has_value());
   }
-  // Carried into a new place by the IMU alone: map from here.
+  // Moved to a new place by the IMU alone: map from here.
   return tracked.state == TrackingState::kInertial &&
          ToSeconds(tracked.frame.stamp - last_visual_) >= kBlind &&
          policy_.CanStart(*tracked.frame.features);
@@ -411,8 +411,8 @@ std::optional<KeyFrameMotion> SlamSystem::Impl::MotionSince(const KeyFrame* last
   motion.v_WB = estimate->state.v_WB;
   motion.bias = estimate->bias;
   motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
-  // An interval of many images weighs what they did on average. Added up as covariances are, one
-  // image in doubt would silence all of it.
+  // The weight of an interval is the mean over its images. If combined as covariances, a single
+  // low-weight image would suppress the whole interval.
   motion.weight = tied_ > 0.0 ? weighed_ / tied_ : inertial_->weight();
   if (last == nullptr || !last->motion) return motion;
   if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
@@ -424,7 +424,7 @@ std::optional<KeyFrameMotion> SlamSystem::Impl::MotionSince(const KeyFrame* last
 
 void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
-  // The frame belongs to the map as the adjustment before leaves it.
+  // The frame belongs to the map as the previous adjustment leaves it.
   const Pose T_new_old = WithTracker([&] {
     if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
   });
@@ -455,16 +455,16 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
   const auto prepare = [&] {
     if (options_.tracker.timing == FrameTimingMode::kIgnored) return;
-    // What is being adjusted was made with rows' times as they were: that comes first.
+    // The adjustment in progress uses the old row times: it is finished first.
     WithTracker([&] {
       if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
     });
     tracker_.RetimeAll(&map_);
   };
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_, prepare)) {
-    factor_adjuster_.Cancel();  // they are among what closes the loop
+    factor_adjuster_.Cancel();  // the loop closure includes them
     depth_pattern_.Cancel();    // the map is moved under it
-    // In lockstep the loop is closed by now, and the frame belongs to the corrected map.
+    // In synchronous mode the loop is closed by now, and the frame belongs to the corrected map.
     ApplyResults(result);
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
@@ -477,7 +477,7 @@ void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& resul
   if (loop_closer_.IsIdle()) factor_adjuster_.Begin(map_, submap_, loop_closer_.loops());
   if (!factor_adjuster_.HasResult()) return;
   WithTracker([&] {
-    // It moves what is being adjusted: that comes first.
+    // It moves keyframes under adjustment: that is finished first.
     if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
     result.factors = factor_adjuster_.Finish(&map_);
   });
@@ -504,7 +504,7 @@ void SlamSystem::Impl::ApplyResults(FrameResult& result) {
   const bool loops = loop_closer_.HasResult();
   if (!loops && !mapper_.HasResult()) return;
   WithTracker([&] {
-    // A loop moves what is being adjusted: that comes first.
+    // A loop moves keyframes under adjustment: that is finished first.
     if (auto report = loops ? mapper_.Finish(&map_) : mapper_.Update(&map_)) {
       result.adjustment = std::move(report);
     }

@@ -27,7 +27,8 @@
 
 namespace highwall {
 
-// What SlamSystem does, one stage after the other; its public functions have their docs there.
+// Implementation of SlamSystem, one stage after the other; its public functions are documented
+// there.
 class SlamSystem::Impl {
  public:
   Impl(const RgbdSensor& sensor, const SlamOptions& options,
@@ -58,39 +59,40 @@ class SlamSystem::Impl {
   const Map& map() const { return map_; }
 
  private:
-  // Throws InvalidArgument where the stamp cannot be that of the next frame.
+  // Throws InvalidArgument if the stamp cannot be that of the next frame.
   void RequireNext(Stamp stamp);
-  // A submap that is lost with fewer, and joined with no other, is dropped: it began in blur.
+  // A submap with fewer keyframes that is lost before it is merged is dropped: it began in blur.
   static constexpr int kMinSubmapKeyFrames = 5;
 
   // The stages of Track(), in their order.
-  // Makes the depth of an image that of its own rows' times, as the camera is expected to move,
-  // and takes its pattern off. Nothing where it is so.
+  // Returns the rolling-shutter compensation of an image's depth by the expected motion, together
+  // with the correction of its distortion. Empty if there is nothing to correct.
   FrameBuilder::DepthChange ToOneTime(const RgbdImage& image) const;
   Frame Extract(RgbdImage* image, FrameResult& result);
-  // Whether the image shows nothing new.
+  // Returns whether the image repeats the previous one.
   bool Repeats(const RgbdImage& image);
-  // The pose of a frame that shows nothing new: that of the motion so far.
+  // Returns the pose of a frame with a repeated image, extrapolated by the motion so far.
   TrackedFrame GoOn(const Frame& frame, FrameResult& result);
-  // The pose: by the images, and with the IMU where there is one. Starts a map where there is none.
+  // Estimates the pose from the images and the IMU, if there is one. Starts a map if there is none.
   TrackedFrame Estimate(const Frame& frame, FrameResult& result);
-  // In which submap the frame was tracked; one that it has left young is dropped.
+  // Sets the submap that the frame was tracked in; drops the one it has left if that is too young.
   void ChooseSubmap(TrackedFrame& tracked, FrameResult& result);
-  // Whether a frame without a pose may begin a submap: the first that can, after some patience.
+  // Returns whether a frame without a pose may begin a submap: the first suitable one after the
+  // lost timeout.
   bool CanBegin(const TrackedFrame& tracked) const;
   void BeginSubmap(TrackedFrame& tracked, FrameResult& result);
-  // Drops the submap if it is not worth keeping, now that it is left.
+  // Drops the submap, which is being left, if it is not worth keeping.
   void LeaveSubmap(FrameResult& result);
   void Report(const TrackedFrame& tracked, FrameResult& result);
-  // Applies what was found of the poses of earlier frames, and looks for more.
+  // Applies refined poses of earlier frames and starts the refinement of more.
   void RefineFrames(FrameResult& result);
   ImageKnowledge Knowledge() const;
 
-  // Cells that move as pixels, their border included; empty where there are none.
+  // Returns the dynamic mask in pixels, with its border; empty if there is none.
   cv::Mat ToImage(const cv::Mat& moving) const;
   Pose FirstPose(Stamp stamp) const;
   void FollowSharpness(const FrameFeatures& features);
-  // What an image tells the IMU.
+  // Returns the observation of an image for the IMU fusion.
   InertialOdometry::Observation Observe(const TrackedFrame& tracked);
   // Fuses the frame with the IMU.
   void Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked, FrameResult& result);
@@ -98,19 +100,19 @@ class SlamSystem::Impl {
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
-  // Applies what was found out of the pattern of depth, between frames; whether the map was moved.
+  // Applies an estimated depth distortion, between frames; returns whether the map was changed.
   bool MendDepth(FrameResult& result);
-  // Applies what has come of the factors of the user's, and begins anew where enough are new.
+  // Applies the result of the adjustment to user factors, and begins anew if enough are new.
   void AdjustToFactors(TrackedFrame& tracked, FrameResult& result);
   std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
-  // Changes the map and lets tracker and odometry follow: by how the reference keyframe moved.
+  // Changes the map and transforms tracker and odometry by the motion of the reference keyframe.
   template <class Change>
   Pose WithTracker(const Change& change);
-  // Applies what the other threads have come to.
+  // Applies the results of the other threads.
   void ApplyResults(FrameResult& result);
   void Notify(const FrameResult& result, const RgbdImage& image) const;
   void Notify(const std::vector<LoopReport>& loops) const;
-  // The root of the world in which most frames were tracked; empty where there is none.
+  // Returns the root of the world in which most frames were tracked; empty if there is none.
   std::optional<SubmapId> LargestWorld() const;
 
   SlamOptions options_;
@@ -128,24 +130,24 @@ class SlamSystem::Impl {
   Map map_;
   SlamCallbacks callbacks_;
   std::vector<PosedFrame> tracked_;
-  std::map<SubmapId, std::size_t> frames_in_;  // how many of these, by the submap of their keyframe
+  std::map<SubmapId, std::size_t> frames_in_;  // number of frames, by the submap of their keyframe
   std::optional<Stamp> last_stamp_;
-  std::optional<Stamp> jumped_;  // the stamp that was refused last because it jumped
-  bool metric_ = false;          // depth was seen to be in metres
+  std::optional<Stamp> jumped_;  // the last stamp that was rejected because it jumped
+  bool metric_ = false;          // depth was verified to be in metres
   RepeatedImage repeated_;
-  std::optional<LossReason> lost_for_;  // of the last frame, where it has no pose
-  SubmapId submap_ = kFirstSubmap;      // that keyframes join now
-  Stamp submap_begin_ = 0;              // the stamp of its first frame
+  std::optional<LossReason> lost_for_;  // of the last frame, if it has no pose
+  SubmapId submap_ = kFirstSubmap;      // that keyframes currently join
+  Stamp submap_begin_ = 0;              // stamp of its first frame
   int submap_keyframes_ = 0;            // made in it
   std::optional<Stamp> posed_;          // the last frame with a pose; until there is one, the first
-  KeyFrameId last_given_keyframe_;      // those up to it came with the map
+  KeyFrameId last_given_keyframe_;      // keyframes up to it came with the given map
   std::int64_t next_index_ = 0;
   Stamp last_keyframe_stamp_ = 0;
   KeyFrameId last_keyframe_ = kNoId;
-  Stamp last_visual_ = 0;  // of the last frame whose image told its pose
+  Stamp last_visual_ = 0;  // of the last frame with a pose from its image
   int last_points_ = 0;    // matched in the last frame
   double usual_sharpness_ = 0.0;
-  double tied_ = 0.0;     // [s] that the IMU ties since the last keyframe
+  double tied_ = 0.0;     // [s] covered by IMU factors since the last keyframe
   double weighed_ = 0.0;  // the same, each interval times its weight
   Stamp last_fused_ = 0;
 };

@@ -1,4 +1,4 @@
-// Where SlamSystem goes on in another submap.
+// Parts of SlamSystem that switch to another submap.
 #include <algorithm>
 
 #include <highwall/core/stamp.h>
@@ -13,7 +13,7 @@ void SlamSystem::Impl::ChooseSubmap(TrackedFrame& tracked, FrameResult& result) 
     if (map_.Root(found_in) != map_.Root(submap_)) {
       LeaveSubmap(result);
       submap_ = found_in;
-      submap_keyframes_ = kMinSubmapKeyFrames;  // as old as need be: it was kept
+      submap_keyframes_ = kMinSubmapKeyFrames;  // mature: it was kept
       last_keyframe_ = kNoId;
       if (inertial_) inertial_->Restart();
     }
@@ -24,7 +24,7 @@ void SlamSystem::Impl::ChooseSubmap(TrackedFrame& tracked, FrameResult& result) 
 bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) const {
   if (tracked.state == TrackingState::kLost) {
     if (!options_.submaps.enabled || options_.localize_only) return false;
-    // What did not live long is not waited for any longer.
+    // The timeout of a short-lived submap is no longer than its life.
     const double lived = submap_keyframes_ < kMinSubmapKeyFrames
                              ? ToSeconds(*posed_ - submap_begin_)
                              : options_.submaps.patience;
@@ -53,7 +53,7 @@ void SlamSystem::Impl::BeginSubmap(TrackedFrame& tracked, FrameResult& result) {
 void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   const bool joined = map_.Root(submap_) != submap_;
   if (submap_keyframes_ >= kMinSubmapKeyFrames || joined) return;
-  // What is being joined is kept: the frames in it are found again.
+  // A submap that is being merged is kept: the frames in it will be relocalized.
   if (loop_closer_.IsClosing()) return;
   mapper_.Cancel();
   factor_adjuster_.Cancel();

@@ -5,7 +5,7 @@
 namespace highwall {
 namespace {
 
-// [s] Faster than any camera of its kind gives images: stamps that repeat or jitter.
+// [s] Shorter than the image interval of any camera of this kind: stamps repeat or jitter.
 constexpr double kShortestStep = 0.005;
 
 }  // namespace

@@ -6,30 +6,32 @@
 
 namespace highwall {
 
-// Motion of a camera that goes on as it last did: a twist in the camera's own frame, per second, so
-// that images may be missing, late, or of any rate.
+// Constant-velocity motion model of the camera: a twist in the camera frame, per second, so that
+// images may be missing, late, or of any rate.
 class ConstantVelocity {
  public:
-  // [s] By hand a camera has turned round by then.
+  // [s] Within this time a hand-held camera may have reversed its motion.
   static constexpr double kLongestPrediction = 0.5;
 
-  // The camera came from pose A to pose B within dt [s]. A step too short to tell a velocity, which
-  // the error of the two poses would drown, or backwards in time, leaves it as it was.
+  // Measures the velocity from the motion of the camera from pose A to pose B within dt [s]. A step
+  // that is backwards in time, or too short for a velocity above the error of the two poses, is
+  // ignored.
   void Measure(const Pose& T_AB, double dt);
-  // Standing still.
+  // Resets the model to a stationary camera.
   void Reset() { *this = {}; }
-  // The motion expected within the next dt [s]: T_(now, now + dt). A velocity is news of the
-  // moment: it is carried on no longer than half a second, or the step that it was measured over
-  // where images are slower than that. Backwards in time there is none.
+  // Returns the motion predicted for the next dt [s], T_(now, now + dt). A velocity is valid only
+  // briefly: it is extrapolated for at most half a second, or over the step that it was measured
+  // over if images are slower than that. Returns the identity if dt is negative.
   Pose Predict(double dt) const;
-  // The mean one of the last step.
+  // Mean twist of the last step.
   const Twist& twist() const { return twist_; }
-  // At the beginning of this step, which followed the step of `before`: between both means.
+  // Returns the twist at the beginning of this step, interpolated between its mean and that of the
+  // preceding step `before`.
   Twist AtBeginning(const ConstantVelocity& before) const;
 
  private:
   Twist twist_;
-  double step_ = 0.0;  // [s] it was measured over
+  double step_ = 0.0;  // [s] duration of the step it was measured over
 };
 
 }  // namespace highwall

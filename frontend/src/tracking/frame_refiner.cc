@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kBatch = 30;  // frames, so that the map is not copied for each
 constexpr double kEnough = 0.5;     // of the support that the frame was tracked with
 
-// What is looked at of a frame again.
+// Returns the features without the images, which the refinement does not use.
 std::shared_ptr<const FrameFeatures> WithoutImages(const FrameFeatures& features) {
   auto without = std::make_shared<FrameFeatures>(features);
   without->gray.release();
@@ -36,15 +36,15 @@ int SupportOf(const TrackedFrame& frame) {
 
 struct FrameRefiner::Item {
   PosedFrame posed;
-  TrackedFrame frame{};          // T_WC: of `posed`, when the work begins
-  SubmapId root = kFirstSubmap;  // of its world
+  TrackedFrame frame{};          // T_WC: that of `posed` when the job begins
+  SubmapId root = kFirstSubmap;  // root of its map
   bool refine = false;
   RowMotion moved_by{};
   DepthPattern pattern{};
   KeyFrameId newest = kNoId;
 };
 
-// Some frames, those before and after them, and a copy of the map about them.
+// A batch of frames with its neighbours, and a copy of the map around them.
 class FrameRefiner::Job {
  public:
   Job(Map map, std::vector<Item> items, const ImageKnowledge& knowledge,
@@ -63,7 +63,7 @@ class FrameRefiner::Job {
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
 
-  // The frames that were found once more.
+  // Returns the frames that were refined.
   std::vector<PosedFrame> Take() {
     task_.Wait();
     return std::exchange(found_, {});
@@ -96,7 +96,7 @@ class FrameRefiner::Job {
     items_.clear();
   }
 
-  // Whether that shows.
+  // Updates the rolling-shutter compensation of a frame; returns whether the change is significant.
   bool MoveRows(std::size_t i) {
     Item& item = items_[i];
     if (!knowledge_.timing) return false;
@@ -112,15 +112,15 @@ class FrameRefiner::Job {
     return true;
   }
 
-  // The mean one; empty where they are too far apart to tell of a moment.
+  // Returns the mean twist; empty if the two frames are too far apart in time.
   static std::optional<Twist> MotionBetween(const Item& before, const Item& after) {
     const double dt = ToSeconds(after.posed.stamp - before.posed.stamp);
     if (before.root != after.root || dt > ConstantVelocity::kLongestPrediction) return std::nullopt;
     return Twist::Between(before.frame.T_WC.Inverse() * after.frame.T_WC, dt);
   }
 
-  // Against the landmarks that it was tracked by, then against all around. False, and the frame is
-  // left as it is, where those are far fewer than they were.
+  // Estimates the pose from the landmarks that it was tracked by, then from all around. Returns
+  // false and leaves the frame unchanged if the support falls below kEnough.
   bool FindPose(TrackedFrame* frame) const {
     TrackedFrame again = *frame;
     if (!Solve(&again)) return false;
@@ -145,7 +145,7 @@ class FrameRefiner::Job {
   Map map_;
   std::vector<Item> items_;
   const ImageKnowledge knowledge_;
-  const MeasurementModel model_;  // a copy: T_BC may become known better while this goes on
+  const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const MapMatcher matcher_;
   const PinholeCamera camera_;
   const DepthGrid& grid_;
@@ -181,7 +181,7 @@ void FrameRefiner::Add(const TrackedFrame& frame, const PosedFrame& posed,
 
 void FrameRefiner::Begin(const Map& map, const ImageKnowledge& knowledge) {
   if (!job_.IsEmpty()) return;
-  // The last one of them has to wait for the one after it.
+  // The last one of them has to wait for its successor.
   const auto young = std::ranges::find_if(waiting_, [&](const Item& item) {
     return newest_.value() - item.newest.value() < options_.keyframes;
   });
@@ -229,8 +229,8 @@ void FrameRefiner::Finish(const Map& map, std::vector<PosedFrame>* frames) {
     if (!map.RootOf(found.pose.reference)) continue;
     const auto frame = std::ranges::lower_bound(*frames, found.stamp, {}, &PosedFrame::stamp);
     if (frame == frames->end() || frame->stamp != found.stamp) continue;  // dropped
-    // On the keyframe of its time still: a young one, which sees more of the same by now, has yet
-    // to find its place.
+    // The frame stays anchored to the keyframe of its time: a younger keyframe, though it shares
+    // more landmarks by now, may not have been adjusted yet.
     frame->pose = AnchoredPose::At(map, frame->pose.reference, found.pose.T_WC(map));
     ++refined_;
     if (before_ && before_->stamp == found.stamp) before_ = *frame;

@@ -19,40 +19,42 @@
 
 namespace highwall {
 
-// What of a camera's images is known by now.
+// Current estimate of the properties of a camera's images.
 struct ImageKnowledge {
-  std::optional<FrameTiming> timing{};  // empty where images are taken to be of one time
-  DepthPattern pattern{};               // of depth, found while tracking
+  std::optional<FrameTiming> timing{};  // empty where row times are ignored
+  DepthPattern pattern{};               // depth distortion, estimated online
 };
 
-// Poses of frames found once more when the map about them has grown and been adjusted: against
-// landmarks that were not there yet, with the depth as it would be mended now, and with rows moved
-// by the motion from the frame before to the one after. Of those that images alone tell; keyframes
-// are the adjustments' affair. Works on copies, some frames at a time. (docs/tracking.md)
+// Non-keyframe refinement: re-estimates poses of frames after the map around them has grown and
+// been adjusted, against landmarks that did not exist before, with the depth corrected by the
+// current estimate, and with rolling-shutter compensation by the motion from the preceding to the
+// following frame. Only poses estimated from images alone are refined; keyframes are left to the
+// adjustments. Works on copies, in batches of frames. (docs/tracking.md)
 class FrameRefiner {
  public:
   // model: must outlive the refiner. camera: with its distortion.
   FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
                const FrameRefinementOptions& options, const TrackerOptions& tracker);
-  // Work that has not ended is cancelled.
+  // Cancels work that has not ended.
   ~FrameRefiner();
   FrameRefiner(const FrameRefiner&) = delete;
   FrameRefiner& operator=(const FrameRefiner&) = delete;
 
-  // A frame with its pose, in the order of their stamps. moved_by: its rows. pattern: that its
-  // depth was mended by. newest: the newest keyframe.
+  // Adds a frame with its pose; frames come in the order of their stamps. moved_by: motion its rows
+  // were compensated by. pattern: depth distortion its depth was corrected by. newest: the newest
+  // keyframe.
   void Add(const TrackedFrame& frame, const PosedFrame& posed, const RowMotion& moved_by,
            const DepthPattern& pattern, KeyFrameId newest);
-  // Begins where enough frames have waited long enough and nothing is under way.
+  // Begins if enough frames have waited long enough and no job is running.
   void Begin(const Map& map, const ImageKnowledge& knowledge);
-  // Is anything ready to be applied?
+  // Returns whether a result is ready to be applied.
   bool HasResult() const;
-  // Waits for the work to end and applies it: frames that are among `frames`, ascending by stamp,
-  // get their new poses. Throws what ended the work.
+  // Waits for the job to end and applies its result: frames that are among `frames`, ascending by
+  // stamp, get their new poses. Rethrows the exception that ended the job.
   void Finish(const Map& map, std::vector<PosedFrame>* frames);
-  // The same for all that wait.
+  // Does the same for all frames that wait.
   void FinishAll(const Map& map, const ImageKnowledge& knowledge, std::vector<PosedFrame>* frames);
-  // How many poses were found once more.
+  // Number of poses that were refined.
   int refined() const { return refined_; }
 
  private:
@@ -67,7 +69,7 @@ class FrameRefiner {
   const FrameRefinementOptions options_;
   const TrackerOptions tracker_;
   std::vector<Item> waiting_;
-  std::optional<PosedFrame> before_;  // the frame before those that wait
+  std::optional<PosedFrame> before_;  // the frame preceding those in waiting_
   KeyFrameId newest_ = kNoId;
   int refined_ = 0;
   JobSlot<Job> job_;

@@ -11,18 +11,20 @@
 namespace highwall {
 namespace {
 
-// [s] of what is not known of a camera: read-outs take up to an image's interval, some 33 ms; the
-// two images are of the same interval.
+// [s] prior of an unknown camera: read-outs take up to an image's interval, some 33 ms; the two
+// images are of the same interval.
 const Eigen::Vector3d kPriorSigma(0.015, 0.015, 0.01);
 const Eigen::Vector3d kLeastTiming(0.0, 0.0, -0.03), kMostTiming(0.05, 0.05, 0.03);  // [s]
-// Standard deviations by which an estimate must differ from what is known to replace it.
+// Number of standard deviations by which an estimate must differ from the known value to replace
+// it.
 constexpr double kTold = 2.0;
 constexpr double kMemory = 5.0;  // [s] of the filter
-// Frames share landmarks, and with them errors: so many count as one.
+// Frames share landmarks and thus errors: this number of frames counts as one.
 constexpr double kAlike = 25.0;
 constexpr double kMaxChi2 = 7.81;  // of three rows, 95 %
 constexpr int kMinPoints = 30;
-// Less of a pose than any image tells, which keeps what it leaves open out of the equations.
+// Information of a pose below that of any image, which keeps unobservable directions out of the
+// equations.
 constexpr double kPoseFloor = 1e-3;
 
 Eigen::Vector3d AsVector(const FrameTiming& timing) {
@@ -61,7 +63,7 @@ FrameTimingEstimator::Matrix FrameTimingEstimator::Shift(const PointFeature& fea
                                                          const Twist& motion) const {
   const Eigen::Vector3d p_C = camera_.Unproject(feature.uv, feature.depth);
   const double row_time = RowTime(feature.uv.y(), camera_.height);
-  // The reading alone moves the point along its ray.
+  // The depth reading alone moves the point along its ray.
   const double rate = DepthRate(depth_grid, grid_, p_C, motion).value_or(0.0);
   const Eigen::Vector3d reading = -rate / p_C.z() * p_C;
   Matrix shift;
@@ -86,7 +88,7 @@ FrameTimingEstimator::Landmark FrameTimingEstimator::ShiftOf(const MapPoint& poi
         keyframe->T_WC.q().toRotationMatrix() * Shift(feature, features.depth_grid, known->motion);
     landmark.shift += shift;
     Vector since = AsVector(timing_) - AsVector(known->timing);
-    since[2] += keyframe->frame.depth_delay;  // counted in there, and none of the camera's
+    since[2] += keyframe->frame.depth_delay;  // included there, but no delay of the camera
     landmark.since += shift * since;
   }
   if (views > 0) {
@@ -138,7 +140,7 @@ void FrameTimingEstimator::Add(const TrackedFrame& tracked, const Map& map, cons
   information_ = std::exp(-dt / kMemory) * information_ + N / kAlike;
   last_ = tracked.frame.stamp;
   const Matrix covariance = Covariance();
-  // The residuals are those of what was gone by.
+  // The residuals belong to the applied timing, not to the estimate.
   const Vector gradient = g + N * (estimate_ - AsVector(timing_));
   estimate_ =
       (estimate_ - covariance * gradient / kAlike).cwiseMax(kLeastTiming).cwiseMin(kMostTiming);

@@ -11,8 +11,9 @@
 namespace highwall {
 namespace {
 
-// Whether the camera stands where it made the reference keyframe: half of their common points are
-// where that one saw them, within twice the noise of a corner. Too few points show nothing.
+// Returns whether the camera is stationary where it made the reference keyframe: half of their
+// common points are where that keyframe saw them, within twice the noise of a corner. False if
+// there are too few points.
 bool Stands(const TrackedFrame& tracked, const KeyFrame& reference) {
   constexpr double kNoise = 2.0;  // [px]
   constexpr std::size_t kEnough = 20;
@@ -53,7 +54,7 @@ bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map, Stamp la
     const bool stands = !with_imu && seen_from != nullptr && Stands(tracked, *seen_from);
     if (!stands) return true;
   }
-  // It shares no landmark with any other: the map goes on there only if it must.
+  // The frame shares no landmark with a keyframe: the map continues there only if it must.
   if (tracked.num_points + tracked.num_lines == 0) return false;
 
   int with_depth = 0, waiting = 0;

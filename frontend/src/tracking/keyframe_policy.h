@@ -7,16 +7,17 @@
 
 namespace highwall {
 
-// When a frame becomes a keyframe.
+// Decides whether a frame becomes a keyframe.
 class KeyFramePolicy {
  public:
   explicit KeyFramePolicy(const KeyFramePolicyOptions& options);
 
-  // A first frame with enough depth to start a map.
+  // Returns whether a first frame has enough features with depth to start a map.
   bool CanStart(const FrameFeatures& features) const;
-  // The frame sees too little of its reference keyframe, or much that is not mapped, or the last
-  // keyframe was long ago: with an IMU, which ties keyframes the better the nearer they are in
-  // time, in any case, else unless the camera stands still.
+  // Returns whether the frame sees too little of its reference keyframe, or sees much that is not
+  // mapped, or the last keyframe is too old. The last holds in any case with an IMU, whose factors
+  // are the more accurate the closer keyframes are in time, otherwise only if the camera is not
+  // stationary.
   bool Wants(const TrackedFrame& tracked, const Map& map, Stamp last_keyframe,
              bool with_imu = false) const;
 

@@ -11,13 +11,13 @@
 namespace highwall {
 namespace {
 
-// By how much landmarks move when features of their keyframes do: the mean over the keyframes that
-// measured their depth.
+// Shifts of landmarks that follow from shifts of the features in their keyframes: the mean over the
+// keyframes that measured their depth.
 class LandmarkShifts {
  public:
   explicit LandmarkShifts(const PinholeCamera& camera) : camera_(camera) {}
 
-  // The features of a keyframe were `before`, and are what it holds now.
+  // Adds a keyframe whose features were `before` and have been replaced.
   void Add(const KeyFrame& keyframe, const FrameFeatures& before) {
     const FrameFeatures& after = *keyframe.frame.features;
     const Eigen::Matrix3d R_WC = keyframe.T_WC.q().toRotationMatrix();
@@ -30,7 +30,7 @@ class LandmarkShifts {
     for (std::size_t i = 0; i < before.lines.size(); ++i) {
       const auto &from = before.lines[i].segment_C, &to = after.lines[i].segment_C;
       if (keyframe.lines[i] == kNoId || !from || !to) continue;
-      // A landmark is longer than what one image shows of it: both of its ends move alike.
+      // A landmark is longer than its segment in one image: both of its ends get the same shift.
       lines_.try_emplace(keyframe.lines[i], Eigen::Vector3d::Zero()).first->second +=
           0.5 * R_WC * (to->p_C - from->p_C + to->q_C - from->q_C);
     }

@@ -11,24 +11,26 @@
 
 namespace highwall {
 
-// What the rows of each keyframe's image were moved by, so that they follow when timing or motion
-// are known better (docs/row_times.md).
+// Stores the rolling-shutter compensation of each keyframe, so that its features can be updated
+// when the estimate of the timing or of the motion improves (docs/row_times.md).
 class KeyframeRowTimes {
  public:
-  // camera, grid: as of MovedOtherwise; grid must outlive it.
+  // camera, grid: as those of MovedOtherwise; grid must outlive it.
   KeyframeRowTimes(const PinholeCamera& camera, const DepthGrid& grid)
       : camera_(camera), grid_(grid) {}
 
   void Remember(const KeyFrame& keyframe, const RowMotion& moved_by);
-  // The motion of the camera at a keyframe, as it is known by now. Others are left alone.
+  // Updates the motion of the camera at a keyframe with a better estimate. Ignores unknown
+  // keyframes.
   void Correct(KeyFrameId id, const Twist& motion);
-  // Nothing where it is not known: a keyframe of another run.
+  // Returns null for an unknown keyframe, such as one of another run.
   const RowMotion* Find(KeyFrameId id) const;
 
-  // Moves the features of these keyframes where the timing or their corrected motion shows, and the
-  // landmarks made of them, as far as these keyframes have a say in them. An estimate that has
-  // wandered within its own sigma moves nothing. Their poses are left to the adjustment that
-  // follows: of keyframes that none is about to move, features and landmarks fit as they are.
+  // Moves the features of these keyframes if the change of the timing or of their motion is
+  // significant, and the landmarks made of them by the share that these keyframes have in them. A
+  // change within the estimate's own sigma moves nothing. The poses are left to the adjustment that
+  // follows: keyframes that none is about to adjust must not be passed, as their features and
+  // landmarks are consistent as they are.
   void Retime(const FrameTimingEstimate& timing, std::span<const KeyFrameId> keyframes, Map* map);
 
  private:
@@ -37,7 +39,7 @@ class KeyframeRowTimes {
     Twist motion;
     double depth;  // [m] of its scene
   };
-  // Those that were removed from the map, now and then.
+  // Removes keyframes that the map has removed, from time to time.
   void Forget(const Map& map);
 
   PinholeCamera camera_;  // without distortion

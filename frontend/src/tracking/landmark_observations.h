@@ -25,35 +25,36 @@ std::vector<bool> Taken(const std::vector<LandmarkId>& landmarks) {
   return taken;
 }
 
-// Gives features the landmarks that they were found to be.
+// Assigns the matched landmarks to features.
 template <class LandmarkId>
 void Apply(const std::vector<std::pair<int, LandmarkId>>& matches,
            std::vector<LandmarkId>& landmarks) {
   for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
 }
 
-// A frame with a pose and no landmark yet.
+// Returns a frame with a pose and without matched landmarks.
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC);
 
-// The landmarks that a frame was found to see, and the features that see them.
+// Observations of the landmarks matched with a frame, and the features they belong to.
 struct LandmarkObservations {
   std::vector<PosePoint> points;
   std::vector<PoseLine> lines;
   std::vector<std::size_t> point_features, line_features;
 };
 
-// What is no longer in the map, or not in front of the camera, is unmatched.
+// Collects the observations. Unmatches landmarks that are no longer in the map or not in front of
+// the camera.
 LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map,
                                    TrackedFrame& tracked);
 
-// The frame with the pose that its observations gave; outliers are unmatched.
+// Sets the pose estimated from the observations; unmatches outliers.
 void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
               const DegeneracyOptions& degeneracy, TrackedFrame* tracked);
 
-// Matches a frame, matched in part, with all that the keyframes see that share most landmarks with
-// it, most of them at most.
+// Matches a partly matched frame with all landmarks of the keyframes that share most landmarks with
+// it, at most `most` keyframes.
 struct LandmarksInView {
-  std::vector<PointId> points;  // that were to be seen from its pose, matched or not
+  std::vector<PointId> points;  // predicted to be visible from its pose, matched or not
   std::vector<LineId> lines;
 };
 LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,

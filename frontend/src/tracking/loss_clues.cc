@@ -7,9 +7,9 @@
 namespace highwall {
 namespace {
 
-// A corner of the least contrast takes a third of the light of an image so dark.
+// In an image this dark, the minimum contrast of a corner is a third of the brightness.
 constexpr double kDark = 3.0;
-// Motion that halves the steps between pixels has smeared them over two.
+// Motion blur that halves the steps between pixels has smeared them over two.
 constexpr double kBlurred = 0.5;
 
 }  // namespace

@@ -5,24 +5,25 @@
 
 namespace highwall {
 
-// What the search for a frame's pose has come to, where it found none.
+// Tracking diagnostics of a frame without a pose.
 struct LossClues {
   int tried = 0;           // support (points plus twice the lines) of matches with the last frame
-  int agreed = 0;          // of those that agree on a pose
-  double set_aside = 0.0;  // share of the features that are on what moves
-  double shift = 0.0;      // [px] of the image since the last frame, at constant velocity
+  int agreed = 0;          // support of those consistent with one pose
+  double set_aside = 0.0;  // share of the features masked out on dynamic objects
+  double shift = 0.0;      // [px] image shift since the last frame, at constant velocity
   bool predicted = false;  // by an IMU
 };
 
-// What is asked of an image.
+// Requirements on an image.
 struct FeatureNeeds {
   int min_features = 0;          // support with depth that can start a map
-  double min_corner = 0.0;       // [grey levels] the least contrast of a corner
-  double usual_sharpness = 0.0;  // of frames with a pose; 0: not known
-  double searched = 0.0;         // [px] about where a landmark is expected
+  double min_corner = 0.0;       // [grey levels] minimum contrast of a corner
+  double usual_sharpness = 0.0;  // of frames with a pose; 0: unknown
+  double searched = 0.0;         // [px] image shift that the search can follow at most
 };
 
-// Why a frame without a pose has none: what the image lacks, or else what its matches tell.
+// Returns why the pose of a frame was not found: because of the image, or else because of its
+// matches.
 LossReason ReasonOf(const FrameFeatures& features, const LossClues& clues,
                     const FeatureNeeds& needs);
 

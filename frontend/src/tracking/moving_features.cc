@@ -11,7 +11,7 @@
 namespace highwall {
 namespace {
 
-// Whose landmarks it was matched with, one at least.
+// Returns the submap of the landmarks it was matched with (at least one).
 SubmapId SubmapOf(const TrackedFrame& tracked, const Map& map) {
   const auto seen_by = [&](const auto* landmark) {
     return map.keyframe(landmark->observations.front().keyframe)->submap;
@@ -25,14 +25,14 @@ SubmapId SubmapOf(const TrackedFrame& tracked, const Map& map) {
   return kFirstSubmap;
 }
 
-// One of the ends or the middle of a line is where `is_on` says.
+// Returns whether `is_on` holds for one of the ends or the middle of a line.
 template <class IsOn>
 bool Touches(const LineFeature& line, const IsOn& is_on) {
   const Eigen::Vector2d s = line.segment.s.cast<double>(), e = line.segment.e.cast<double>();
   return is_on(s) || is_on(e) || is_on(0.5 * (s + e));
 }
 
-// Whether a pixel [px] is on a cell of the mask.
+// Returns a test of whether a pixel [px] is on a nonzero cell of the mask.
 auto On(const cv::Mat& mask, const DepthGrid& grid) {
   return [&](const Eigen::Vector2d& uv) { return mask.at<std::uint8_t>(grid.CellOf(uv)) != 0; };
 }

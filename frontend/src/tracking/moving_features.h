@@ -12,11 +12,12 @@
 
 namespace highwall {
 
-// Which features of a frame lie on what moves, by the depth of the last seconds and by the
-// landmarks that it was matched with.
+// Classifies features of a frame as dynamic, by the depth of the last seconds and by the landmarks
+// that it was matched with.
 class MovingFeatures {
  public:
-  // model: must outlive it. pose: how a pose is found from the landmarks that are not judged.
+  // model: must outlive it. pose: options of the pose estimated from the landmarks that are not
+  // tested.
   MovingFeatures(const MeasurementModel& model, const MovingObjectOptions& options,
                  const PoseSolverOptions& pose);
 
@@ -24,16 +25,16 @@ class MovingFeatures {
   MovingObjects& objects() { return objects_; }
   const MovingObjects& objects() const { return objects_; }
 
-  // What moves in a frame, seen from its pose (TrackedFrame::moving).
+  // Returns the dynamic mask of a frame at its pose (TrackedFrame::moving).
   cv::Mat Find(const TrackedFrame& tracked, const Map& map) const;
-  // Takes the features off a frame that are on what moves in it.
+  // Removes the features on dynamic objects from a frame.
   void SetAside(TrackedFrame& rough) const;
-  // Of the landmarks that are not on `moving`.
+  // Returns the support of the landmarks outside `moving`.
   int SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const;
 
  private:
-  // Whether the landmarks on a surface of the depth grid contradict all others but those on
-  // `moving`.
+  // Returns whether the landmarks on a surface of the depth grid are inconsistent with all others
+  // outside `moving`.
   bool HasMoved(const TrackedFrame& rough, const Map& map, const DepthSurfaces& surfaces,
                 int surface, const cv::Mat& moving) const;
 

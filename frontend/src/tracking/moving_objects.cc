@@ -14,13 +14,13 @@ namespace highwall {
 namespace {
 
 constexpr double kSigmas = 3.0;     // of depth noise by which two depths must differ ...
-constexpr double kRelative = 0.03;  // ... and this share of the depth, for errors of the pose
+constexpr double kRelative = 0.03;  // ... and this share of the depth, for pose errors
 constexpr double kLink = 0.05;  // neighbouring cells are one surface up to this share of the depth
 constexpr int kMinVotes = 2;    // frames that contradict a point
-constexpr int kMinCore = 6;     // [cells] that lie within a moving cluster; edges have none
+constexpr int kMinCore = 6;     // [cells] inside a dynamic cluster; edges have none
 
-// By how much two depths must differ to be two surfaces, given the farther one: their noise and an
-// error of the pose.
+// Minimum difference of the depths of two surfaces, given the farther one: depth noise and pose
+// error.
 class Margin {
  public:
   explicit Margin(const DepthNoise& noise)
@@ -37,15 +37,15 @@ class Margin {
   float offset_, quadratic_, reference_, relative_;
 };
 
-// Of a mask: known to move by the depth of references, or by the landmarks on the surface; presumed
-// to move with such cells, or behind where something was.
+// Values of the dynamic mask. Dynamic by the depth of references; by the landmarks on the surface;
+// presumed dynamic because connected to such cells, or uncovered by something that has gone.
 constexpr std::uint8_t kSeenMoving = 255, kSurface = 254, kPresumed = 127;
 
-// kSettle: a confirmation over a long time. kGone: a contradiction in that what was before the
-// point has gone.
+// kSettle: a confirmation over a long time. kGone: a contradiction because an occluding surface in
+// front of the point has gone.
 enum class Vote { kNone, kConfirm, kSettle, kContradict, kGone };
 
-// Cells of a view looked up in a reference.
+// Looks up cells of a view in a reference.
 class Comparison {
  public:
   // settled: reference and view are far apart in time.
@@ -69,10 +69,10 @@ class Comparison {
     if (!Locate(p_R, &cell)) return Vote::kNone;
     const float nearest = reference_.nearest.at<float>(cell);
     if (nearest <= 0.0F) return Vote::kNone;
-    if (p_R.z() < nearest - margin_(nearest)) return Vote::kContradict;  // there was nothing
+    if (p_R.z() < nearest - margin_(nearest)) return Vote::kContradict;  // free space there
     const float farthest = reference_.farthest.at<float>(cell);
     if (p_R.z() <= farthest + margin_(p_R.z())) {
-      // What moved a moment ago moves still, though not yet out of its own place.
+      // A surface that moved a short time ago still moves, even where it overlaps its old place.
       const bool moved = heeds_moving_ && reference_.moving.at<std::uint8_t>(cell) >= kSurface;
       return moved ? Vote::kContradict : confirms_;
     }
@@ -80,7 +80,7 @@ class Comparison {
   }
 
  private:
-  // The cell that a point falls on; false at the border and beyond.
+  // Returns the cell that a point projects to; false at the border and beyond.
   bool Locate(const Eigen::Vector3f& p, cv::Point* cell) const {
     constexpr float kMinDepth = 0.1F;  // [m]
     if (p.z() < kMinDepth) return false;
@@ -92,7 +92,7 @@ class Comparison {
     return true;
   }
 
-  // The view looks through what the reference saw in a cell.
+  // Returns whether the view looks through the surface that the reference observed in a cell.
   bool HasGone(const cv::Point& cell) const {
     const float z = reference_.depth.at<float>(cell);
     if (z <= 0.0F) return false;
@@ -113,9 +113,9 @@ class Comparison {
   Eigen::Vector3f p_RV_;
 };
 
-// What the references make of a cell.
+// Labels of a cell by the references.
 constexpr std::uint8_t kStands = 0;   // or has no depth
-constexpr std::uint8_t kUnknown = 1;  // nothing has stood there for long
+constexpr std::uint8_t kUnknown = 1;  // no static surface there for long
 constexpr std::uint8_t kMoves = 2;
 
 struct Verdicts {
@@ -123,7 +123,7 @@ struct Verdicts {
       : labels(cv::Mat::zeros(size, CV_8UC1)), seen(cv::Mat::zeros(size, CV_8UC1)) {}
 
   cv::Mat labels;
-  cv::Mat seen;  // not 0 where something was seen to move, and has not only gone
+  cv::Mat seen;  // not 0 where a reference observed free space, not only something that has gone
 };
 
 Verdicts Label(const PosedDepth& view, std::span<const PosedDepth> references,
@@ -158,7 +158,8 @@ Verdicts Label(const PosedDepth& view, std::span<const PosedDepth> references,
   return verdicts;
 }
 
-// At least six of a cell and its eight neighbours are contradicted: it is no mere edge.
+// Returns whether at least six of a cell and its eight neighbours are contradicted, so that it is
+// no mere edge.
 bool IsCore(const cv::Mat& labels, const cv::Point& cell) {
   constexpr int kMostOfNine = 6;
   if (cell.x < 1 || cell.y < 1 || cell.x + 1 >= labels.cols || cell.y + 1 >= labels.rows) {
@@ -200,8 +201,8 @@ class Clusters {
     return cluster;
   }
 
-  // Adds the cells about a cluster of whose surface nothing is known: at most as many as it has,
-  // for they may be a wall that has just come into view.
+  // Adds the adjacent cells without evidence on the same surface: at most as many as the cluster
+  // has, because they may be a wall that has just come into view.
   void Extend(Cluster& cluster) {
     constexpr int kRings = 24;
     const std::size_t enough = 2 * cluster.cells.size();
@@ -241,7 +242,7 @@ class Clusters {
   cv::Mat visited_;
 };
 
-// The clusters of cells that the references contradict. mask: 0 so far.
+// Marks the clusters of cells that the references contradict. mask: all 0 on entry.
 void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts, cv::Mat& mask) {
   Clusters clusters(depth, verdicts.labels, kLink);
   for (int v = 0; v < mask.rows; ++v) {
@@ -260,14 +261,14 @@ void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts, cv::Mat& mask)
   }
 }
 
-// A cell shows what moved there in the frame before.
+// Returns whether a cell shows a surface that was dynamic there in the previous frame.
 bool MovedBefore(const SurfaceClues& clues, const cv::Point& cell, float z) {
   constexpr float kSameDepth = 0.1F;  // share of the depth by which it may have come nearer
   return !clues.moving.empty() && clues.moving.at<std::uint8_t>(cell) == kSurface &&
          std::abs(clues.depth.at<float>(cell) - z) < kSameDepth * z;
 }
 
-// The surfaces that move as a whole.
+// Marks the surfaces that move as a whole.
 void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClues& clues,
                   const MovingObjectOptions& options, cv::Mat& mask) {
   if (clues.moving.empty() && !clues.moved) return;

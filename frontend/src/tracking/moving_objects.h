@@ -18,48 +18,50 @@
 
 namespace highwall {
 
-// A depth grid, where it was taken, and the range of the depths about each cell.
+// Depth grid with its pose, and the range of the depths around each cell.
 struct PosedDepth {
   PosedDepth(Stamp stamp, const cv::Mat& depth, const Pose& T_WC);
 
   Stamp stamp = 0;
   cv::Mat depth;     // CV_32FC1 [m], DepthGrid::Sample
-  cv::Mat nearest;   // the least depth of a cell and its neighbours; 0: too few have one
-  cv::Mat farthest;  // the greatest
-  cv::Mat moving;    // what moved here as far as was known (FindMoving); may be empty
+  cv::Mat nearest;   // minimum depth of a cell and its neighbours; 0: too few have one
+  cv::Mat farthest;  // maximum depth
+  cv::Mat moving;    // its dynamic mask (FindMoving), if known; may be empty
   Pose T_WC;
 };
 
-// Whether the landmarks on a surface have moved, given its index; moving: the cells (not 0) that
-// are known to, which say nothing of others.
+// Returns whether the landmarks on a surface, given by its index, have moved; moving: the cells
+// (not 0) known to be dynamic, which give no evidence about others.
 using SurfaceTest =
     std::function<bool(const DepthSurfaces& surfaces, int surface, const cv::Mat& moving)>;
 
-// What tells of whole surfaces that they move, beside the depth of references.
+// Evidence for the motion of whole surfaces, in addition to the depth of references.
 struct SurfaceClues {
-  cv::Mat depth{}, moving{};  // of the frame before, and what moved in it; empty: not known
+  cv::Mat depth{}, moving{};  // of the previous frame, and its dynamic mask; empty: unknown
   SurfaceTest moved{};        // may be empty
 };
 
-// What moves: the cells of `view` (CV_8UC1, not 0; empty: nothing does) that most of the references
-// contradict, in clusters that are more than an edge, and cells of the same surface of which
-// nothing is known. A reference contradicts a point where it looked through it at something farther
-// away (255), and where it saw something before it that the view in turn looks through (127: it may
-// be what that has hidden); it confirms a point at whose depth it has a surface, unless that moved
-// (254, 255) a moment ago. A point out of its view, or behind what still stands there, it says
-// nothing of. Surfaces that have not been in place for long move as well (254) if their landmarks
-// do, or if most of them showed a surface that moved (254) in the frame before.
+// Returns the dynamic mask: the cells of `view` (CV_8UC1, not 0; empty: none) that most of the
+// references contradict, in clusters that are more than an edge, and cells of the same surface
+// without evidence. A reference contradicts a point if it observed a farther surface through it
+// (255), or if it observed a nearer surface that the view in turn looks through (127: that surface
+// may have hidden the point). It confirms a point at whose depth it has a surface, unless that
+// surface was dynamic (254, 255) a short time ago. It gives no evidence of a point outside its
+// view, or behind a surface that is still there. Surfaces that have not been in place for long are
+// dynamic as well (254) if their landmarks have moved, or if most of their cells showed a dynamic
+// surface (254) in the previous frame.
 cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
                    const DepthGrid& grid, const DepthNoise& noise,
                    const MovingObjectOptions& options, const SurfaceClues& clues = {});
 
-// The cells of a mask and those about them: at the border of a surface the sensor mixes both sides.
+// Dilates a mask by one cell: at the border of a surface the sensor mixes both sides.
 cv::Mat WithBorder(const cv::Mat& cells);
 
-// A depth grid that is 0 in the cells of `moving` and those about them; itself where that is empty.
+// Returns the depth grid with 0 in the cells of `moving` and their neighbours; unchanged if
+// `moving` is empty.
 cv::Mat Standing(const cv::Mat& depth, const cv::Mat& moving);
 
-// The depth of the last seconds, and what moves against it.
+// Dynamic object detector: keeps the depth of the last seconds and finds changes against it.
 class MovingObjects {
  public:
   MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
@@ -67,27 +69,28 @@ class MovingObjects {
 
   const DepthGrid& grid() const { return grid_; }
 
-  // The cells of a frame that move, as FindMoving; depth: its grid, empty where it has none;
-  // submap: whose world T_WC is in. The frame itself may be among those remembered. moved: of its
-  // landmarks, where they are known.
+  // Returns the dynamic mask of a frame, as FindMoving; depth: its grid, empty if it has none;
+  // submap: in whose world T_WC is. The frame itself may be among the references. moved: the test
+  // of its landmarks, if available.
   cv::Mat Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map, SubmapId submap,
                const SurfaceTest& moved = {}) const;
-  // Remembers a frame, for the next one and, where the last such is old enough, for longer.
-  // reference: a keyframe of the map, which the pose follows; moving: what Find found in it.
+  // Keeps a frame as the previous one and, if the newest reference is old enough, as a reference.
+  // reference: a keyframe of the map that the pose is anchored to; moving: the mask that Find
+  // returned for it.
   void Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const cv::Mat& moving,
                 KeyFrameId reference, const Map& map);
 
  private:
   struct Remembered {
-    PosedDepth view;    // as it was seen
-    AnchoredPose pose;  // as it is now
+    PosedDepth view;    // as it was observed
+    AnchoredPose pose;  // current pose
   };
 
   DepthGrid grid_;
   DepthNoise noise_;
   MovingObjectOptions options_;
   std::deque<Remembered> recent_;
-  // The last frame.
+  // The previous frame.
   Stamp before_ = 0;
   cv::Mat depth_before_, moving_before_;
 };

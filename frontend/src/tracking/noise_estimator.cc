@@ -11,17 +11,17 @@
 namespace highwall {
 namespace {
 
-constexpr double kRemembered = 0.7;  // of what was known, each time
-// Observations for which a group speaks in each of its kinds, and what is known beforehand in each
-// group.
+constexpr double kRemembered = 0.7;  // of the previous weight, at each update
+// Weight, in observations, of the group's mean in each of its kinds, and of the a priori noise in
+// each group.
 constexpr double kPrior = 100.0;
 constexpr std::size_t kMinRows = 8;   // of a kind, for a median
-constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to tell anything
-// What all views of a landmark share is in none of their residuals: what a calibration leaves of a
-// camera's pixels [px], and pattern and bias of depth, half of its variance.
+constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to be informative
+// Errors common to all views of a landmark appear in none of their residuals: the remaining
+// calibration error of a camera [px], and distortion and bias of depth, half of its variance.
 constexpr double kSharedPixels = 0.4, kSharedDepth = 0.7;
-constexpr double kMaxFactor = 10.0;  // a factor: beyond, the model is wrong
-constexpr double kEdge = 1.2;        // of the noise of depth, where readings about a corner differ
+constexpr double kMaxFactor = 10.0;  // a larger factor means that the model is wrong
+constexpr double kEdge = 1.2;        // of the depth noise, where readings around a corner differ
 
 // Medians of chi-square with 1 and 2 degrees of freedom.
 double Median(int dof) {
@@ -32,7 +32,8 @@ std::size_t DepthBand(double z) {
   return z <= 1.0 ? 0 : z <= 2.0 ? 1 : z <= 4.0 ? 2 : 3;
 }
 
-// By which a squared residual of a landmark is smaller for the landmark follows it.
+// Expected ratio of the squared residual of a landmark to its variance, below 1 because the
+// landmark is fitted to it.
 double Redundancy(std::size_t views) {
   const auto n = static_cast<double>(views);
   return (n - 1.0) / n;
@@ -100,7 +101,7 @@ std::shared_ptr<const FrameFeatures> NoiseEstimator::Apply(const FrameFeatures& 
 }
 
 void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point, const Pose& T_WC) {
-  if (!(feature.depth > 0.0)) return;  // a view of fewer rows than the landmark has unknowns
+  if (!(feature.depth > 0.0)) return;  // a view with fewer rows than the landmark has unknowns
   Eigen::Vector3d r;
   if (!model_.projection().Evaluate<3>(RgbdProjection::At(T_WC.data()), model_.Rows(feature),
                                        point.p_W, &r, nullptr, nullptr)) {

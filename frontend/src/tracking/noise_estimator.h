@@ -11,11 +11,11 @@
 
 namespace highwall {
 
-// How noisy each kind of residual row is, found out from the residuals of adjusted landmarks
-// (docs/noise.md): what is known beforehand of a camera and of corners is never quite right, and
-// joint estimates weigh one kind against another. A robust estimate of variance components: the
-// median of the squared rows of each kind over the latest keyframes, by their redundancy. Kinds
-// that are seldom seen follow those of their group.
+// Online estimator of the noise of each kind of residual row, from the residuals of adjusted
+// landmarks (docs/noise.md). A priori noise models of cameras and corners are never quite right,
+// and joint estimates weigh one kind of row against another. A robust estimate of variance
+// components: the median of the squared rows of each kind over the latest keyframes, divided by
+// their redundancy. Kinds that are rarely observed follow those of their group.
 class NoiseEstimator {
  public:
   // model: must outlive it.
@@ -23,21 +23,21 @@ class NoiseEstimator {
   NoiseEstimator(const NoiseEstimator&) = delete;
   NoiseEstimator& operator=(const NoiseEstimator&) = delete;
 
-  // The features with the noise that is known by now.
+  // Returns the features with the current noise estimate.
   std::shared_ptr<const FrameFeatures> Apply(const FrameFeatures& features) const;
-  // What keyframes observe, features with the noise of Apply(), as an adjustment has left it.
+  // Adds the observations of keyframes after an adjustment; features with the noise of Apply().
   void Add(const Map& map, std::span<const KeyFrameId> keyframes);
 
   const NoiseEstimate& estimate() const { return estimate_; }
 
  private:
-  // Rows of one kind; those of a group were known beforehand by one number.
+  // Rows of one kind; the kinds of a group share one a priori noise parameter.
   struct Kind {
     double* factor;               // in estimate_
-    double shared;                // what residuals do not show, as a factor like it
-    double log_var = 0.0;         // of what they show
-    double weight = 0.0;          // observations, the older the less
-    std::vector<double> squared;  // [sigma^2 known beforehand] the rows that were added
+    double shared;                // part not visible in residuals, as a factor like it
+    double log_var = 0.0;         // of the visible part
+    double weight = 0.0;          // observations, with older ones faded out
+    std::vector<double> squared;  // [a priori sigma^2] of the rows that were added
   };
   struct Group {
     std::vector<Kind> kinds;
@@ -45,7 +45,7 @@ class NoiseEstimator {
   };
   enum GroupId { kPointPx, kRefinedPx, kPointDepth, kEdgeDepth, kLinePx, kLineDepth, kGroups };
 
-  // shared: of a kind, by its index.
+  // shared: function from the index of a kind to Kind::shared.
   template <std::size_t kSize, class Shared>
   void Follow(GroupId group, int dof, std::array<double, kSize>* factors, const Shared& shared);
   bool IsAtEdge(const PointFeature& feature) const;

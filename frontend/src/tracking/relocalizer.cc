@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kSampleSize = 3;
 
-// A point of the map and the feature that it may be.
+// Putative match of a map point and a feature.
 struct Pair {
   int feature = 0;
   PointId point = kNoId;
@@ -26,14 +26,14 @@ struct Pair {
   std::optional<Eigen::Vector3d> p_C;  // from the feature's depth
 };
 
-// A line of the map and the feature that it may be.
+// Putative match of a map line and a feature.
 struct LinePair {
   int feature = 0;
   const MapLine* line = nullptr;
   const LineFeature* seen = nullptr;
 };
 
-// Lines of the frame that look like lines of the keyframe.
+// Matches lines of the frame with lines of the keyframe by their descriptors.
 std::vector<LinePair> PairLines(const FrameFeatures& features, const Map& map,
                                 const KeyFrame& keyframe, const LineMatcherOptions& options) {
   const FrameFeatures& seen = *keyframe.frame.features;
@@ -53,8 +53,8 @@ std::vector<LinePair> PairLines(const FrameFeatures& features, const Map& map,
   return pairs;
 }
 
-// The rigid transform that brings three p_C to their p_W; empty for a thin triangle, or where the
-// triangles are not alike.
+// Returns the rigid transform from three p_C to their p_W; empty for a thin triangle, or if the
+// triangles are not congruent.
 std::optional<Pose> PoseFromTriangle(const std::array<const Pair*, kSampleSize>& sample) {
   Eigen::Matrix3d C, W;
   for (int i = 0; i < kSampleSize; ++i) {
@@ -71,7 +71,7 @@ std::optional<Pose> PoseFromTriangle(const std::array<const Pair*, kSampleSize>&
   return Pose::FromMatrix(Eigen::umeyama(C, W, false));
 }
 
-// A pose made from three readings is rough: what lies within three times the sigma fits it.
+// A pose from three readings is rough: residuals within three times the sigma are inliers.
 constexpr double kRough = 9.0;
 
 bool FitsPoint(const RgbdProjection::View& view, const PosePoint& point,
@@ -97,7 +97,7 @@ int CountInliers(const Pose& T_WC, const std::vector<PosePoint>& points,
   }));
 }
 
-// The same of lines, each seen from the pose that is asked about.
+// Counts the inlier lines, each as it is seen from T_WC.
 int CountInliers(const Pose& T_WC, const std::vector<LinePair>& lines,
                  const MeasurementModel& model) {
   const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
@@ -107,8 +107,8 @@ int CountInliers(const Pose& T_WC, const std::vector<LinePair>& lines,
   }));
 }
 
-// The pose from three pairs that most points and lines fit, a line as two; empty where fewer than
-// min_inliers do. points[i] belongs to pairs[i].
+// Returns the pose from three pairs with the most inliers, a line counting as two; empty if there
+// are fewer than min_inliers. points[i] belongs to pairs[i].
 std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector<PosePoint>& points,
                                const std::vector<LinePair>& lines, const MeasurementModel& model,
                                const RelocalizerOptions& options) {
@@ -135,7 +135,7 @@ std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector
   return best;
 }
 
-// Pairs that are to be one pose, and which they are.
+// Pairs selected for one pose, with their matches.
 struct Selection {
   std::vector<PosePoint> points;
   std::vector<PoseLine> lines;
@@ -143,7 +143,7 @@ struct Selection {
   std::vector<std::pair<int, LineId>> line_matches;
 };
 
-// The lines as they are seen from T_WC.
+// Adds the lines as they are seen from T_WC.
 void SelectLines(const std::vector<LinePair>& pairs, const Pose& T_WC,
                  const MeasurementModel& model, bool fitting_only, Selection* selection) {
   const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
@@ -171,9 +171,9 @@ std::optional<Relocalization> Solve(const MeasurementModel& model, const Pose& T
   return result;
 }
 
-// The pose from the pairs that fit a rough one, twice: the better pose knows better which they are.
-// All pairs would not do: those that are wrong are off by up to a thousand sigma, and outweigh the
-// right ones however robust the cost. points[i] belongs to pairs[i].
+// Refines the pose from the pairs that are inliers of a rough one, twice: the better pose selects
+// the inliers better. All pairs would not do: outliers are off by up to a thousand sigma and
+// outweigh the inliers however robust the cost. points[i] belongs to pairs[i].
 std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& rough,
                                      const std::vector<Pair>& pairs,
                                      const std::vector<PosePoint>& points,
@@ -257,7 +257,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
   const auto lines = PairLines(features, map, keyframe, model_.options().line_matches);
   const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
-  // A frame that is to be found again is often blurred.
+  // A frame to be relocalized is often blurred.
   PoseSolverOptions solver = pose_;
   solver.inliers = InlierBounds::ThreeSigma();
   solver.min_support = options_.min_inliers;

@@ -23,19 +23,19 @@ struct Relocalization {
   std::vector<std::pair<int, LineId>> lines;
 };
 
-// Pose of a frame from the keyframes alone, without a prediction: the map's index names keyframes
-// that look alike, 3-D to 3-D RANSAC on the matched points, in which matched lines count,
-// verifies them, SolvePose refines with both. Where points do not do it, lines matched by LBD are
-// solved from a guess near the keyframe.
+// Estimates the pose of a frame from the keyframes alone, without a prediction: the map's index
+// returns similar keyframes, 3-D to 3-D RANSAC on the matched points, with matched lines in the
+// consensus, verifies them, and SolvePose refines with both. If points do not suffice, lines
+// matched by LBD are solved from an initial guess near the keyframe.
 class Relocalizer {
  public:
-  // pose: of the tracker, but for what RelocalizerOptions say.
+  // pose: options of the tracker, except for those in RelocalizerOptions.
   Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options,
               const PoseSolverOptions& pose = {});
 
-  // Empty where no keyframe is verified.
+  // Returns empty if no keyframe is verified.
   std::optional<Relocalization> Relocalize(const FrameFeatures& features, const Map& map) const;
-  // Against one keyframe (live), without the vote. guess: T_WC where lines start from.
+  // Matches one (active) keyframe, without the index. guess: initial T_WC for lines.
   std::optional<Relocalization> MatchKeyFrame(const FrameFeatures& features, const Map& map,
                                               KeyFrameId keyframe, const Pose& guess) const;
 

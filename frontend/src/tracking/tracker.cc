@@ -22,10 +22,10 @@
 namespace highwall {
 namespace {
 
-constexpr double kFollow = 0.05;      // share of a frame in what is usual
-constexpr std::size_t kCompared = 3;  // keyframes whose depth must not contradict a frame's
+constexpr double kFollow = 0.05;      // weight of a frame in the mean match ratio
+constexpr std::size_t kCompared = 3;  // keyframes whose depth must be consistent with a frame's
 
-// A frame as the relocalizer found it.
+// Returns a frame with the relocalizer's matches.
 TrackedFrame Matched(const Frame& frame, const Relocalization& found) {
   TrackedFrame tracked = Unmatched(frame, found.T_WC);
   Apply(found.points, tracked.points);
@@ -93,7 +93,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   LossClues clues{.predicted = predicted.has_value()};
   auto match = Find(frame, map, known, &clues);
   if (!match) {
-    // With an IMU the landmarks of the last frame can be looked for again, however long ago.
+    // With an IMU the landmarks of the last frame can be searched again after any time.
     if (!predicted) last_.reset();
     TrackedFrame lost = Unmatched(frame, predicted ? predicted->T_WC : Pose());
     lost.clues = clues;
@@ -111,7 +111,7 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   tracked.state = TrackingState::kTracking;
   tracked.by_image = !predicted;
   last_ = tracked;
-  // What all of the image holds tells nothing of landmarks.
+  // A pose by direct alignment gives no information about landmarks.
   if (match->Support() == 0) return tracked;
   last_support_ = match->Support();
   last_landmarks_ = frame.stamp;
@@ -137,7 +137,7 @@ std::optional<FrameTiming> Tracker::TimingOf(const Frame& frame) const {
 }
 
 bool Tracker::GoesOn(const Twist& expected, const TrackedFrame& tracked) const {
-  // More than a hand or a drone does to its camera, and less than a cut in the recording.
+  // Above what a hand or a drone does to its camera, and below a cut in the recording.
   constexpr double kMaxAcceleration = 50.0;          // [m/s^2]
   constexpr double kMaxAngularAcceleration = 100.0;  // [rad/s^2]
   const double dt = SinceLast(tracked.frame);
@@ -151,7 +151,7 @@ void Tracker::GoOn(const KnownPose* predicted, bool has_landmarks, Map& map,
                    TrackedFrame* tracked) {
   const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
   told_ = predicted != nullptr && predicted->motion && GoesOn(*predicted->motion, *tracked);
-  // Where nothing is known of the rows yet as well: keyframes remember it until something is.
+  // Also done while the row times are unknown: keyframes store the motion until they are known.
   if (told_) moved_by_.motion = *predicted->motion;
   goes_on_ = told_ || GoesOn(Motion(nullptr), *tracked);
   if (goes_on_ && !told_ && has_landmarks) FollowMotion(map, predicted, tracked);
@@ -199,7 +199,7 @@ void Tracker::RetimeAll(Map* map) {
 }
 
 bool Tracker::LearnsNoise() const {
-  // The paper's one sigma of all rows is a choice, not knowledge.
+  // The paper's single sigma of all rows is a choice, not knowledge.
   return options_.learn_noise && model_.options().weighting == Weighting::kCovariance;
 }
 
@@ -219,7 +219,7 @@ std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& 
                           Aid::kSurfaces, clues);
     if (match && Contradicts(*match, map)) match.reset();
   }
-  // All of an image tells the pose only where most of it stands.
+  // The whole image determines the pose only if most of it is static.
   constexpr double kMost = 0.5;
   const bool stands = clues->set_aside < kMost;
   if (!match && stands && options_.direct.enabled) match = AlignDirectly(frame, map, clues);
@@ -229,7 +229,7 @@ std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& 
 std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, const Map& map,
                                                           LossClues* clues) const {
   const KeyFrame* reference = map.keyframe(last_->reference);
-  // Each such pose hangs on the one before, or on a view that is left behind.
+  // Each such pose depends on the one before, or on a view that is left behind.
   const double held = ToSeconds(frame.stamp - last_landmarks_);
   if (reference == nullptr || held > ConstantVelocity::kLongestPrediction) return std::nullopt;
   const Pose expected = last_->T_WC * velocity_.Predict(SinceLast(frame));
@@ -294,10 +294,10 @@ std::optional<Tracker::LocalMatch> Tracker::FollowLast(const Frame& frame, const
   auto rough = TrackMotion(frame, map, predicted, Aid::kNone, clues);
   const bool denied = rough && IsDenied(*rough);
   auto match = TrackLocalMap(std::move(rough), map, predicted, Aid::kNone, clues);
-  // What most deny must at least be a pose in every direction.
+  // A pose that most matches contradict must at least be observable in every direction.
   if (match && denied && !match->frame.open.empty()) match.reset();
   const bool doubtful = match && predicted == nullptr && IsDoubtful(*match);
-  // A camera that was carried elsewhere may see something that looks alike.
+  // A camera that was moved elsewhere may see a similar place.
   if (match && predicted == nullptr && (doubtful || FindsLittle(*match)) &&
       Contradicts(*match, map)) {
     match.reset();
@@ -317,7 +317,7 @@ std::optional<Tracker::LocalMatch> Tracker::Recognize(std::optional<TrackedFrame
 
 void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   if (!last_) {
-    // The first keyframe was not tracked: all it holds is what the next frame should find.
+    // The first keyframe was not tracked: the next frame should match all its landmarks.
     last_support_ = Support(keyframe.points, keyframe.lines);
     last_landmarks_ = tracked.frame.stamp;
     velocity_.Reset();
@@ -405,7 +405,7 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
 std::optional<TrackedFrame> Tracker::Steadied(TrackedFrame rough, int support, const Map& map,
                                               const KnownPose* predicted) const {
   constexpr double kAgree = 0.5, kLeft = 0.5;
-  // The surfaces are those of the last frame's surroundings.
+  // The surfaces are those around the last frame.
   if (!options_.surfaces.enabled || rough.relocalized) return std::nullopt;
   const cv::Mat moving = std::exchange(rough.moving, cv::Mat());
   const auto steady = MatchLocalMap(rough, map, predicted, Aid::kSurfaces);
@@ -414,7 +414,8 @@ std::optional<TrackedFrame> Tracker::Steadied(TrackedFrame rough, int support, c
       Contradicts(*steady, map)) {
     return std::nullopt;
   }
-  // All that was tried is judged, for what moves is not where that pose looks for it.
+  // All tried matches are tested, because that pose does not look for dynamic landmarks where they
+  // are.
   rough.T_WC = steady->frame.T_WC;
   rough.moving = moving_.Find(rough, map);
   if (NumCells(rough.moving) > kLeft * NumCells(moving)) return std::nullopt;
