@@ -10,7 +10,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kAllanWidth = 1240.0;  // [px], as all that follows
+constexpr double kAllanWidth = 1240.0;  // [px], as all of the following
 constexpr double kAllanHeight = 600.0;
 constexpr PlotAxes::Box kGyroscopeBox{100.0, 84.0, 490.0, 440.0};
 constexpr PlotAxes::Box kAccelerometerBox{720.0, 84.0, 490.0, 440.0};
@@ -21,13 +21,13 @@ const SvgStroke kInstability{.color = "#8a8a8a", .width = 1.2, .dashes = "2 3"};
 const SvgStroke kWalk{.color = "#2a7f3f", .width = 1.2, .dashes = "9 4"};
 const SvgStroke kBar{.color = "#111", .width = 1.0};
 
-// The decade around a range.
+// Expands a range to full decades.
 PlotRange Decades(const PlotRange& range) {
   return {std::pow(10.0, std::floor(std::log10(range.min))),
           std::pow(10.0, std::ceil(std::log10(range.max)))};
 }
 
-// Two standard errors of a deviation, as a factor.
+// Returns two standard errors of a deviation, as a factor.
 double Spread(const AllanPoint& point) {
   return std::exp(std::sqrt(2.0 / point.freedom));
 }

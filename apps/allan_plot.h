@@ -7,8 +7,9 @@
 
 namespace highwall::apps {
 
-// An SVG with a panel for each sensor, logarithmic on both axes: the Allan deviation with the 95 %
-// of its degrees of freedom, the fit, and the kinds of noise that it is made of. Throws IoError.
+// Writes an SVG with one panel per sensor and logarithmic axes: the Allan deviation with its 95 %
+// confidence interval from the degrees of freedom, the fit, and the noise terms of the fit. Throws
+// IoError.
 void WriteAllanPlot(const std::filesystem::path& path, const std::string& title,
                     const ImuNoiseEstimate& estimate);
 

@@ -6,8 +6,8 @@
 
 namespace highwall::apps {
 
-// Does `work`; what it throws joins `failures` under the name `what`, for to lose a part of a run
-// is better than to lose all of it. False where it failed.
+// Runs `work` and records an exception in `failures`, prefixed with `what`: it is better to lose a
+// part of a run than all of it. Returns false on failure.
 template <class Work>
 bool Attempt(const char* what, std::vector<std::string>* failures, const Work& work) {
   try {

@@ -1,5 +1,5 @@
-// highwall calibrate: what a recording tells of its sensors: of the camera, its depth and the times
-// of its rows, and of where the camera sits on an IMU.
+// highwall calibrate: calibrates the sensors of a recording: depth and rolling-shutter times of the
+// camera, and the extrinsics between camera and IMU.
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -44,11 +44,11 @@ struct CalibrateArguments {
 
 struct Recording {
   std::filesystem::path dataset;
-  std::string config;      // as --config
-  std::string trajectory;  // empty: to be tracked
+  std::string config;      // as given to --config
+  std::string trajectory;  // empty: to be estimated
 };
 
-// A run, which names its dataset and its configuration, or a dataset.
+// Resolves the input: a run, which names its dataset and configuration, or a dataset.
 Recording Find(const CalibrateArguments& arguments) {
   const std::filesystem::path file = arguments.input / "run.json";
   if (!std::filesystem::exists(file)) {
@@ -128,19 +128,19 @@ nlohmann::ordered_json CalibrationJson(const CameraImuCalibration& found) {
           {"advice", found.advice}};
 }
 
-// [Hz] to a tenth.
+// [Hz] rounded to a tenth.
 double RateOf(const std::vector<ImuSample>& samples) {
   const double duration = ToSeconds(samples.back().stamp - samples.front().stamp);
   return 0.1 * std::round(10.0 * static_cast<double>(samples.size() - 1) / duration);
 }
 
-// Beyond doubt, and more than half a percent.
+// Significant, and more than half a percent.
 bool IsWrong(const CameraImuCalibration& found) {
   const double off = std::abs(found.depth_scale - 1.0);
   return off > 0.005 && off > 3.0 * found.depth_scale_sigma;
 }
 
-// What there is to calibrate with beside the images; empty where there is no IMU. Says what is odd.
+// Opens the IMU data; empty if there is none. Prints warnings.
 std::optional<ImuInput> OpenImu(const Recording& recording, const OpenedDataset& opened) {
   const std::optional<ImuInput> imu =
       LoadImu(*opened.images, opened.config.imu.value_or(ImuCalibration{}));
@@ -175,15 +175,15 @@ CameraImuCalibration FitImu(const Recording& recording, const Trajectory& trajec
   }
 }
 
-// What was found of the IMU becomes the configuration's.
+// Copies the IMU calibration to the configuration.
 void Take(const CameraImuCalibration& found, const ImuInput& imu, RunConfig* config) {
-  config->imu = imu.calibration;  // without a range that the readings leave
+  config->imu = imu.calibration;  // without a range that the readings exceed
   config->imu->T_BC = found.T_BC;
   config->imu->time_offset = found.time_offset;
   config->imu->rate = RateOf(imu.samples);
   if (!IsWrong(found)) return;
   config->sensor.depth_factor /= found.depth_scale;
-  config->sensor.inverse_depth_offset /= found.depth_scale;  // 1/m: metres are longer now
+  config->sensor.inverse_depth_offset /= found.depth_scale;  // 1/m: the metric scale has changed
   config->sensor.depth_pattern.nodes /= found.depth_scale;
 }
 

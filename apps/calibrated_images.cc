@@ -21,10 +21,10 @@
 namespace highwall::apps {
 namespace {
 
-// Each round leaves about two thirds of what the times of the rows were off by.
+// Each round leaves about two thirds of the error of the rolling-shutter times.
 constexpr int kRounds = 6;
 
-// A time of the rows, as it was stated and as the images have it.
+// A rolling-shutter parameter with its names.
 struct RowTime {
   const char *key, *name;
   double FrameTiming::*member;
@@ -33,38 +33,38 @@ constexpr RowTime kRowTimes[] = {{"colour_readout", "colour rows", &FrameTiming:
                                  {"depth_readout", "depth rows", &FrameTiming::depth_readout},
                                  {"depth_delay", "depth delay", &FrameTiming::depth_delay}};
 
-// [s] A fifth of what is taken for its deviation before anything is known.
+// [s] The threshold is a fifth of the prior standard deviation.
 bool IsSeen(const RowTime& time, const FrameTimingEstimate& found) {
   return found.sigma.*time.member < 0.003;
 }
 
-// What is stated stands until it is two standard deviations off, as in tracking.
+// A stated value is kept until it is two standard deviations off, as in tracking.
 bool IsOff(const RowTime& time, const FrameTimingEstimate& found, const FrameTiming& stated) {
   const double off = std::abs(found.value.*time.member - stated.*time.member);
   return IsSeen(time, found) && off > 2.0 * (found.sigma.*time.member);
 }
 
-// What is stated stands until it is off beyond doubt. All that images show of the offset, they show
-// beside a scale that they do not.
+// A stated value is kept until it is significantly off. The images constrain the offset, but not
+// the scale.
 bool IsOff(const CameraCalibration& found, double stated) {
   return found.inverse_depth_seen &&
          std::abs(found.inverse_depth_offset - stated) > 3.0 * found.inverse_depth_sigma;
 }
 
-// The same of what is left of its pattern.
+// Does the same for the residual distortion.
 bool IsPatternOff(const CameraCalibration& found, const DepthPattern& stated) {
   const DepthPattern off{found.depth_pattern.nodes - stated.nodes};
   return found.depth_pattern_seen && off.Rms() > 3.0 * found.depth_pattern_sigma.Rms();
 }
 
-// inverse_depth_offset, depth_pattern: of what is left.
+// The returned inverse_depth_offset and depth_pattern are residuals.
 CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
                        const ImageCalibrationOptions& wanted, int round) {
   const std::unique_ptr<const Dataset> images =
       OpenImages(directory, sensor, wanted.max_pair_difference);
   SlamRunOptions options;
-  options.slam = Deterministic(options.slam);  // one recording, one calibration
-  options.slam.depth_pattern.enabled = false;  // found from all of it, in the end
+  options.slam = Deterministic(options.slam);  // one recording, one calibration: reproducible
+  options.slam.depth_pattern.enabled = false;  // estimated from the whole recording, at the end
   options.dense = false;
   options.adjust_all = true;
   options.calibrate =
@@ -90,7 +90,8 @@ void TakeIntrinsics(const CameraCalibration& found, PinholeCamera* camera) {
   }
 }
 
-// The times that are off become what was found; returns their deviations, 0 of what stays.
+// Replaces the times that are off by the estimates; returns their standard deviations, 0 for times
+// that are kept.
 FrameTiming TakeTiming(const FrameTimingEstimate& found, FrameTiming* timing) {
   FrameTiming sigma;
   for (const RowTime& time : kRowTimes) {
@@ -98,13 +99,13 @@ FrameTiming TakeTiming(const FrameTimingEstimate& found, FrameTiming* timing) {
     timing->*time.member = found.value.*time.member;
     sigma.*time.member = found.sigma.*time.member;
   }
-  // A read-out below 0 is one of 0.
+  // A read-out time cannot be negative.
   timing->colour_readout = std::max(timing->colour_readout, 0.0);
   timing->depth_readout = std::max(timing->depth_readout, 0.0);
   return sigma;
 }
 
-// Whether the times that were gone by and those to go by now differ by no more than is known.
+// Whether the times before and after the round differ by at most their standard deviations.
 bool IsSettled(const FrameTimingEstimate& found, const FrameTiming& before,
                const FrameTiming& after) {
   return std::ranges::all_of(kRowTimes, [&](const RowTime& time) {
@@ -167,7 +168,7 @@ nlohmann::ordered_json ToJson(const CameraCalibration& found) {
 CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
                                  const ImageCalibrationOptions& options, RgbdSensor* sensor) {
   const RgbdSensor stated = *sensor;
-  const bool keep_depth = options.keep_depth || EurocDataset::IsOne(dataset);  // no sensor's depth
+  const bool keep_depth = options.keep_depth || EurocDataset::IsOne(dataset);  // rendered depth
   CalibratedImages found;
   for (int round = 1; round <= kRounds; ++round) {
     const RgbdSensor tracked = *sensor;

@@ -11,36 +11,36 @@
 #include "calibration_file.h"
 #include "opened_dataset.h"
 
-// What highwall calibrate finds out from images alone.
+// Calibration from images alone, for highwall calibrate.
 namespace highwall::apps {
 
 struct ImageCalibrationOptions {
-  bool intrinsics = false;                          // to be found as well
-  bool keep_depth = false;                          // depth is right as it is stated
-  double max_pair_difference = kMaxPairDifference;  // [s] as OpenImages()
+  bool intrinsics = false;                          // whether to estimate them
+  bool keep_depth = false;                          // keep the stated depth calibration
+  double max_pair_difference = kMaxPairDifference;  // [s] as in OpenImages()
 };
 
 struct CalibratedImages {
-  Trajectory trajectory;       // all frames, adjusted together
-  CameraCalibration camera;    // offset and pattern of depth in all, what was stated included
-  FrameTimingEstimate timing;  // of the rows
-  int rounds = 0;              // that tracked them
+  Trajectory trajectory;       // all frames, jointly adjusted
+  CameraCalibration camera;    // total depth offset and distortion, including the stated values
+  FrameTimingEstimate timing;  // rolling shutter
+  int rounds = 0;              // number of tracking passes
 };
 
-// Tracks a dataset with what is stated of its sensor, and once more where that was wrong: what is
-// tracked with a wrong camera is tracked worse. A map that was made with wrong times of its rows
-// holds on to them: it is made anew, six times at most, until they settle. The sensor gets the
-// intrinsics that the last round finds and sees, the offset of depth and its pattern where they are
-// seen and off beyond doubt; the rest stays as it was stated. Throws IoError as the dataset, and
-// where too little can be tracked.
+// Tracks a dataset with the stated calibration of its sensor, and again if the estimate differs,
+// because a wrong camera degrades tracking. A map built with wrong rolling-shutter times is biased
+// towards them, so it is rebuilt, at most six times, until they converge. The sensor receives the
+// observable intrinsics of the last round, and the depth offset and distortion where they are
+// observable and significantly different; everything else stays as stated. Throws IoError as the
+// dataset does, and if too little can be tracked.
 CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
                                  const ImageCalibrationOptions& options, RgbdSensor* sensor);
 
-// The stated times of the rows become those that were found to be off. Returns the deviations of
-// what the sensor has from `found` now, 0 of what stays as it was stated.
+// Replaces the stated rolling-shutter times that differ significantly from the estimates. Returns
+// the standard deviations of the values that `sensor` takes from `found`; 0 for stated values.
 CalibrationSigma TakeFound(const CalibratedImages& found, RgbdSensor* sensor);
 
-// What was found, a line each, and as members of a JSON object.
+// Print the estimates, one per line, or add them as members to a JSON object.
 void Print(const CalibratedImages& found, const ImageCalibrationOptions& options);
 void AddTo(nlohmann::ordered_json* report, const CalibratedImages& found,
            const ImageCalibrationOptions& options);

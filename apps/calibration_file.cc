@@ -20,7 +20,7 @@ namespace {
 
 using Entries = std::vector<std::pair<const char*, double>>;
 
-// yaml-cpp itself writes numbers by the locale of the process.
+// yaml-cpp writes numbers with the locale of the process.
 std::string YamlNumber(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
@@ -97,7 +97,7 @@ bool IsTold(const Measured& entry) {
   return entry.value != 0.0 || entry.sigma != 0.0;
 }
 
-// Where there is nothing to tell, the file is as it was before it could.
+// Sections without values are omitted, so that the file is the same as in older versions.
 void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::Emitter* out) {
   const FrameTiming& timing = sensor.timing;
   const Measured readout{"readout", timing.colour_readout, sigma.timing.colour_readout};
@@ -143,7 +143,7 @@ void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
   WriteErrors(config.sensor, sigma, &out);
   if (config.imu) WriteImu(*config.imu, &out);
   out << YAML::EndMap;
-  std::error_code ignored;  // the file says what is wrong
+  std::error_code ignored;  // writing the file reports the error
   std::filesystem::create_directories(std::filesystem::absolute(path).parent_path(), ignored);
   AtomicFile file(path);
   file.stream() << out.c_str() << '\n';

@@ -6,16 +6,16 @@
 
 namespace highwall::apps {
 
-// Standard deviations of what a calibration has found; 0 of what it has not.
+// Standard deviations of the calibrated values; 0 for values that were not estimated.
 struct CalibrationSigma {
   FrameTiming timing;                 // [s]
   double inverse_depth_offset = 0.0;  // [1/m]
-  double depth_pattern = 0.0;         // [1/m] root mean square over its nodes
+  double depth_pattern = 0.0;         // [1/m] RMS over the nodes
 };
 
-// A configuration that LoadConfig() reads back, exactly but for the rotation of T_BC (to 1e-15).
-// Deviations above 0 are told beside what they are of.
-// Written whole or not at all, its folder made where it is missing. Throws IoError.
+// Writes a configuration that LoadConfig() reads back exactly, except for the rotation of T_BC (to
+// 1e-15). Standard deviations above 0 are written as comments next to their values. The file is
+// written atomically; a missing folder is created. Throws IoError.
 void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
                  const CalibrationSigma& sigma = {});
 

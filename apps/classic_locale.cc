@@ -5,7 +5,7 @@
 namespace highwall::apps {
 
 ClassicLocale::ClassicLocale() : c_(std::setlocale(LC_ALL, nullptr)) {
-  std::locale::global(std::locale::classic());  // and setlocale() with it
+  std::locale::global(std::locale::classic());  // also calls setlocale()
 }
 
 ClassicLocale::~ClassicLocale() {

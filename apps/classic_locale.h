@@ -5,9 +5,9 @@
 
 namespace highwall::apps {
 
-// While it lives, the process has the locales of C that a program begins with: CLI11 reads numbers
-// by strtold and prints defaults by streams. For programs, before their threads begin: both locales
-// belong to all of the process.
+// Sets the process to the "C" locale during its lifetime: CLI11 parses numbers with strtold and
+// prints defaults through streams. Construct it before any threads start, since both locales are
+// process-wide.
 class ClassicLocale {
  public:
   ClassicLocale();
@@ -16,7 +16,7 @@ class ClassicLocale {
   ClassicLocale& operator=(const ClassicLocale&) = delete;
 
  private:
-  const std::string c_;  // of setlocale()
+  const std::string c_;  // from setlocale()
   const std::locale cpp_;
 };
 

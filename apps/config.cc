@@ -38,7 +38,7 @@ void ReadCamera(YamlReader& section, const std::filesystem::path& path, PinholeC
   for (const char* key : {"k4", "k5", "k6", "s1", "s2", "s3", "s4"}) {
     double value = 0.0;
     section.Read(key, &value);
-    if (value == 0.0) continue;  // the same model
+    if (value == 0.0) continue;  // zero coefficients: the same model
     throw IoError(path, section.LineOf("", key).value(),
                   std::string("camera: ") + key +
                       " is of a lens with more coefficients (rational, thin prism or fisheye) than "
@@ -47,15 +47,15 @@ void ReadCamera(YamlReader& section, const std::filesystem::path& path, PinholeC
   }
 }
 
-// What other systems call a calibration is named before it is read as one of ours.
+// Identifies calibrations of other systems before parsing.
 void RefuseForeign(const std::filesystem::path& path) {
-  if (!std::filesystem::is_regular_file(path)) return;  // which the reader of ours refuses
+  if (!std::filesystem::is_regular_file(path)) return;  // YamlReader::Load() reports that
   std::ifstream stream(path);
   const std::string text(std::istreambuf_iterator<char>(stream), {});
   if (const auto foreign = DescribeForeignCalibration(text)) throw IoError(path, *foreign);
 }
 
-// The constants of the curve, or those of the pair of cameras that depth comes from.
+// Reads the constants of the noise curve, or those of the stereo pair that produces the depth.
 void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
   if (section.Has("baseline") || section.Has("focal") || section.Has("subpixel")) {
     double baseline = 0.0, focal = 0.0, subpixel = 0.08;  // [px] of a RealSense
@@ -71,7 +71,7 @@ void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
   section.Read("reference", &noise->reference);
 }
 
-// What the camera's maker says, before what the file says.
+// Applies the sensor profile before the other keys of the file.
 void ReadSensor(YamlReader& file, const std::filesystem::path& path, RgbdSensor* sensor) {
   std::string name;
   file.Read("sensor", &name);
@@ -88,7 +88,7 @@ void ReadDepthRange(YamlReader& section, RgbdSensor* sensor) {
   section.Read("max", &sensor->max_depth);
 }
 
-// What a maker does not say of its camera.
+// Reads errors of a camera that are not in its data sheet.
 void ReadErrors(YamlReader& file, RgbdSensor* sensor) {
   file.Section("colour").Read("readout", &sensor->timing.colour_readout);
   YamlReader& depth = file.Section("depth");
@@ -128,7 +128,8 @@ struct Key {
   std::string section, key;
 };
 
-// Of what a struct calls its field. Those of a camera and of an IMU have the names of their keys.
+// Returns the key of a struct's field. Fields of a camera and of an IMU have the names of their
+// keys.
 Key KeyOf(const std::string& field) {
   static const std::map<std::string, Key, std::less<>> kOthers = {
       {"RgbdSensor::depth_factor", {"", "depth_factor"}},
@@ -151,7 +152,7 @@ Key KeyOf(const std::string& field) {
   return {};
 }
 
-// What a struct says of its field, said of the key of its section, with its line.
+// Translates an error about a struct's field into one about the key of its section, with its line.
 IoError InWordsOfTheFile(const std::filesystem::path& path, const YamlReader& file,
                          const std::string& message) {
   const std::string field = message.substr(0, message.find(' '));
@@ -171,7 +172,7 @@ std::string PresetList() {
   return list;
 }
 
-// The digit of "freiburg1" or of a leading "fr1", as a preset's name.
+// Returns the preset name for the digit of "freiburg1" or of a leading "fr1".
 std::string PresetOf(const std::string& text) {
   static const std::regex pattern("freiburg([123])|(?:^|[^a-z])fr([123])(?:$|[^0-9a-z])");
   std::smatch match;
@@ -179,7 +180,7 @@ std::string PresetOf(const std::string& text) {
   return "tum" + (match[1].matched ? match[1].str() : match[2].str());
 }
 
-// The folder's own name, also for ".", "..", and a trailing slash.
+// Returns the name of the folder, also for ".", "..", and a trailing slash.
 std::string FolderName(const std::filesystem::path& directory) {
   std::error_code error;
   const std::filesystem::path canonical = std::filesystem::weakly_canonical(directory, error);
@@ -219,7 +220,7 @@ std::string ConfigOfRun(const std::string& calibration) {
   constexpr std::string_view kPreset = "preset ";
   if (calibration.starts_with(kPreset)) {
     const std::string name = calibration.substr(kPreset.size());
-    return SensorPreset(name) ? name : "";  // else by the dataset's name
+    return SensorPreset(name) ? name : "";  // otherwise implied by the dataset's name
   }
   std::error_code is_no_path;
   return std::filesystem::is_regular_file(calibration, is_no_path) ? calibration : "";
@@ -257,7 +258,7 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
   if (const std::optional<RgbdSensor> sensor = SensorPreset(preset)) {
     return {{*sensor}, "preset " + preset + ", by the dataset's name"};
   }
-  // A folder that is no dataset at all has a plainer fault.
+  // A folder that is not a dataset gets a clearer error from this reader.
   TumDataset{dataset, {.max_stamp_difference = 1.0}};
   throw IoError(dataset, "the camera is unknown: put calibration.yaml there, or give --config " +
                              ("with a file or one of " + PresetList()));

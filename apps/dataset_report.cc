@@ -49,7 +49,7 @@ GroundtruthReport DescribeGroundtruth(const Trajectory& trajectory, const Datase
   return report;
 }
 
-// Says what is wrong with it in report->problems.
+// Appends problems to report->problems.
 std::optional<ImuReport> DescribeImu(const Dataset& dataset,
                                      const std::optional<ImuCalibration>& calibration,
                                      DatasetReport* report) {
@@ -60,13 +60,14 @@ std::optional<ImuReport> DescribeImu(const Dataset& dataset,
     std::vector<Stamp> stamps;
     for (const ImuSample& sample : imu->samples) stamps.push_back(sample.stamp);
     return ImuReport{imu->file.filename().string(), DescribeStamps(stamps), imu->IsUsable()};
-  } catch (const IoError& error) {  // no reason not to describe the images
+  } catch (const IoError& error) {  // the images can still be described
     report->problems.push_back(error.what());
     return ImuReport{dataset.imu_file()->filename().string(), {}, false};
   }
 }
 
-// By the stamps in the first column; lines that begin with none are comments or headings.
+// Uses the stamps in the first column; lines that do not begin with a stamp are comments or
+// headings.
 std::optional<ImuReport> DescribeAccelerometer(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::vector<Stamp> stamps;
@@ -88,7 +89,7 @@ std::string Describe(const DepthGuess& guess) {
   return std::string(guess.profile->name) + " with depth factor " + Short(guess.depth_factor);
 }
 
-// Without a calibration: the images tell the depth sensor, but not the lens.
+// Without a calibration file, the images identify the depth sensor, but not the lens.
 CalibrationReport CalibrationOf(const DepthReport& depth, bool vga) {
   const DepthGuess* guess = depth.guesses.empty() ? nullptr : &depth.guesses.front();
   const bool as_tum = guess == nullptr || guess->probability < kLikely ||
@@ -163,7 +164,7 @@ void AddSizeProblem(const PinholeCamera& camera, DatasetReport* report) {
                              std::to_string(camera.width) + " x " + std::to_string(camera.height));
 }
 
-// Where the depth images contradict what they are read with.
+// Reports contradictions between the depth images and the assumed sensor.
 void AddDepthProblems(const RgbdSensor& sensor, DatasetReport* report) {
   const DepthReport& depth = report->depth_images;
   if (depth.guesses.empty()) return;
@@ -192,7 +193,7 @@ void AddDepthProblems(const RgbdSensor& sensor, DatasetReport* report) {
   }
 }
 
-// All frames; the depth of some, evenly spread.
+// Reads all frames, and the depth of an evenly spaced subset.
 void ReadFrames(const TumDataset& dataset, double depth_factor,
                 const std::function<void(std::size_t, std::size_t)>& progress,
                 DatasetReport* report) {
@@ -228,7 +229,7 @@ void ReadFrames(const TumDataset& dataset, double depth_factor,
   report->depth_images.guesses = IdentifyDepthSensor(report->depth_images.statistics);
 }
 
-// What goes with the dataset: its camera is checked here, its depth factor is used.
+// Returns the dataset's own configuration: its camera is checked here, its depth factor is used.
 std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
   const std::filesystem::path calibration = CalibrationFile(directory);
   if (std::filesystem::exists(calibration)) return LoadConfig(calibration);

@@ -12,17 +12,17 @@
 
 namespace highwall::apps {
 
-// The stamps of one stream of a dataset. A gap is an interval of more than three times the median.
+// Timing of one stream of a dataset. A gap is an interval of more than three times the median.
 struct StreamReport {
   std::size_t count = 0;
   double duration = 0.0;  // [s] first to last
   double rate = 0.0;      // [1/s] of the median interval; 0 with fewer than two
   std::size_t gaps = 0;
   double longest_interval = 0.0;  // [s]
-  Stamp longest_interval_at = 0;  // where it begins
+  Stamp longest_interval_at = 0;  // start of that interval
 };
 
-// stamps: in order.
+// Computes the report of stamps in ascending order.
 StreamReport DescribeStamps(const std::vector<Stamp>& stamps);
 
 struct GroundtruthReport {
@@ -32,27 +32,27 @@ struct GroundtruthReport {
 };
 
 struct ImuReport {
-  std::string file;  // its name
+  std::string file;  // file name
   StreamReport stream;
-  bool usable = true;  // false: the problems say why
+  bool usable = true;  // false: the problems give the reason
 };
 
-// Which calibration fits. confidence: "given" (calibration.yaml), "certain" (the dataset's name
-// tells), "unsure" (no more than the image size speaks for it) or "none".
+// Calibration that fits the dataset. confidence: "given" (calibration.yaml), "certain" (from the
+// dataset's name), "unsure" (only the image size matches) or "none".
 struct CalibrationReport {
-  std::string name;  // what to pass to --config; empty if none fits
+  std::string name;  // argument for --config; empty if none fits
   std::string confidence;
   std::string reason;
 };
 
-// What the depth images tell of their sensor.
+// Depth sensor inferred from the depth images.
 struct DepthReport {
   DepthStatistics statistics{};       // in stored units
-  std::vector<DepthGuess> guesses{};  // most probable first; empty: they tell nothing
+  std::vector<DepthGuess> guesses{};  // most probable first; empty if inconclusive
 
   // "sure", "likely", "unsure" or, without a guess, "none".
   std::string Confidence() const;
-  // Leaves the guesses with this factor [1/m], which is known, unless the images contradict it.
+  // Keeps only the guesses with this known factor [1/m], unless the images contradict it.
   void Believe(double depth_factor);
 };
 
@@ -62,28 +62,28 @@ struct DatasetReport {
   double association_rate = 0.0;  // frames per colour image
   std::size_t usable_frames = 0;
   int width = 0, height = 0;    // [px] of the first usable frame
-  double depth_factor = 0.0;    // [1/m] the one that was used
+  double depth_factor = 0.0;    // [1/m] the one used
   double median_depth = 0.0;    // [m]
   double measured_share = 0.0;  // of all depth pixels
   DepthReport depth_images;
-  std::size_t repeated_colour = 0;                // colour images that are the one before once more
+  std::size_t repeated_colour = 0;                // colour images identical to the previous one
   std::size_t dark_colour = 0, plain_colour = 0;  // as ImageSurvey
   std::optional<GroundtruthReport> groundtruth;
   std::optional<ImuReport> imu;            // gyroscope and accelerometer
-  std::optional<ImuReport> accelerometer;  // accelerometer.txt, of no use without a gyroscope
+  std::optional<ImuReport> accelerometer;  // accelerometer.txt, unusable without a gyroscope
   CalibrationReport calibration;
-  std::vector<std::string> problems;  // what is wrong, most important first
+  std::vector<std::string> problems;  // most important first
 };
 
 // Reads and decodes every frame of a TUM RGB-D dataset. max_pair_difference [s]: as in
-// TumDatasetOptions. progress: called with the number of frames
-// behind and of all. Throws IoError where the dataset cannot be used at all.
+// TumDatasetOptions. progress: called with the number of processed frames and the total. Throws
+// IoError if the dataset cannot be used at all.
 DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
                              const std::function<void(std::size_t, std::size_t)>& progress);
 
-// One JSON object; the fields of DatasetReport by name.
+// Returns one JSON object with the fields of DatasetReport by name.
 std::string ToJson(const DatasetReport& report);
-// For people, a dozen lines.
+// Returns a human-readable summary of about a dozen lines.
 std::string ToText(const DatasetReport& report);
 
 }  // namespace highwall::apps

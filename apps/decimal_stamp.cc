@@ -7,7 +7,7 @@ namespace highwall::apps {
 namespace {
 
 constexpr std::uint64_t kBillion = 1'000'000'000;
-// The difference of two stamps must be one as well.
+// The difference of two stamps must be representable as well.
 constexpr std::uint64_t kMostTicks = 4'600'000'000 * kBillion;
 
 std::optional<DecimalStamp> FromExponent(std::string_view text) {

@@ -8,20 +8,20 @@
 
 namespace highwall::apps {
 
-// A stamp as it is written, in a unit that is not known yet: a double has too few digits for
-// nanoseconds of today.
+// Decimal stamp as written, in a unit that is not yet known: a double has too few digits for
+// current nanosecond stamps.
 struct DecimalStamp {
   bool negative = false;
   std::uint64_t whole = 0;
   std::uint64_t billionths = 0;  // of the unit, below 1e9
 };
 
-// With a sign, a fraction, of which digits beyond the ninth are cut, and an exponent (through
-// double). Empty for all else and beyond 4.6e18.
+// Parses a number with optional sign, fraction (digits beyond the ninth are truncated) and exponent
+// (parsed as double). Returns an empty result for other text and beyond 4.6e18.
 std::optional<DecimalStamp> ParseDecimalStamp(std::string_view text);
 
 double ToDouble(const DecimalStamp& stamp);
-// The nearest nanosecond, of a unit of so many [ns]. Empty beyond 4.6e9 s.
+// Converts a stamp to nanoseconds, rounded to nearest. unit: [ns]. Empty beyond 4.6e9 s.
 std::optional<Stamp> ToStamp(const DecimalStamp& stamp, std::int64_t unit);
 
 }  // namespace highwall::apps

@@ -1,4 +1,4 @@
-// highwall demo: a scene of its own, mapped, and its error, by the commands that a user would give.
+// highwall demo: simulates a scene, maps it, and evaluates the error, with the commands of a user.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -21,10 +21,10 @@ struct DemoArguments {
   std::filesystem::path out = "highwall_demo";
 };
 
-// Says the command, as it would be typed, and does it.
+// Prints a command as it would be typed, and runs it.
 int Show(const std::string& about, const std::vector<std::string>& words) {
   fmt::print("== {}\n$ highwall {}\n", about, fmt::join(words, " "));
-  std::fflush(stdout);  // before what the command writes elsewhere
+  std::fflush(stdout);  // before the command writes to other streams
   const int exit_code = RunCommand(words);
   fmt::print("\n");
   return exit_code;
@@ -32,12 +32,12 @@ int Show(const std::string& about, const std::vector<std::string>& words) {
 
 int RunDemo(const DemoArguments& arguments) {
   RequireFolder(arguments.out);
-  RequireRunFolder(arguments.out / "run", false);  // before a minute of work
+  RequireRunFolder(arguments.out / "run", false);  // before a minute of computation
   std::filesystem::create_directories(arguments.out);
   const std::string mine = (arguments.out / "mine").string();
   const std::string run = (arguments.out / "run").string();
   int exit_code = kExitOk;
-  // The dataset is made whole or not at all: one that is there needs no other.
+  // The dataset is created atomically: an existing one is complete.
   if (!std::filesystem::exists(mine)) {
     exit_code = Show(
         "An open-pit mine as a vehicle sees it: rendered, with the noise of a D435i "

@@ -23,7 +23,7 @@ bool MovesMap(const std::vector<LoopReport>& reports) {
   return std::ranges::any_of(reports, &LoopReport::accepted);
 }
 
-// What is not joined is in layers of its own.
+// Submaps that are not merged have separate layers.
 KeyframePose PoseInLayer(const KeyFrame& keyframe, const Map& map) {
   return {keyframe.T_WC, map.Root(keyframe.submap).value()};
 }
@@ -38,7 +38,7 @@ std::map<std::int64_t, KeyframePose> KeyFramePoses(const Map& map) {
 
 }  // namespace
 
-// Takes the keyframes of a run to its dense map.
+// Passes the keyframes of a run to its dense map.
 class DenseStage::KeyframeMapping {
  public:
   KeyframeMapping(const SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
@@ -50,8 +50,8 @@ class DenseStage::KeyframeMapping {
             mapper_, [this](std::int64_t id) { return Settled(KeyFrameId(id)); },
             options.slam.tracker.moving.enabled ? kSettlingTime : 0.0) {}
 
-  // The keyframe of the frame that Follow() is called with next, and its image as SlamCallbacks
-  // has it: with the depth corrected.
+  // Sets the keyframe of the frame passed to the next Follow(), and its image with corrected depth,
+  // as in SlamCallbacks.
   void SetKeyframe(const KeyFrame& keyframe, const RgbdImage& image) {
     keyframe_ = {keyframe.id.value(), image.stamp, image.depth, image.bgr, keyframe.T_WC};
     made_with_[keyframe.id] = {image.stamp, slam_.depth_pattern()};
@@ -69,10 +69,10 @@ class DenseStage::KeyframeMapping {
     if (levelled || result.drops_submap || follows_gps || MovesMap(result.loops)) {
       mapper_.SetPoses(KeyFramePoses(slam_.map()));
     }
-    settling_.HandOver(result.stamp);  // as the map stands now
+    settling_.HandOver(result.stamp);  // with current poses
   }
 
-  // The map of each submap.
+  // Stores the dense map of each submap.
   void Finish(SlamRun* run) {
     settling_.HandOverAll();
     MapAgain();
@@ -104,8 +104,8 @@ class DenseStage::KeyframeMapping {
     if (live == nullptr) return std::nullopt;
     return SettledKeyframe{PoseInLayer(*live, slam_.map()), slam_.MovingIn(id)};
   }
-  // Keyframes that were made before the pattern of their depth was known, from their images. Their
-  // stamps ascend, as those of the dataset do.
+  // Maps keyframes again, from their images, that were created before the depth distortion was
+  // known. Their stamps ascend, as those of the dataset do.
   void MapAgain() {
     const DepthPattern pattern = slam_.depth_pattern();
     auto next = made_with_.begin();

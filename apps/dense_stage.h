@@ -12,25 +12,25 @@
 
 namespace highwall::apps {
 
-// The dense map of a run, where one is wanted; a run continues without one that fails. Sets the
-// callbacks of the system, which must outlive it, as must the dataset.
+// Builds the dense map of a run if it is enabled; the run continues if mapping fails. Registers
+// callbacks with the system. The system and the dataset must outlive this object.
 class DenseStage {
  public:
   DenseStage(SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
              const SlamRunOptions& options);
   ~DenseStage();
-  DenseStage(const DenseStage&) = delete;  // the system calls it where it is
+  DenseStage(const DenseStage&) = delete;  // callbacks of the system capture `this`
   DenseStage& operator=(const DenseStage&) = delete;
 
-  // After each frame.
+  // Call after each frame.
   void Follow(const FrameResult& result);
-  // Call once, last: fills the dense map of each submap of the run, and what failed.
+  // Call once, last: stores the dense map of each submap in the run, together with any failures.
   void Finish(SlamRun* run);
 
  private:
   class KeyframeMapping;
 
-  std::unique_ptr<KeyframeMapping> mapping_;  // empty where no map is wanted
+  std::unique_ptr<KeyframeMapping> mapping_;  // empty if no map is requested
   std::vector<std::string> failures_;
 };
 

@@ -18,9 +18,10 @@ namespace {
 
 using JsonPlace = nlohmann::json::json_pointer;
 
-// The motion at a stamp, by the poses before and after it; none where one of them is too far.
+// Interpolates the motion at a stamp from the poses before and after it; zero if one is too far
+// away.
 Twist MotionAt(const Trajectory& trajectory, Stamp stamp) {
-  constexpr Stamp kLongest = 250'000'000;  // [ns] over which a motion is taken to be steady
+  constexpr Stamp kLongest = 250'000'000;  // [ns] of constant velocity
   const auto after = std::ranges::upper_bound(trajectory, stamp, {}, &StampedPose::stamp);
   auto before = std::ranges::lower_bound(trajectory, stamp, {}, &StampedPose::stamp);
   if (before == trajectory.begin() || after == trajectory.end()) return {};

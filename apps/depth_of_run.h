@@ -12,21 +12,21 @@
 
 namespace highwall::apps {
 
-// How a run corrected the depth of its recording, as run.json says, for a map that is made again of
-// its images: by the pattern over the image, and by the times of the rows (docs/row_times.md).
+// Applies the depth corrections of a run, as recorded in its run.json, when a map is rebuilt from
+// its images: depth distortion and rolling-shutter compensation (docs/row_times.md).
 class DepthOfRun {
  public:
-  // run: a folder with run.json and trajectory.txt. What they do not say is not corrected. Throws
-  // IoError where they cannot be read.
+  // run: a folder with run.json and trajectory.txt. Corrections that they do not record are not
+  // applied. Throws IoError if they cannot be read.
   explicit DepthOfRun(const std::filesystem::path& run);
 
-  // camera: of the images. Without poses just before and after the image its rows stay.
+  // camera: of the images. Rows are not compensated without poses just before and after the image.
   cv::Mat Correct(const RgbdImage& image, const PinholeCamera& camera) const;
 
  private:
   DepthPattern pattern_;
   FrameTiming timing_;
-  Trajectory trajectory_;  // T_WC of all frames; empty: rows stay
+  Trajectory trajectory_;  // T_WC of all frames; empty: no compensation
 };
 
 }  // namespace highwall::apps

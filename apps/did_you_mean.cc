@@ -8,7 +8,7 @@
 namespace highwall::apps {
 namespace {
 
-// The known word that is near enough to be meant.
+// Returns the most similar known word, if it is similar enough.
 std::optional<std::string> Nearest(const std::string& word, const std::vector<std::string>& known) {
   if (known.empty()) return std::nullopt;
   const auto distance = [&](const std::string& other) {
@@ -16,7 +16,7 @@ std::optional<std::string> Nearest(const std::string& word, const std::vector<st
     return begins ? 1 : EditDistance(word, other);
   };
   const std::string& nearest = *std::ranges::min_element(known, {}, distance);
-  // A third of the letters may be others.
+  // A third of the letters may differ.
   if (distance(nearest) > std::max<std::size_t>(1, nearest.size() / 3)) return std::nullopt;
   return nearest;
 }

@@ -7,15 +7,15 @@
 
 namespace highwall::apps {
 
-// The least number of insertions, deletions and replacements of a character that turn a into b
-// (Levenshtein 1966).
+// Returns the edit distance (Levenshtein 1966): the minimum number of insertions, deletions and
+// substitutions of characters that turn a into b.
 std::size_t EditDistance(const std::string& a, const std::string& b);
 
-// "; did you mean 'points'?" with the known word that is nearest to one that is not known, as long
-// as it is near enough to be meant; else empty.
+// Returns "; did you mean 'points'?" with the known word closest to an unknown one if it is close
+// enough, otherwise an empty string.
 std::string DidYouMean(const std::string& word, const std::vector<std::string>& known);
 
-// The same for a path that is not there, with what lies in its folder.
+// Does the same for a missing path, with the entries of its folder.
 std::string DidYouMeanPath(const std::filesystem::path& path);
 
 }  // namespace highwall::apps

@@ -16,7 +16,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kErrorWidth = 1240.0;  // [px], as all that follows
+constexpr double kErrorWidth = 1240.0;  // [px], as all of the following
 constexpr double kErrorHeight = 580.0;
 constexpr PlotAxes::Box kPathBox{80.0, 96.0, 430.0, 420.0};
 constexpr PlotAxes::Box kColorBarBox{530.0, 96.0, 14.0, 420.0};
@@ -24,7 +24,7 @@ constexpr PlotAxes::Box kErrorsBox{720.0, 96.0, 490.0, 420.0};
 constexpr double kUpperLegendHeight = 66.0, kLegendHeight = 84.0;
 constexpr double kTextWidth = kErrorWidth - 2.0 * kPathBox.left;
 constexpr int kColorLevels = 64;
-constexpr std::size_t kFew = 80;  // so few poses or errors are drawn as dots too
+constexpr std::size_t kFew = 80;  // up to this many poses or errors are also drawn as dots
 
 const SvgStroke kTruthStroke{.color = "#b4b4b4", .width = 1.6};
 const SvgStroke kErrorStroke{.color = "#4a6fa5", .width = 1.2};
@@ -41,15 +41,15 @@ std::string ErrorLabel(const ErrorPlotText& text) {
   return text.unit.empty() ? text.quantity : fmt::format("{} [{}]", text.quantity, text.unit);
 }
 
-// The range of the colours; all errors may be equal.
+// Range of the colour scale; all errors may be equal.
 PlotRange ErrorRange(const ErrorStatistics& statistics) {
   PlotRange range{statistics.min, statistics.max};
   if (range.Width() <= 1e-12 * statistics.max) range.max = range.min + 1.0;
   return range;
 }
 
-// For each matched pose the error that it takes part in: its own, or that of the pair that ends
-// there or next, 0 (least) to kColorLevels - 1 (largest).
+// Returns the colour level of each matched pose, 0 (smallest error) to kColorLevels - 1 (largest):
+// of its own error, or of the pair that ends at it or next after it.
 std::vector<int> ErrorLevels(const TrajectoryError& result) {
   const PlotRange range = ErrorRange(result.statistics);
   std::vector<int> levels;
@@ -121,7 +121,7 @@ void DrawMap(const ErrorPlotText& text, const Trajectory& reference, const Traje
                   {.color = Color(0.25), .width = 2.4}, svg);
 }
 
-// values: one an error of the result; not a number where there is none.
+// values: one per error of the result; NaN if missing.
 void DrawErrorCurve(const PlotAxes& axes, const TrajectoryError& result,
                     const std::vector<double>& values, const SvgStroke& stroke, Svg* svg) {
   const Stamp start = result.estimate.front().stamp;

@@ -14,13 +14,13 @@ struct ErrorPlotText {
   std::string subtitle;
   std::string quantity;  // such as "translation error"
   std::string unit;      // such as "m"; empty: none
-  // What known causes leave of each error (ErrorExplanation::left), drawn beside; may be empty.
+  // Residual of each error after known causes (ErrorExplanation::left), also drawn; may be empty.
   std::vector<double> left{};
 };
 
-// An SVG with two panels. Left: both trajectories seen along the axis of least spread, the whole
-// reference grey, the matched and aligned estimate coloured by its error. Right: the error over
-// time with its mean and root mean square. Throws IoError.
+// Writes an SVG with two panels. Left: both trajectories viewed along the axis of least extent, the
+// whole reference in grey, the matched and aligned estimate coloured by its error. Right: the error
+// over time with its mean and root mean square. Throws IoError.
 void WriteErrorPlot(const std::filesystem::path& path, const ErrorPlotText& text,
                     const Trajectory& reference, const TrajectoryError& result);
 

@@ -1,4 +1,4 @@
-// highwall eval: the errors of estimated trajectories against a reference.
+// highwall eval: errors of estimated trajectories against a reference.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <cmath>
@@ -79,7 +79,7 @@ TrajectoryFile ReadPoses(const std::filesystem::path& path) {
   return file;
 }
 
-// Poses without stamps are matched by their place in the file: there must be as many in both.
+// Poses without stamps are matched by their index in the file: both must have the same number.
 void RequireSameClock(const TrajectoryFile& reference, const std::filesystem::path& path,
                       const TrajectoryFile& estimate) {
   const bool stamps = HasStamps(reference.format);
@@ -127,7 +127,7 @@ std::string Describe(const EvalArguments& arguments) {
   return text + ", alignment " + arguments.alignment;
 }
 
-// The same with evo, where its command line reads both formats; empty where it does not.
+// Returns the equivalent evo command, if its command line reads both formats; empty otherwise.
 std::string EvoCommand(const EvalArguments& arguments, TrajectoryFormat reference,
                        TrajectoryFormat estimate) {
   const bool same = reference == estimate ||
@@ -197,7 +197,7 @@ void Plot(const EvalArguments& arguments, const Trajectory& reference,
                    reference, errors);
 }
 
-// One file, or where there are several estimates a folder with a file of each.
+// Writes one file, or for several estimates a folder with one file each.
 void WriteEvoResults(const EvalArguments& arguments, const std::vector<NamedError>& errors) {
   const Quantity& quantity = FindQuantity(arguments.relation);
   const std::string metric = arguments.metric == "ape" ? "APE" : "RPE";
@@ -288,7 +288,7 @@ int RunEval(const EvalArguments& arguments) {
   return kExitOk;
 }
 
-// What the parser cannot see in one option alone.
+// Checks that involve more than one option, which the parser cannot do.
 void CheckTogether(const CLI::App& command, EvalArguments* arguments) {
   const bool relative = arguments->metric == "rpe";
   for (const char* option : {"--delta", "--delta-unit", "--all-pairs"}) {

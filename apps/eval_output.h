@@ -11,16 +11,18 @@
 
 namespace highwall::apps {
 
-// {"stats", "associated", "time_covered", "scale"}, and "undetermined" where the alignment is not.
+// Returns {"stats", "associated", "time_covered", "scale"}, and "undetermined" if the alignment is
+// unobservable in part.
 nlohmann::ordered_json ErrorJson(const TrajectoryError& error);
 
-// What of the alignment is not determined, and what was done about it; empty where all of it is.
+// Describes the unobservable part of the alignment and how it was handled; empty if fully
+// observable.
 std::string OpenRotationText(OpenRotation open);
 
-// A title and a row for each estimate, as RFC 4180 has it.
+// Returns CSV (RFC 4180) with a header and a row for each estimate.
 std::string ErrorsCsv(const std::vector<NamedError>& errors);
 
-// The same as text, in columns; of several estimates the least RMSE has a star.
+// Returns the same as an aligned text table; of several estimates the least RMSE has a star.
 std::string ErrorsTable(const std::vector<NamedError>& errors);
 
 }  // namespace highwall::apps

@@ -15,8 +15,8 @@
 namespace highwall::apps {
 namespace {
 
-// An array of doubles in NumPy's format, version 1.0 (NEP 1): magic, length of the header, header,
-// values; the values begin at a multiple of 64 bytes.
+// Encodes an array of doubles in NumPy's format, version 1.0 (NEP 1): magic, header length, header,
+// values. The values begin at a multiple of 64 bytes.
 std::string Npy(const std::vector<double>& values) {
   std::string header =
       fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}", values.size());

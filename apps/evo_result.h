@@ -7,17 +7,17 @@
 
 namespace highwall::apps {
 
-// What evo's tables and plots call a result.
+// Labels of a result in evo's tables and plots.
 struct EvoResultInfo {
   std::string title;      // such as "APE w.r.t. translation part (m)"
   std::string label;      // such as "APE (m)"
-  std::string reference;  // names of the files
+  std::string reference;  // file names
   std::string estimate;
 };
 
-// A result as evo_ape and evo_rpe save it with --save_results: a zip with info.json, stats.json,
-// error_array.npy, timestamps.npy, seconds_from_start.npy and both trajectories in TUM's form, the
-// estimate aligned. evo_res compares such files. Throws IoError.
+// Writes a result in the format that evo_ape and evo_rpe save with --save_results: a zip with
+// info.json, stats.json, error_array.npy, timestamps.npy, seconds_from_start.npy and both
+// trajectories in TUM format, the estimate aligned. evo_res compares such files. Throws IoError.
 void WriteEvoResult(const std::filesystem::path& path, const EvoResultInfo& info,
                     const TrajectoryError& result);
 

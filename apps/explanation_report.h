@@ -8,8 +8,8 @@
 
 namespace highwall::apps {
 
-// A table with a line for each cause: its value with two standard deviations, what is left without
-// it, and the share of the error that it takes away.
+// Returns a table with a line for each cause: its value with two standard deviations, the residual
+// error without it, and the share of the error that it explains.
 std::string ExplanationTable(const ErrorExplanation& explanation);
 
 nlohmann::ordered_json ToJson(const ErrorExplanation& explanation);

@@ -20,10 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A pose that was written and read again; another session's is farther off.
+// Tolerance for a pose that was written and read back; poses of another session differ more.
 constexpr double kSamePose = 1e-3;  // [m], and [rad]
 
-// The map of a run: that in its folder, else the one that it was told to save.
+// Returns the map of a run: the one in its folder, otherwise the one saved by --save-map.
 fs::path MapOfRun(const fs::path& folder, const nlohmann::json& report) {
   using Pointer = nlohmann::json::json_pointer;
   if (report.value(Pointer("/options/localize_only"), false)) {
@@ -47,7 +47,7 @@ void AddFrames(const Trajectory& trajectory, const Map& map, Session* session) {
   session->frames.insert(session->frames.end(), frames.begin(), frames.end());
 }
 
-// Of runs that were merged.
+// Reads the sessions of merged runs.
 std::vector<Session> ReadMergedSessions(const fs::path& folder, const nlohmann::json& report,
                                         const Map& map) {
   std::vector<Session> sessions;
@@ -66,7 +66,7 @@ Session ReadSession(const fs::path& folder, const nlohmann::json& report, const 
   session.name = folder.string();
   const std::size_t worlds = report.value("submaps", nlohmann::json::array()).size();
   for (std::size_t i = 0; i < std::max<std::size_t>(worlds, 1); ++i) {
-    // After the last adjustment of everything, which the map followed, where there was one.
+    // The map reflects the final adjustment, if there was one.
     const fs::path adjusted = folder / NameOfSubmap(kAdjustedFile, i);
     const fs::path plain = folder / NameOfSubmap(kTrajectoryFile, i);
     AddFrames(ReadTumTrajectory(fs::exists(adjusted) ? adjusted : plain), map, &session);
@@ -109,8 +109,8 @@ struct Anchor {
   KeyFrameId keyframe;
 };
 
-// In the order of time, all of one world: that of most, for in another a session that began at the
-// same time may have the same poses at first.
+// Returns the anchors ascending in time, all of one world: the one with most of them. In another
+// world, a session that began at the same time may initially have the same poses.
 std::vector<Anchor> FindAnchors(const Trajectory& frames, const Map& map) {
   std::map<SubmapId, std::vector<Anchor>> by_world;
   for (const KeyFrameId id : map.keyframe_ids()) {

@@ -14,7 +14,7 @@
 
 namespace highwall::apps {
 
-// Whether images of both can be in one map: distortion aside, which features are without.
+// Whether images of both can share a map: distortion is ignored, because features are undistorted.
 bool IsSameCamera(const PinholeCamera& a, const PinholeCamera& b);
 
 struct AnchoredFrame {
@@ -22,32 +22,31 @@ struct AnchoredFrame {
   AnchoredPose pose;  // relative to a keyframe of the run's map
 };
 
-// The frames that one camera has taken, one after the other.
+// Frames that one camera took consecutively.
 struct Session {
   std::string name;                   // of its run's folder or map
-  std::vector<AnchoredFrame> frames;  // of a world each in the order of time
-  std::size_t left_out = 0;           // frames of a world that has no keyframe of the session
+  std::vector<AnchoredFrame> frames;  // of each world, ascending in time
+  std::size_t left_out = 0;           // frames of worlds without a keyframe of the session
 };
 
-// What a run has left: its map, and its frames, which follow the keyframes of that.
+// Output of a finished run: its map, and its frames anchored to the map's keyframes.
 struct FinishedRun {
-  std::filesystem::path path;  // as it was given
+  std::filesystem::path path;  // as given
   SavedMap saved;
   DepthNoise depth_noise;
-  std::vector<Session> sessions;  // several where it is of runs that were merged
+  std::vector<Session> sessions;  // several if runs were merged
 };
 
-// run.json of a finished run, or of runs that were merged. Throws IoError where there is none, or
-// it is damaged.
+// Reads run.json of a finished or merged run. Throws IoError if it is missing or damaged.
 nlohmann::json ReadReport(const std::filesystem::path& folder);
 
-// path: the folder of `highwall slam --out` or `highwall merge --out`, or a map that --save-map
-// wrote, whose frames are its keyframes. Throws IoError where it is neither, or has no map.
+// path: the folder of `highwall slam --out` or `highwall merge --out`, or a map written by
+// --save-map, whose frames are its keyframes. Throws IoError if it is neither, or has no map.
 FinishedRun ReadFinishedRun(const std::filesystem::path& path);
 
-// The frames of one world relative to keyframes of the map: each to the one among them that is
-// nearest in time (the earlier of two). Of keyframes with the stamp of a frame, that which has its
-// pose is the frame itself: a map may hold those of other sessions. Empty where there is none.
+// Anchors the frames of one world to the keyframes of the map that are nearest in time (the earlier
+// of two). Among keyframes with the stamp of a frame, the one with the same pose is the frame
+// itself: a map may contain keyframes of other sessions. Empty if there is no keyframe.
 std::vector<AnchoredFrame> AnchorFrames(const Trajectory& frames, const Map& map);
 
 }  // namespace highwall::apps

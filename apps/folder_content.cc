@@ -20,7 +20,7 @@ bool HasReportOfRun(const fs::path& folder) {
   return report.is_object() && report.contains(nlohmann::json::json_pointer("/versions/highwall"));
 }
 
-// Older versions left no lock.
+// Older versions did not create a lock file.
 bool HasLogOfKilledRun(const fs::path& folder) {
   std::string title;
   std::error_code error;

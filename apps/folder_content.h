@@ -4,16 +4,16 @@
 
 namespace highwall::apps {
 
-// In the folder that a command writes to (FolderLock). One that was killed leaves it there: what
-// else is in the folder is of Highwall then.
+// Lock file in the output folder of a command (FolderLock). A killed command leaves it behind,
+// which marks the rest of the folder as Highwall's.
 inline constexpr const char* kLockFile = ".highwall.lock";
 
-// What a folder for results holds. What is hidden counts for nothing: no command touches it.
+// Content of an output folder. Hidden files are ignored: no command touches them.
 enum class FolderContent {
-  kNothing,     // or the folder is not there
-  kRun,         // of highwall slam or merge, whole or killed
-  kMaps,        // of highwall map, whole
-  kUnfinished,  // what a command of Highwall left that was killed
+  kNothing,     // or the folder does not exist
+  kRun,         // of highwall slam or merge, complete or killed
+  kMaps,        // of highwall map, complete
+  kUnfinished,  // left by a killed command of Highwall
   kForeign,     // or the folder cannot be listed
 };
 FolderContent ContentOf(const std::filesystem::path& folder);

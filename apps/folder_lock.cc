@@ -12,7 +12,7 @@ namespace highwall::apps {
 FolderLock::FolderLock(std::filesystem::path folder)
     : folder_(std::move(folder)), before_(ContentOf(folder_)) {
   using State = FileLock::State;
-  const auto is_gone = [this] {  // with the command that had it before, and made its folder
+  const auto is_gone = [this] {  // removed by the previous command together with its folder
     return lock_->state() == State::kRemoved || lock_->error() == ENOENT;
   };
   constexpr int kAttempts = 100;
@@ -34,7 +34,7 @@ FolderLock::~FolderLock() {
   std::error_code ignored;
   const bool is_mark =
       before_ != FolderContent::kForeign && ContentOf(folder_) == FolderContent::kUnfinished;
-  if (!is_mark) std::filesystem::remove(folder_ / kLockFile, ignored);  // while it is held
+  if (!is_mark) std::filesystem::remove(folder_ / kLockFile, ignored);  // while locked
   lock_.reset();
   for (; !made_.empty(); made_.pop_back()) std::filesystem::remove(made_.back(), ignored);
 }

@@ -10,15 +10,15 @@
 
 namespace highwall::apps {
 
-// Keeps other commands of Highwall from writing to a folder while this lives. It dies with the
-// process.
+// Prevents other commands of Highwall from writing to a folder during its lifetime. The lock is
+// released when the process dies.
 class FolderLock {
  public:
-  // Makes the folder where it is missing. Throws IoError where another command holds it, or where
-  // it cannot be made or written to.
+  // Creates a missing folder. Throws IoError if another command holds the lock, or if the folder
+  // cannot be created or written to.
   explicit FolderLock(std::filesystem::path folder);
-  // Removes its file, unless that alone shows what unfinished results are, and the folders that it
-  // made, as far as they are empty.
+  // Removes the lock file, unless it alone marks unfinished results, and the folders that the
+  // constructor created, if they are empty.
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
@@ -28,7 +28,7 @@ class FolderLock {
 
   std::filesystem::path folder_;
   FolderContent before_;
-  std::vector<std::filesystem::path> made_;  // outer ones first
+  std::vector<std::filesystem::path> made_;  // outermost first
   std::optional<FileLock> lock_;
 };
 

@@ -14,8 +14,8 @@ using Keys = std::set<std::string>;
 
 struct ForeignForm {
   const char* name;
-  std::vector<Keys> marks;  // one of each is a key of the text
-  const char* words;        // where it has what is asked for here
+  std::vector<Keys> marks;  // each has an alternative among the keys of the text
+  const char* words;        // how the file provides the required values
 };
 
 const std::vector<ForeignForm>& ForeignForms() {
@@ -55,7 +55,7 @@ const std::vector<ForeignForm>& ForeignForms() {
   return kForms;
 }
 
-// The words in front of a colon, and the tag of OpenCV's matrices; comments aside.
+// Returns the words before a colon, and the tag of OpenCV's matrices; comments are ignored.
 Keys KeysOf(const std::string& text) {
   Keys keys;
   TextReader lines(text);

@@ -5,9 +5,9 @@
 
 namespace highwall::apps {
 
-// Of the text of a calibration that another system wrote (ORB-SLAM, ROS, Kalibr, EuRoC, Open3D,
-// librealsense, OpenCV): whose it is, and how the same is written here. Empty for one of ours, and
-// for what is not known.
+// Identifies the text of a calibration written by another system (ORB-SLAM, ROS, Kalibr, EuRoC,
+// Open3D, librealsense, OpenCV) and describes how to write it for Highwall. Empty for a Highwall
+// calibration and for an unknown format.
 std::optional<std::string> DescribeForeignCalibration(const std::string& text);
 
 }  // namespace highwall::apps

@@ -15,30 +15,31 @@
 
 namespace highwall::apps {
 
-// The GPS of a recording: fixes in the order of their stamps.
+// GPS data of a recording; fixes in ascending order of their stamps.
 struct GpsFeed {
   std::vector<GpsFix> fixes;
-  Eigen::Vector3d antenna_B = Eigen::Vector3d::Zero();  // [m] in the body whose poses are estimated
-  Pose T_CB;                                            // that body in the camera
+  Eigen::Vector3d antenna_B = Eigen::Vector3d::Zero();  // [m] in the estimated body frame B
+  Pose T_CB;                                            // pose of B in the camera frame
 };
 
-// How the GPS fared over a run.
+// GPS statistics of a run.
 struct GpsSummary {
   std::size_t fixes = 0, used = 0, refused = 0;
-  std::optional<Pose> T_GW;  // in the world of the trajectory; empty where it was not found
-  double rms = 0.0;          // [m] between antenna and fix, all axes, where T_GW is known
+  std::optional<Pose> T_GW;  // to the world of the trajectory; empty if unknown
+  double rms = 0.0;          // [m] between antenna and fix, all axes, if T_GW is known
 };
 
-// gps.csv in the folder of a dataset; empty where there is none. with_imu: the body is that of the
-// IMU, else the camera. Throws IoError as ReadGps.
+// Reads gps.csv in the folder of a dataset; empty if there is none. with_imu: the body frame is the
+// IMU's, otherwise the camera's. Throws IoError as ReadGps().
 std::optional<GpsFeed> LoadGps(const std::filesystem::path& dataset, const RunConfig& config,
                                bool with_imu);
 
-// A fix as a factor: robust, for between walls a receiver errs by far more than it says.
+// Returns a fix as a robust factor: near walls the errors of a receiver far exceed its stated
+// accuracy.
 PoseFactor MakeGpsFactor(const GpsFix& fix, const Eigen::Vector3d& antenna_B,
                          ReferenceFrameId frame);
 
-// trajectory: T_WC in the end.
+// trajectory: final T_WC.
 GpsSummary SummarizeGps(const GpsFeed& feed, const FactorCounts& counts,
                         const std::optional<Pose>& T_GW, const Trajectory& trajectory);
 

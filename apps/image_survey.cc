@@ -7,14 +7,14 @@
 namespace highwall::apps {
 namespace {
 
-// [grey levels] As the least contrast of a corner (frame.orb.min_fast_threshold), and the mean of
-// an image that is too dark for it: three times as much, as for LossReason::kDark.
+// [grey levels] kStep: minimum contrast of a corner (frame.orb.min_fast_threshold). kDark: mean of
+// an image that is too dark for corners, three times as much, as for LossReason::kDark.
 constexpr double kStep = 7.0, kDark = 21.0;
-// Of the pixels: less than an edge of a third of the image's width, a few pixels wide.
+// Share of the pixels, less than an edge a few pixels wide over a third of the image's width.
 constexpr double kLeastShare = 0.002;
 
-// Of the pixels that differ from what is two pixels to the right of or below them. Means over 3 x 3
-// pixels, so that noise is no texture.
+// Returns the share of pixels that differ from the pixel two to the right or two below. 3 x 3 means
+// prevent noise from counting as texture.
 double ShareOfSteps(const cv::Mat& gray) {
   constexpr int kApart = 2;
   if (gray.cols <= kApart || gray.rows <= kApart) return 0.0;

@@ -8,15 +8,15 @@
 
 namespace highwall::apps {
 
-// What the colour images of a recording lack, so that nothing can be tracked in them.
+// Counts colour images of a recording in which nothing can be tracked.
 class ImageSurvey {
  public:
   // bgr: CV_8UC3.
   void Add(const cv::Mat& bgr);
 
-  std::size_t dark() const { return dark_; }    // black, or nearly so, without corners and edges
-  std::size_t plain() const { return plain_; }  // light enough, but without corners and edges
-  // For people, a line each: of more than one image in twenty.
+  std::size_t dark() const { return dark_; }    // black or nearly so, without corners and edges
+  std::size_t plain() const { return plain_; }  // bright enough, but without corners and edges
+  // Human-readable lines, one per problem that affects more than one image in twenty.
   std::vector<std::string> Problems() const;
 
  private:

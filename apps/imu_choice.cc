@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kFixed = "fixed:";
 
-// What is wrong with it; empty where nothing is.
+// Returns the error message; empty if the choice is valid.
 std::string Problem(const std::string& choice) {
   if (choice == "off" || choice == "paper" || choice == "consistent") return "";
   const std::string problem = "must be off, paper, consistent or fixed:W, is " + choice;

@@ -12,21 +12,21 @@
 
 namespace highwall::apps {
 
-// The IMU of a dataset, as far as it can be used.
+// Usable IMU data of a dataset.
 struct ImuInput {
   std::filesystem::path file;
-  ImuCalibration calibration;      // without a range that the readings leave
-  std::vector<ImuSample> samples;  // RepairImu(): in order, each stamp once, finite
+  ImuCalibration calibration;      // without a range that the readings exceed
+  std::vector<ImuSample> samples;  // RepairImu(): ascending, unique stamps, finite
   std::vector<ImuFinding> findings;
-  std::vector<std::string> warnings;  // for people, a line each, naming the file
+  std::vector<std::string> warnings;  // human-readable, one per line, naming the file
 
-  // Otherwise go on with RGB-D alone: the warnings say why.
+  // If false, the run continues with RGB-D only; the warnings give the reason.
   bool IsUsable() const { return !HasFatal(findings); }
 };
 
-// Reads and checks the IMU of a dataset; empty where it has none. calibration: what the
-// configuration says; nothing makes the camera's axes those of the IMU, with a warning.
-// Throws IoError as ReadImu.
+// Reads and checks the IMU of a dataset; empty if it has none. calibration: from the configuration;
+// without one, the axes of the camera are assumed to be those of the IMU, with a warning. Throws
+// IoError as ReadImu().
 std::optional<ImuInput> LoadImu(const Dataset& dataset,
                                 const std::optional<ImuCalibration>& calibration);
 

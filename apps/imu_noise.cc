@@ -41,10 +41,10 @@ struct ImuNoiseArguments {
 
 constexpr double kLongestRecording = 1e9;  // [s]
 
-// Nothing is filmed beside the readings: they meet any video.
+// Without a video, readings of any time are accepted.
 constexpr VideoSpan kAnyTime{std::numeric_limits<Stamp>::min(), std::numeric_limits<Stamp>::max()};
 
-// Of what concerns readings at rest; the rest is about a video.
+// Findings that concern readings at rest; the others concern a video.
 bool Matters(ImuFindingKind kind) {
   return kind == ImuFindingKind::kNotFinite || kind == ImuFindingKind::kImpossible ||
          kind == ImuFindingKind::kOutOfOrder || kind == ImuFindingKind::kDuplicates ||
@@ -58,7 +58,7 @@ std::filesystem::path FileOf(const std::filesystem::path& input) {
   return *found;
 }
 
-// Those between --from and --to, in order, repaired.
+// Returns the readings between --from and --to, in order, repaired.
 std::vector<ImuSample> LoadSamples(const ImuNoiseArguments& arguments) {
   const std::filesystem::path file = FileOf(arguments.input);
   const ImuRecording recording = ReadImu(file, kAnyTime);
@@ -121,7 +121,7 @@ Findings Find(const ImuNoiseArguments& arguments) {
   return found;
 }
 
-// The figures with the keys of calibration.yaml.
+// Report values with the keys of calibration.yaml.
 struct ReportLine {
   const char* key;
   const char* unit;
@@ -139,9 +139,9 @@ constexpr ReportLine kLines[] = {
     {"accelerometer_instability", "m/s^2", &NoiseDensities::instability,
      &ImuNoiseEstimate::accelerometer},
 };
-constexpr std::size_t kOfCalibration = 4;  // the first of them
+constexpr std::size_t kOfCalibration = 4;  // the first of kLines
 
-// What was seen, as calibration.yaml takes it, and what was not.
+// Prints the observable values in the format of calibration.yaml, and the missing ones.
 void PrintCalibration(const ImuNoiseEstimate& estimate) {
   std::string yaml, missing;
   for (const ReportLine& line : std::span(kLines).first(kOfCalibration)) {

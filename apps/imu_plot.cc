@@ -13,15 +13,15 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kImuWidth = 1240.0, kImuHeight = 640.0;  // [px], as all that follows
+constexpr double kImuWidth = 1240.0, kImuHeight = 640.0;  // [px], as all of the following
 constexpr PlotAxes::Box kWeightBox{100.0, 84.0, 1100.0, 200.0};
 constexpr PlotAxes::Box kInnovationBox{100.0, 364.0, 1100.0, 200.0};
-constexpr double kLeast = 1e-3, kMost = 1e3;  // of the logarithms that are drawn
+constexpr double kLeast = 1e-3, kMost = 1e3;  // clamping range of the values
 const SvgStroke kCurve{.color = "#2f5fa5", .width = 1.2};
 const SvgStroke kExpected{.color = "#8a8a8a", .width = 1.0, .dashes = "6 4"};
 
-// One value an interval, 0 where there is none, by its logarithm (PlotScale::kLogarithmic is of
-// both axes), with a mark at 1.
+// Draws one value per interval, 0 if missing, with its logarithm (PlotScale::kLogarithmic applies
+// to both axes) and a mark at 1.
 void DrawPanel(const PlotAxes::Box& box, const std::string& name,
                const std::vector<double>& seconds, const std::vector<double>& values, Svg* svg) {
   PlotRange x{seconds.front(), seconds.back()}, y;

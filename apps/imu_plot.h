@@ -6,9 +6,9 @@
 
 namespace highwall::apps {
 
-// An SVG of a run with an IMU: above, the weight of its residuals from image to image; below, the
-// squared innovation a degree of freedom, which is about 1 where the noise is what the models say.
-// inertial: with intervals. Throws IoError.
+// Writes an SVG of a run with an IMU. Top: the weight of the IMU residuals between images. Bottom:
+// the squared innovation per degree of freedom, which is about 1 if the noise matches the models.
+// inertial: must have intervals. Throws IoError.
 void WriteImuPlot(const std::filesystem::path& path, const InertialSummary& inertial);
 
 }  // namespace highwall::apps

@@ -11,11 +11,11 @@
 namespace highwall::apps {
 namespace {
 
-// Of U+EF80 to U+EFFF: the first byte, then those of the first and of the last of the others.
+// UTF-8 of U+EF80 to U+EFFF: the first byte, and the range of the second byte.
 constexpr unsigned char kEscape = 0xEE, kEscapeLow = 0xBE, kEscapeHigh = 0xBF;
 
-// How long the character is that begins here, and the range of its second byte (Unicode, table
-// 3-7); no length: none begins with this byte.
+// Length of the character that begins with a byte, and the range of its second byte (Unicode, table
+// 3-7); zero length: no character begins with this byte.
 struct FirstByte {
   std::size_t length = 0;
   unsigned char low = 0x80, high = 0xBF;
@@ -25,7 +25,7 @@ FirstByte DescribeFirst(unsigned char byte) {
   if (byte < 0x80) return {.length = 1};
   if (byte >= 0xC2 && byte <= 0xDF) return {.length = 2};
   if (byte == 0xE0) return {.length = 3, .low = 0xA0};
-  if (byte == 0xED) return {.length = 3, .high = 0x9F};  // surrogates are no characters
+  if (byte == 0xED) return {.length = 3, .high = 0x9F};  // surrogates are not characters
   if (byte >= 0xE1 && byte <= 0xEF) return {.length = 3};
   if (byte == 0xF0) return {.length = 4, .low = 0x90};
   if (byte >= 0xF1 && byte <= 0xF3) return {.length = 4};
@@ -37,7 +37,7 @@ unsigned char At(std::string_view text, std::size_t i) {
   return static_cast<unsigned char>(text[i]);
 }
 
-// The bytes of the character that `text` begins with; 0 where it is not UTF-8.
+// Returns the length in bytes of the first character of `text`; 0 if it is not UTF-8.
 std::size_t CharacterLength(std::string_view text) {
   const FirstByte first = DescribeFirst(At(text, 0));
   if (first.length == 0 || text.size() < first.length) return 0;

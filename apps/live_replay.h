@@ -15,23 +15,23 @@
 
 namespace highwall::apps {
 
-// A recording that plays the camera: its frames come at the pace of their stamps, whether or not
-// somebody is ready for them.
+// Replays a recording as a live camera: frames arrive at the pace of their stamps, whether or not
+// the consumer is ready.
 class LiveReplay {
  public:
   // dataset: must outlive the replay.
   LiveReplay(const Dataset& dataset, const FrameReaderOptions& options);
 
-  // Waits for the next frame; empty at the end. Rethrows what stopped the reader.
+  // Waits for the next frame; empty at the end. Rethrows an exception that stopped the reader.
   std::optional<RgbdImage> Next();
-  // Frames of the recording that have been due, unusable and dropped ones included.
+  // Number of frames due so far, including unusable and dropped ones.
   std::size_t position() const { return position_; }
   std::size_t count() const { return reader_.count(); }
   std::size_t dropped() const { return queue_.dropped(); }
 
  private:
   void Play(const std::stop_token& stop);
-  // False where a stop was requested.
+  // Returns false if a stop was requested.
   bool WaitUntil(std::chrono::steady_clock::time_point due, const std::stop_token& stop);
 
   FrameReader reader_;

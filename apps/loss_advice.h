@@ -6,8 +6,8 @@
 
 namespace highwall::apps {
 
-// Why most of the frames without a pose have none, and what helps: one sentence, or empty where
-// every frame has a pose. reasons: SlamRun::loss_reasons. lost: how many frames they are.
+// Explains in one sentence why most of the frames without a pose have none, and what helps; empty
+// if every frame has a pose. reasons: SlamRun::loss_reasons. lost: number of such frames.
 std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::size_t lost);
 
 }  // namespace highwall::apps

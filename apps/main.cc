@@ -1,4 +1,4 @@
-// The highwall executable: chooses the subcommand, turns exceptions into exit codes.
+// The highwall executable: selects the subcommand and converts exceptions to exit codes.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -35,7 +35,7 @@ int RunAction(const CommandAction& action, const std::string& command) {
   }
 }
 
-// To who does not know yet.
+// Introduction for new users.
 constexpr const char* kFirst =
     "highwall: RGB-D-inertial SLAM with points and lines, and the tools around it. To begin:\n"
     "  highwall demo                               makes a recording, maps it, tells the error\n"
@@ -73,7 +73,7 @@ int RunCommand(std::vector<std::string> words) {
       [&app](const CLI::App*, const CLI::Error& error) { return UsageError(app, error); });
   CommandAction action;
   AddCommands(app, action);
-  std::ranges::reverse(words);  // as CLI11 takes them
+  std::ranges::reverse(words);  // the order that CLI11 expects
   try {
     app.parse(words);
   } catch (const CLI::ParseError& error) {

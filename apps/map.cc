@@ -1,4 +1,4 @@
-// highwall map: cloud, octree, grids and pictures of a dataset whose poses are known.
+// highwall map: cloud, octree, grids and pictures of a dataset with known poses.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <algorithm>
@@ -44,9 +44,9 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kInterval = 1.0 / 3.0;  // [s] between frames that are no keyframes
+constexpr double kInterval = 1.0 / 3.0;  // [s] between frames that are not keyframes
 
-// At least one.
+// Returns at least one.
 std::size_t FramesIn(double seconds, const Dataset& dataset) {
   std::vector<Stamp> stamps;
   for (std::size_t i = 0; i < dataset.size(); ++i) stamps.push_back(dataset.stamp(i));
@@ -58,26 +58,26 @@ struct MapArguments {
   double resolution = OctomapBuilderOptions().resolution;  // [m]
   double voxel = KeyframeCloudOptions().voxel_size;        // [m] of the cloud
   double max_range = kDenseRange;                          // [m]
-  std::size_t every = 0;                                   // 0: all keyframes, else kInterval
+  std::size_t every = 0;                                   // 0: all keyframes, otherwise kInterval
   int threads = 2;
   double memory_limit = 2048.0;               // [MB] of the octree
-  std::optional<double> max_pair_difference;  // [s] else that of the run
+  std::optional<double> max_pair_difference;  // [s] default: that of the run
   bool raw = false;
   bool overwrite = false;
   bool json = false;
 };
 
-// The frames one after the other.
+// Sequence of the frames.
 class FrameSource {
  public:
-  // voxel: [m] of the cloud. raw: depth as it was measured. run: whose poses these are, if any.
+  // voxel: [m] of the cloud. raw: use the measured depth. run: source of the poses, if any.
   FrameSource(const Dataset& dataset, const std::vector<PosedFrame>& frames,
               const RgbdSensor& sensor, double voxel, bool raw, const std::filesystem::path& run)
       : dataset_(dataset), frames_(frames), sensor_(sensor), voxel_(voxel), raw_(raw) {
     if (!run.empty() && !raw) depth_of_run_.emplace(run);
   }
 
-  // visit(frame): its depth filtered.
+  // Calls visit(frame) with filtered depth.
   template <typename Visit>
   void ForEach(const Visit& visit) const {
     DepthFilter filter(DepthCameraOf(sensor_), voxel_);
@@ -88,7 +88,7 @@ class FrameSource {
     }
     if (const auto last = filter.Flush()) visit(*last);
   }
-  // Up to `count` depth images, evenly spread.
+  // Returns up to `count` depth images, evenly spaced.
   std::vector<DepthView> Sample(std::size_t count) const {
     std::vector<DepthView> views;
     for (std::size_t i = 0; i < frames_.size(); i += frames_.size() / count + 1) {
@@ -98,7 +98,7 @@ class FrameSource {
   }
 
  private:
-  // Empty where it cannot be used.
+  // Returns an empty result if the frame is unusable.
   std::optional<KeyframeImage> Load(std::size_t i) const {
     auto image = dataset_.Load(frames_[i].index);
     if (!image) return std::nullopt;
@@ -116,7 +116,7 @@ class FrameSource {
   std::optional<DepthOfRun> depth_of_run_;
 };
 
-// Before the work, and not by the kernel in the middle of it.
+// Fails before the computation, rather than being killed by the kernel during it.
 void RequireFits(const MapArguments& arguments, const FrameSource& frames,
                  const DepthUnprojector& unprojector, const OctomapBuilderOptions& options) {
   constexpr std::size_t kSamples = 40;
@@ -203,8 +203,7 @@ DenseMap Build(const MapArguments& arguments, const FrameSource& frames, std::si
   return dense;
 }
 
-// Whether the maps are those of the run in whose folder they go, in its world: that of its largest
-// map.
+// Whether the maps belong to the run in the output folder, in the world of its largest map.
 bool MapsRunInPlace(const MapArguments& arguments) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -216,7 +215,7 @@ bool MapsRunInPlace(const MapArguments& arguments) {
       });
 }
 
-// A folder of maps. That of a run has maps already: those of the same run may take their place.
+// Checks the output folder. In the folder of a run, maps of the same run may be replaced.
 void RequireMapsFolder(const MapArguments& arguments) {
   using Content = FolderContent;
   const bool in_place = ContentOf(arguments.out) == Content::kRun && MapsRunInPlace(arguments);

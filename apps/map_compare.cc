@@ -1,4 +1,4 @@
-// highwall map compare: how near a map is to a reference, and how much of it it shows.
+// highwall map compare: accuracy and completeness of a map against a reference.
 #include "map_compare.h"
 
 #include <CLI/App.hpp>
@@ -36,7 +36,7 @@ struct CompareArguments {
   std::size_t every = 10;
   double tolerance = 0.05;         // [m]
   double max_range = kDenseRange;  // [m]
-  std::vector<std::string> align;  // trajectories: of the map, of the reference
+  std::vector<std::string> align;  // trajectories of the map and of the reference
   bool json = false;
 };
 
@@ -75,7 +75,7 @@ ReferenceSurface ReadReference(const std::filesystem::path& path, double spacing
   return ReferenceSurface(ReadPoints(path));
 }
 
-// Moves the map as its trajectory has to be moved to lie on the reference's.
+// Applies the transformation that aligns the map's trajectory with the reference's.
 void Align(const std::vector<std::string>& trajectories, Points& points) {
   const Trajectory estimate = ReadStampedPoses("map compare", trajectories[0]);
   const Trajectory reference = ReadStampedPoses("map compare", trajectories[1]);

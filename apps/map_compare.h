@@ -4,7 +4,7 @@
 
 namespace highwall::apps {
 
-// highwall map compare: adds it to the command `map`.
+// Adds `highwall map compare` to the command `map`.
 void AddMapCompareCommand(CLI::App& map, CommandAction& action);
 
 }  // namespace highwall::apps

@@ -23,7 +23,7 @@ namespace {
 constexpr int kMargin = 8;  // [px]
 const cv::Scalar kBackground(255, 255, 255), kPath(40, 40, 230);
 
-// Rows: right, down and away in the picture, as directions of G.
+// Rows: right, down and depth of the picture, as directions of G.
 Eigen::Matrix3d ViewRotation(MapView view) {
   Eigen::Matrix3d R_VG;
   if (view == MapView::kTop) {
@@ -40,7 +40,7 @@ Eigen::Matrix3d ViewRotation(MapView view) {
   return R_VG;
 }
 
-// A picture that shows all of some points: pixels are right and down in V, its third axis is depth.
+// Picture that contains all given points: pixels are right and down in V, its third axis is depth.
 class Canvas {
  public:
   Canvas(const Eigen::Matrix3d& R_VW, const std::vector<Eigen::Vector3f>& points_W, int size)
@@ -68,7 +68,7 @@ class Canvas {
       path.emplace_back(uv.x(), uv.y());
     }
     if (path.size() < 2) return;
-    // Seen on every ground, by its white edges.
+    // White edges make it visible on every background.
     cv::polylines(image_, path, false, kBackground, 5, cv::LINE_AA);
     cv::polylines(image_, path, false, kPath, 2, cv::LINE_AA);
   }
@@ -82,7 +82,7 @@ class Canvas {
   cv::Mat image_;
 };
 
-// The points to be shown: with the path of the camera.
+// Returns the points to show, including the camera path.
 std::vector<Eigen::Vector3f> WithPath(std::vector<Eigen::Vector3f> points,
                                       const Trajectory& trajectory) {
   for (const StampedPose& pose : trajectory) points.push_back(pose.pose.p().cast<float>());
@@ -94,7 +94,7 @@ struct Face {
   double shade = 1.0;
 };
 
-// The faces of a cube that the view shows; away_W: the direction of sight.
+// Returns the faces of a cube that are visible; away_W: viewing direction.
 std::vector<Face> VisibleFaces(const Eigen::Vector3d& center, double size,
                                const Eigen::Vector3d& away_W) {
   constexpr std::array<double, 3> kShades = {0.7, 0.85, 1.0};
@@ -155,7 +155,7 @@ cv::Mat DrawOctree(const DenseMap& dense, const Trajectory& trajectory, MapView 
   std::vector<double> heights;
   for (const OctreeLeaf& leaf : leaves) heights.push_back((R_GW * leaf.center_W).z());
   std::ranges::sort(heights);
-  // All but the farthest two in a hundred, so that a stray voxel does not take the colours.
+  // Clips two percent of the heights, so that outlier voxels do not dominate the colour range.
   const double low = heights[heights.size() / 100];
   const double high = heights[heights.size() - 1 - heights.size() / 100];
   const auto depth = [&](const OctreeLeaf& leaf) { return (R_VW * leaf.center_W).z(); };

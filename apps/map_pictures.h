@@ -11,24 +11,23 @@
 
 namespace highwall::apps {
 
-// How a map is looked at, in parallel projection: from above, or from the side and 40 degrees
-// above.
+// Viewpoint of a map picture in parallel projection: from above, or from the side, elevated by 40
+// degrees.
 enum class MapView { kTop, kOblique };
 
-// CV_8UC3, of at most `size` pixels along an edge; the path of the camera in red where there is
-// one. An empty map gives an empty image. size: [px] > 0.
+// Returns a CV_8UC3 image of at most `size` pixels along an edge, with the camera path, if any, in
+// red. An empty map gives an empty image. size: [px] > 0.
 cv::Mat DrawCloud(const DenseMap& dense, const Trajectory& trajectory, MapView view, int size);
-// Occupied voxels as cubes, coloured by height: violet below, yellow above
-// (viridis).
+// Draws occupied voxels as cubes, coloured by height: violet is low, yellow high (viridis).
 cv::Mat DrawOctree(const DenseMap& dense, const Trajectory& trajectory, MapView view, int size);
-// CV_16UC1, a pixel a cell, first row at the largest y: 1 + millimetres above the lowest cell,
-// 0 where unknown.
+// Returns a CV_16UC1 image, one pixel per cell, first row at the largest y: 1 + millimetres above
+// the lowest cell, 0 where unknown.
 cv::Mat HeightImage(const HeightMap& heights);
 
-// PNG. Throws IoError; the old file then stays.
+// Writes a PNG file. Throws IoError and then leaves the old file in place.
 void WritePng(const std::filesystem::path& path, const cv::Mat& image);
 
-// What is drawn of a dense map, and the name of its file (docs/mapping.md).
+// Picture of a dense map and its file name (docs/mapping.md).
 struct MapPicture {
   const char* file;
   cv::Mat (*draw)(const DenseMap& dense, const Trajectory& trajectory, MapView view, int size);
@@ -40,7 +39,7 @@ inline constexpr std::array<MapPicture, 4> kMapPictures = {
      {"octree_top.png", DrawOctree, MapView::kTop},
      {"octree.png", DrawOctree, MapView::kOblique}}};
 
-// No file of a map that is empty. Throws IoError.
+// Writes no file for an empty map. Throws IoError.
 void WriteMapPicture(const std::filesystem::path& path, const MapPicture& picture,
                      const DenseMap& dense, const Trajectory& trajectory);
 

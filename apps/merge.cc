@@ -1,4 +1,4 @@
-// highwall merge: finished runs in one place become one map, with trajectories in one world.
+// highwall merge: merges finished runs of one place into one map with trajectories in one world.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -38,7 +38,7 @@ struct MergeArguments {
   bool json = false;
 };
 
-// Where it leads to; of what is not there the part that is.
+// Returns the canonical path; missing parts are kept as they are.
 fs::path Real(const fs::path& path) {
   std::error_code error;
   fs::path real = fs::weakly_canonical(fs::absolute(path), error);
@@ -50,7 +50,7 @@ bool IsWithin(const fs::path& inner, const fs::path& outer) {
   return end == outer.end();
 }
 
-// What is merged stays as it is.
+// The inputs must not be overwritten.
 void RequireApart(const MergeArguments& arguments) {
   const fs::path out = Real(arguments.out);
   std::map<fs::path, std::string> seen;
@@ -76,7 +76,7 @@ void RequireApart(const MergeArguments& arguments) {
   }
 }
 
-// Why runs that have not met did not, as far as anything was seen: the last test that refused.
+// Returns the reason why runs were not merged, if known: the last test that rejected a loop.
 std::string WhyApart(const MergedRuns& runs, std::size_t run) {
   const auto is_of = [&](const LoopReport& report) {
     const std::size_t a = runs.RunOf(report.loop.edge.match);

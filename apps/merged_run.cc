@@ -72,8 +72,8 @@ std::size_t CountShared(const Map& map, const Map& other) {
   return shared;
 }
 
-// Most keyframes of one are in the other where that has loaded its map or was merged from it; runs
-// of parts of a recording that overlap share some.
+// If a run loaded the map of another, or was merged from it, most keyframes of one are in the
+// other; runs of overlapping parts of a recording share some.
 void RequireKeyFramesOfTheirOwn(const std::vector<FinishedRun>& runs) {
   for (std::size_t later = 1; later < runs.size(); ++later) {
     for (std::size_t earlier = 0; earlier < later; ++earlier) {
@@ -93,14 +93,15 @@ void RequireKeyFramesOfTheirOwn(const std::vector<FinishedRun>& runs) {
   }
 }
 
-// Of all that were measured: the coarsest.
+// Returns the largest noise of all runs.
 DepthNoise NoiseOf(const std::vector<FinishedRun>& runs) {
   constexpr double kDepth = 2.0;  // [m] where they are compared
   const auto sigma = [](const FinishedRun& run) { return run.depth_noise.Sigma(kDepth); };
   return std::ranges::max_element(runs, {}, sigma)->depth_noise;
 }
 
-// Sessions whose frames follow each other in time, all of them, else that with most frames alone.
+// Returns all sessions if their frames do not overlap in time, otherwise only the one with most
+// frames.
 std::vector<std::size_t> OneAfterTheOther(const std::vector<Trajectory>& frames) {
   std::vector<std::size_t> sessions;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -132,7 +133,7 @@ std::vector<MergedWorld> WorldsOf(const Map& map, const std::vector<Session>& se
   }
   std::vector<MergedWorld> worlds;
   for (auto& [root, world] : by_root) {
-    // Parts of a session may have met.
+    // Parts of a session may have been merged.
     for (Trajectory& frames : world.frames) {
       std::ranges::stable_sort(frames, {}, &StampedPose::stamp);
     }
@@ -152,7 +153,7 @@ Trajectory InOneFile(const MergedWorld& world) {
   return all;
 }
 
-// Of the sessions that are in one file.
+// Returns the keyframes of the sessions in one file.
 Trajectory KeyFramesIn(const MergedWorld& world, const MergedRuns& runs) {
   const Map& map = runs.merged.map;
   std::set<KeyFrameId> ids;
@@ -276,7 +277,7 @@ MergedRuns MergeRuns(std::vector<FinishedRun> runs, const MergeProgress& progres
   result.merged = MergeMaps(sensor, std::move(maps), options, progress);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     for (Session& session : runs[i].sessions) {
-      // What was loaded has ids without gaps.
+      // A loaded map has consecutive ids.
       for (AnchoredFrame& frame : session.frames) {
         KeyFrameId& reference = frame.pose.reference;
         reference = result.merged.keyframes[i][reference.index()];

@@ -13,36 +13,36 @@
 
 namespace highwall::apps {
 
-// What the sessions have in one world.
+// Data of the sessions in one world.
 struct MergedWorld {
   SubmapId root = kNoId;
-  std::vector<Trajectory> frames;        // T_WC by session, empty where it has none here
-  std::vector<std::size_t> in_one_file;  // sessions that trajectory.txt holds, in their order
+  std::vector<Trajectory> frames;        // T_WC by session, empty if it has none here
+  std::vector<std::size_t> in_one_file;  // sessions in trajectory.txt, in their order
 };
 
-// Finished runs as one.
+// Merged finished runs.
 struct MergedRuns {
   std::vector<FinishedRun> runs;  // without their maps
-  std::vector<Session> sessions;  // of all runs, their frames relative to keyframes of `merged`
-  PinholeCamera camera;           // of all
+  std::vector<Session> sessions;  // of all runs, frames anchored to keyframes of `merged`
+  PinholeCamera camera;           // shared by all
   MergedMaps merged;
-  std::vector<MergedWorld> worlds;  // that of most frames first
+  std::vector<MergedWorld> worlds;  // descending by number of frames
 
-  // The run that a keyframe of the merged map is of.
+  // Returns the run that a keyframe of the merged map belongs to.
   std::size_t RunOf(KeyFrameId keyframe) const;
-  // Whether some of its keyframes are in the world.
+  // Whether the world contains keyframes of the run.
   bool IsIn(std::size_t run, const MergedWorld& world) const;
 };
 
-// Throws IoError where the runs are not of one camera, or where two hold the same keyframes: in the
-// map of both everything would be there twice.
+// Throws IoError if the runs do not share one camera, or if two contain the same keyframes, which
+// would be duplicated in the merged map.
 MergedRuns MergeRuns(std::vector<FinishedRun> runs, const MergeProgress& progress = {});
 
-// Makes the folder and writes map.hwmap; for each world trajectory.txt and keyframes.txt, and for
-// each session trajectory_run1.txt and so on, those of the second world numbered trajectory_2.txt,
-// trajectory_run1_2.txt; sparse_map.png and, last, run.json, which is returned. Sessions whose
-// stamps overlap do not go into one trajectory.txt: it then holds the one with most frames. Throws
-// IoError.
+// Creates the folder and writes map.hwmap; for each world trajectory.txt and keyframes.txt, and for
+// each session trajectory_run1.txt and so on (those of the second world are numbered
+// trajectory_2.txt, trajectory_run1_2.txt); sparse_map.png and, last, run.json, which is returned.
+// Sessions with overlapping stamps cannot share one trajectory.txt: it then contains the one with
+// most frames. Throws IoError.
 nlohmann::json WriteMergedRuns(const std::filesystem::path& folder, const MergedRuns& runs);
 
 }  // namespace highwall::apps

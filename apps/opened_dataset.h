@@ -11,23 +11,24 @@
 
 namespace highwall::apps {
 
-// [s] Between colour and depth of a frame, unless --max-pair-difference says otherwise.
+// [s] default maximum time difference between colour and depth of a frame (--max-pair-difference).
 inline constexpr double kMaxPairDifference = TumDatasetOptions::kMaxStampDifference;
 
-// A dataset and what is known of its sensors.
+// Dataset with the configuration of its sensors.
 struct OpenedDataset {
   std::unique_ptr<const Dataset> images;
   RunConfig config;
-  std::string origin;  // of the configuration, for people
+  std::string origin;  // human-readable source of the configuration
 };
 
-// A folder in the layout of TUM RGB-D or of EuRoC (EurocDataset), which brings its own
-// configuration. choice: as ResolveConfig(). max_pair_difference [s]: of TUM's layout. Throws
-// IoError as ResolveConfig() and as the dataset; for EuRoC too where choice is not empty.
+// Opens a folder in the layout of TUM RGB-D or EuRoC (EurocDataset); the latter provides its own
+// configuration. choice: as in ResolveConfig(). max_pair_difference [s]: for the TUM layout. Throws
+// IoError as ResolveConfig() and the dataset do; for EuRoC also if choice is not empty.
 OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path& directory,
                           double max_pair_difference = kMaxPairDifference);
 
-// The same images with another depth factor, offset or size. Throws IoError as the dataset.
+// Opens the same images with another depth factor, offset or size. Throws IoError as the dataset
+// does.
 std::unique_ptr<const Dataset> OpenImages(const std::filesystem::path& directory,
                                           const RgbdSensor& sensor,
                                           double max_pair_difference = kMaxPairDifference);

@@ -9,10 +9,10 @@
 
 namespace highwall::apps {
 
-// A number in [min, max]. CLI::Range lets NaN pass.
+// Accepts a number in [min, max]. CLI::Range lets NaN pass.
 CLI::Validator Between(double min, double max);
 
-// --max-pair-difference, which gives `seconds` (a double or an optional one) its value.
+// Adds --max-pair-difference, stored in `seconds` (a double or an optional one).
 template <class Seconds>
 CLI::Option* AddMaxPairDifference(CLI::App* command, Seconds* seconds) {
   return command
@@ -21,19 +21,19 @@ CLI::Option* AddMaxPairDifference(CLI::App* command, Seconds* seconds) {
       ->check(Between(1e-6, 1.0));
 }
 
-// The name of a file or folder.
+// Accepts a non-empty name of a file or folder.
 CLI::Validator NotEmpty();
 
-// One of these words; shown as {points,lines,both}.
+// Accepts one of these words; shown as {points,lines,both}.
 CLI::Validator OneOf(const std::vector<std::string>& words);
 
-// "{points,lines,both}"
+// Returns "{points,lines,both}".
 std::string Braces(const std::vector<std::string>& words);
 
 template <class T>
 using Choices = std::vector<std::pair<std::string, T>>;
 
-// The words of an enum: its values as ToString() names them.
+// Returns the choices of an enum, named by ToString().
 template <class Enum>
 Choices<Enum> Named(const auto& values) {
   Choices<Enum> choices;
@@ -41,7 +41,7 @@ Choices<Enum> Named(const auto& values) {
   return choices;
 }
 
-// An option that takes one of the words, and gives `value` what it stands for.
+// Adds an option that accepts one of the words and stores the associated value in `value`.
 template <class T, class Value>
 CLI::Option* AddChoice(CLI::App* command, const std::string& name, Value* value,
                        const Choices<T>& choices, const std::string& help) {

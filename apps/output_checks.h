@@ -7,21 +7,22 @@
 
 namespace highwall::apps {
 
-// Before the work, not after it: a folder that can be written, or made where it is absent. Throws
-// IoError otherwise.
+// Checks before the computation that a folder is writable, or can be created if it is missing.
+// Throws IoError otherwise.
 void RequireFolder(const std::filesystem::path& out);
-// Files of a run are removed and replaced by their names, which other programs and recordings use
-// as well (trajectory.txt, cloud.ply). Throws IoError as RequireFolder and, without --overwrite,
-// where `out` holds what is not among `allowed`.
+// Checks that the results may be written to `out`. Files with the names of results are removed and
+// replaced, and other programs and recordings use these names as well (trajectory.txt, cloud.ply).
+// Throws IoError as RequireFolder() and, without --overwrite, if the content of `out` is not among
+// `allowed`.
 void RequireOwnFolder(const std::filesystem::path& out,
                       std::initializer_list<FolderContent> allowed, bool overwrite);
-// The same for the folder of a run.
+// Does the same for the folder of a run.
 void RequireRunFolder(const std::filesystem::path& out, bool overwrite);
-// Of the commands that take it.
+// Help text of --overwrite.
 inline constexpr const char* kOverwriteHelp =
     "Write to a folder that holds other files as well; those with names of results are replaced";
 
-// As RequireFolder, for a file; that of a link is where it leads to.
+// Like RequireFolder(), for a file; a symbolic link is followed.
 void RequireFile(const std::filesystem::path& file);
 
 }  // namespace highwall::apps

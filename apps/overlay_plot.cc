@@ -15,7 +15,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kOverlayWidth = 1240.0;  // [px], as all that follows
+constexpr double kOverlayWidth = 1240.0;  // [px], as all of the following
 constexpr double kTop = 96.0, kPanel = 420.0;
 constexpr PlotAxes::Box kMapBox{80.0, kTop, 500.0, kPanel};
 constexpr PlotAxes::Box kErrorBox{680.0, kTop, 530.0, kPanel};
@@ -24,7 +24,7 @@ constexpr double kLegendTop = kTop + kPanel + 70.0, kLegendRow = 22.0;
 
 const SvgStroke kReferenceStroke{.color = "#9a9a9a", .width = 2.2};
 
-// Okabe and Ito's colours that are dark enough on white, then again with other dashes.
+// The Okabe and Ito colours that are dark enough on white, repeated with other dash patterns.
 SvgStroke StrokeOf(std::size_t i, double width = 1.5) {
   constexpr std::array<const char*, 6> kColours = {"#0072b2", "#d55e00", "#009e73",
                                                    "#cc79a7", "#8a6d00", "#333333"};

@@ -9,7 +9,7 @@
 
 namespace highwall::apps {
 
-// The error of an estimate, and what it is called.
+// Error of an estimate, with its name.
 struct NamedError {
   std::string name;
   TrajectoryError error;
@@ -17,12 +17,12 @@ struct NamedError {
 
 struct OverlayText {
   std::string title, subtitle;
-  std::string quantity;  // with its unit
+  std::string quantity;  // including its unit
 };
 
-// An SVG or PNG with two panels. Left: the reference grey and all estimates over it. Right: their
-// errors over time, from the first matched stamp of all on. Each estimate has a colour and dashes
-// of its own. Throws IoError.
+// Writes an SVG or PNG with two panels. Left: the reference in grey and all estimates. Right: their
+// errors over time, starting at the first matched stamp of all estimates. Each estimate has its own
+// colour and dash pattern. Throws IoError.
 void WriteOverlayPlot(const std::filesystem::path& path, const OverlayText& text,
                       const Trajectory& reference, const std::vector<NamedError>& estimates);
 

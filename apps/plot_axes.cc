@@ -37,7 +37,7 @@ PlotTicks MakeTicks(const PlotRange& range, double count) {
   PlotTicks ticks;
   const double slack = 1e-9 * step;
   for (double i = std::ceil((range.min - slack) / step); i * step <= range.max + slack; ++i) {
-    const double value = i * step + 0.0;  // no minus zero
+    const double value = i * step + 0.0;  // avoids minus zero
     ticks.values.push_back(value);
     ticks.labels.push_back(decimals > 5 ? fmt::format("{:.3g}", value)
                                         : fmt::format("{:.{}f}", value, decimals));

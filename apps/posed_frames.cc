@@ -61,14 +61,14 @@ std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
   return std::nullopt;
 }
 
-// A run that was killed leaves the poses of its frames, but does not say of which dataset.
+// A killed run leaves the poses of its frames, but not the name of its dataset.
 bool IsUnfinished(const std::filesystem::path& source) {
   return std::filesystem::exists(source / kCausalFile) &&
          !std::filesystem::exists(source / kReportFile) &&
          !std::filesystem::exists(source / "rgb.txt");
 }
 
-// The command that maps it.
+// Suggests the command that maps it.
 [[noreturn]] void RefuseUnfinished(const std::filesystem::path& source,
                                    const std::string& dataset) {
   throw IoError(source,

@@ -13,22 +13,22 @@
 
 namespace highwall::apps {
 
-// What `highwall map` and `highwall map compare --seen-by` are given: a dataset, or the folder of a
-// run (with run.json), which names its dataset.
+// Input of `highwall map` and `highwall map compare --seen-by`: a dataset, or the folder of a run
+// (with run.json), which names its dataset.
 struct MapSource {
   std::filesystem::path dataset;
-  std::filesystem::path run;         // whose depth is to be corrected alike; empty: of no run
+  std::filesystem::path run;         // its depth corrections are applied; empty: not a run
   std::filesystem::path trajectory;  // file of T_WC
-  std::string config;                // that the run was made with, as OpenDataset() takes it
+  std::string config;                // configuration of the run, as OpenDataset() takes it
   double max_pair_difference = kMaxPairDifference;  // [s] likewise
-  bool keyframes = false;                           // the trajectory holds keyframes alone
-  bool level = true;  // z of W points up; of a run it need not: W is its first camera
+  bool keyframes = false;                           // the trajectory has keyframes only
+  bool level = true;  // z of W points up; not for every run: W is its first camera frame
 };
 
-// trajectory, dataset: override what the source says where they are not empty. The trajectory of a
-// run is its keyframes.txt, that of a dataset its groundtruth.txt. Throws IoError where the source
-// is neither, where a run names a dataset that is not there, and where it has no keyframes because
-// it localized only.
+// trajectory, dataset: override those of the source if not empty. The trajectory of a run is its
+// keyframes.txt, that of a dataset its groundtruth.txt. Throws IoError if the source is neither, if
+// a run names a dataset that does not exist, or if the run has no keyframes because it was
+// localization-only.
 MapSource ResolveSource(const std::filesystem::path& source, const std::string& dataset,
                         const std::string& trajectory);
 
@@ -37,8 +37,8 @@ struct PosedFrame {
   Pose T_WC;
 };
 
-// Every `every`-th of the frames that the trajectory has a pose for, within 20 ms; interpolated
-// where it lies between two.
+// Returns every `every`-th frame for which the trajectory has a pose within 20 ms, interpolated
+// between neighbouring poses.
 std::vector<PosedFrame> PosedFrames(const Dataset& dataset, const Trajectory& trajectory,
                                     std::size_t every);
 

@@ -12,7 +12,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kGraphWidth = 1240.0;  // [px], as all that follows
+constexpr double kGraphWidth = 1240.0;  // [px], as all of the following
 constexpr double kGraphHeight = 640.0;
 constexpr PlotAxes::Box kBeforeBox{80.0, 96.0, 500.0, 480.0};
 constexpr PlotAxes::Box kAfterBox{710.0, 96.0, 500.0, 480.0};
@@ -21,7 +21,7 @@ const SvgStroke kOdometryStroke{.color = "#2f5fa5", .width = 1.4};
 const SvgStroke kLoopStroke{.color = "#b9b9b9", .width = 0.7};
 const SvgStroke kRejectedStroke{.color = "#d0342c", .width = 0.5};
 
-// The two coordinates along which the graph extends most, in alphabetical order.
+// Returns the two coordinates of largest extent, in alphabetical order.
 std::array<int, 2> ChooseView(const PoseGraph& graph) {
   std::array<PlotRange, 3> ranges;
   for (const PoseGraphNode& node : graph.nodes) {

@@ -13,8 +13,9 @@ struct PoseGraphPlotText {
   std::string after;   // above the right one
 };
 
-// An SVG with two panels, the graph before and after, seen along the axis of least spread of the
-// latter: odometry blue, loops grey, rejected loops red. Throws IoError.
+// Writes an SVG with two panels, the graph before and after optimization, viewed along the axis of
+// least extent of the latter: odometry in blue, loops in grey, rejected loops in red. Throws
+// IoError.
 void WritePoseGraphPlot(const std::filesystem::path& path, const PoseGraphPlotText& text,
                         const PoseGraph& before, const PoseGraph& after,
                         const PoseGraphSummary& summary);

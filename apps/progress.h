@@ -11,18 +11,17 @@
 
 namespace highwall::apps {
 
-// "label  120/798  15%  31.2/s  22 s left"; without a total: "label  120  31.2/s"; where nothing is
-// counted: "label  22 s".
+// Returns "label  120/798  15%  31.2/s  22 s left"; without a total: "label  120  31.2/s"; without
+// a count: "label  22 s".
 std::string FormatProgress(const std::string& label, std::size_t done, std::size_t total,
                            double elapsed_seconds);
 
-// How far long work has come, on standard error, as long as it lives: on a terminal one line that
-// is rewritten in place and erased in the end, elsewhere a line every ten seconds, "... label
-// 120/798". A thread of its own writes, so that work in which nothing is counted is told of as
-// well.
+// Reports the progress of a long task on standard error during its lifetime: on a terminal one line
+// that is rewritten in place and finally erased, elsewhere a line every ten seconds, "... label
+// 120/798". A separate thread writes, so that a task without a count is reported as well.
 class Progress {
  public:
-  // interval: between the lines where standard error is no terminal.
+  // interval: between lines if standard error is not a terminal.
   explicit Progress(std::string label,
                     std::chrono::milliseconds interval = std::chrono::seconds(10));
   ~Progress();
@@ -31,7 +30,7 @@ class Progress {
 
   // total: 0 if unknown.
   void Update(std::size_t done, std::size_t total = 0);
-  // What is done from now on, counted from nothing.
+  // Starts a new stage, counted from zero.
   void Begin(std::string label);
 
  private:

@@ -33,7 +33,7 @@ int RunReport(const ReportArguments& arguments) {
   RunDataOptions options;
   if (!arguments.truth.empty()) {
     options.truth = arguments.truth;
-    // The page reads it by itself: here is said what has to be assumed of it.
+    // The page reads the file itself; this call only prints the assumptions.
     ReadStampedPoses("report", arguments.truth);
   }
   WriteHtmlReport(out, arguments.runs, options);

@@ -20,9 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Stamp kWrittenTo = 1'000;  // [ns] stamps of reports
+constexpr Stamp kWrittenTo = 1'000;  // [ns] resolution of stamps in reports
 
-// Empty where it is no text.
+// Returns an empty string if the value is not a string.
 std::string TextAt(const nlohmann::json& report, const char* key) {
   const bool is_there = report.is_object() && report.contains(key) && report.at(key).is_string();
   return is_there ? StringIn(report.at(key)) : "";
@@ -41,7 +41,7 @@ std::vector<Stamp> StampsOf(const nlohmann::json& report) {
   return stamps;
 }
 
-// Whatever their camera: their stamps are asked for alone.
+// The camera does not matter, since only the stamps are used.
 std::unique_ptr<const Dataset> OpenAnyImages(const fs::path& dataset) {
   if (EurocDataset::IsOne(dataset)) return std::make_unique<EurocDataset>(dataset);
   return std::make_unique<TumDataset>(dataset);
@@ -58,7 +58,7 @@ bool HoldsFrames(const fs::path& dataset, const std::vector<Stamp>& frames) {
       return at != stamps.end() && *at <= frame + kWrittenTo;
     });
   } catch (const std::exception&) {
-    return false;  // what cannot be opened is not what the run was made of
+    return false;  // an unreadable dataset cannot be the one of the run
   }
 }
 
@@ -96,7 +96,7 @@ std::vector<fs::path> DatasetsOfRun(const fs::path& run, const nlohmann::json& r
 std::string CalibrationOfRun(const fs::path& run, const nlohmann::json& report) {
   const fs::path name = TextAt(report, "calibration");
   if (name.empty() || name.is_absolute()) return ConfigOfRun(name);
-  // One that lay in the dataset is where that is, and is found there.
+  // A calibration in the dataset's folder is found there.
   if (name == CalibrationFile(TextAt(report, "dataset"))) return "";
   const std::vector<fs::path> places = PlacesOf(name, run);
   return ConfigOfRun(places.size() == 1 ? places.front().string() : name.string());

@@ -8,20 +8,20 @@
 
 namespace highwall::apps {
 
-// What a run names in its run.json lies where it says. Older versions wrote names as they were
-// given, relative to a folder that the report does not tell: then it is what lies beside the run or
-// a folder above it, or here.
+// Resolves the files that a run names in its run.json. Older versions wrote names as given,
+// relative to a folder that the report does not contain: these are searched for next to the run, in
+// its parent folders, and in the current folder.
 
-// The files or folders that `name` may stand for, each once.
+// Returns the existing files or folders that `name` may refer to, without duplicates.
 std::vector<std::filesystem::path> PlacesOf(const std::filesystem::path& name,
                                             const std::filesystem::path& run);
 
-// The recordings that the run may be of: a relative name counts where all frames of the run are in
-// what it leads to. Empty where there is none, or where the report names none.
+// Returns the candidate recordings of the run: a relative name is accepted only if the recording
+// contains all frames of the run. Empty if there is none, or if the report names none.
 std::vector<std::filesystem::path> DatasetsOfRun(const std::filesystem::path& run,
                                                  const nlohmann::json& report);
 
-// The calibration of a run, as --config takes it; empty where that of the dataset counts.
+// Returns the calibration of a run, as --config takes it; empty if it is the dataset's own.
 std::string CalibrationOfRun(const std::filesystem::path& run, const nlohmann::json& report);
 
 }  // namespace highwall::apps

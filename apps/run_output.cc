@@ -61,7 +61,7 @@ bool IsOfRun(const std::string& file) {
   return std::regex_match(file, pattern);
 }
 
-// What an earlier run wrote, the files of its other submaps included.
+// Removes the results of an earlier run, including those of other submaps.
 void RemoveResults(const std::filesystem::path& folder,
                    std::span<const std::filesystem::path> kept) {
   std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausalFile, kAdjustedFile,
@@ -87,14 +87,14 @@ void RemoveResults(const std::filesystem::path& folder,
   for (const std::filesystem::path& path : numbered) RemoveStale(path);
 }
 
-// A file that could not be written has none.
+// A file that could not be written has no size.
 void AddFileSize(const std::filesystem::path& path, nlohmann::json& json) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
   if (!error) json["file_mb"] = static_cast<double>(bytes) / 1e6;
 }
 
-// place: that of its submap.
+// place: of its submap.
 nlohmann::json DenseJson(const DenseMap& dense, const std::filesystem::path& directory,
                          std::size_t place) {
   const OctreeLeafCount leaves = dense.octree.LeafCount();
@@ -121,7 +121,7 @@ void Append(const StampedPose& pose, std::optional<TrajectoryLog>& log) {
   try {
     log->Append(pose);
   } catch (const IoError&) {
-    log.reset();  // in the end the whole file is tried once more
+    log.reset();  // the whole file is written again at the end
   }
 }
 
@@ -176,7 +176,7 @@ void RunOutput::Follow(const FrameResult& result) {
     Begin();
     logged_ = result.submap;
   }
-  if (result.submap != logged_) return;  // of another world
+  if (result.submap != logged_) return;  // another world
   const StampedPose pose{result.stamp, result.T_WC};
   Append(pose, causal_);
   if (result.mapping) Append(pose, keyframes_);
@@ -199,7 +199,7 @@ void RunOutput::WriteTrajectories(const SlamRun& run) {
   };
   write(kTrajectoryFile, 0, run.largest.trajectory);
   write(kKeyframesFile, 0, run.keyframes);
-  // The log is what would be written, and on a full disk there may be no room for it twice.
+  // The log already has this content, and a full disk may have no room for a second copy.
   if (!logged) write(kCausalFile, 0, run.largest.causal);
   for (std::size_t i = 0; i < run.others.size(); ++i) {
     write(kTrajectoryFile, i + 1, run.others[i].trajectory);
@@ -249,7 +249,7 @@ nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& ru
   }
   json["complete"] = failures_.empty();
   if (!failures_.empty()) json["failures"] = failures_;
-  json["peak_memory_mib"] = PeakMemoryMib();  // with what the maps and pictures took
+  json["peak_memory_mib"] = PeakMemoryMib();  // including maps and pictures
   Attempt([&] { WriteReport(directory_, json); });
   return json;
 }

@@ -15,11 +15,11 @@
 
 namespace highwall::apps {
 
-// trajectory.txt, trajectory_2.txt ...: the file of the largest submap (place 0) and of the others
-// in their order.
+// Returns trajectory.txt, trajectory_2.txt ...: the file of the largest submap (place 0) and of the
+// others in their order.
 std::string NameOfSubmap(const std::string& name, std::size_t place);
 
-// Files in the folder of a run, or of runs that were merged.
+// Files in the folder of a single or merged run.
 inline constexpr const char* kReportFile = "run.json";
 inline constexpr const char* kTrajectoryFile = "trajectory.txt";
 inline constexpr const char* kCausalFile = "trajectory_causal.txt";
@@ -30,57 +30,59 @@ inline constexpr const char* kOctreeFile = "map.bt";
 inline constexpr const char* kReportPage = "report.html";
 inline constexpr const char* kSparseMapFile = "sparse_map.png";
 inline constexpr const char* kMapFile = "map.hwmap";  // SaveMap
-// In the folder of highwall map.
+// Files in the folder of highwall map.
 inline constexpr const char* kMapsReportFile = "map.json";
 
-// trajectory_run1.txt, ...: what the run, counted from 0, has in the largest submap.
+// Returns trajectory_run1.txt, ...: frames of the run (counted from 0) in the largest submap.
 std::string TrajectoryOfRun(std::size_t run);
 
-// Makes the folder where it is missing, and removes what an earlier run wrote there, all but
-// `kept`: run.json first. Throws IoError.
+// Creates a missing folder, and removes the results of an earlier run, except `kept`: run.json
+// first. Throws IoError.
 void BeginFolder(const std::filesystem::path& folder,
                  std::span<const std::filesystem::path> kept = {});
-// Whole or not at all. Throws IoError.
+// Writes run.json atomically. Throws IoError.
 void WriteReport(const std::filesystem::path& folder, const nlohmann::json& report);
 
-// The folder of a run. Nothing is touched before the first pose; from then on all that is in it is
-// of this run: what an earlier one wrote goes, run.json first, and run.json comes last. Poses and
-// keyframes are written as they come, so that a run that is killed leaves them; all else is written
-// in the end, each file whole or not at all. One that cannot be written stops no other.
+// Output folder of a run. Nothing is touched before the first pose; from then on all results in it
+// belong to this run: those of an earlier run are removed, run.json first, and the new run.json is
+// written last. Poses and keyframes are written as they arrive, so that a killed run leaves them;
+// everything else is written at the end, each file atomically. A file that cannot be written does
+// not stop the others.
 class RunOutput {
  public:
-  // directory, and the folder of saved_map where that is not empty, are made where they are
-  // missing. loaded_map, saved_map: not removed where they lie in the folder.
+  // directory, and the folder of saved_map if not empty, are created if missing. loaded_map,
+  // saved_map: not removed if they are in the folder.
   explicit RunOutput(std::filesystem::path directory, std::filesystem::path saved_map = {},
                      std::filesystem::path loaded_map = {});
 
-  // Adds to trajectory_causal.txt and keyframes.txt, where the frame is in the world of the first
-  // one. Throws IoError where a folder cannot be made, or what an earlier run left cannot be
-  // removed.
+  // Appends to trajectory_causal.txt and keyframes.txt if the frame is in the world of the first
+  // pose. Throws IoError if a folder cannot be created, or if the results of an earlier run cannot
+  // be removed.
   void Follow(const FrameResult& result);
-  // After the last frame: trajectory.txt, keyframes.txt as they are now, trajectory_causal.txt, of
-  // the largest submap; those of the others are numbered from trajectory_2.txt on.
+  // Call after the last frame: writes trajectory.txt, the final keyframes.txt, and
+  // trajectory_causal.txt of the largest submap; those of the others are numbered from
+  // trajectory_2.txt on.
   void WriteTrajectories(const SlamRun& run);
-  // After WriteTrajectories(), once: trajectory_adjusted.txt, cloud.ply, map.bt, grid.pgm and
-  // grid.yaml, pictures, as far as the run has them, those of the other submaps numbered, and
-  // run.json. Returns what that says: run_json, the sizes of the maps, `complete`, and `failures`
-  // where there are any.
+  // Call once after WriteTrajectories(): writes trajectory_adjusted.txt, cloud.ply, map.bt,
+  // grid.pgm, grid.yaml and pictures where the run has them (those of the other submaps are
+  // numbered), and run.json. Returns the content of the latter: run_json, the sizes of the maps,
+  // `complete`, and `failures` if there are any.
   nlohmann::json WriteRest(const SlamRun& run, const nlohmann::json& run_json);
 
-  // What could not be made or written: those of the run, then of its files.
+  // Failures to create or write results: those of the run, then of its files.
   const std::vector<std::string>& failures() const { return failures_; }
 
  private:
   void Begin();
   void OpenLog(const char* name, std::optional<TrajectoryLog>& log) const;
-  // Does without what the file system refuses.
+  // Continues if the file system fails.
   void Attempt(const std::function<void()>& write);
   void WriteDense(const SubmapRun& submap, std::size_t place);
 
   std::filesystem::path directory_, saved_map_, loaded_map_;
   bool begun_ = false;
   std::optional<TrajectoryLog> causal_, keyframes_;  // empty: not open, or could not be written
-  SubmapId logged_ = kNoId;                          // whose frames they hold
+  SubmapId logged_ = kNoId;                          // submap whose frames they contain
   std::vector<std::string> failures_;
 };
 

@@ -83,7 +83,7 @@ nlohmann::json ToJson(const FrameTiming& timing) {
           {"depth_delay", timing.depth_delay}};
 }
 
-// As multiples of what is known beforehand, to three digits. levels: of the pyramid.
+// Factors relative to the prior noise, to three digits. levels: of the pyramid.
 nlohmann::json ToJson(const NoiseEstimate& noise, int levels) {
   const auto rounded = [](std::span<const double> factors) {
     auto json = nlohmann::json::array();
@@ -222,8 +222,8 @@ nlohmann::json SubmapsJson(const SlamRun& run) {
   return all;
 }
 
-// Ids mean nothing outside of the run; stamps are those of frames. A keyframe of a map that was
-// loaded has none.
+// Reports stamps of frames, because ids have no meaning outside of the run. A keyframe of a loaded
+// map has no stamp here.
 nlohmann::json LoopEventsJson(const SlamRun& run) {
   nlohmann::json all = nlohmann::json::array();
   const auto add_stamp = [&run](const char* key, KeyFrameId id, nlohmann::json* json) {

@@ -9,19 +9,20 @@
 
 namespace highwall::apps {
 
-// {"mean":..., "median":..., "p95":..., "count":...} in milliseconds.
+// Returns {"mean":..., "median":..., "p95":..., "count":...} in milliseconds.
 nlohmann::json ToJson(const Milliseconds& milliseconds);
 nlohmann::json ToJson(const StageTimes& times);
-// As reports name files, which are read from other folders; empty where there is none.
+// Returns the absolute file name for a report, which may be read from another folder; empty if
+// `path` is empty.
 std::string AbsoluteName(const std::filesystem::path& path);
-// What a run was told to do, as far as it shapes the result.
+// Returns the options of a run that affect its result.
 nlohmann::json ToJson(const SlamRunOptions& options);
-// The fields of the noise, and back; a Kinect's where the report does not say.
+// Converts the noise model to JSON and back; the default is a Kinect's if the report has none.
 nlohmann::json ToJson(const DepthNoise& noise);
 DepthNoise DepthNoiseOf(const nlohmann::json& report);
-// Versions of Highwall and of the libraries that it computes with.
+// Returns the versions of Highwall and of its numerical libraries.
 nlohmann::json VersionsJson();
-// What run.json says of the run itself; RunOutput adds the rest.
+// Returns the part of run.json about the run itself; RunOutput adds the rest.
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration);
 

@@ -28,7 +28,7 @@ std::vector<std::string> Words() {
   return words;
 }
 
-// What a setting may be, for people.
+// Human-readable description of the valid values of a setting.
 template <class Field>
 std::string Demand() {
   if constexpr (Enum<Field>) {
@@ -42,7 +42,7 @@ std::string Demand() {
   }
 }
 
-// False where the text is no such value.
+// Returns false if the text is not a valid value.
 template <class Field>
 bool Parse(const std::string& text, Field* field) {
   if constexpr (Enum<Field>) {
@@ -73,7 +73,7 @@ std::string Format(const Field& field) {
   }
 }
 
-// "[px] > 0"; empty where anything goes.
+// Returns a text such as "[px] > 0"; empty if any value is valid.
 template <class Field>
 std::string Describe(const OptionRange& range) {
   if constexpr (Enum<Field>) {
@@ -85,7 +85,7 @@ std::string Describe(const OptionRange& range) {
   }
 }
 
-// visit(path, field, range) of every setting.
+// Calls visit(path, field, range) for every setting.
 template <class Options, class Visit>
 void ForEachSetting(Options& options, const Visit& visit, const std::string& group = "") {
   ForEachOption(options, [&](const char* name, auto& field, const OptionRange& range = {}) {
@@ -97,7 +97,7 @@ void ForEachSetting(Options& options, const Visit& visit, const std::string& gro
   });
 }
 
-// Of the words after the dots too: "rounds" is meant to be "tracker.pose.rounds".
+// Also compares the part after each dot: "rounds" matches "tracker.pose.rounds".
 std::string WhichIsMeant(const std::string& path) {
   std::vector<std::string> known;
   const SlamOptions options;

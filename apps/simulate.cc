@@ -42,7 +42,7 @@ using simulate::SimulationOptions;
 
 constexpr double kLongestSimulation = 3600.0;  // [s]
 
-// What is not given depends on the scene.
+// Defaults of absent options depend on the scene.
 struct SimulateArguments {
   std::string scene;
   std::string folder;
@@ -69,7 +69,7 @@ struct SimulateArguments {
   std::vector<std::string> blackouts;
 };
 
-// T:S, both numbers, S positive.
+// Parses T:S, two numbers with positive S.
 std::optional<simulate::Blackout> ParseBlackout(const std::string& text) {
   const std::size_t colon = std::min(text.find(':'), text.size());
   const auto begin = ReadNumber<double>(std::string_view(text).substr(0, colon));
@@ -250,7 +250,7 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
       ->check(IsBlackout());
 }
 
-// What cheap depth cameras do to time, and to depth.
+// Adds options for timing and depth errors of low-cost depth cameras.
 void AddDepthCameraOptions(CLI::App* command, SimulateArguments* arguments) {
   const auto add = [command](const char* name, double* value, const char* what, double min,
                              double max) {
@@ -320,7 +320,7 @@ void AddGpsOptions(CLI::App* command, SimulateArguments* arguments) {
       ->capture_default_str();
 }
 
-// An image is read before the next one begins.
+// The read-out of an image must end before the next one begins.
 void CheckReadouts(const SimulateArguments& arguments) {
   const SimulationOptions options = MakeOptions(arguments);
   const auto check = [interval = 1.0 / options.fps](const char* name, double readout) {
@@ -334,7 +334,8 @@ void CheckReadouts(const SimulateArguments& arguments) {
   check("--depth-readout", options.depth_readout);
 }
 
-// A recorded motion needs its readings, a room, and no noise of its own.
+// A recorded motion requires its IMU readings and the room without --rest and --moving; --imu-noise
+// is valid only with it.
 void CheckRecorded(const SimulateArguments& arguments) {
   const bool recorded = !arguments.trajectory.empty();
   if (recorded != IsFile(arguments.imu)) {

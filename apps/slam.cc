@@ -1,4 +1,4 @@
-// highwall slam: a dataset in, trajectory, keyframes, cloud, octree, grid and a report out.
+// highwall slam: estimates trajectory and map of a dataset and writes the results and a report.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -58,7 +58,7 @@ void WarnOfGps(const SlamRun& run) {
              run.gps->used, run.gps->fixes);
 }
 
-// Beyond doubt, and more than the calibration of most depth cameras leaves.
+// Significant, and larger than the calibration error of most depth cameras.
 void WarnOfDepth(const SlamRun& run, double depth_factor) {
   if (!run.inertial || !run.inertial->depth_scale) return;
   const DepthScale& depth = *run.inertial->depth_scale;
@@ -124,7 +124,7 @@ void PrintSubmaps(const SlamRun& run) {
   fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
 }
 
-// has_truth: a ground truth that can be read. memory: as run.json has it [MiB].
+// has_truth: a readable ground truth exists. memory: as in run.json [MiB].
 void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_truth,
                   double memory) {
   fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
@@ -163,10 +163,10 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
   fmt::print("results in  {}\n", arguments.out);
 }
 
-// An octree that is too fine is refused at once, by what a single image would take of it.
+// Rejects an octree resolution that is too fine early, from the memory of a single image.
 void RequireMemory(const Dataset& dataset, const PinholeCamera& camera,
                    const OctomapBuilderOptions& octree) {
-  constexpr double kLimit = 200.0;  // [MB] of one image: a map holds what tens of them show
+  constexpr double kLimit = 200.0;  // [MB] of one image: a map contains the content of tens of them
   constexpr std::size_t kImages = 4;
   const DepthUnprojector unprojector(camera);
   for (std::size_t i = 0; i < kImages; ++i) {
@@ -182,7 +182,7 @@ void RequireMemory(const Dataset& dataset, const PinholeCamera& camera,
   }
 }
 
-// Of a run that a signal has ended: which one, and how far it came.
+// Signal that stopped a run, and its progress.
 struct Stopped {
   int signal = 0;
   std::size_t done = 0, frames = 0;
@@ -199,7 +199,7 @@ void PrintStopped(const Stopped& stopped, const char* then) {
              SignalName(stopped.signal), stopped.done, stopped.frames, then);
 }
 
-// report.html, of what is in the folder by now; false where it could not be written.
+// Writes report.html from the current content of the folder; returns false on failure.
 bool WritePage(const std::filesystem::path& folder) {
   try {
     WriteHtmlReport(folder / kReportPage, std::span(&folder, 1));
@@ -213,7 +213,7 @@ bool WritePage(const std::filesystem::path& folder) {
   return true;
 }
 
-// The files of the run that made a map go when another run takes its folder.
+// The files of the run that made the map are deleted when another run uses its folder.
 void RequireMapElsewhere(const SlamArguments& arguments) {
   namespace fs = std::filesystem;
   if (arguments.overwrite || arguments.load_map.empty()) return;
@@ -249,7 +249,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   }
   SlamRunOptions options = MakeOptions(arguments);
   if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
-  if (arguments.deterministic) cv::setNumThreads(1);  // the same result, but on one thread as said
+  if (arguments.deterministic) cv::setNumThreads(1);  // same result, but single-threaded
   std::vector<std::string> warnings;
   options.imu = ReadImuFeed(arguments, opened, &warnings);
   options.gps = ReadGpsFeed(arguments, opened, options.imu.has_value());

@@ -17,7 +17,7 @@
 namespace highwall::apps {
 namespace {
 
-// What a run does with a map: go on in one, keep it, localize in it.
+// Adds the options for loading, saving and localizing in a map.
 void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
   CLI::Option* load_map =
       command->add_option("--load-map", arguments->load_map,
@@ -39,7 +39,7 @@ void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
       ->excludes(adjust_all);
 }
 
-// Those that were given.
+// Applies the given switches.
 void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
   if (arguments.features) {
     slam->frame.use_points = arguments.features != Features::kLines;
@@ -60,7 +60,7 @@ void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
   if (arguments.localize) slam->localize_only = true;
 }
 
-// unneeded: options that printing does not need.
+// unneeded: options that are not required for --print-settings.
 void AddSettings(CLI::App* command, SlamArguments* arguments,
                  const std::vector<CLI::Option*>& unneeded) {
   command->add_option("--settings", arguments->settings,
@@ -159,7 +159,7 @@ void CheckArguments(const SlamArguments& arguments) {
   if (arguments.localize && !arguments.imu.empty() && ReadImuChoice(arguments.imu)) {
     throw CLI::ValidationError("--localize", "works by images alone: leave --imu out or off");
   }
-  if (!arguments.settings.empty()) return;  // whose faults are not those of the call
+  if (!arguments.settings.empty()) return;  // errors of the file are not usage errors
   try {
     MakeOptions(arguments);
   } catch (const InvalidArgument& error) {
@@ -177,7 +177,7 @@ std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedD
   std::optional<ImuInput> input;
   try {
     input = LoadImu(*dataset.images, dataset.config.imu);
-  } catch (const IoError& error) {  // no reason not to track the images
+  } catch (const IoError& error) {  // the images can still be tracked
     if (!arguments.imu.empty()) throw;
     warnings->push_back(std::string(error.what()) + "; the IMU is not used");
     return std::nullopt;
@@ -206,7 +206,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   HIGHWALL_REQUIRE(options.slam.localize_only == arguments.localize,
                    "localize_only needs a map: give --load-map and --localize instead");
   options.map.octree.resolution = arguments.resolution;
-  // The dense map is made of the keyframes of the run: where there are none there is none.
+  // The dense map is built from the keyframes of the run; localization has none.
   options.dense = !arguments.no_map && !arguments.localize;
   options.adjust_all = arguments.adjust_all;
   options.load_map = arguments.load_map;

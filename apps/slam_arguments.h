@@ -15,12 +15,12 @@ namespace highwall::apps {
 
 enum class Features { kPoints, kLines, kBoth };
 
-// The switches of `highwall slam`.
+// Command-line arguments of `highwall slam`.
 struct SlamArguments {
   std::string dataset, config, out, load_map, save_map;
   std::string settings;          // a file
   std::vector<std::string> set;  // "path=value"
-  // What the settings say, unless given.
+  // Override the settings if given.
   std::optional<Features> features;
   std::optional<PointDetector> point_detector;
   std::optional<LineDetector> detector;
@@ -42,28 +42,28 @@ struct SlamArguments {
   bool json = false;
   bool report = false;
   bool overwrite = false;
-  bool print_settings = false;  // and nothing else
+  bool print_settings = false;  // and exit
 };
 
-// Adds them to the command; `arguments` must outlive the parsing. Contradictions between them are
-// left to CheckArguments().
+// Adds the options to the command; `arguments` must outlive the parsing. CheckArguments() detects
+// contradictions between them.
 void AddSlamOptions(CLI::App* command, SlamArguments* arguments);
 // Throws CLI::ValidationError.
 void CheckArguments(const SlamArguments& arguments);
 
-// What the run is told to do by them: all of it but the readings of the IMU. The file of settings
-// comes first, then the switches, then --set. Throws IoError for the file, InvalidArgument for a
-// setting that cannot be.
+// Returns the options of the run, except for the IMU readings. The settings file is applied first,
+// then the switches, then --set. Throws IoError for the file, InvalidArgument for an invalid
+// setting.
 SlamRunOptions MakeOptions(const SlamArguments& arguments);
-// Whether the readings of the dataset's IMU are wanted, where it has one.
+// Whether to use the IMU readings of the dataset, if it has any.
 bool WantsImu(const SlamArguments& arguments);
-// These readings; empty where there are none or they cannot be used. Adds what is wrong with them
-// to `warnings`, a line each. Throws IoError as LoadImu() and for a dataset without an IMU, both
-// where --imu asks for one.
+// Returns these readings; empty if there are none or they are unusable. Appends problems with them
+// to `warnings`, one per line. With --imu, throws IoError as LoadImu() and for a dataset without an
+// IMU.
 std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
                                    std::vector<std::string>* warnings);
-// What the dataset's GPS measured; empty where there is none, or none is wanted: nothing moves a
-// map that a run is only localized in. with_imu: LoadGps(), whose errors it throws.
+// Returns the GPS data of the dataset; empty if there is none or it is disabled. It is not used in
+// localization-only mode, where the map is fixed. with_imu: see LoadGps(), whose errors are thrown.
 std::optional<GpsFeed> ReadGpsFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
                                    bool with_imu);
 

@@ -24,16 +24,16 @@
 namespace highwall::apps {
 namespace {
 
-// A scale that is known less well tells nobody whether a depth camera is calibrated.
+// A less accurate scale does not show whether a depth camera is calibrated.
 constexpr double kMaxScaleSigma = 0.02;
 constexpr Stamp kStateInterval = 250'000'000;  // [ns] between ImuStates: biases change slowly
 
-// All that SlamSystem::Track() took for a frame.
+// Total time of SlamSystem::Track() for a frame.
 double TotalOf(const FrameTimes& times) {
   return times.features + times.tracking + times.mapping + times.loops;
 }
 
-// The samples of StageTimes, frame by frame.
+// Samples of StageTimes, one per frame.
 struct StageSamples {
   std::vector<double> points, lines, features, pose, tracking, mapping, frame;
 
@@ -53,14 +53,14 @@ struct StageSamples {
   }
 };
 
-// The readings of a recording, handed on in time for each image.
+// Passes the IMU readings of a recording to the system before each image.
 class ImuReplay {
  public:
   explicit ImuReplay(const std::optional<ImuFeed>& feed) : feed_(feed) {}
 
   void FeedUntil(Stamp image, SlamSystem& slam) {
     if (!feed_) return;
-    // The clocks may differ by more than is known yet.
+    // The clock offset is not yet known exactly.
     const Stamp until = image + FromSeconds(feed_->calibration.time_offset + 0.1);
     for (; next_ < feed_->samples.size() && feed_->samples[next_].stamp <= until; ++next_) {
       slam.AddImu(feed_->samples[next_]);
@@ -72,8 +72,8 @@ class ImuReplay {
   std::size_t next_ = 0;
 };
 
-// The frames of a recording, whose stamps are sorted: what lies far ahead of the others is a pause
-// of the recording, which may be longer than a camera's.
+// Frames of a recording, in the order of their stamps: a stamp far ahead of the others is a pause
+// of the recording, which may be longer than that of a live camera.
 class StampedFrames {
  public:
   FrameResult Track(const RgbdImage& image, SlamSystem& slam) {
@@ -83,7 +83,7 @@ class StampedFrames {
     try {
       return slam.Track(image);
     } catch (const InvalidArgument&) {
-      return slam.Track(image);  // given once more, it is taken
+      return slam.Track(image);  // accepted on the second call
     }
   }
 
@@ -91,7 +91,7 @@ class StampedFrames {
   std::optional<Stamp> last_;
 };
 
-// The fixes of a recording, likewise.
+// Does the same for GPS fixes.
 class GpsReplay {
  public:
   GpsReplay(const std::optional<GpsFeed>& feed, SlamSystem& slam) : feed_(feed) {
@@ -117,7 +117,7 @@ class GpsReplay {
   std::size_t next_ = 0;
 };
 
-// Adds up an InertialSummary.
+// Accumulates an InertialSummary.
 class InertialTally {
  public:
   void Add(const FrameResult& result) {
@@ -194,7 +194,7 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
   return std::move(saved.map);
 }
 
-// The frames of a dataset, as fast as they are asked for or at the pace of their stamps.
+// Frames of a dataset, on request or at the pace of their stamps.
 class FrameSource {
  public:
   FrameSource(const Dataset& dataset, const SlamRunOptions& options) {
@@ -211,7 +211,7 @@ class FrameSource {
   std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
   std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
   std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
-  // Frames behind the last one that was taken.
+  // Number of frames after the last one returned.
   std::size_t left() const { return count() - std::min(position(), count()); }
 
  private:
@@ -229,7 +229,7 @@ SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
 
 void Record(const std::vector<LoopReport>& reports, std::vector<LoopEvent>* events) {
   for (const LoopReport& report : reports) {
-    if (report.bundle) continue;  // of a loop that was told of
+    if (report.bundle) continue;  // of a loop already recorded
     events->push_back(
         {report.loop.edge, report.accepted, report.merge.has_value(), report.message});
   }
@@ -238,7 +238,7 @@ void Record(const std::vector<LoopReport>& reports, std::vector<LoopEvent>* even
 void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
   for (const LoopReport& report : reports) {
     counts->worst_seconds = std::max(counts->worst_seconds, report.seconds);
-    if (report.bundle) continue;  // of a loop that was counted
+    if (report.bundle) continue;  // of a loop already counted
     if (report.accepted && report.merge) ++counts->merges;
     ++(report.accepted ? counts->closed : counts->refused);
     counts->fused_points += static_cast<std::size_t>(report.fused_points);
@@ -260,7 +260,7 @@ void Count(const std::vector<LoopReport>& reports, AdjustmentCounts* counts) {
   }
 }
 
-// As the run has found it, where it was asked to.
+// Returns the extrinsics estimated online, if available.
 Pose ExtrinsicsOf(const SlamRunOptions& options, const SlamRun& run) {
   if (!options.imu) return Pose();
   if (!run.inertial || !run.inertial->last.extrinsics) return options.imu->calibration.T_BC;
@@ -282,7 +282,7 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
 }
 
-// Adds up what the frames of a run have come to.
+// Accumulates the results of the frames of a run.
 class RunTally {
  public:
   void Add(const FrameResult& result) {
@@ -310,7 +310,7 @@ class RunTally {
     run_.keyframe_stamps[result.mapping->keyframe] = result.stamp;
   }
 
-  // Call once, last. submaps: in the end.
+  // Call once, last. submaps: final ones.
   SlamRun Take(std::vector<SubmapTrajectory> submaps) {
     SlamRun run = std::move(run_);
     if (tracked_ > 0) {
@@ -351,7 +351,7 @@ class RunTally {
   InertialTally inertial_;
 };
 
-// What comes of the map when tracking is over.
+// Finalizes the map after tracking.
 void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
                SlamRun* run) {
   run->refined = slam.refined_frames();
@@ -401,7 +401,7 @@ double PosedShare(const SlamRun& run, std::size_t images) {
   return images > 0 ? static_cast<double>(posed) / static_cast<double>(images) : 0.0;
 }
 
-// Of the part of the recording that is run.
+// Counts in the processed part of the recording.
 std::size_t CountWithoutDepth(const Dataset& dataset, const SlamRunOptions& options) {
   const auto is_in = [&](Stamp stamp) {
     const bool after = options.begin == 0 ||

@@ -20,7 +20,7 @@
 
 namespace highwall::apps {
 
-// The IMU of a recording: readings in the order of their stamps.
+// IMU data of a recording; readings in ascending order of their stamps.
 struct ImuFeed {
   ImuCalibration calibration;
   std::vector<ImuSample> samples;
@@ -34,18 +34,18 @@ struct SlamRunOptions {
   DenseMapOptions map;
   std::size_t begin = 0, end = SIZE_MAX;  // frames of the dataset
   std::size_t prefetch = 4;               // frames decoded ahead
-  bool live = false;                      // at the pace of the stamps, late frames dropped
-  std::filesystem::path load_map;         // to go on in; empty: none
-  std::filesystem::path save_map;         // to write in the end; empty: none
-  std::filesystem::path keep_map;         // likewise: the one in the folder of the run
-  bool adjust_all = false;                // all keyframes and landmarks together, in the end
-  // The camera is calibrated by the map that results, where given.
+  bool live = false;                      // at the pace of the stamps; late frames are dropped
+  std::filesystem::path load_map;         // initial map; empty: none
+  std::filesystem::path save_map;         // output file; empty: none
+  std::filesystem::path keep_map;         // likewise, in the folder of the run
+  bool adjust_all = false;                // final adjustment of all keyframes and landmarks
+  // If given, the camera is calibrated from the final map.
   std::optional<CameraCalibrationOptions> calibrate;
-  // Asked before each frame: true ends the run there, as if the recording ended; empty: never.
+  // Called before each frame: true ends the run there, as if the recording ended; empty: never.
   std::function<bool()> stop{};
 };
 
-// Mean, median, 95th and 99th percentile of samples [ms]; zeros for none.
+// Mean, median, 95th and 99th percentile of samples [ms]; zeros if there are none.
 struct Milliseconds {
   double mean = 0.0, median = 0.0, p95 = 0.0, p99 = 0.0;
   std::size_t count = 0;
@@ -53,84 +53,84 @@ struct Milliseconds {
 Milliseconds Summarize(std::vector<double> samples);
 
 struct StageTimes {
-  Milliseconds points, lines;  // extraction, side by side
+  Milliseconds points, lines;  // extraction, in parallel
   Milliseconds features;       // both
   Milliseconds pose;           // matching and pose estimation
-  Milliseconds tracking;       // features + pose: what a frame costs
+  Milliseconds tracking;       // features + pose: total per frame
   Milliseconds mapping;        // local mapping, per keyframe
-  Milliseconds frame;          // all of SlamSystem::Track, keyframes and loops included
+  Milliseconds frame;          // all of SlamSystem::Track, including keyframes and loops
   Milliseconds dense;          // depth filters, cloud and octree of a keyframe
 };
 
-// Between two images that the IMU ties.
+// Interval between two images that an IMU factor connects.
 struct WeighedInterval {
   Stamp end = 0;                     // of the image
   double weight = 0.0;               // of its IMU factor
-  std::optional<double> innovation;  // squared, per degree of freedom, where it was formed
+  std::optional<double> innovation;  // squared, per degree of freedom, if available
 };
 
-// What was known of the IMU after an image.
+// IMU state after an image.
 struct ImuState {
   Stamp stamp = 0;
   ImuBias bias = ImuBias::Zero();  // [rad/s, m/s^2]
   double time_offset = 0.0;        // [s]
 };
 
-// How the IMU fared over a run.
+// IMU statistics of a run.
 struct InertialSummary {
   InertialReport last;                     // of the last frame
-  std::size_t given_up = 0;                // frames for which it was
-  std::string given_up_because;            // the last time
-  std::optional<Stamp> initialized;        // frame at which gravity and biases were known first
-  std::size_t dead_reckoned = 0;           // frames whose pose is that of the IMU alone
-  std::size_t restarts = 0;                // for want of readings
-  std::size_t contradicted = 0;            // intervals whose readings the images contradict
-  std::size_t saturated = 0;               // intervals with readings at the end of a sensor's range
+  std::size_t given_up = 0;                // frames with the IMU given up
+  std::string given_up_because;            // latest reason
+  std::optional<Stamp> initialized;        // first frame with known gravity and biases
+  std::size_t dead_reckoned = 0;           // frames with a pose predicted by the IMU alone
+  std::size_t restarts = 0;                // due to missing readings
+  std::size_t contradicted = 0;            // intervals with readings inconsistent with the images
+  std::size_t saturated = 0;               // intervals with readings at the sensor's limit
   double mean_weight = 0.0;                // of the IMU factors
-  double reduced_share = 0.0;              // of them, with a weight below 1
+  double reduced_share = 0.0;              // of the IMU factors, those with a weight below 1
   double mean_innovation = 0.0;            // squared, per degree of freedom: 1 where consistent
-  Milliseconds tight;                      // updates of the window of landmarks
-  std::size_t refused_updates = 0;         // of those
+  Milliseconds tight;                      // updates of the tightly coupled smoother
+  std::size_t refused_updates = 0;         // rejected ones among those
   std::vector<WeighedInterval> intervals;  // by images, ascending
   std::vector<ImuState> states;            // a few a second, ascending
-  // In the end; empty where the motion does not tell it to 2 %.
+  // Final estimate; empty if the motion does not determine it to 2 %.
   std::optional<DepthScale> depth_scale;
 };
 
-// What a frame has come to, as it was told when it had been tracked.
+// Tracking result of a frame, as reported immediately after tracking.
 struct TrackedFrame {
   Stamp stamp = 0;
   int points = 0, lines = 0;  // matched with the map
   double milliseconds = 0.0;  // StageTimes::frame
 };
 
-// What loops came to in a run. Those that joined submaps are among the closed.
+// Loop statistics of a run. Loops that merged submaps count as closed.
 struct LoopCounts {
   std::size_t closed = 0, refused = 0, merges = 0;
   std::size_t fused_points = 0, fused_lines = 0;
   double worst_seconds = 0.0;  // from the detection of a loop to the adjusted map
 };
 
-// What adjustments came to in a run, those after loops included.
+// Bundle adjustment statistics of a run, including adjustments after loops.
 struct AdjustmentCounts {
   std::size_t all = 0;
-  std::size_t refused = 0;         // they would have forgotten too much
+  std::size_t refused = 0;         // would have discarded too many observations
   std::size_t failed = 0;          // for other reasons
-  std::size_t unmoved = 0;         // usable, and no step was taken
-  std::size_t rejected_steps = 0;  // that led up, or where an observation cannot be
+  std::size_t unmoved = 0;         // usable, but no step was taken
+  std::size_t rejected_steps = 0;  // that increased the cost or made an observation invalid
 };
 
 // Frames with poses in one world.
 struct SubmapRun {
   SubmapId submap = kNoId;
   std::size_t keyframes = 0;
-  Trajectory causal;      // each pose as it was when its frame had been tracked, if in this world
-  Trajectory trajectory;  // after the loops and local adjustments of the whole run
-  Trajectory adjusted;    // after the final adjustment as well, where asked for
+  Trajectory causal;      // pose of each frame when it was tracked, if in this world
+  Trajectory trajectory;  // after all loops and local adjustments of the run
+  Trajectory adjusted;    // also after the final adjustment, if enabled
   std::optional<DenseMap> dense = std::nullopt;  // in this world
 };
 
-// A loop that was closed or refused.
+// A closed or rejected loop.
 struct LoopEvent {
   LoopEdge edge;
   bool accepted = false, merged = false;
@@ -139,69 +139,69 @@ struct LoopEvent {
 
 struct SlamRun {
   SubmapRun largest;              // the world in which most frames have a pose
-  std::vector<SubmapRun> others;  // that were not joined with it, larger ones first
-  Trajectory keyframes;           // of the largest, live
-  SparseMap sparse;               // in the end
+  std::vector<SubmapRun> others;  // not merged with it, larger ones first
+  Trajectory keyframes;           // active keyframes of the largest
+  SparseMap sparse;               // final
   LoopCounts loops;
   AdjustmentCounts adjustments;
   std::vector<LoopEvent> loop_events;
-  std::map<KeyFrameId, Stamp> keyframe_stamps;  // of all that were made, culled ones included
+  std::map<KeyFrameId, Stamp> keyframe_stamps;  // of all created keyframes, including culled ones
   std::size_t frames = 0;                       // fed
   std::size_t skipped = 0;                      // unusable images
-  std::size_t without_depth = 0;                // colour images that have no depth image in time
-  std::size_t dropped = 0;                      // that came too fast, where live
-  // Frames without a pose in any submap, those before the map began included.
+  std::size_t without_depth = 0;                // colour images without a matching depth image
+  std::size_t dropped = 0;                      // late frames in live mode
+  // Frames without a pose in any submap, including those before the map was initialized.
   std::vector<Stamp> lost;
-  // Why each, by ToString(LossReason); "dropped": it was in a submap that was dropped.
+  // Reason for each, by ToString(LossReason); "dropped": its submap was dropped.
   std::vector<std::string> lost_because;
-  std::map<std::string, std::size_t> loss_reasons;  // how many of each
-  std::size_t repeated = 0;                 // colour images that were the one before once more
-  int refined = 0;                          // frames whose pose was found once more
-  FrameTimingEstimate timing;               // in the end
-  DepthPattern depth_pattern;               // likewise
-  NoiseEstimate noise;                      // in the end
-  int levels = 0;                           // of the pyramid of its points
-  std::optional<InertialSummary> inertial;  // with an IMU
-  std::optional<GpsSummary> gps;            // with a GPS
-  std::optional<CameraCalibration> camera;  // of the largest world, where asked for
+  std::map<std::string, std::size_t> loss_reasons;  // number of frames per reason
+  std::size_t repeated = 0;                         // colour images identical to the previous one
+  int refined = 0;                                  // frames with a pose refined afterwards
+  FrameTimingEstimate timing;                       // final
+  DepthPattern depth_pattern;                       // final
+  NoiseEstimate noise;                              // final
+  int levels = 0;                                   // of the pyramid of its points
+  std::optional<InertialSummary> inertial;          // with an IMU
+  std::optional<GpsSummary> gps;                    // with a GPS
+  std::optional<CameraCalibration> camera;          // of the largest world, if requested
   std::size_t relocalizations = 0;
-  std::size_t open_frames = 0;        // tracked, whose images leave a direction of the pose open
-  std::size_t points = 0, lines = 0;  // landmarks in the end
-  std::size_t keyframes_made = 0;     // culled ones included
+  std::size_t open_frames = 0;        // tracked, with an unobservable direction of the pose
+  std::size_t points = 0, lines = 0;  // final number of landmarks
+  std::size_t keyframes_made = 0;     // including culled ones
   double matched_points = 0.0, matched_lines = 0.0;  // mean per tracked frame
-  std::vector<TrackedFrame> per_frame;               // lost ones included
+  std::vector<TrackedFrame> per_frame;               // including lost ones
   StageTimes times;
-  double seconds = 0.0;  // of the whole run, dense map included
-  // What could not be done in the end, and why; it stopped nothing else.
+  double seconds = 0.0;  // of the whole run, including the dense map
+  // Steps that failed at the end, with the reasons; other steps were not affected.
   std::vector<std::string> failures;
-  std::size_t left = 0;  // frames that were not looked at: SlamRunOptions::stop ended the run
+  std::size_t left = 0;  // unprocessed frames after SlamRunOptions::stop ended the run
 };
 
-// Share of the frames of the recording that have a pose in any submap: those that could not be
-// read, and those that came too fast, have none.
+// Returns the share of frames of the recording with a pose in any submap; unreadable and dropped
+// frames count as frames without a pose.
 double Coverage(const SlamRun& run);
-// The same of its colour images, of which those without depth are no frames.
+// Returns the same share of its colour images, including those without depth, which are not frames.
 double ColourCoverage(const SlamRun& run);
 std::size_t CountColourImages(const SlamRun& run);
 
-// For those who can do without nothing: throws std::runtime_error where there are failures.
+// Throws std::runtime_error if there are failures, for callers that need a complete result.
 void RequireWhole(const SlamRun& run);
 
-// Called after each frame with the frame, its image and how many lie behind and ahead.
+// Called after each frame with the frame, its image, the number of processed frames, and the total.
 using FrameCallback = std::function<void(const FrameResult& result, const RgbdImage& image,
                                          std::size_t done, std::size_t total)>;
 
-// Called after the last frame, where there is a pose, when the causal and the final trajectory and
-// the keyframes are known; all that takes long or may fail comes after it.
+// Called after the last frame if there is a pose, once the causal and final trajectories and the
+// keyframes are known; all steps that take long or may fail come later.
 using TrackedCallback = std::function<void(const SlamRun& run)>;
 
-// Feeds a dataset to SlamSystem, and the keyframes to the dense map; saves the map. Throws IoError
-// for a map that cannot be loaded or is of another camera. What fails after tracking, and the dense
-// map at any time, is among SlamRun::failures.
+// Runs SlamSystem on a dataset, builds the dense map from the keyframes, and saves the map. Throws
+// IoError for a map that cannot be loaded or belongs to another camera. Failures after tracking,
+// and of the dense map at any time, are recorded in SlamRun::failures.
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const FrameCallback& on_frame = {}, const TrackedCallback& on_tracked = {});
 
-// The most memory that the process has held so far [MiB].
+// Returns the peak memory of the process [MiB].
 double PeakMemoryMib();
 
 }  // namespace highwall::apps

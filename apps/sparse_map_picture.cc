@@ -11,13 +11,13 @@ namespace highwall::apps {
 namespace {
 
 constexpr double kPictureMargin = 0.04;  // of the size
-// BGR: green, orange and blue as the report's page has them, told apart by every kind of colour
+// BGR: green, orange and blue as in the report page, distinguishable with every kind of colour
 // vision.
 const cv::Scalar kWhite(255, 255, 255), kInk(60, 60, 60), kPoint(40, 40, 40), kLine(94, 128, 0),
     kPath(10, 80, 196), kKeyframe(178, 114, 0);
-constexpr int kFraction = 4;  // bits of a pixel that drawing takes
+constexpr int kFraction = 4;  // fractional bits of pixel coordinates
 
-// A picture of x to the right and y upwards.
+// Picture with x to the right and y upwards.
 class Sheet {
  public:
   Sheet(const Eigen::AlignedBox2d& box, int size)
@@ -43,7 +43,7 @@ class Sheet {
     cv::circle(image, At(p), static_cast<int>(radius * (1 << kFraction)), colour, cv::FILLED,
                cv::LINE_AA, kFraction);
   }
-  // A bar of 1, 2 or 5 times a power of ten metres, a tenth of the picture or a little more.
+  // Draws a bar of 1, 2 or 5 times a power of ten metres, at least a tenth of the picture's width.
   void DrawScale() {
     const double wanted = 0.1 * image.cols / scale_;
     const double power = std::pow(10.0, std::floor(std::log10(wanted)));
@@ -67,7 +67,8 @@ class Sheet {
   double scale_;
 };
 
-// All of the path, and of the landmarks all but the outermost hundredth at each side.
+// Returns the box of the whole path, and of the landmarks without the outermost percent on each
+// side.
 Eigen::AlignedBox2d BoxOf(const std::vector<Eigen::Vector2d>& landmarks, const Trajectory& path,
                           const Eigen::Matrix3d& R_GW) {
   Eigen::AlignedBox2d box;
@@ -84,7 +85,7 @@ Eigen::AlignedBox2d BoxOf(const std::vector<Eigen::Vector2d>& landmarks, const T
   return box.extend(low).extend(high);
 }
 
-// From above: the camera and the far edge of its image.
+// Draws the camera and the far edge of its image from above.
 void DrawFrustum(const Pose& T_WC, const Eigen::Matrix3d& R_GW, double metres, Sheet& sheet) {
   const auto at = [&](double x, double z) {
     return (R_GW * (T_WC * Eigen::Vector3d(metres * x, 0.0, metres * z))).head<2>().eval();
@@ -127,7 +128,7 @@ cv::Mat DrawSparseMap(const SparseMap& map, const Eigen::Quaterniond& q_GW, int 
   Sheet sheet(BoxOf(landmarks, map.trajectory, R_GW), size);
   for (const Eigen::Vector3d& p_W : map.points_W) sheet.Dot(flat(p_W), kPoint, 1.0);
   for (const Segment3& line : map.lines_W) sheet.Line(flat(line.p()), flat(line.q()), kLine, 1);
-  const double frustum = 12.0 / sheet.scale();  // [m], of a dozen pixels
+  const double frustum = 12.0 / sheet.scale();  // [m], a dozen pixels
   for (const StampedPose& pose : map.keyframes) DrawFrustum(pose.pose, R_GW, frustum, sheet);
   for (std::size_t i = 1; i < map.trajectory.size(); ++i) {
     sheet.Line(flat(map.trajectory[i - 1].pose.p()), flat(map.trajectory[i].pose.p()), kPath, 2);

@@ -13,23 +13,23 @@ namespace highwall::apps {
 namespace {
 
 constexpr std::array<int, 3> kStopSignals = {SIGINT, SIGTERM, SIGHUP};
-// timeout(1) and a terminal that is closed send theirs twice, to the process and to its group.
+// timeout(1) and a closed terminal send their signal twice, to the process and to its group.
 constexpr std::int64_t kOneRequest = 100'000'000;  // [ns]
 
 struct Caught {
   std::atomic<int> signal{0};
-  std::atomic<std::int64_t> time{0};  // [ns] since the machine was started
+  std::atomic<std::int64_t> time{0};  // [ns] since boot
 };
 static_assert(std::atomic<int>::is_always_lock_free &&
-              std::atomic<std::int64_t>::is_always_lock_free);  // else no handler may touch them
+              std::atomic<std::int64_t>::is_always_lock_free);  // required in signal handlers
 
-// All that a handler can reach.
+// State accessible to the signal handler.
 Caught& TheCaught() {
   static constinit Caught caught;
   return caught;
 }
 
-// Calls nothing that is not async-signal-safe.
+// Calls only async-signal-safe functions.
 void Catch(int signal) {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
@@ -49,7 +49,7 @@ StopSignals::StopSignals() {
   TheCaught().time = 0;
   struct sigaction action {};
   action.sa_handler = Catch;
-  action.sa_flags = SA_RESTART;  // what reads or writes a file does not notice
+  action.sa_flags = SA_RESTART;  // restarts interrupted system calls
   ::sigemptyset(&action.sa_mask);
   for (std::size_t i = 0; i < before_.size(); ++i) {
     struct sigaction& before = before_[i];

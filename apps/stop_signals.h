@@ -8,27 +8,27 @@
 
 namespace highwall::apps {
 
-// While it lives, the first SIGINT (Ctrl-C), SIGTERM (kill, a scheduler) or SIGHUP (the terminal
-// was closed) ends nothing, but is remembered: the program looks at it where it can end in order. A
-// second one ends the process at once, with the exit code of that signal. For programs, one at a
-// time: handlers belong to all of the process. A SIGHUP that was ignored (nohup) stays so.
+// During its lifetime, the first SIGINT (Ctrl-C), SIGTERM (kill, a scheduler) or SIGHUP (closed
+// terminal) is only recorded, and the program checks for it where it can end in order. A second
+// signal ends the process immediately, with the exit code of that signal. Use one instance at a
+// time: handlers are process-wide. An ignored SIGHUP (nohup) stays ignored.
 class StopSignals {
  public:
   StopSignals();
-  ~StopSignals();  // as before
+  ~StopSignals();  // restores the previous handlers
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  // The number of the signal that came; 0: none.
+  // Returns the number of the caught signal; 0: none.
   int caught() const;
 
  private:
-  std::array<struct sigaction, 3> before_;  // of each of them
+  std::array<struct sigaction, 3> before_;  // of each signal
 };
 
-// "SIGINT".
+// Returns a name such as "SIGINT".
 std::string SignalName(int signal);
-// What a program throws that one has ended in order: what it was asked to do is done in part.
+// Thrown when a signal ended the work in order: part of it is done.
 class StoppedBySignal : public std::runtime_error {
  public:
   explicit StoppedBySignal(int signal)
@@ -39,7 +39,7 @@ class StoppedBySignal : public std::runtime_error {
  private:
   int signal_;
 };
-// What a shell says of a program that a signal has ended: 130, 143, 129.
+// Returns the exit code by which a shell reports a program ended by a signal: 130, 143, 129.
 int ExitCodeOf(int signal);
 
 }  // namespace highwall::apps

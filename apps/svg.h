@@ -7,7 +7,7 @@
 
 namespace highwall::apps {
 
-// A place on the drawing [px], y down.
+// Point of the drawing [px], y down.
 struct SvgPoint {
   double x = 0.0;
   double y = 0.0;
@@ -50,7 +50,7 @@ struct SvgText {
 };
 using SvgElement = std::variant<SvgRectangle, SvgPolyline, SvgCircle, SvgText>;
 
-// A drawing that grows element by element, later ones on top.
+// Drawing that grows by elements; later ones are on top.
 class Svg {
  public:
   // Size in px, white background.
@@ -58,7 +58,7 @@ class Svg {
 
   void Rectangle(SvgPoint corner, double width, double height, const std::string& fill);
   void Line(SvgPoint from, SvgPoint to, const SvgStroke& stroke);
-  // Points closer than half a pixel to the one before are left out.
+  // Omits points closer than half a pixel to the previous one.
   void Polyline(const std::vector<SvgPoint>& points, const SvgStroke& stroke);
   void Circle(SvgPoint center, double radius, const std::string& fill);
   void Text(SvgPoint at, const std::string& text, const SvgFont& font);
@@ -67,7 +67,7 @@ class Svg {
   double height() const { return height_; }
   const std::vector<SvgElement>& elements() const { return elements_; }
 
-  // An SVG file, or a PNG with two pixels for one of the drawing where the name ends in .png.
+  // Writes an SVG file, or a PNG with two pixels per px of the drawing if the name ends in .png.
   // Throws IoError.
   void Write(const std::filesystem::path& path) const;
 

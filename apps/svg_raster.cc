@@ -12,10 +12,10 @@
 namespace highwall::apps {
 namespace {
 
-constexpr int kShift = 4;             // bits of a pixel that OpenCV's drawing takes
-constexpr double kLetterHeight = 29;  // [px] of FONT_HERSHEY_SIMPLEX at scale 1, as fonts count
+constexpr int kShift = 4;             // fractional bits of pixel coordinates in OpenCV
+constexpr double kLetterHeight = 29;  // [px] of FONT_HERSHEY_SIMPLEX at scale 1, as a font size
 
-// "#rgb" or "#rrggbb".
+// Parses "#rgb" or "#rrggbb".
 cv::Scalar Colour(const std::string& text) {
   const std::string digits = text.substr(1);
   const std::size_t width = digits.size() / 3;
@@ -26,7 +26,7 @@ cv::Scalar Colour(const std::string& text) {
   return {channel(2), channel(1), channel(0)};
 }
 
-// Pieces of a line as its dashes cut it.
+// Splits a line into its dashes.
 std::vector<std::vector<SvgPoint>> Dashed(const std::vector<SvgPoint>& points,
                                           const std::string& dashes) {
   TextReader stream(dashes);
@@ -81,7 +81,7 @@ class Canvas {
                static_cast<int>(std::lround(scale_ * circle.radius * (1 << kShift))),
                Colour(circle.fill), cv::FILLED, cv::LINE_AA, kShift);
   }
-  // On a mask first, which is turned as the text is.
+  // Draws on a mask first, which is rotated with the text.
   void operator()(const SvgText& text) {
     const double size = scale_ * text.font.size / kLetterHeight;
     const int thickness =
@@ -104,7 +104,7 @@ class Canvas {
     cv::Mat level(box.height + 2 * margin, box.width + 2 * margin, CV_8UC1, cv::Scalar(0));
     cv::putText(level, text.text, {margin, margin + box.height}, cv::FONT_HERSHEY_SIMPLEX, size,
                 cv::Scalar(255), thickness, cv::LINE_AA);
-    // To the anchor, turned about it.
+    // Moves the mask to the anchor, rotated about it.
     const cv::Point2d center(margin + anchor * box.width, margin + box.height);
     cv::Mat turn = cv::getRotationMatrix2D(cv::Point2f(center), -text.font.rotation, 1.0), mask;
     turn.at<double>(0, 2) += at.x - center.x;

@@ -6,8 +6,8 @@
 
 namespace highwall::apps {
 
-// The drawing as an image, CV_8UC3, `scale` pixels for one of the drawing. Letters that OpenCV's
-// font has not (beyond ASCII) become question marks.
+// Returns the drawing as CV_8UC3 image, with `scale` pixels per px of the drawing. Characters
+// missing in OpenCV's font (beyond ASCII) become question marks.
 cv::Mat Rasterize(const Svg& svg, double scale);
 
 }  // namespace highwall::apps

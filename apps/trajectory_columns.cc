@@ -19,7 +19,7 @@ constexpr double kLeastPace = 1e-5, kMostPace = 10.0;    // [s] between poses
 
 struct ColumnName {
   std::string text;  // in lower case
-  std::string unit;  // what stands in brackets behind it
+  std::string unit;  // in brackets after the name
 };
 
 bool IsOneOf(std::string_view text, std::initializer_list<std::string_view> words) {
@@ -42,8 +42,9 @@ ColumnName NameOf(std::string_view field) {
   return name;
 }
 
-// Vectors that are named as wholes, as OpenVINS names them, by their components. Its quaternion is
-// JPL's of the world in the body: in numbers that of the body in the world, as ours is.
+// Replaces vectors that have one name, as in OpenVINS, by their components. OpenVINS stores the JPL
+// quaternion from world to body, which is numerically the Hamilton quaternion from body to world
+// used here.
 std::vector<ColumnName> Expanded(const std::vector<ColumnName>& names) {
   const auto named = [&](std::string_view text) {
     return std::ranges::find(names, text, &ColumnName::text) != names.end();
@@ -77,7 +78,7 @@ std::vector<ColumnName> NamesOf(std::string_view heading) {
   return Expanded(names);
 }
 
-// "q_rs_w": 'w' of "q_rs"; no component where the name is of something else.
+// Returns 'w' and "q_rs" for "q_rs_w"; no component if the name means something else.
 std::pair<char, std::string_view> ComponentOf(std::string_view name) {
   if (name.empty() || std::string_view("wxyz").find(name.back()) == std::string_view::npos) {
     return {'\0', {}};
@@ -124,7 +125,7 @@ std::optional<std::size_t> FirstThat(const std::vector<ColumnName>& names, const
   return static_cast<std::size_t>(found - names.begin());
 }
 
-// The columns of components; those that a heading which was cut short does not name follow.
+// Finds the columns of components; those missing in a truncated heading follow in order.
 template <class Is, std::size_t kCount>
 bool FindComponents(const std::vector<ColumnName>& names, const Is& is, std::string_view components,
                     std::span<std::size_t, kCount> columns) {
@@ -162,7 +163,7 @@ void FindStamp(const std::vector<ColumnName>& names, TrajectoryColumns* columns)
   columns->unit = UnitOf(names[columns->stamp]);
 }
 
-// [s] The median of the intervals that are not zero; zero where there is none.
+// [s] Returns the median of the non-zero intervals; zero if there is none.
 double PaceOf(std::span<const double> stamps) {
   std::vector<double> intervals;
   for (std::size_t i = 1; i < stamps.size(); ++i) {

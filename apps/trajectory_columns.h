@@ -8,18 +8,18 @@
 #include <string_view>
 #include <vector>
 
-// Which column of a table of poses holds what: by its heading, or by its values.
+// Column layout of a table of poses, from its heading or its values.
 namespace highwall::apps {
 
-// [ns] of a unit of time.
+// [ns] per unit of time.
 inline constexpr std::int64_t kSecond = 1'000'000'000, kMillisecond = 1'000'000,
                               kMicrosecond = 1'000, kNanosecond = 1;
 
 struct TrajectoryColumns {
   std::size_t stamp = 0;
-  std::optional<std::size_t> nanoseconds;                   // of a stamp in two parts
+  std::optional<std::size_t> nanoseconds;                   // second part of a split stamp
   std::array<std::size_t, 7> pose = {1, 2, 3, 4, 5, 6, 7};  // x y z qx qy qz qw
-  std::optional<std::int64_t> unit;                         // [ns] of stamps, where it is known
+  std::optional<std::int64_t> unit;                         // [ns] of stamps, if known
 
   bool operator==(const TrajectoryColumns&) const = default;
   std::size_t Last() const;
@@ -29,13 +29,13 @@ struct TrajectoryColumns {
 inline constexpr std::array<std::size_t, 7> kScalarFirst = {1, 2, 3, 5, 6, 7, 4};
 
 std::string_view TrimmedBlanks(std::string_view text);
-// Separated by `separator`; by blanks and tabs where that is a blank.
+// Splits at `separator`; at blanks and tabs if that is a blank.
 std::vector<std::string_view> SplitFields(std::string_view text, char separator);
-// ';' where the line has one, else ',', else ' '.
+// Returns ';' if the line has one, otherwise ',', otherwise ' '.
 char SeparatorOf(std::string_view line);
 
-// By the names of a heading, with or without # or % in front of it, above lines of `width` values.
-// Empty where it names no quaternion, no position or more columns than there are.
+// Derives the layout from the names of a heading, with or without # or % in front, above lines of
+// `width` values. Empty if it names no quaternion, no position, or more columns than there are.
 std::optional<TrajectoryColumns> ColumnsByName(std::string_view heading, std::size_t width);
 
 struct TimeUnit {
@@ -43,10 +43,10 @@ struct TimeUnit {
   bool sure = true;
 };
 
-// Of stamps without a named unit: by the years that they would lie in, and by the pace of poses,
-// which is that of a sensor. `table`: separated by commas, so that seconds are not the rule.
+// Infers the unit of stamps from the resulting years, and from the resulting pose rate, which is
+// that of a sensor. `table`: separated by commas, where seconds are not the default.
 TimeUnit GuessTimeUnit(std::span<const double> stamps, bool table);
-// False where poses would follow each other by less than 10 us or more than a day.
+// Returns false if poses would follow each other by less than 10 us or more than a day.
 bool IsPossibleUnit(std::span<const double> stamps, std::int64_t unit);
 
 }  // namespace highwall::apps

@@ -58,15 +58,15 @@ void DrawTrajectory(const MapProjection& projection, const PlotAxes& axes,
 }
 
 std::string Fitted(const std::string& text, double width, const SvgFont& font) {
-  constexpr double kWidth = 0.6, kBoldWidth = 0.65;  // of a character, by the size of the font
+  constexpr double kWidth = 0.6, kBoldWidth = 0.65;  // of a character, relative to the font size
   const auto fits =
       static_cast<std::size_t>(width / (font.size * (font.bold ? kBoldWidth : kWidth)));
-  std::vector<std::size_t> characters;  // where each begins, in UTF-8
+  std::vector<std::size_t> characters;  // start offsets, in UTF-8
   for (std::size_t i = 0; i < text.size(); ++i) {
     if ((static_cast<unsigned char>(text[i]) & 0xc0u) != 0x80u) characters.push_back(i);
   }
   if (characters.size() <= fits) return text;
-  // Names differ at their ends.
+  // Names usually differ at their ends.
   const std::size_t front = fits / 3, back = fits - front - 3;
   return text.substr(0, characters[front]) + "..." +
          text.substr(characters[characters.size() - back]);

@@ -13,9 +13,9 @@
 
 namespace highwall::apps {
 
-// What plots of trajectories share.
+// Shared parts of trajectory plots.
 
-// A range to draw: not empty, with a margin on either side.
+// Returns a non-empty range to draw, with a margin on either side.
 PlotRange WithMargin(PlotRange range);
 
 // The two axes along which trajectories extend most, in alphabetical order.
@@ -36,17 +36,17 @@ class MapProjection {
   std::size_t vertical_ = 1;
 };
 
-// A line through the points, or a dot where there is only one.
+// Draws a line through the points, or a dot if there is only one.
 void DrawPiece(const std::vector<SvgPoint>& points, const SvgStroke& stroke, Svg* svg);
 
-// Interrupted where neighbouring stamps are further apart than max_gap [ns].
+// Draws the trajectory, interrupted where neighbouring stamps are more than max_gap [ns] apart.
 void DrawTrajectory(const MapProjection& projection, const PlotAxes& axes,
                     const Trajectory& trajectory, Stamp max_gap, const SvgStroke& stroke, Svg* svg);
 
-// A sample of the stroke and its meaning; returns where the next entry begins.
+// Draws a sample of the stroke and its label; returns the position of the next entry.
 double DrawLegendEntry(SvgPoint at, const std::string& label, const SvgStroke& stroke, Svg* svg);
 
-// The text with its middle left out where it would be wider [px].
+// Returns the text, with its middle omitted if it would be wider than `width` [px].
 std::string Fitted(const std::string& text, double width, const SvgFont& font);
 
 }  // namespace highwall::apps

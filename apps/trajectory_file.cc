@@ -32,7 +32,7 @@ struct Line {
   std::vector<std::string_view> fields;
 };
 
-// Not a number: NaN and infinity are, for they are no names.
+// NaN and infinity are numbers here, because they are not names.
 std::optional<double> Number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
@@ -41,7 +41,7 @@ std::optional<double> Number(std::string_view text) {
   return value;
 }
 
-// Between semicolons and between blanks a comma inside of a number is a decimal one.
+// Between semicolons or blanks, a comma inside a number is a decimal comma.
 bool HasDecimalCommas(std::string_view line) {
   if (line.find(',') == std::string_view::npos) return false;
   if (line.find(';') != std::string_view::npos) return true;
@@ -52,7 +52,7 @@ bool HasDecimalCommas(std::string_view line) {
          });
 }
 
-// Without quotes, and with decimal points.
+// Removes quotes and replaces decimal commas.
 std::string PlainLine(std::string line) {
   std::erase(line, '"');
   if (HasDecimalCommas(line)) std::ranges::replace(line, ',', '.');
@@ -67,13 +67,13 @@ std::string ReadTrajectoryText(const std::filesystem::path& path) {
   return ReadTextFile(path);
 }
 
-// Reads a file line by line, without empty ones and comments.
+// Reads a file line by line, skipping empty lines and comments.
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& path)
       : path_(path), stream_(ReadTrajectoryText(path)) {}
 
-  // False at the end. The first line with values decides what separates them.
+  // Returns false at the end. The first line with values determines the separator.
   bool Next(Line* line) {
     while (std::getline(stream_, text_)) {
       ++line->number;
@@ -96,11 +96,11 @@ class Reader {
     return false;
   }
   char separator() const { return separator_.value_or(' '); }
-  // In front of the first line with values.
+  // Lines before the first line with values.
   const std::vector<std::string>& headings() const { return headings_; }
   bool has_bare_heading() const { return bare_heading_.has_value(); }
 
-  // A first line without # that names nothing is no heading but a damaged line.
+  // A first line without # that names no column is not a heading but a damaged line.
   void RefuseBareHeading() const {
     if (!bare_heading_) return;
     Fail(*bare_heading_, "is neither a pose nor a heading that names tx ty tz qx qy qz qw");
@@ -135,17 +135,17 @@ class Reader {
   std::optional<Line> bare_heading_;
 };
 
-// What is known of a table before its stamps are read.
+// Layout of a table before its stamps are read.
 struct Layout {
   TrajectoryColumns columns{};
   bool named = false;       // by a heading
   bool ros = false;         // by ROS's command line
-  bool order_open = false;  // whether w is the first of the quaternion or the last
-  bool extra = false;       // columns behind the pose, without a heading
+  bool order_open = false;  // whether w comes first or last in the quaternion is unknown
+  bool extra = false;       // columns after the pose, without a heading
 };
 
-// Of `ros2 topic echo --csv`, which names nothing: seconds, nanoseconds, one name of a frame or
-// two.
+// Layout of `ros2 topic echo --csv`, which has no heading: seconds, nanoseconds, one or two frame
+// names.
 std::optional<TrajectoryColumns> Ros2Columns(const Line& line) {
   const auto& fields = line.fields;
   if (fields.size() < 10 || !Number(fields[0]) || !Number(fields[1]) || Number(fields[2])) {
@@ -190,7 +190,7 @@ Layout LayoutOf(const Reader& reader, const Line& line) {
   return {.order_open = table, .extra = width > 8};
 }
 
-// As they stand in the file, until the unit of its stamps is known.
+// Values as in the file, until the unit of the stamps is known.
 struct Row {
   std::int64_t line = 0;
   DecimalStamp stamp;
@@ -245,8 +245,8 @@ std::vector<Row> ReadRows(Reader& reader, Line line, const TrajectoryColumns& co
   return rows;
 }
 
-// Numbers without a heading may be anything: a matrix behind a stamp, a quaternion before its
-// position. Of the form of TUM, which needs none, quaternions may be of any length.
+// Numbers without a heading are ambiguous: a matrix after a stamp, a quaternion before its
+// position. The TUM format needs no heading, and its quaternions may have any length.
 void RequireUnitQuaternions(const Reader& reader, const Layout& layout,
                             const std::vector<Row>& rows) {
   if (layout.named || layout.ros) return;
@@ -270,7 +270,8 @@ std::string NameOfUnit(std::int64_t unit) {
   return unit == kMicrosecond ? "microseconds" : "nanoseconds";
 }
 
-// What the heading does not say of stamps: their unit. Adds to `assumed` where the values do not.
+// Returns the unit of stamps that the heading does not specify. Adds to `assumed` if the values are
+// inconclusive.
 std::int64_t UnitOfStamps(const Layout& layout, const std::vector<Row>& rows, bool table,
                           std::vector<std::string>* assumed) {
   std::vector<double> stamps;
@@ -282,8 +283,8 @@ std::int64_t UnitOfStamps(const Layout& layout, const std::vector<Row>& rows, bo
   return guess.nanoseconds;
 }
 
-// Whether a quaternion has w in front, where no heading says so: by a first pose without rotation,
-// else as EuRoC has it in its nanoseconds and other tables do not.
+// Whether w comes first in a quaternion without a heading: from a first pose without rotation,
+// otherwise as in EuRoC for nanoseconds and last for other tables.
 bool IsScalarFirst(const std::vector<Row>& rows, std::int64_t unit) {
   const std::array<double, 7>& first = rows.front().values;
   const bool turned = first[4] != 0.0 || first[5] != 0.0;
@@ -359,14 +360,14 @@ std::optional<Pose> PoseOfMatrix(const Reader& reader, const Line& line) {
     T(i / 4, i % 4) = reader.NumberAt(line, static_cast<std::size_t>(i), "the matrix's");
   }
   const Eigen::Matrix3d R = T.leftCols<3>();
-  // Files are written with six digits or so.
+  // Files typically have about six digits.
   const bool rotation =
       (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() <= 1e-2 && R.determinant() > 0.0;
   if (!rotation) return std::nullopt;
   return Pose(Eigen::Quaterniond(R).normalized(), T.col(3));
 }
 
-// The last row of 16 numbers says that they are a matrix; 12 are one where blanks separate them.
+// The last row of 16 numbers identifies a matrix; 12 numbers are one if blanks separate them.
 bool HoldsMatrix(const Reader& reader, const Line& line) {
   const auto& fields = line.fields;
   if (fields.size() == 12) {

@@ -24,19 +24,20 @@ bool HasStamps(TrajectoryFormat format);
 struct TrajectoryFile {
   TrajectoryFormat format = TrajectoryFormat::kTum;
   Trajectory poses{};                 // those without stamps are a second apart, from 0 on
-  std::vector<std::int64_t> lines{};  // of the file, one a pose
-  std::string assumed{};  // what neither heading nor values decide, as a sentence; empty: nothing
+  std::vector<std::int64_t> lines{};  // line numbers in the file, one per pose
+  std::string assumed{};              // assumptions not based on heading or values, as a sentence
 };
 
-// Columns and the unit of time are those that a heading names, else those that the values allow:
-// docs/evaluation.md. Values are separated by blanks, commas or semicolons; a heading may begin
-// with # or % or with neither. Quaternions are normalised. A file without a pose gives none.
-// Throws IoError "path:line: what" as ReadTumTrajectory, also for a matrix that is no rotation.
+// Columns and the unit of time follow the heading, if any, otherwise they are inferred from the
+// values: docs/evaluation.md. Values are separated by blanks, commas or semicolons; a heading may
+// begin with # or % or with neither. Quaternions are normalised. A file without a pose gives an
+// empty result. Throws IoError "path:line: what" as ReadTumTrajectory, also for a matrix that is
+// not a rotation.
 TrajectoryFile ReadTrajectoryFile(const std::filesystem::path& path);
 
-// Poses of one stamp cannot be matched by it. Of two the later one is left out where they are fewer
-// than one in a thousand, as in motion capture with rounded stamps, and `assumed` says so. Throws
-// IoError that names the line where there are more.
+// Poses with equal stamps cannot be matched. The later of two is removed, as recorded in `assumed`,
+// if these are fewer than one in a thousand, as in motion capture with rounded stamps. Otherwise
+// throws IoError naming the line.
 void RequireDistinctStamps(const std::filesystem::path& path, TrajectoryFile* file);
 
 }  // namespace highwall::apps

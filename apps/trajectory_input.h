@@ -7,8 +7,8 @@
 
 namespace highwall::apps {
 
-// Of any form that ReadTrajectoryFile() reads and that has stamps. What had to be assumed is
-// printed as a warning of `command`. Throws as that does, and IoError for a file without stamps.
+// Reads any format of ReadTrajectoryFile() that has stamps. Assumptions are printed as a warning of
+// `command`. Throws as that function, and IoError for a file without stamps.
 Trajectory ReadStampedPoses(const std::string& command, const std::filesystem::path& path);
 
 }  // namespace highwall::apps

@@ -34,7 +34,7 @@ std::vector<std::string> SubcommandNames(const CLI::App& command) {
   return names;
 }
 
-// Empty where every word was understood.
+// Returns an empty string if every word was recognised.
 std::string Misspelt(const CLI::App& app) {
   const CLI::App& command = Innermost(app);
   for (const std::string& word : app.remaining(true)) {

@@ -12,8 +12,8 @@ namespace highwall::apps {
 // "highwall eval", or "highwall" where no subcommand was recognised.
 std::string CommandName(const CLI::App& app);
 
-// What is wrong with a call, as one line with its end: what is misspelt before what is missing by
-// that.
+// Describes a usage error in one line with line end. A misspelt word is reported before the missing
+// option that it causes.
 std::string UsageError(const CLI::App& app, const CLI::Error& error);
 
 }  // namespace highwall::apps

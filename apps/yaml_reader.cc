@@ -141,7 +141,7 @@ void YamlReader::CheckKeys() const {
 }
 
 void YamlReader::Finish() const {
-  // In this order a misspelt key is reported before the key it leaves missing.
+  // This order reports a misspelt key before the missing key that it causes.
   CheckKeys();
   for (const YamlReader& section : sections_) section.Finish();
   for (const std::string& key : required_) {

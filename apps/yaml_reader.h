@@ -17,8 +17,8 @@
 
 namespace highwall::apps {
 
-// What the text of a scalar says, the same under every locale: yaml-cpp reads numbers by streams.
-// False where it is no T.
+// Parses a scalar independently of the locale: yaml-cpp reads numbers by streams. Returns false if
+// it is not a T.
 template <typename T>
 bool ReadScalar(const std::string& text, T* value) {
   if constexpr (std::integral<T> && !std::same_as<T, bool>) {
@@ -36,8 +36,8 @@ bool ReadScalar(const std::string& text, T* value) {
   }
 }
 
-// One map of a YAML file, read key by key. Every key that is asked for becomes known; Finish() then
-// refuses whatever else the map holds, so that a misspelt option is never ignored:
+// Reader of one map of a YAML file, key by key. Every requested key becomes known; Finish() then
+// rejects any other key of the map, so that a misspelt option is never ignored:
 //
 //   YamlReader file = YamlReader::Load(path);
 //   file.Read("depth_factor", &depth_factor);     // one line for each option
@@ -46,36 +46,37 @@ bool ReadScalar(const std::string& text, T* value) {
 // All errors are IoErrors naming the file, the line and the key.
 class YamlReader {
  public:
-  // Throws if the file cannot be read, is not YAML, or holds no map at its top.
+  // Throws if the file is unreadable, is not YAML, or has no map at its top.
   static YamlReader Load(const std::filesystem::path& path);
 
-  // The value keeps its default where the key is absent. Throws for a value of another type; a
-  // double must be finite.
+  // The value keeps its default if the key is absent. Throws for a value of another type; a double
+  // must be finite.
   void Read(const std::string& key, double* value);
   void Read(const std::string& key, int* value);
   void Read(const std::string& key, bool* value);
   void Read(const std::string& key, std::string* value);
-  // A list of as many finite numbers as `values` has room for.
+  // Reads a list of exactly as many finite numbers as `values` has elements.
   void Read(const std::string& key, std::span<double> values);
-  // A single value that `parse` takes; demand: what it must be, for people. Throws where parse
+  // Reads a scalar that `parse` accepts; demand: human-readable requirement. Throws if parse
   // returns false.
   void Read(const std::string& key, const std::string& demand,
             const std::function<bool(const std::string&)>& parse);
-  // As Read, but Finish() throws if the key is absent.
+  // Like Read(), but Finish() throws if the key is absent.
   template <typename T>
   void Require(const std::string& key, T* value) {
     Read(key, value);
     required_.push_back(key);
   }
   bool Has(const std::string& key) const { return Find(key).has_value(); }
-  // Of a key of a section, itself if `section` is empty; counted from 1, empty where it is absent.
+  // Returns the line of a key in a section, or at the top level if `section` is empty, counted from
+  // 1; empty if absent.
   std::optional<std::int64_t> LineOf(const std::string& section, const std::string& key) const;
-  // The map under `key`, an empty one where absent; valid as long as this reader. Throws if it is
-  // no map.
+  // Returns the map under `key`, empty if absent; valid as long as this reader. Throws if it is not
+  // a map.
   YamlReader& Section(const std::string& key);
 
-  // Throws for an unknown key, naming the known one that may be meant, for a key that is there
-  // twice, and for a required key that is missing; here and in all sections.
+  // Throws for an unknown key (suggesting a similar one), a duplicate key, and a missing required
+  // key; here and in all sections.
   void Finish() const;
 
  private:
@@ -89,7 +90,7 @@ class YamlReader {
   std::optional<Entry> Find(const std::string& key) const;
   template <typename T>
   void ReadAs(const std::string& key, const char* type, T* value);
-  // Throws for an unknown key and one that is there twice.
+  // Throws for an unknown or duplicate key.
   void CheckKeys() const;
 
   std::filesystem::path path_;

@@ -11,9 +11,9 @@ namespace highwall::apps {
 namespace {
 
 constexpr int kVersion = 20;
-constexpr std::uint32_t kDate = (0U << 9) | (1U << 5) | 1U;  // 1980-01-01: the same bytes each time
+constexpr std::uint32_t kDate = (0U << 9) | (1U << 5) | 1U;  // 1980-01-01: reproducible bytes
 
-// Little-endian.
+// Appends little-endian.
 void Append(std::string& bytes, std::uint32_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>((value >> (8 * i)) & 0xFFU);
 }
@@ -22,7 +22,7 @@ std::uint32_t Size(const std::string& text) {
   return static_cast<std::uint32_t>(text.size());
 }
 
-// What a file's own header and the directory both say of it, from the version that is needed on.
+// Common part of a file's own header and its directory entry, starting with the required version.
 std::string Description(const std::string& name, const std::string& content) {
   std::string bytes;
   Append(bytes, kVersion, 2);

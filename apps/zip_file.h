@@ -12,7 +12,7 @@ namespace highwall::apps {
 class ZipFile {
  public:
   void Add(std::string name, std::string content);
-  // Whole or not at all. Throws IoError.
+  // Writes the file atomically. Throws IoError.
   void Write(const std::filesystem::path& path) const;
 
  private:

@@ -1,5 +1,5 @@
-// The dense map of a sequence with ground-truth poses: what a keyframe costs, what a correction
-// after a loop costs and whether it is right, and how large cloud and octree are.
+// Dense map of a sequence with ground-truth poses: cost of a keyframe, cost and correctness of a
+// correction after a loop, and size of cloud and octree.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -59,14 +59,14 @@ struct Maps {
   DenseCloud cloud;
 };
 
-// What a loop does to a trajectory that drifted: nothing at its end, most at its beginning.
+// Applies a loop correction to a drifted trajectory: none at its end, largest at its beginning.
 Pose Corrected(const Pose& T_WC, double share) {
   Eigen::Matrix<double, 6, 1> step;
   step << 0.15, -0.1, 0.05, 0.02, -0.03, 0.01;
   return T_WC.Plus(share * step);
 }
 
-// Reads the keyframes and adds each to the maps; returns the seconds that took, sorted.
+// Reads the keyframes and adds each to the maps; returns the sorted times [s].
 std::vector<double> AddKeyframes(const Arguments& arguments, std::vector<Keyframe>& keyframes,
                                  Maps& maps) {
   const apps::ResolvedConfig config = apps::ResolveConfig(arguments.config, arguments.dataset);
@@ -121,7 +121,7 @@ nlohmann::ordered_json Correct(const Arguments& arguments, const std::vector<Key
     const Pose target = Corrected(T_WC, share);
     maps.octree.SetPose(id, target);
     maps.cloud.SetPose(id, target);
-    // A pose that moved too little stays, as it does in the maps above.
+    // A pose that changed too little is kept, as in the maps above.
     const Pose moved = T_WC.Inverse() * target;
     const bool stays = moved.p().norm() <= 0.01 && moved.Angle() <= 0.5 * 0.01745329;
     fresh.octree.SetKeyframe(id, keyframes[i].points_C, stays ? T_WC : target);

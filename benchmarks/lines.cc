@@ -1,5 +1,6 @@
-// highwall_bench_lines: end points against orthonormal lines. Windows of keyframes that see the
-// segments of a generated scene, adjusted with either form of a line; the truth is known.
+// highwall_bench_lines: compares end points with orthonormal lines. Windows of keyframes that
+// observe the segments of a generated scene with known ground truth are adjusted with either
+// parameterization.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <array>
@@ -29,10 +30,10 @@ namespace {
 
 constexpr double kDegree = M_PI / 180.0;
 constexpr double kSigmaPx = 1.0;          // [px] of u and v of an observed end
-constexpr double kShortest = 30.0;        // [px] of a segment that a view sees
-constexpr int kViews = 3;                 // at least, of every line
-constexpr double kStartOff = 0.03;        // [m] an axis, where keyframes start
-constexpr double kStartTurned = kDegree;  // [rad] an axis
+constexpr double kShortest = 30.0;        // [px] of an observed segment
+constexpr int kViews = 3;                 // minimum, for every line
+constexpr double kStartOff = 0.03;        // [m] per axis, of initial keyframes
+constexpr double kStartTurned = kDegree;  // [rad] per axis
 
 struct Arguments {
   int seeds = 10;
@@ -45,23 +46,23 @@ struct Arguments {
   bool json = false;
 };
 
-// Line `line` as keyframe `keyframe` sees it.
+// Observation of line `line` in keyframe `keyframe`.
 struct Sight {
   std::size_t keyframe, line;
   RgbdSegment observed;
   SegmentNoise noise;
 };
 
-// What is to be adjusted, and its truth.
+// Adjustment problem with its ground truth.
 struct Window {
   std::vector<Pose> keyframes, start_keyframes;  // T_WC
   std::vector<Segment3> lines, start_lines;
   std::vector<Sight> sights;
-  int cut_ends = 0;  // by the border of the image
+  int cut_ends = 0;  // by the image border
 };
 
-// Draws a window. Ends slide inwards along the segment by |N(0, slide)| [px] in each view; `noise`
-// scales the noise of pixels and depth.
+// Generates a window. Ends slide inwards along the segment by |N(0, slide)| [px] in each view;
+// `noise` scales the noise of pixels and depth.
 class Generator {
  public:
   Generator(int seed, double slide, double noise)
@@ -81,7 +82,7 @@ class Generator {
   }
 
  private:
-  // A metre to the right, in a bow, turning to the left.
+  // Moves one metre to the right along a curve while rotating to the left.
   static Pose OnPath(double t) {
     return Pose::FromTangent(
         {t - 0.5, 0.1 * std::sin(2.0 * M_PI * t), 0.1 * std::sin(M_PI * t)},
@@ -96,7 +97,7 @@ class Generator {
     return {x, y, Uniform(low.z(), high.z())};
   }
 
-  // Adds a segment in front of the path if enough keyframes see it.
+  // Adds a segment in front of the path if enough keyframes observe it.
   void TryLine(Window* window) {
     const Eigen::Vector3d p = InBox({-2.5, -1.8, 2.0}, {2.5, 1.8, 4.5});
     const Eigen::Vector3d along = InBox({-1.0, -1.0, -0.5}, {1.0, 1.0, 0.5}).normalized();
@@ -111,7 +112,7 @@ class Generator {
       sights.push_back(*sight);
     }
     if (sights.size() < kViews) return;
-    // As a map makes lines: by the first view's depth, at the pose that it is thought to have.
+    // Initialized as in a map: from the first view's depth and the estimate of its pose.
     const Sight& first = sights.front();
     window->start_lines.push_back(
         window->start_keyframes[first.keyframe] *
@@ -125,8 +126,8 @@ class Generator {
     return camera_.Unproject(y.head<2>(), right_.Depth(y.z()));
   }
 
-  // The part of a segment that lies in the image, its ends each moved inwards at random: images of
-  // a line are lines in (u, v, delta), so that all happens there.
+  // Returns the part of a segment inside the image, its ends each moved inwards at random. Images
+  // of a line are lines in (u, v, delta), so this is computed there.
   std::optional<Sight> See(const Segment3& line_C, int* cut_ends) {
     if (std::min(line_C.p().z(), line_C.q().z()) < 0.5) return std::nullopt;
     const Eigen::Vector3d a = projection_.Project(line_C.p()), b = projection_.Project(line_C.q());
@@ -165,11 +166,11 @@ class Generator {
   RgbdProjection projection_{camera_, Pose()};
 };
 
-// How lines are adjusted.
+// Parameterization of lines in the adjustment.
 struct Form {
   std::string name;
   bool orthonormal = false;
-  double hold = 0.0;  // [m] of the prior along the line that ends have; 0: none
+  double hold = 0.0;  // [m] of the prior on end points along the line; 0: none
 };
 
 std::vector<Form> Forms(const std::vector<double>& holds) {
@@ -210,7 +211,8 @@ void AddSight(FactorGraph& graph, const Sight& sight, bool depth, const RgbdProj
   }
 }
 
-// Each end stays where it starts along the line, give or take `hold` [m]; across it is free.
+// Adds a prior with sigma `hold` [m] that keeps each end point at its initial position along the
+// line.
 void HoldAlong(FactorGraph& graph, const Variable<Segment3>& variable, double hold) {
   const Segment3 start = graph.Value(variable);
   const Eigen::RowVector3d along = (start.q() - start.p()).normalized().transpose() / hold;
@@ -222,7 +224,7 @@ void HoldAlong(FactorGraph& graph, const Variable<Segment3>& variable, double ho
   graph.AddFactorToBlocks(std::make_shared<VectorPrior<6>>(x_0, W), nullptr, ids);
 }
 
-// Ends that have met are no line any more, but a point.
+// End points that coincide define a point instead of a line.
 double Distance(const Segment3& line, const Eigen::Vector3d& x) {
   constexpr double kMet = 1e-6;  // [m]
   if (line.Length() < kMet) return (x - line.p()).norm();
@@ -232,12 +234,12 @@ double Distance(const OrthonormalLine& line, const Eigen::Vector3d& x) {
   return line.Plucker().Distance(x);
 }
 
-// What an adjustment made of a window.
+// Result of the adjustment of a window.
 struct Outcome {
   double position2 = 0.0, angle2 = 0.0;  // mean squares over the free keyframes [m^2], [rad^2]
   std::vector<double> lines;             // [m] from the true ends to the estimated lines
   int shrunk = 0;                        // segments that became shorter than half
-  double redundancy = 0.0;  // rows less what they determine: what chi-squared should come to
+  double redundancy = 0.0;               // rows minus unknowns: expected chi-squared
   SolveSummary summary;
 };
 
@@ -260,7 +262,7 @@ Outcome Judge(const Window& window, const FactorGraph& graph,
   return outcome;
 }
 
-// Without depth the last keyframe is known as well as the first: the scale.
+// Without depth the last keyframe is also fixed, at its true pose, to define the scale.
 template <class Line, class Start>
 Outcome Adjust(const Window& window, bool depth, double hold, const Start& start) {
   FactorGraph graph;
@@ -312,7 +314,7 @@ double Quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-// The figures of one form over all seeds; `reference`: those of the orthonormal form.
+// Returns the figures of one form over all seeds; `reference`: those of the orthonormal form.
 nlohmann::ordered_json Sum(const std::vector<Outcome>& outcomes,
                            const std::vector<Outcome>& reference) {
   double position2 = 0.0, angle2 = 0.0, iterations = 0.0, seconds = 0.0, chi2 = 0.0;
@@ -368,7 +370,7 @@ void PrintRow(const nlohmann::ordered_json& row, bool times) {
   fmt::print("{}\n", times ? fmt::format(" {:.1f} |", number("solve_ms")) : "");
 }
 
-// All forms on the same windows.
+// Adjusts the same windows with all forms.
 nlohmann::ordered_json Measure(const Arguments& arguments, bool depth, double slide) {
   const std::vector<Form> forms = Forms(arguments.holds);
   std::vector<std::vector<Outcome>> outcomes(forms.size());

@@ -1,5 +1,5 @@
-// Octree building over a TUM RGB-D sequence with its ground-truth poses: OctomapBuilder against
-// octomap::OcTree::insertPointCloud, in seconds of processor time and voxel by voxel.
+// Octree building over a TUM RGB-D sequence with its ground-truth poses: OctomapBuilder compared
+// with octomap::OcTree::insertPointCloud, in seconds of processor time and voxel by voxel.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,7 +37,7 @@ namespace {
 
 constexpr Stamp kMaxStampDifference = 20'000'000;  // [ns]
 
-// "stamp rest" of the lines of a TUM list.
+// Returns "stamp rest" of the lines of a TUM list.
 std::map<Stamp, std::string> ReadList(const std::filesystem::path& path) {
   std::ifstream stream(path);
   if (!stream) throw IoError(path, "cannot be read");
@@ -53,7 +53,7 @@ std::map<Stamp, std::string> ReadList(const std::filesystem::path& path) {
   return entries;
 }
 
-// The nearest ground-truth pose in time; empty if there is none within 20 ms.
+// Returns the ground-truth pose closest in time; empty if there is none within 20 ms.
 std::optional<Pose> PoseAt(const std::map<Stamp, std::string>& poses, Stamp stamp) {
   auto nearest = poses.lower_bound(stamp);
   if (nearest == poses.end() ||
@@ -69,7 +69,7 @@ std::optional<Pose> PoseAt(const std::map<Stamp, std::string>& poses, Stamp stam
   return Pose::FromBlock(block);
 }
 
-// Share of the leaves of `map` that `stock` classifies alike.
+// Returns the share of the leaves of `map` with the same class in `stock`.
 double Agreement(const OctomapBuilder& map, const octomap::OcTree& stock) {
   std::size_t same = 0, all = 0;
   map.ForEachLeaf([&](const OctreeLeaf& leaf) {
@@ -81,7 +81,7 @@ double Agreement(const OctomapBuilder& map, const octomap::OcTree& stock) {
   return all > 0 ? static_cast<double>(same) / static_cast<double>(all) : 1.0;
 }
 
-// Processor time of the whole process.
+// Returns the processor time of the whole process.
 template <typename Work>
 double ProcessSeconds(const Work& work) {
   const std::clock_t start = std::clock();
@@ -97,7 +97,7 @@ struct Scan {
 // Times [s] of a scan.
 struct ScanTimes {
   std::vector<double> wall;
-  double processor = 0.0, caller = 0.0;  // sums; the share of the calling thread
+  double processor = 0.0, caller = 0.0;  // sums; caller: the calling thread
 
   void Insert(const Scan& scan, const DepthUnprojector& unprojector, OctomapBuilder& map) {
     wall.push_back(bench::WallSeconds([&] {
@@ -108,7 +108,8 @@ struct ScanTimes {
   }
 };
 
-// Mean over the scans of the best time of each: what other processes add is left out.
+// Returns the mean over the scans of each scan's best time, which excludes the load of other
+// processes.
 double MeanOfBest(const std::vector<double>& wall, std::size_t scans) {
   double sum = 0.0;
   for (std::size_t scan = 0; scan < scans; ++scan) {
@@ -119,7 +120,8 @@ double MeanOfBest(const std::vector<double>& wall, std::size_t scans) {
   return sum / static_cast<double>(scans);
 }
 
-// The map by one thread and by `threads`, scan by scan in turns, each `rounds` times from scratch.
+// Builds the map with one thread and with `threads`, alternating by scan, each `rounds` times from
+// scratch.
 nlohmann::json CompareThreads(const std::vector<Scan>& scans, const PinholeCamera& camera,
                               const OctomapBuilderOptions& options, int threads, int rounds) {
   const DepthUnprojector unprojector(camera);
@@ -153,10 +155,10 @@ nlohmann::json CompareThreads(const std::vector<Scan>& scans, const PinholeCamer
       {"others_processor_ms", (parallel_times.processor - parallel_times.caller) * milliseconds}};
 }
 
-// A way of calling octomap::OcTree::insertPointCloud, and the map it makes.
+// A way of calling octomap::OcTree::insertPointCloud, with its map.
 struct StockMode {
   std::string name;
-  bool lazy = false;  // inner nodes are left as they are until the last scan is in
+  bool lazy = false;  // inner nodes are only updated after the last scan
   bool discretize = false;
   octomap::OcTree tree;
   double seconds = 0.0;
@@ -188,7 +190,7 @@ class Benchmark {
                 {"_discretized", false, true, StockTree(options)},
                 {"_lazy", true, true, StockTree(options)}}} {}
 
-  // Each makes its map on its own, as in use: none finds the caches full of another's.
+  // Each map is built separately, as in use, so that none evicts another from the caches.
   void Insert(const std::vector<Scan>& scans) {
     for (const Scan& scan : scans) {
       ours_seconds_ += ProcessSeconds([&] { map_.Insert(scan.depth, unprojector_, scan.T_WC); });
@@ -197,8 +199,8 @@ class Benchmark {
     scans_ += static_cast<int>(scans.size());
   }
 
-  // By the mode of stock: none for its default call, _discretized, and _lazy, which is discretized
-  // as well.
+  // Names by mode of stock: no suffix for its default call, _discretized, and _lazy, which is
+  // discretized as well.
   nlohmann::json Report() const {
     const double milliseconds = 1e3 / std::max(1, scans_);
     nlohmann::json report = {{"scans", scans_},
@@ -220,7 +222,7 @@ class Benchmark {
  private:
   void Insert(const std::vector<Scan>& scans, StockMode& mode) const {
     for (const Scan& scan : scans) {
-      // Outside of the clock: stock octomap is charged for the insertion alone.
+      // Not timed: stock octomap is only charged for the insertion.
       const octomap::Pointcloud cloud = WorldCloud(scan, unprojector_, options_.min_depth);
       const Eigen::Vector3f p = scan.T_WC.p().cast<float>();
       const octomap::point3d origin(p.x(), p.y(), p.z());
@@ -228,7 +230,7 @@ class Benchmark {
         mode.tree.insertPointCloud(cloud, origin, options_.max_range, mode.lazy, mode.discretize);
       });
     }
-    // Without it the map is none that can be queried above its leaves.
+    // Otherwise the map could not be queried above its leaves.
     if (mode.lazy) mode.seconds += ProcessSeconds([&] { mode.tree.updateInnerOccupancy(); });
   }
 

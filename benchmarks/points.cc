@@ -1,6 +1,5 @@
-// highwall_bench_points: how descriptors fare as the 256 bits that the system compares. Two images
-// of a generated room, one later than the other; where a point of the first is in the second is
-// known.
+// highwall_bench_points: matching quality of descriptors as the 256 bits that the system compares.
+// Two images of a generated room at different times, with known correspondences of points.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -28,8 +27,8 @@
 namespace highwall::bench {
 namespace {
 
-constexpr double kRatio = 0.8;  // as RelocalizerOptions has it
-constexpr double kRight = 3.0;  // [px] within which a match is right
+constexpr double kRatio = 0.8;  // as in RelocalizerOptions
+constexpr double kRight = 3.0;  // [px] maximum error of a correct match
 constexpr double kSeconds = 20.0;
 
 struct Arguments {
@@ -39,7 +38,7 @@ struct Arguments {
   bool json = false;
 };
 
-// One view of a room.
+// View of a room.
 struct View {
   simulate::SimulatedFrame frame;
   ExtractedPoints points;
@@ -56,7 +55,8 @@ View Look(const simulate::Simulation& room, int frame, PointExtractor& extractor
   return view;
 }
 
-// Where keypoint i of a is in b [px]; empty without depth, or out of b's image.
+// Returns the true position of keypoint i of a in b [px]; empty without depth, or outside of b's
+// image.
 std::optional<Eigen::Vector2d> TruePlace(const View& a, std::size_t i, const View& b,
                                          const PinholeCamera& camera) {
   const cv::Point2f at = a.points.keypoints[i].pt;
@@ -69,7 +69,7 @@ std::optional<Eigen::Vector2d> TruePlace(const View& a, std::size_t i, const Vie
   return camera.Contains(uv) ? std::optional(uv) : std::nullopt;
 }
 
-// Nearest neighbours both ways that pass the test of the ratio, in the extractor's own metric.
+// Returns mutual nearest neighbours that pass the ratio test, in the extractor's own metric.
 std::vector<FeatureMatch> MatchNatively(const View& a, const View& b, DescriptorType type) {
   const cv::BFMatcher matcher(type == DescriptorType::kFloat ? cv::NORM_L2 : cv::NORM_HAMMING);
   std::vector<std::vector<cv::DMatch>> there, back;
@@ -89,11 +89,11 @@ std::vector<FeatureMatch> MatchNatively(const View& a, const View& b, Descriptor
   return matches;
 }
 
-// What pairs of views with one gap add up to.
+// Sums over pairs of views with one gap.
 struct Tally {
   int pairs = 0, points = 0, in_both = 0;
   int native = 0, native_right = 0, bits = 0, bits_right = 0;
-  std::vector<int> right, wrong;  // [bit] between true pairs; to the nearest that is none
+  std::vector<int> right, wrong;  // [bit] between true pairs; to the nearest other keypoint
 
   void Add(const View& a, const View& b, const PinholeCamera& camera, DescriptorType type) {
     ++pairs;

@@ -1,5 +1,6 @@
-// Pose graphs against the straight way to solve them: AutoDiff residuals, SPARSE_NORMAL_CHOLESKY,
-// the given initial values (odometry where the file has none), everything else as Ceres sets it.
+// Compares pose graph optimization with a straightforward solution: AutoDiff residuals,
+// SPARSE_NORMAL_CHOLESKY, the given initial values (odometry if the file has none), and Ceres'
+// defaults otherwise.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -157,7 +158,8 @@ Outcome SolveChordal(PoseGraph graph) {
   return outcome;
 }
 
-// The run of median time among `runs`, the two ways in turns, so that a busy machine hits both.
+// Returns the run of median time among `runs`. The two methods alternate, so that the load of the
+// machine affects both.
 std::pair<Outcome, Outcome> Compare(const PoseGraph& given, int runs) {
   std::vector<Outcome> straight, chordal;
   for (int run = 0; run < runs; ++run) {
@@ -197,7 +199,7 @@ nlohmann::ordered_json CompareFile(const std::filesystem::path& path, int runs) 
           {"speedup", straight.seconds / chordal.seconds}};
 }
 
-// False loops put into a graph, and what a robust solve makes of them.
+// Adds false loops to a graph, and evaluates a robust solve.
 nlohmann::ordered_json RejectFalseLoops(const std::filesystem::path& path, double share,
                                         FalseLoopKind kind, unsigned seed, RobustLoops robust) {
   PoseGraph clean = ReadWithPoses(path);

@@ -1,5 +1,5 @@
-// A checksum of what each stage of SLAM makes of each frame, so that two processors, compilers or
-// builds can be compared stage by stage (scripts/compare_processors).
+// Computes a checksum of the result of each SLAM stage for each frame, so that two processors,
+// compilers or builds can be compared stage by stage (scripts/compare_processors).
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -23,7 +23,7 @@
 namespace highwall::bench {
 namespace {
 
-// The bytes of numbers, without those between them that mean nothing.
+// Hashes the bytes of numbers, without padding.
 class Checksum {
  public:
   template <class T>

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-// The Python module, one component a file. Numbers, vectors and matrices are NumPy arrays of
-// doubles, images NumPy arrays as OpenCV's Python module has them, and stamps integers
+// The Python module, one component per file. Numbers, vectors and matrices are NumPy arrays of
+// doubles, images are NumPy arrays as in OpenCV's Python module, and stamps are integers
 // (nanoseconds), as everywhere in Highwall.
 namespace highwall::python {
 
@@ -27,8 +27,8 @@ void BindPointExtractor(py::module_& module);
 void BindSlam(py::module_& module);
 void BindMapping(py::module_& module);
 
-// Options as keyword arguments: Options(field=value, ...). A name that is no field is an
-// AttributeError, a value out of range what Validate() throws.
+// Defines a constructor with keyword arguments: Options(field=value, ...). An unknown name raises
+// an AttributeError, a value out of range the error of Validate().
 template <class Options, class Class>
 void KeywordConstructor(Class& options_class) {
   options_class.def(py::init([](const py::kwargs& fields) {
@@ -40,7 +40,7 @@ void KeywordConstructor(Class& options_class) {
   }));
 }
 
-// os.PathLike or str.
+// Converts an os.PathLike or str.
 inline std::filesystem::path Path(const py::object& path) {
   return py::module_::import("os").attr("fspath")(path).template cast<std::string>();
 }

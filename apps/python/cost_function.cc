@@ -35,7 +35,7 @@ std::vector<Value> ReadValues(const ceres::CostFunction& factor, const py::args&
   return values;
 }
 
-// Of one block, from Ceres' ambient Jacobian.
+// Returns the tangent-space Jacobian of one block from Ceres' ambient Jacobian.
 Eigen::MatrixXd TangentJacobian(const Value& value, const RowMajor& ambient) {
   const auto manifold = value.type.MakeManifold();
   if (!manifold) return ambient;
@@ -78,7 +78,7 @@ testing::JacobianCheckResult Check(const ceres::CostFunction& factor, const py::
                                  {.step = step, .absolute = absolute, .relative = relative});
 }
 
-// A factor that is written in Python, as it works for the object behind a gate.
+// A factor written in Python, used by the object behind a gate.
 class CalledFactor final : public ceres::CostFunction {
  public:
   CalledFactor(const py::object& factor, std::shared_ptr<CallGate> gate)
@@ -165,7 +165,7 @@ bool PythonFactor::Evaluate(double const* const* parameters, double* residuals,
       out = J[i] * lift;
     }
   } catch (const py::error_already_set& error) {
-    if (!error.matches(PyExc_Exception)) throw;  // Ctrl-C and the like are no fault of the factor
+    if (!error.matches(PyExc_Exception)) throw;  // Ctrl-C and the like are not errors of the factor
     throw std::runtime_error(error.what());
   } catch (const py::cast_error&) {
     throw std::runtime_error("evaluate() returns residuals and a list of Jacobians");

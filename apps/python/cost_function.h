@@ -14,12 +14,11 @@
 
 namespace highwall::python {
 
-// A factor that is written in Python: a class derived from Factor with
+// Base of factors written in Python: a class derived from Factor with
 //   evaluate(self, *values) -> (residuals, [Jacobian of each value])
-// where the Jacobians are those in the tangent spaces, as Highwall's own factors give them to
-// Python. Takes the interpreter's lock while it evaluates. What evaluate() raises becomes a
-// std::runtime_error, but for what ends a program (KeyboardInterrupt, SystemExit): that leaves as
-// it is.
+// The Jacobians are those in the tangent spaces, as Highwall's own factors return them in Python.
+// Acquires the GIL while it evaluates. An exception of evaluate() becomes a std::runtime_error,
+// except for those that end a program (KeyboardInterrupt, SystemExit), which propagate unchanged.
 class PythonFactor : public ceres::CostFunction {
  public:
   // Throws InvalidArgument for no residuals or no values.
@@ -34,11 +33,11 @@ class PythonFactor : public ceres::CostFunction {
   std::vector<std::unique_ptr<ceres::Manifold>> manifolds_;
 };
 
-// The factor of a Python object, for the object behind the gate. One that is written in Python
-// keeps its Python object alive: its class would be gone otherwise.
+// Returns the factor of a Python object, for use by the object behind the gate. A factor written in
+// Python keeps its Python object alive, because the object's class is needed.
 std::shared_ptr<ceres::CostFunction> ShareFactor(const py::object& factor,
                                                  const std::shared_ptr<CallGate>& gate);
-// Null where it is None.
+// Returns null for None.
 std::shared_ptr<ceres::LossFunction> ShareLoss(const py::object& loss);
 
 }  // namespace highwall::python

@@ -44,7 +44,7 @@ void CallGate::RaiseInterrupt() {
 
 SolveOptions Interruptible(SolveOptions options, CallGate& gate) {
   using Clock = std::chrono::steady_clock;
-  // A look waits for the interpreter's lock.
+  // Each check for signals waits for the GIL.
   static constexpr std::chrono::milliseconds kBetweenLooks(100);
   options.stop = &gate.interrupted();
   options.on_iteration = [&gate, last = Clock::now()](int, double) mutable {

@@ -14,22 +14,22 @@
 
 #include "references.h"
 
-// C++ objects that are not thread-safe, but give the interpreter's lock away while they work: other
-// threads of Python may call them meanwhile.
+// Wrappers of C++ objects that are not thread-safe but release the GIL while they work, so that
+// other Python threads may call them in the meantime.
 namespace highwall::python {
 
 namespace py = pybind11;
 
-// Lets one call at a time in to an object.
+// Mutual exclusion of the calls of one object.
 class CallGate {
  public:
-  // name: of the object's class in Python.
+  // name: Python class of the object.
   explicit CallGate(std::string name) : name_(std::move(name)) {}
   CallGate(const CallGate&) = delete;
   CallGate& operator=(const CallGate&) = delete;
 
-  // Held by a thread that works for the object: code in Python that it calls meanwhile must not
-  // call the object in turn, which would wait for itself.
+  // Marks a thread as working for the object. Python code called by that thread must not call the
+  // object, which would deadlock.
   class Work {
    public:
     explicit Work(const CallGate& gate);
@@ -40,10 +40,10 @@ class CallGate {
    private:
     friend class CallGate;
     const CallGate& gate_;
-    const Work* const outer_;  // of the same thread
+    const Work* const outer_;  // on the same thread
   };
 
-  // Waits for the calls of other threads. Without the interpreter's lock, for which they may wait.
+  // Waits for the calls of other threads. The GIL must not be held, because those may wait for it.
   class Pass {
    public:
     explicit Pass(CallGate& gate) : lock_(gate.mutex_), work_(gate) {}
@@ -56,15 +56,15 @@ class CallGate {
   // Throws std::runtime_error (Python's RuntimeError) on a thread that works for the object.
   void RequireOutside() const;
 
-  // A Python object that the object keeps alive. With the interpreter's lock.
+  // Keeps a Python object alive as long as the C++ object. Requires the GIL.
   std::shared_ptr<Reference> Keep(py::object object) const {
     return std::make_shared<Reference>(references_, std::move(object));
   }
   References& references() const { return *references_; }
 
-  // Code in Python that works for the object has raised what ends a program (KeyboardInterrupt,
-  // SystemExit): the call that is under way, or the next one, ends as soon as it can and raises
-  // that. Both with the interpreter's lock.
+  // Interrupt() records that Python code called by the object has raised an exception that ends a
+  // program (KeyboardInterrupt, SystemExit): the current or next call ends as soon as possible and
+  // raises it by RaiseInterrupt(). Both require the GIL.
   void Interrupt(py::error_already_set error);
   void RaiseInterrupt();
   const std::atomic<bool>& interrupted() const { return interrupted_; }
@@ -77,18 +77,17 @@ class CallGate {
   const std::shared_ptr<References> references_ = std::make_shared<References>();
 };
 
-// An object behind a gate: what Python holds.
+// Object with a gate, as held by Python.
 template <class T>
 class Exclusive {
  public:
-  // make(gate): the object, whose own calls of Python name the gate that they work for.
+  // make(gate): returns the object, whose own Python calls are registered with that gate.
   template <class Make>
   Exclusive(std::string name, const Make& make)
       : gate_(std::make_shared<CallGate>(std::move(name))), object_(make(gate_)) {}
 
-  // use(object), without the interpreter's lock and while no other call is under way. A reference
-  // that it returns is copied. Raises what interrupted it, Ctrl-C included, rather than anything
-  // that came of that.
+  // Calls use(object) without the GIL and exclusively. A returned reference is copied. If the call
+  // was interrupted, including by Ctrl-C, that exception is raised instead of any resulting error.
   template <class Use>
   auto Call(const Use& use) {
     gate_->RequireOutside();
@@ -107,7 +106,7 @@ class Exclusive {
     }
   }
 
-  // The same on a thread that has no lock of the interpreter's, and raises nothing.
+  // Does the same on a thread that does not hold the GIL, and raises no interrupt.
   template <class Use>
   auto Enter(const Use& use) {
     const CallGate::Pass pass(*gate_);
@@ -128,11 +127,11 @@ class Exclusive {
   T object_;
 };
 
-// The options of a solve that ends soon after Ctrl-C, or another interrupt of the gate's, which
-// must outlive them.
+// Returns solver options that stop soon after Ctrl-C or another interrupt of the gate, which must
+// outlive them.
 SolveOptions Interruptible(SolveOptions options, CallGate& gate);
 
-// A member function of T as one of Exclusive<T>, or of one that holds a class derived from T.
+// Binds a member function of T to Exclusive<T>, or to that of a class derived from T.
 template <class Held, class T, class Result, class... Arguments>
 auto Exclusively(Result (T::*function)(Arguments...) const) {
   return [function](Exclusive<Held>& self, Arguments... arguments) {

@@ -18,7 +18,7 @@
 namespace highwall::python {
 namespace {
 
-// The value of a type that is the same as the variable's: a Pose is not seven numbers.
+// Reads a value of the same type as the variable: a Pose is not seven numbers.
 Value ValueFor(const PythonVariable& variable, const py::handle& object) {
   Value value = ReadValue(object);
   HIGHWALL_REQUIRE(
@@ -105,7 +105,7 @@ void BindFactorGraph(py::module_& module) {
     });
     return PythonVariable{id, value.type};
   };
-  // A member function that takes a variable.
+  // Binds a member function that takes a variable.
   const auto of_variable = []<class Result>(Result (FactorGraph::*function)(const VariableId&)) {
     return [function](Graph& self, const PythonVariable& variable) {
       return self.Call([&](FactorGraph& graph) { return (graph.*function)(variable.id); });

@@ -9,7 +9,7 @@
 namespace highwall::python {
 namespace {
 
-// What is not joined is in layers of its own.
+// Submaps that are not merged have separate layers.
 KeyframePose LayeredPose(const KeyFrame& keyframe, const Map& map) {
   return {keyframe.T_WC, map.Root(keyframe.submap).value()};
 }
@@ -22,7 +22,7 @@ std::map<std::int64_t, KeyframePose> LayeredPoses(const Map& map) {
   return poses;
 }
 
-// As `highwall slam` has it, whose map is to be the same.
+// Same condition as in `highwall slam`, which must produce the same map.
 bool MovesKeyframes(const FrameResult& frame) {
   return (frame.inertial && frame.inertial->T_level) || frame.drops_submap ||
          (frame.factors && frame.factors->accepted) ||
@@ -45,7 +45,7 @@ FollowedMap::FollowedMap(const DenseMapOptions& options, const DepthCamera& came
 void FollowedMap::SetKeyframe(const SlamSystem& slam, const KeyFrame& keyframe,
                               const RgbdImage& image, const RgbdImage& original) {
   if (finished_) return;
-  Settle({});  // one whose frame did not come, where another callback has raised something
+  Settle({});  // a keyframe without its frame, because another callback raised an exception
   keyframe_ = {keyframe.id.value(), image.stamp, image.depth, image.bgr, keyframe.T_WC};
   originals_[keyframe.id] = {original, slam.depth_pattern()};
 }
@@ -60,7 +60,7 @@ void FollowedMap::Follow(const SlamSystem& slam, const FrameResult& frame) {
     }
   }
   if (MovesKeyframes(frame)) mapper_.SetPoses(LayeredPoses(slam.map()));
-  settling_->HandOver(frame.stamp);  // as the map stands now
+  settling_->HandOver(frame.stamp);  // with current poses
 }
 
 std::vector<DenseMap> FollowedMap::Finish(const SlamSystem* slam) {

@@ -10,13 +10,13 @@
 
 namespace highwall::python {
 
-// A handle of a variable that knows what its block holds.
+// Handle of a variable with the type of its block.
 struct PythonVariable {
   VariableId id;
   ValueType type;
 };
 
-// Arguments (factor, variable, ...) of add_factor().
+// Convert arguments (factor, variable, ...) of add_factor().
 std::vector<VariableId> Ids(const std::vector<PythonVariable>& variables);
 std::vector<PythonVariable> ReadVariables(const py::args& variables);
 

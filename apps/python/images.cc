@@ -25,7 +25,7 @@ py::array ArrayOf(const py::object& object) {
   return array;
 }
 
-// remedy: what to do where the type is another.
+// remedy: advice for another type.
 [[noreturn]] void RefuseType(const py::array& array, const std::string& what,
                              const std::string& remedy) {
   throw py::type_error(what + ", not of " + py::str(array.dtype()).cast<std::string>() + ": " +

@@ -10,7 +10,7 @@ namespace highwall::python {
 using Stamps = Eigen::Matrix<Stamp, Eigen::Dynamic, 1>;
 using Readings = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-// Throws InvalidArgument unless all have one length.
+// Throws InvalidArgument unless all have the same length.
 std::vector<ImuSample> ImuSamples(const Stamps& stamps, const Readings& gyroscope,
                                   const Readings& accelerometer);
 

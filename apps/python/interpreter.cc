@@ -8,7 +8,7 @@
 namespace highwall::python {
 namespace {
 
-// Of the process, as the interpreter is.
+// Process-wide, like the interpreter.
 struct Locks {
   std::mutex mutex;
   std::condition_variable returned;
@@ -24,7 +24,7 @@ Locks& AllLocks() {
 void EndLocks() {
   // A call of a daemon thread may never return.
   constexpr std::chrono::seconds kLongest(2);
-  const py::gil_scoped_release unlocked;  // for those that are taken to return
+  const py::gil_scoped_release unlocked;  // lets the holders of locks continue
   Locks& locks = AllLocks();
   std::unique_lock lock(locks.mutex);
   locks.ended_by = std::this_thread::get_id();

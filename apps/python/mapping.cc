@@ -28,7 +28,7 @@ using Rows3f = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Bytes3 = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-// A type of its own: as a std::vector it would become a list of points.
+// Separate type: a std::vector would be converted to a list of points.
 struct Cloud {
   std::vector<ColoredPoint> points;
 };
@@ -259,7 +259,7 @@ std::vector<DenseMap> FinishMaps(Mapper& self) {
   const auto kept = self.Call([](const FollowedMap& map) { return map.system(); });
   const py::object system = kept ? kept->Get() : py::object();
   if (!system) return self.Call([](FollowedMap& map) { return map.Finish(nullptr); });
-  // The system's gate before the mapper's, as track() has it.
+  // Locks the system's gate before the mapper's, in the same order as track().
   return system.cast<Slam&>().Call([&](const SlamSystem& slam) {
     return self.Enter([&](FollowedMap& map) { return map.Finish(&slam); });
   });

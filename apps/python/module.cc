@@ -11,8 +11,8 @@ namespace {
 constexpr const char* kPybindVersion =
     PYBIND11_TOSTRING(PYBIND11_VERSION_MAJOR) "." PYBIND11_TOSTRING(PYBIND11_VERSION_MINOR);
 
-// pybind11 before 2.12 reads the arrays of NumPy 2 where those of NumPy 1 had their parts, and
-// crashes. Throws py::import_error.
+// pybind11 before 2.12 reads arrays of NumPy 2 with the memory layout of NumPy 1, and crashes.
+// Throws py::import_error.
 void RequireArraysAreUnderstood() {
   if (PYBIND11_VERSION_HEX >= 0x020C0000) return;
   const std::string numpy = py::module_::import("numpy").attr("__version__").cast<std::string>();

@@ -14,7 +14,7 @@
 namespace highwall::python {
 namespace {
 
-// A factor whose errors do not reach Ceres' threads, which they would end the program on.
+// Factor whose exceptions do not reach Ceres' threads, where they would end the program.
 class GuardedCost final : public ceres::CostFunction {
  public:
   explicit GuardedCost(std::shared_ptr<ceres::CostFunction> cost) : cost_(std::move(cost)) {
@@ -44,7 +44,7 @@ class GuardedCost final : public ceres::CostFunction {
 void AddFactor(Slam& self, std::vector<Stamp> stamps, const py::object& factor,
                std::optional<int> frame, const py::object& loss) {
   std::shared_ptr<ceres::CostFunction> cost = ShareFactor(factor, self.gate());
-  // The library's own do not throw, and a map file knows them by their type.
+  // Factors of the library do not throw, and map files identify them by their type.
   if (py::isinstance<PythonFactor>(factor)) cost = std::make_shared<GuardedCost>(std::move(cost));
   PoseFactor added{std::move(stamps), kNoId, std::move(cost), ShareLoss(loss)};
   if (frame) added.frame = ReferenceFrameId(*frame);

@@ -10,9 +10,9 @@
 
 namespace highwall::python {
 
-// SlamSystem::AddFactor(). frame: of AddReferenceFrame(). What a factor written in Python raises
-// while SLAM runs goes to sys.unraisablehook, for it may be on any thread, and the adjustment that
-// it took part in fails.
+// Calls SlamSystem::AddFactor(). frame: of AddReferenceFrame(). An exception raised by a Python
+// factor while SLAM runs goes to sys.unraisablehook, because it may occur on any thread, and the
+// adjustment with that factor fails.
 void AddFactor(Slam& self, std::vector<Stamp> stamps, const py::object& factor,
                std::optional<int> frame, const py::object& loss);
 

@@ -50,7 +50,7 @@ cv::Mat ReadDescriptors(const py::object& object, const std::string& name) {
   return MatrixOf(array);
 }
 
-// An extractor that is written in Python, as it works for the object behind a gate.
+// An extractor written in Python, used by the object behind a gate.
 class CalledPoints final : public PointExtractor {
  public:
   CalledPoints(const py::object& points, std::shared_ptr<CallGate> gate)

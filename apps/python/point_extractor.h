@@ -12,12 +12,12 @@ namespace highwall::python {
 
 namespace py = pybind11;
 
-// An extractor that is written in Python: a class derived from PointExtractor with
+// Extractor written in Python: a class derived from PointExtractor with
 //   extract(self, gray) -> (keypoints, descriptors)
-// Takes the interpreter's lock while it extracts.
+// Acquires the GIL while it extracts.
 class PythonPoints : public PointExtractor {
  public:
-  // Throws InvalidArgument where the kind is none.
+  // Throws InvalidArgument for an invalid kind.
   explicit PythonPoints(PointKind kind);
 
   const PointKind& kind() const override { return kind_; }
@@ -27,8 +27,8 @@ class PythonPoints : public PointExtractor {
   const PointKind kind_;
 };
 
-// The extractor of a Python object, for the object behind the gate. It keeps the Python object
-// alive; null where that is None.
+// Returns the extractor of a Python object, for use by the object behind the gate, and keeps the
+// Python object alive; null for None.
 std::shared_ptr<PointExtractor> SharePoints(const py::object& points,
                                             const std::shared_ptr<CallGate>& gate);
 

@@ -103,7 +103,7 @@ void BindPoseGraph(py::module_& module) {
   module.def(
       "solve_pose_graph",
       [](PoseGraph& graph, const PoseGraphOptions& options) {
-        // Other threads may read or change it until the poses have moved.
+        // Solves a copy: other threads may read or change the graph until the poses are updated.
         PoseGraph solved = graph;
         CallGate gate("PoseGraph");
         PoseGraphOptions interruptible = options;

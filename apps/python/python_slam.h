@@ -14,8 +14,8 @@ namespace highwall::python {
 
 using Mapper = Exclusive<FollowedMap>;
 
-// A system as Python has it: with what dense mappers that follow it need to know, beside what its
-// user listens to.
+// SlamSystem as used from Python: it also serves the dense mappers that follow it, in addition to
+// the user's callbacks.
 class PythonSlam : public SlamSystem {
  public:
   PythonSlam(const RgbdSensor& sensor, const SlamOptions& options,
@@ -31,17 +31,17 @@ class PythonSlam : public SlamSystem {
   bool moving_objects() const { return moving_objects_; }
   bool has_imu() const { return has_imu_; }
 
-  // SlamSystem::Track(). Keyframes keep the image as it is given, where a mapper follows.
+  // Calls SlamSystem::Track(). Followers receive the original image with each keyframe.
   FrameResult TrackImage(const RgbdImage& image);
-  // What the user listens to.
+  // Sets the user's callbacks.
   void Listen(SlamCallbacks callbacks);
-  // From the first keyframe on, as long as the mapper lives. Throws InvalidArgument where there are
-  // keyframes.
+  // Adds a mapper that follows from the first keyframe on, as long as it lives. Throws
+  // InvalidArgument if there are keyframes already.
   void AddMapper(const std::shared_ptr<Mapper>& mapper);
 
  private:
   void Connect();
-  // use(map) of each mapper.
+  // Calls use(map) for each mapper.
   template <class Use>
   void ForEachMapper(const Use& use) const {
     for (const std::weak_ptr<Mapper>& follower : mappers_) {
@@ -52,7 +52,7 @@ class PythonSlam : public SlamSystem {
   const RgbdSensor sensor_;
   const bool moving_objects_, has_imu_;
   SlamCallbacks listener_;
-  RgbdImage image_;  // that is being tracked
+  RgbdImage image_;  // the tracked image
   std::vector<std::weak_ptr<Mapper>> mappers_;
 };
 

@@ -15,7 +15,7 @@ References::Place References::Add(py::object object) {
 }
 
 void References::Remove(Place place) {
-  const py::object removed = std::move(*place);  // what goes with it may come back here
+  const py::object removed = std::move(*place);  // its destruction may re-enter this function
   objects_.erase(place);
 }
 
@@ -34,7 +34,7 @@ void References::Clear() {
 
 Reference::~Reference() {
   const InterpreterLock lock;
-  if (lock.IsTaken()) references_->Remove(place_);  // else it stays, for the little that is left
+  if (lock.IsTaken()) references_->Remove(place_);  // else leaked at exit
 }
 
 }  // namespace highwall::python

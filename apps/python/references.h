@@ -7,27 +7,28 @@
 #include <typeinfo>
 #include <utility>
 
-// Python objects that C++ objects keep alive, where Python's garbage collector sees them: else a
+// Python objects kept alive by C++ objects and visible to Python's garbage collector: otherwise a
 // cycle through them (the callback of a system is a method of the object that holds the system)
 // would never be freed.
 namespace highwall::python {
 
 namespace py = pybind11;
 
-// Those of one C++ object. To be used with the interpreter's lock.
+// References of one C++ object. Requires the GIL.
 class References {
  public:
   using Place = std::list<py::object>::iterator;
 
   References() = default;
-  // What is left when the interpreter has ended is not let go of.
+  // Leaks references that remain after the interpreter has ended.
   ~References();
   References(const References&) = delete;
   References& operator=(const References&) = delete;
 
   Place Add(py::object object);
   void Remove(Place place);
-  // For the collector: visits each; and lets go of all, whose places are null then.
+  // Support the collector: Visit() visits each object, Clear() releases all, whose places are null
+  // then.
   int Visit(visitproc visit, void* argument) const;
   void Clear();
 
@@ -35,18 +36,18 @@ class References {
   std::list<py::object> objects_;
 };
 
-// One of them, for as long as this lives.
+// One reference, held during its lifetime.
 class Reference {
  public:
-  // With the interpreter's lock, as Get().
+  // Requires the GIL, as does Get().
   Reference(std::shared_ptr<References> references, py::object object)
       : references_(std::move(references)), place_(references_->Add(std::move(object))) {}
-  // Takes the lock.
+  // Acquires the GIL.
   ~Reference();
   Reference(const Reference&) = delete;
   Reference& operator=(const Reference&) = delete;
 
-  // Null where the collector has freed it.
+  // Returns null if the collector has freed it.
   py::object Get() const { return *place_; }
 
  private:
@@ -54,8 +55,8 @@ class Reference {
   const References::Place place_;
 };
 
-// The C++ object of a Python object; null as long as, and where, it has none. Makes nothing, as the
-// collector asks for.
+// Returns the C++ object of a Python object, or null if it has none (yet). Allocates nothing, as
+// the collector requires.
 template <class T>
 T* ConstructedIn(PyObject* self) {
   auto* const instance = reinterpret_cast<py::detail::instance*>(self);
@@ -67,7 +68,7 @@ T* ConstructedIn(PyObject* self) {
                                                              : nullptr;
 }
 
-// For the class of T in Python, where T has references(): the collector sees them.
+// Makes the references() of T visible to the collector, for the Python class of T.
 template <class T>
 py::custom_type_setup Collected() {
   return py::custom_type_setup([](PyHeapTypeObject* heap_type) {
@@ -82,7 +83,7 @@ py::custom_type_setup Collected() {
       if (T* const object = ConstructedIn<T>(self)) object->references().Clear();
       return 0;
     };
-    // pybind11 leaves the object where the collector looks while its destructor runs.
+    // pybind11 leaves the object visible to the collector while its destructor runs.
     type.tp_dealloc = [](PyObject* self) {
       PyObject_GC_UnTrack(self);
       py::detail::pybind11_object_dealloc(self);

@@ -27,8 +27,8 @@ RgbdImage MakeImage(Stamp stamp, const py::object& bgr, const py::object& depth)
   return {.stamp = stamp, .bgr = ColourImage(bgr), .depth = DepthImage(depth)};
 }
 
-// Calls a Python function from C++, with the interpreter's lock; none where the collector has freed
-// it. Copies share one reference, so that none is counted without the lock.
+// Calls a Python function from C++ with the GIL, or does nothing if the collector has freed it.
+// Copies share one reference, so that reference counts never change without the GIL.
 class Callback {
  public:
   Callback(const CallGate& gate, py::function function)
@@ -44,8 +44,7 @@ class Callback {
   std::shared_ptr<Reference> function_;
 };
 
-// Lets go of the interpreter's lock, which factors written in Python ask for on the threads that
-// the system ends.
+// Releases the GIL, which factors written in Python need on the threads that the system joins.
 struct UnlockedDelete {
   void operator()(Slam* slam) const {
     const py::gil_scoped_release unlocked;

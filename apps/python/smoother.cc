@@ -58,7 +58,7 @@ void BindSmootherOptions(py::module_& module) {
       .def_readonly("seconds", &UpdateReport::seconds);
 }
 
-// add(smoother, value as the C++ type): its handle.
+// Calls add(smoother, value as the C++ type) and returns its handle.
 template <class Add>
 PythonVariable AddTo(Exclusive<Smoother>& self, const py::object& object, const Add& add) {
   const Value value = ReadValue(object);

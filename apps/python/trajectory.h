@@ -4,7 +4,7 @@
 
 namespace highwall::python {
 
-// A type of its own: as a std::vector it would become a list of pairs.
+// Separate type: a std::vector would be converted to a list of pairs.
 struct PythonTrajectory {
   Trajectory poses;
 };

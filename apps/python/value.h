@@ -14,7 +14,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/variable.h>
 
-// What a parameter block holds, known at run time: Python's side of VariableTraits.
+// Type of a parameter block, known at run time: the Python counterpart of VariableTraits.
 namespace highwall::python {
 
 namespace py = pybind11;
@@ -23,9 +23,9 @@ enum class ValueKind { kPose, kOrthonormalLine, kSegment, kUnitDirection, kNumbe
 
 struct ValueType {
   ValueKind kind = ValueKind::kVector;
-  int size = 0;  // doubles of the block
+  int size = 0;  // number of doubles of the block
 
-  // Null where the block is Euclidean.
+  // Returns null for a Euclidean block.
   std::unique_ptr<ceres::Manifold> MakeManifold() const;
 };
 
@@ -34,18 +34,18 @@ struct Value {
   std::vector<double> block;
 };
 
-// Vectors of a graph have at most so many doubles: each size is a type of its own in C++.
+// Maximum number of doubles of a vector in a graph: each size is a separate C++ type.
 inline constexpr int kMaxVector = 16;
 
-// A Pose, OrthonormalLine, Segment3, UnitDirection, number, or array of one dimension. Throws
+// Reads a Pose, OrthonormalLine, Segment3, UnitDirection, number, or one-dimensional array. Throws
 // InvalidArgument for anything else.
 Value ReadValue(const py::handle& value);
-// The Python object of a block.
+// Returns the Python object of a block.
 py::object MakeValue(const ValueType& type, const double* block);
-// Of a class (Pose, ..., float) or of a whole number: the length of a vector.
+// Reads a class (Pose, ..., float) or a whole number, the length of a vector.
 ValueType ReadValueType(const py::handle& type);
 
-// visit(value as the C++ type). Throws InvalidArgument for a vector longer than kMaxVector.
+// Calls visit(value as the C++ type). Throws InvalidArgument for a vector longer than kMaxVector.
 template <class Visit>
 auto VisitValue(const Value& value, Visit visit) {
   const double* block = value.block.data();

@@ -45,7 +45,7 @@ std::string Escaped(std::string_view text) {
   return escaped;
 }
 
-// JSON that cannot end the script element that it stands in.
+// Escapes JSON so that it cannot end the enclosing script element.
 std::string InScript(const nlohmann::json& data) {
   const std::string text = JsonText(data);
   std::string safe;
@@ -78,7 +78,7 @@ bool HasView3d() {
 
 std::string HtmlPage(std::string_view title, const nlohmann::json& data) {
   std::string page = Text("report.html");
-  // From the last to the first: nothing is looked for in what was filled in.
+  // From the last to the first mark, so that inserted text is never searched.
   const auto fill = [&page](std::string_view mark, const std::string& text) {
     const std::size_t at = page.find(mark);
     HIGHWALL_REQUIRE(at != std::string::npos, "report.html has no " + std::string(mark));

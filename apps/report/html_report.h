@@ -11,18 +11,19 @@
 
 namespace highwall::apps {
 
-// Whether three.js is embedded in this program: without it pages have no 3-D view, and say so.
+// Whether three.js is embedded in this program: without it, pages show a message instead of the 3-D
+// view.
 bool HasView3d();
 inline constexpr const char* kNoView3d =
     "this highwall was built without three.js (Debian: libjs-three)";
 
-// The page: page/report.html with its style, its scripts and the data in it. Whatever text is in
-// the data stays data.
+// Returns the page: page/report.html with its style, its scripts and the data. Text in the data is
+// escaped so that it remains data.
 std::string HtmlPage(std::string_view title, const nlohmann::json& data);
 
-// One page of one run or several side by side, whole or not at all; the points of the cloud are
-// shared out among them, so that the page does not grow with their number. Throws IoError as
-// RunData, and where the file cannot be written.
+// Writes atomically one page of one run or several side by side. The points of the cloud are
+// divided among the runs, so that the page does not grow with their number. Throws IoError as
+// RunData(), and if the file cannot be written.
 void WriteHtmlReport(const std::filesystem::path& path, std::span<const std::filesystem::path> runs,
                      RunDataOptions options = {});
 

@@ -22,8 +22,8 @@
 namespace highwall::apps {
 namespace {
 
-constexpr int kLeastShared = 15;           // landmarks of an edge that is drawn
-constexpr std::size_t kEdgesEach = 4;      // of a keyframe, with those it shares most with
+constexpr int kLeastShared = 15;           // minimum number of landmarks for a drawn edge
+constexpr std::size_t kEdgesEach = 4;      // per keyframe, those with most common landmarks
 constexpr std::size_t kMostLines = 8'000;  // the longest ones
 
 nlohmann::json CovisibleJson(const Map& map, const std::vector<KeyFrameId>& keyframes) {
@@ -58,7 +58,7 @@ nlohmann::json KeyFramesJson(const Map& map, const std::vector<KeyFrameId>& keyf
   return json;
 }
 
-// Where a frame was, if it is one of the trajectory.
+// Returns the position of a frame in the trajectory, or null if it is not part of it.
 nlohmann::json PlaceOf(const Trajectory& trajectory, const std::optional<Stamp>& stamp) {
   if (!stamp) return nullptr;
   const auto at = std::ranges::lower_bound(trajectory, *stamp, {}, &StampedPose::stamp);

@@ -15,7 +15,7 @@
 namespace highwall::apps {
 namespace {
 
-// How many matched poses make a second.
+// Returns the number of matched poses per second.
 int FramesPerSecond(const Trajectory& matched) {
   std::vector<Stamp> intervals;
   for (std::size_t i = 1; i < matched.size(); ++i) {
@@ -27,7 +27,7 @@ int FramesPerSecond(const Trajectory& matched) {
   return interval > 0.0 ? std::max(1, static_cast<int>(std::lround(1.0 / interval))) : 1;
 }
 
-// The truth while the trajectory lasts, moved to the world of that.
+// Returns the ground truth during the trajectory's time span, in the trajectory's world.
 Trajectory InWorld(const Trajectory& truth, const Trajectory& trajectory,
                    const TrajectoryError& aligned) {
   const StampedPose& first = aligned.estimate.front();

@@ -10,25 +10,25 @@
 
 namespace highwall::apps {
 
-// How far a trajectory is from the truth: absolute error after a rigid alignment, relative error
-// over a second.
+// Error of a trajectory against the ground truth: absolute error after a rigid alignment, and
+// relative error over one second.
 struct MotionErrors {
   TrajectoryError absolute;
   TrajectoryError relative;
-  int frames_per_second = 1;  // matched poses that the relative error goes over
-  Trajectory truth_W;         // in the world of the trajectory, while that lasts
+  int frames_per_second = 1;  // matched poses per interval of the relative error
+  Trajectory truth_W;         // in the world of the trajectory, during its time span
 };
 
-// Empty where they cannot be compared: hardly any stamp of the truth is one of the trajectory.
+// Returns an empty result if they cannot be compared, since hardly any of their stamps match.
 std::optional<MotionErrors> CompareWithTruth(const Trajectory& truth, const Trajectory& trajectory);
 
-// {"t": [s] after `start`, "position": [m]} of about `limit` poses at most, evenly chosen, and
-// "error" [m], or null where a pose has none, with `errors`.
+// Returns {"t": [s] after `start`, "position": [m]} of at most about `limit` poses, evenly chosen;
+// with `errors` also "error" [m], or null for a pose without one.
 nlohmann::json PathJson(const Trajectory& trajectory, Stamp start,
                         const std::optional<MotionErrors>& errors, std::size_t limit);
 
-// {"ape": {...}, "rpe": {...}, "truth": {"t", "position"}, "time_covered"}: each error with "rmse",
-// "mean", "median", "max" [m] and its course "t" [s] after `start`, "error" [m].
+// Returns {"ape": {...}, "rpe": {...}, "truth": {"t", "position"}, "time_covered"}: each error with
+// "rmse", "mean", "median", "max" [m] and its curve "t" [s] after `start`, "error" [m].
 nlohmann::json ErrorsJson(const MotionErrors& errors, Stamp start, std::size_t limit);
 
 }  // namespace highwall::apps

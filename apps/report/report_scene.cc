@@ -23,13 +23,13 @@ constexpr double kSteps = std::numeric_limits<std::uint16_t>::max();
 
 using Cell = std::array<std::uint16_t, 3>;
 
-// A cell of the octree in units of `size`, counted from `low`.
+// Cells of the octree in units of `size`, relative to `low`.
 std::vector<Cell> CellsOf(std::span<const Eigen::Vector3f> centres, const Eigen::Vector3f& low,
                           double size) {
   std::vector<Cell> cells;
   for (const Eigen::Vector3f& centre : centres) {
     const Eigen::Vector3d at = (centre - low).cast<double>() / size;
-    // Half a smallest cell keeps rounding away from the edges of larger ones.
+    // An offset of half the smallest cell avoids rounding at the edges of larger cells.
     const auto index = [](double value) {
       return static_cast<std::uint16_t>(std::clamp(std::floor(value), 0.0, kSteps));
     };
@@ -50,13 +50,13 @@ std::vector<ColoredPoint> ThinPoints(std::vector<ColoredPoint> points, std::size
   if (points.size() <= limit) return points;
   Eigen::AlignedBox3f box;
   for (const ColoredPoint& point : points) box.extend(point.p);
-  // FilterVoxels has room for 2^20 voxels to each side of the origin.
+  // FilterVoxels supports 2^20 voxels to each side of the origin.
   const double farthest =
       std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
   double voxel = std::max(0.005, farthest / (1 << 19));
   std::vector<ColoredPoint> thinned = FilterVoxels(points, voxel);
   while (thinned.size() > limit) {
-    // Surfaces: twice the voxel, a quarter of the points.
+    // On surfaces, doubling the voxel size leaves a quarter of the points.
     const double share = static_cast<double>(thinned.size()) / static_cast<double>(limit);
     voxel *= std::max(1.05, std::sqrt(share));
     thinned = FilterVoxels(points, voxel);

@@ -11,7 +11,7 @@
 namespace highwall::apps {
 namespace {
 
-constexpr double kSeenRowTime = 0.003;  // [s]: a deviation as of what `highwall calibrate` sees
+constexpr double kSeenRowTime = 0.003;  // [s] maximum deviation, as in `highwall calibrate`
 
 using Pointer = nlohmann::json::json_pointer;
 
@@ -23,14 +23,14 @@ double Number(const nlohmann::json& json, const char* pointer) {
   return json.value(Pointer(pointer), 0.0);
 }
 
-// Digits in groups of three, with a narrow space between them, as the page has them.
+// Groups digits in threes with a narrow space, as on the page.
 std::string Grouped(std::size_t count) {
   std::string digits = std::to_string(count);
   for (std::size_t at = digits.size(); at > 3;) digits.insert(at -= 3, "\u202f");
   return digits;
 }
 
-// "1 loop", "2 loops".
+// Returns a text such as "1 loop" or "2 loops".
 std::string Counted(std::size_t count, const std::string& one, const std::string& many) {
   return fmt::format("{} {}", Grouped(count), count == 1 ? one : many);
 }
@@ -38,7 +38,7 @@ std::string Counted(std::size_t count, const std::string& noun) {
   return Counted(count, noun, noun + "s");
 }
 
-// Millimetres below 10 cm, else metres.
+// Uses millimetres below 10 cm, otherwise metres.
 std::string Length(double metres) {
   return metres < 0.1 ? fmt::format("{:.1f} mm", 1e3 * metres) : fmt::format("{:.3f} m", metres);
 }

@@ -7,9 +7,8 @@
 
 namespace highwall::apps {
 
-// A run in words, a paragraph each: how much was tracked and how well, what the map came to, what
-// the sensors turned out to be, how long it took. run: run.json, of a run or of runs that were
-// merged; errors: ErrorsJson(), or null.
+// Returns a summary of a run in paragraphs: tracking, accuracy, map, sensor calibration, and time.
+// run: run.json of a single or merged run; errors: ErrorsJson(), or null.
 std::vector<std::string> SummaryInWords(const nlohmann::json& run, const nlohmann::json& errors);
 
 }  // namespace highwall::apps

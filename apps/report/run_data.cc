@@ -44,8 +44,8 @@ constexpr std::array kPictures = {
             "The sparse map from above: points black, lines green, keyframes blue, the way of the "
             "camera orange"}};
 
-// A run's frames of the map at `place`, after the last adjustment of everything where there was
-// one; empty where the file is not there.
+// Returns the frames of the map at `place`, after the final adjustment if there was one; empty if
+// the file does not exist.
 Trajectory TrajectoryOf(const fs::path& folder, std::size_t place) {
   for (const char* name : {kAdjustedFile, kTrajectoryFile}) {
     const fs::path path = folder / NameOfSubmap(name, place);
@@ -54,7 +54,7 @@ Trajectory TrajectoryOf(const fs::path& folder, std::size_t place) {
   return {};
 }
 
-// "[s] after the first frame" of stamps as run.json writes them.
+// Converts stamps of run.json to seconds after the first frame.
 json SecondsOf(const json& stamps, Stamp start, std::size_t stride = 1) {
   json seconds = json::array();
   for (std::size_t i = 0; i < stamps.size(); i += stride) {
@@ -70,7 +70,7 @@ json EveryNth(const json& values, std::size_t stride) {
   return kept;
 }
 
-// The columns of a table of run.json with "stamp", thinned to about `limit` rows.
+// Returns columns of a run.json table with "stamp", thinned to about `limit` rows.
 json CurvesOf(const json& table, std::initializer_list<const char*> columns, Stamp start,
               std::size_t limit) {
   const json& stamps = table.at("stamp");
@@ -102,7 +102,7 @@ json LostOf(const json& run, Stamp start) {
   return lost;
 }
 
-// Stretches without a hole of more than a second.
+// Time spans without a gap of more than a second.
 json SpansOf(const Trajectory& trajectory, Stamp start) {
   constexpr Stamp kHole = 1'000'000'000;
   json spans = json::array();
@@ -144,7 +144,7 @@ json PicturesOf(const fs::path& folder) {
   return pictures;
 }
 
-// That of the dataset, where it is clear which that is.
+// Returns the ground truth of the dataset, if the dataset is unambiguous.
 std::optional<Trajectory> TruthOf(const fs::path& folder, const json& run,
                                   const RunDataOptions& options) {
   if (options.truth) return ReadTrajectoryFile(*options.truth).poses;
@@ -154,12 +154,12 @@ std::optional<Trajectory> TruthOf(const fs::path& folder, const json& run,
   if (!fs::exists(beside)) return std::nullopt;
   try {
     return ReadTrajectoryFile(beside).poses;
-  } catch (const IoError&) {  // of which the run has warned: a page needs none
+  } catch (const IoError&) {  // the run has warned about it already, and the page does not need it
     return std::nullopt;
   }
 }
 
-// The first frame of the run, with a pose or without.
+// Returns the stamp of the first frame of the run, with or without a pose.
 Stamp StartOf(const json& run, const std::vector<Trajectory>& trajectories) {
   if (run.contains("per_frame") && !run["per_frame"]["stamp"].empty()) {
     if (const auto stamp = ParseStamp(run["per_frame"]["stamp"][0].get<std::string>())) {
@@ -173,7 +173,7 @@ Stamp StartOf(const json& run, const std::vector<Trajectory>& trajectories) {
   return start;
 }
 
-// What comes frame by frame is in curves of its own.
+// Per-frame data is stored in separate curves.
 json WithoutSeries(json run) {
   for (const char* key : {"per_frame", "lost_stamps", "lost_because"}) run.erase(key);
   if (run.contains("imu")) {

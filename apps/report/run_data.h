@@ -15,9 +15,9 @@ struct RunDataOptions {
   std::size_t samples = 6'000;  // of each curve
 };
 
-// All that the page shows of a run, from its folder (page/report.js reads it):
+// Returns all data of a run for the page, from its folder (page/report.js reads it):
 //   "name", "folder", "words" (SummaryInWords)
-//   "run": run.json without what comes frame by frame
+//   "run": run.json without per-frame data
 //   "path": PathJson of the largest map; "errors": ErrorsJson, or null without a truth at hand
 //   "maps": {"name", "frames", "keyframes", "spans": [[first, last] s]} of each map
 //   "lost": {"t" [s], "because"} of each frame without a pose
@@ -25,7 +25,7 @@ struct RunDataOptions {
 //   "imu": {"t", "weight", "innovation", "states": {"t", "gyroscope_bias", ...}}, or null
 //   "graph": GraphJson, "loops": LoopsJson, "scene": SceneJson
 //   "pictures": {"name", "of", "src": a data URI}
-// Seconds count from the first frame. Throws IoError as ReadReport, and for what is damaged.
+// Seconds are relative to the first frame. Throws IoError as ReadReport(), and for damaged files.
 nlohmann::json RunData(const std::filesystem::path& folder, const RunDataOptions& options);
 
 }  // namespace highwall::apps

@@ -47,7 +47,7 @@ NormalTable::NormalTable() : quantiles_(kSize) {
   double x = -4.0;
   double squares = 0.0;
   for (std::size_t i = 0; i < kSize; ++i) {
-    // Newton's method on the distribution function, from the quantile before.
+    // Newton's method on the distribution function, starting from the previous quantile.
     const double p = (static_cast<double>(i) + 0.5) / kSize;
     for (int iteration = 0; iteration < 20; ++iteration) {
       const double density = std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
@@ -57,7 +57,7 @@ NormalTable::NormalTable() : quantiles_(kSize) {
     quantiles_[i] = static_cast<float>(x);
     squares += x * x;
   }
-  // The tails that are missing take a little of the variance.
+  // The missing tails reduce the variance slightly.
   const auto scale = static_cast<float>(1.0 / std::sqrt(squares / kSize));
   for (float& quantile : quantiles_) quantile *= scale;
 }

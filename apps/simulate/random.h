@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-// Random numbers as pure functions of a seed and counters: whatever the number of threads and the
-// order of evaluation, the same (seed, counters) give the same number.
+// Random numbers as pure functions of a seed and counters: the same (seed, counters) give the same
+// number, regardless of the number of threads and the order of evaluation.
 namespace highwall::simulate {
 
 // The finaliser of SplitMix64: a bijection whose output bits all depend on all input bits.
@@ -18,7 +18,7 @@ class CounterRandom {
  public:
   explicit CounterRandom(std::uint64_t seed);
 
-  // An independent generator, e.g. one per frame.
+  // Returns an independent generator, e.g. one per frame.
   CounterRandom Stream(std::uint64_t stream) const;
 
   std::uint64_t Bits(std::uint64_t counter) const;
@@ -37,7 +37,7 @@ class NormalTable {
  public:
   NormalTable();
 
-  // From the 12 bits above `shift` of [0, 52].
+  // Uses the 12 bits above `shift` of [0, 52].
   float operator()(std::uint64_t bits, int shift) const {
     return quantiles_[bits >> shift & (kSize - 1)];
   }
@@ -47,7 +47,7 @@ class NormalTable {
   std::vector<float> quantiles_;
 };
 
-// A CounterRandom that counts by itself, for code that runs in one fixed order.
+// CounterRandom with an internal counter, for code that runs in a fixed order.
 class RandomSequence {
  public:
   explicit RandomSequence(std::uint64_t seed) : random_(seed) {}

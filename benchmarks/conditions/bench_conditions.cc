@@ -1,5 +1,5 @@
-// highwall_bench_conditions: what becomes of the error where things move, where there is little
-// texture, and where the depth reads too long, on generated sequences with exact truth.
+// highwall_bench_conditions: trajectory error with dynamic objects, with low texture, and with
+// depth that is too long, on generated sequences with exact ground truth.
 #include "bench_conditions.h"
 
 #include <CLI/App.hpp>

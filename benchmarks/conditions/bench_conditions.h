@@ -10,25 +10,24 @@ namespace highwall::bench {
 
 struct ConditionOptions {
   int seeds = 5;                                            // >= 1, of every scene
-  std::vector<std::string> scenes{"mine", "road", "room"};  // of those that a part knows
-  std::optional<double> seconds;                            // > 0 [s]; of each part else its own
-  int starts = 3;  // >= 1: runs of a sequence of BenchMoving, each a frame later than the last
-  double contrast = 0.5;   // (0, 1]: share that the stretch of low texture keeps
+  std::vector<std::string> scenes{"mine", "road", "room"};  // only those that a part supports apply
+  std::optional<double> seconds;                            // > 0 [s]; default: that of each part
+  int starts = 3;          // >= 1: runs of a sequence of BenchMoving, each starting a frame later
+  double contrast = 0.5;   // (0, 1]: remaining contrast in the stretch of low texture
   double too_long = 1.04;  // > 0: measured over true depth
 };
 
-// Scenes with traffic and without: what it changes, with moving objects set aside and not. The
-// error of one sequence scatters by 20 % with the frame where it begins: of each, medians of
-// `starts`.
+// Compares scenes with and without traffic, with and without masking out dynamic objects. The error
+// of one sequence varies by 20 % with the start frame: the result is the median of `starts` runs.
 nlohmann::json BenchMoving(const ConditionOptions& options);
 
-// A stretch of the road whose images have little contrast: who crosses it, with what.
+// Compares configurations on a stretch of the road with low image contrast.
 nlohmann::json BenchTexture(const ConditionOptions& options);
 
-// A stretch of the mine in deep shadow, likewise.
+// Does the same for a stretch of the mine in deep shadow.
 nlohmann::json BenchDark(const ConditionOptions& options);
 
-// Depth that reads too long, and as it should: the scale that the IMU tells.
+// Estimates the depth scale with the IMU, from depth that is too long and from correct depth.
 nlohmann::json BenchDepth(const ConditionOptions& options);
 
 }  // namespace highwall::bench

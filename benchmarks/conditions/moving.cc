@@ -33,7 +33,7 @@ Scores RunOnce(const SimulatedSequence& sequence, bool set_aside) {
   return scores;
 }
 
-// Medians over the frames where it begins; of lost frames the most.
+// Returns medians over the start frames; for lost frames the maximum.
 Scores Run(const SimulatedSequence& sequence, int starts, bool set_aside) {
   HIGHWALL_REQUIRE(static_cast<std::size_t>(starts) < sequence.size(),
                    "--starts must leave two frames of the sequence, or --duration be longer");
@@ -49,7 +49,7 @@ Scores Run(const SimulatedSequence& sequence, int starts, bool set_aside) {
   return scores;
 }
 
-// Adds by how much the error differs from that of the still scene.
+// Adds the change of the error relative to the static scene.
 Scores Against(const Scores& still, Scores scores) {
   if (still.contains("ape_rmse_m") && scores.contains("ape_rmse_m")) {
     scores["ape_change_percent"] = 100.0 * (scores["ape_rmse_m"] / still.at("ape_rmse_m") - 1.0);
@@ -60,13 +60,13 @@ Scores Against(const Scores& still, Scores scores) {
 }  // namespace
 
 nlohmann::json BenchMoving(const ConditionOptions& options) {
-  // In the room two laps, so that the camera's path is the same with and without a visitor.
+  // Two laps in the room, so that the camera's path is the same with and without a visitor.
   constexpr double kSeconds = 24.0;
   Table table;
   for (const std::string& scene : options.scenes) {
     for (int seed = 1; seed <= options.seeds; ++seed) {
       const double seconds = options.seconds.value_or(kSeconds);
-      // The visitor leaves the camera laps of 12 s at most (simulator.md).
+      // A visitor limits the camera to laps of 12 s (simulator.md).
       HIGHWALL_REQUIRE(scene != "room" || seconds <= 12.0 || (seconds > 20.0 && seconds <= 24.0),
                        "--duration of moving in the room must be up to 12, or 20 to 24 s: the "
                        "camera's path differs otherwise with and without a visitor");

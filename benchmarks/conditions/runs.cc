@@ -14,7 +14,7 @@
 namespace highwall::bench {
 namespace {
 
-// One line on standard error.
+// Prints one line on standard error.
 void Tell(const std::string& name, int seed, const Scores& scores) {
   std::string line = fmt::format("{} {}:", name, seed);
   for (const auto& [figure, value] : scores) line += fmt::format(" {} {:.4g}", figure, value);

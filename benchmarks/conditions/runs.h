@@ -14,20 +14,20 @@
 
 namespace highwall::bench {
 
-// The system over a sequence as `highwall slam --deterministic --no-map` runs it.
+// Runs the system on a sequence as `highwall slam --deterministic --no-map` does.
 apps::SlamRun RunOver(const SimulatedSequence& sequence, const SlamOptions& slam, bool imu);
 
-// ape_rmse_m, rpe_1s_rmse_m and lost_frames of the frames with stamps in [begin, end].
+// Computes ape_rmse_m, rpe_1s_rmse_m and lost_frames of the frames with stamps in [begin, end].
 Scores ScorePart(const SimulatedSequence& sequence, const apps::SlamRun& run, Stamp begin,
                  Stamp end);
 Scores ScoreAll(const SimulatedSequence& sequence, const apps::SlamRun& run);
 
-// Figures of several seeds, by what was run.
+// Scores over several seeds, by configuration.
 class Table {
  public:
-  // Also told in a line on standard error.
+  // Also prints a line on standard error.
   void Add(const std::string& name, int seed, Scores scores);
-  // name: {"median": figures, "runs": [figures and seed]}.
+  // Returns name: {"median": scores, "runs": [scores and seed]}.
   nlohmann::json ToJson() const;
 
  private:

@@ -11,25 +11,27 @@
 
 namespace highwall::bench {
 
-// Frames of a simulation, rendered once and kept in memory, so that several runs see the same.
+// Frames of a simulation, rendered once and kept in memory, so that several runs use the same
+// images.
 class SimulatedSequence final : public Dataset {
  public:
-  // From `begin` [s] after the first frame to the last.
+  // Contains the frames from `begin` [s] after the first frame to the last.
   explicit SimulatedSequence(const simulate::Simulation& simulation, double begin = 0.0);
 
-  // Another without its first frames; first <= its size; the images are shared.
+  // Creates a sequence without the first frames of another; first <= its size; the images are
+  // shared.
   SimulatedSequence(const SimulatedSequence& sequence, std::size_t first);
 
   std::size_t size() const override { return images_.size(); }
   Stamp stamp(std::size_t index) const override { return images_[index].stamp; }
   const Trajectory* groundtruth() const override { return &truth_; }
 
-  // What an estimator should take the camera for.
+  // Returns the camera model for an estimator.
   const RgbdSensor& sensor() const { return sensor_; }
-  // The readings from half a second before the first frame on.
+  // Returns the readings from half a second before the first frame on.
   const apps::ImuFeed& imu() const { return imu_; }
 
-  // All depth so many times as long.
+  // Multiplies all depth by `factor`.
   void ScaleDepth(double factor);
 
  private:

@@ -34,7 +34,7 @@ simulate::Stretch Find(simulate::StretchKind kind,
   return *found;
 }
 
-// Run from kBefore before the stretch on, scored within it.
+// Runs from kBefore before the stretch, and scores within it.
 nlohmann::json CrossStretch(const ConditionOptions& options, const std::string& scene,
                             double seconds, simulate::StretchKind kind) {
   constexpr double kBefore = 3.0;  // [s]

@@ -1,7 +1,8 @@
-// IMU preintegration against the ground truth of a recording: from the true state at the start of a
-// window it predicts the state at its end. Prints median errors, and squared errors normalised by a
-// covariance (1 where it is right: over the median of chi-square): that of the IMU alone, and with
-// the errors of the ground truth in it, which windows of other lengths tell (truth_noise.h).
+// Evaluates IMU preintegration against the ground truth of a recording: predicts the state at the
+// end of a window from the true state at its start. Prints median errors, and normalized squared
+// errors (relative to the median of chi-square: 1 if the covariance is correct), with the
+// covariance of the IMU alone, and including the errors of the ground truth, which are estimated
+// from windows of other lengths (truth_noise.h).
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -55,9 +56,9 @@ nlohmann::json Normalised(const std::vector<Window>& windows, const Eigen::Vecto
   return json;
 }
 
-// With the constant bias that fits best where ground truth has none.
+// Estimates the constant bias that fits best if the ground truth has none.
 void FindBiases(Recording* recording, double length, const ImuNoise& noise) {
-  constexpr int kPasses = 3;  // the integration is linear about the bias before
+  constexpr int kPasses = 3;  // the integration is linearized at the previous bias
   for (int pass = 0; pass < kPasses && !recording->has_biases; ++pass) {
     const auto windows = Cut(*recording, length, noise);
     if (windows.all.empty()) return;

@@ -11,7 +11,7 @@
 namespace highwall::bench {
 namespace {
 
-// A line of a EuRoC file: a stamp in nanoseconds, then `count` numbers.
+// Line of a EuRoC file: a stamp in nanoseconds, then `count` numbers.
 struct Row {
   Stamp stamp = 0;
   std::vector<double> values;
@@ -64,7 +64,8 @@ std::vector<TrueState> ReadEurocTruth(const std::filesystem::path& path) {
   return states;
 }
 
-// The slope of the positions within 50 ms, by least squares; none where they are on one side only.
+// Velocities are least-squares slopes of the positions within 50 ms; poses whose interval reaches
+// the first or the last pose are skipped.
 std::vector<TrueState> ReadPoses(const std::filesystem::path& path) {
   constexpr double kHalfWidth = 0.05;  // [s]
   const Trajectory poses = ReadTumTrajectory(path);

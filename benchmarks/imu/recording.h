@@ -15,15 +15,15 @@ struct TrueState {
   ImuBias bias = ImuBias::Zero();
 };
 
-// Readings of an IMU, and its motion as ground truth has it.
+// Readings of an IMU with its ground-truth motion.
 struct Recording {
   ImuBuffer imu;
   std::vector<TrueState> truth;
-  bool has_biases = false;  // else they are zero, and velocities are slopes of the positions
+  bool has_biases = false;  // otherwise zero, and velocities are derived from positions
 };
 
-// A folder with imu.csv (EuRoC) and either groundtruth.csv (EuRoC: position, orientation, velocity,
-// biases) or groundtruth.txt (TUM: poses of the IMU). Throws IoError "path:line: what".
+// Reads a folder with imu.csv (EuRoC) and either groundtruth.csv (EuRoC: position, orientation,
+// velocity, biases) or groundtruth.txt (TUM: poses of the IMU). Throws IoError "path:line: what".
 Recording ReadRecording(const std::filesystem::path& folder);
 
 }  // namespace highwall::bench

@@ -11,10 +11,10 @@ namespace highwall::bench {
 namespace {
 
 constexpr double kSaturated = 16.0;  // [s]
-constexpr std::size_t kFewest = 6;   // windows of a length, for a median
+constexpr std::size_t kFewest = 6;   // minimum number of windows of a length, for a median
 
-// Variances of an axis of rotation, velocity and position over windows: those that are measured,
-// and what the IMU has of them.
+// Variances per axis of rotation, velocity and position over windows: measured, and expected from
+// the IMU.
 struct Spread {
   Eigen::Vector3d measured = Eigen::Vector3d::Zero(), of_imu = Eigen::Vector3d::Zero();
 
@@ -38,7 +38,7 @@ std::optional<Spread> SpreadOver(const Recording& recording, double length, cons
   return spread;
 }
 
-// Between the neighbours of `length`, along a power of it.
+// Interpolates between the neighbours of `length` by a power law.
 double Interpolate(const std::map<double, double>& values, double length) {
   auto after = values.lower_bound(length);
   if (after == values.end()) return values.rbegin()->second;
@@ -74,13 +74,13 @@ TruthNoise EstimateTruthNoise(const Recording& recording, const ImuNoise& noise,
     const auto spread = SpreadOver(recording, length, noise, gravity_W);
     if (!spread) break;
     truth.rotation[length] = std::sqrt(spread->Excess()[0]);
-    truth.orientation = truth.rotation[length] / std::sqrt(2.0);  // both ends; the longest stays
+    truth.orientation = truth.rotation[length] / std::sqrt(2.0);  // both ends; longest one counts
   }
   const double brevity = left_out == 0.1 ? 0.2 : 0.1;  // [s]
   const auto spread = SpreadOver(recording, brevity, noise, gravity_W);
   if (!spread) return truth;
   const Eigen::Vector3d brief = spread->Excess();
-  // Two of three axes turn with a tilt.
+  // A tilt rotates two of three axes.
   const double tilt = 2.0 / 3.0 * std::pow(truth.orientation * gravity_W.norm() * brevity, 2);
   const double velocity = std::max(0.0, 0.5 * (brief[1] - tilt));
   const double position =

@@ -8,25 +8,27 @@
 
 namespace highwall::bench {
 
-// Standard deviations of ground truth's own errors, an axis. Those of its orientation last for
-// seconds: they come with where the markers are, so that over a short window most of them cancel.
+// Standard deviations of the ground truth's own errors per axis. The orientation errors are
+// correlated over seconds, because they depend on the marker positions: over a short window most of
+// them cancel.
 struct TruthNoise {
   double orientation = 0.0;           // [rad]
   double velocity = 0.0;              // [m/s]
   double position = 0.0;              // [m]
   std::map<double, double> rotation;  // [rad] of the rotation over a window, by its length [s]
 
-  // Of PredictionError() of a window, the IMU's own on top. An error of the orientation at the
-  // start turns what is predicted from there.
+  // Returns the covariance of PredictionError() of a window, including the IMU's own. An
+  // orientation error at the start rotates the prediction.
   Eigen::Matrix<double, 9, 9> Covariance(const Window& window) const;
 };
 
-// The median of chi-square with three degrees of freedom.
+// Median of chi-square with three degrees of freedom.
 inline constexpr double kMedianOfChi2 = 2.366;
 
-// From what the windows of other lengths than `left_out` [s] are off beyond the noise of the IMU:
-// rotations of up to 16 s, to which an IMU adds little and in which both ends err on their own;
-// velocities and positions of 0.1 s, in which an IMU and a tilt have no time to.
+// Estimates the noise from the errors of windows of other lengths than `left_out` [s] that exceed
+// the noise of the IMU: rotations over up to 16 s, where the IMU contributes little and the errors
+// at both ends are independent; velocities and positions over 0.1 s, where IMU and tilt contribute
+// little.
 TruthNoise EstimateTruthNoise(const Recording& recording, const ImuNoise& noise,
                               const Eigen::Vector3d& gravity_W, double left_out);
 

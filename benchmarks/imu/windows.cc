@@ -51,7 +51,7 @@ Surroundings EstimateSurroundings(const std::vector<Window>& windows, bool with_
   const auto bias = graph.AddVariable(ImuBias(ImuBias::Zero()));
   if (!with_bias) graph.Fix(bias);
   for (const Window& w : windows) {
-    // The bias at the end is free: only its walk would know it.
+    // The bias at the end is free: only its random walk would constrain it.
     const auto begins = with_bias ? bias : known(w.from.bias);
     graph.AddFactor(std::make_unique<ImuGravityFactor>(w.imu), known(w.from.state.T_WB),
                     known(w.from.state.v_WB), begins, known(w.to.state.T_WB),

@@ -1,6 +1,6 @@
-// highwall_bench_inertial: what an IMU is worth. Generated sequences, with exact truth, run with
-// RGB-D alone and with each way to weigh the IMU and to couple it, once a seed; the table gives
-// medians.
+// highwall_bench_inertial: benefit of an IMU. Generated sequences with exact ground truth are run
+// with RGB-D only and with each weighting and coupling of the IMU, once per seed; the table
+// contains medians.
 #include <CLI/App.hpp>
 #include <cstdint>
 #include <memory>
@@ -39,21 +39,21 @@ struct Arguments {
   std::vector<std::string> policies{"off", "paper", "consistent", "fixed:1"};
   std::vector<std::string> couplings{"tight"};
   int seeds = 5;
-  std::optional<double> duration;  // [s]; as long as the scene is
+  std::optional<double> duration;  // [s]; default: that of the scene
   double fps = 30.0;               // [Hz]
   double scale = 1.0;              // of the images, 1: 640 x 480
   double time_offset = 0.0;        // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
   bool hard = false;
-  double blackout = -1.0;        // [s] since the first frame; none where negative
-  std::vector<std::string> set;  // "path=value", as of highwall slam
+  double blackout = -1.0;        // [s] since the first frame; none if negative
+  std::vector<std::string> set;  // "path=value", as for highwall slam
   std::string cache;
   bool json = false;
 };
 
 constexpr double kBlackout = 2.0;  // [s]
 
-// The readings as a user's run gets them, their clock moved.
+// Returns the readings as in a user's run, with a clock offset.
 apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibration>& calibration,
                        double time_offset) {
   std::optional<apps::ImuInput> input = apps::LoadImu(dataset, calibration);
@@ -62,15 +62,15 @@ apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibratio
   return {input->calibration, std::move(input->samples)};
 }
 
-// A way to use the IMU.
+// A weighting and coupling of the IMU.
 struct Setting {
   std::string policy, coupling;
 
-  // Of its row in the table.
+  // Returns the name of its row in the table.
   std::string Name() const { return coupling == "loose" ? policy + "/loose" : policy; }
 };
 
-// Without an IMU there is nothing to couple.
+// Without an IMU, the coupling is irrelevant.
 std::vector<Setting> Settings(const Arguments& arguments) {
   std::vector<Setting> settings;
   for (const std::string& policy : arguments.policies) {
@@ -96,7 +96,7 @@ Scores RunOnce(const Sequence& sequence, const Setting& setting, const Arguments
 
   apps::SlamRunOptions options;
   options.dense = false;
-  options.slam = Deterministic(options.slam);  // the same figures on every run
+  options.slam = Deterministic(options.slam);  // reproducible figures
   if (const auto weighting = apps::ReadImuChoice(setting.policy)) {
     options.imu = MakeFeed(dataset, config.imu, arguments.time_offset);
     options.slam.inertial.weighting = *weighting;

@@ -28,7 +28,7 @@ NormalizedErrors Normalize(const InertialEstimate& estimate, double gravity_sigm
 
   const Eigen::Vector3d v = R.transpose() * estimate.state.v_WB;
   const Eigen::Vector3d v_error = v - R_true.transpose() * truth.v_WB;
-  Eigen::Matrix<double, 3, 6> dv;  // by theta and v
+  Eigen::Matrix<double, 3, 6> dv;  // with respect to theta and v
   dv << so3::Hat(v), R.transpose();
   const Eigen::Matrix3d P_v = dv * estimate.covariance.block<6, 6>(3, 3) * dv.transpose();
   errors.velocity = v_error.dot(P_v.llt().solve(v_error)) / 3.0;

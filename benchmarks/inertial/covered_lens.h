@@ -9,7 +9,7 @@
 
 namespace highwall::bench {
 
-// A dataset whose lens is covered for a while: black images without depth.
+// Dataset with a temporarily covered lens: black images without depth.
 class CoveredLens final : public Dataset {
  public:
   // dataset: must outlive this. [begin, end]: stamps.

@@ -26,7 +26,7 @@ double PathLength(const Trajectory& trajectory) {
   return length;
 }
 
-// The angle between what both take for the vertical.
+// Returns the angle between both vertical directions.
 double TiltDegrees(const Pose& estimate, const Pose& truth) {
   const Eigen::Vector3d up = estimate.q().conjugate() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d true_up = truth.q().conjugate() * Eigen::Vector3d::UnitZ();
@@ -39,7 +39,7 @@ double Rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// Errors of the motion over a second, from every frame on; none where too little is tracked.
+// Returns the relative errors over a second, from every frame on; empty if too few are tracked.
 std::vector<double> SecondErrors(const Trajectory& truth, const Trajectory& estimate, double fps) {
   try {
     return RelativePoseError(truth, estimate, {.delta = std::round(fps), .all_pairs = true}).errors;
@@ -114,7 +114,7 @@ void Judge::ScoreSpans(const apps::SlamRun& run, Scores* scores) const {
                      sequence_.simulation->options().fps);
     errors[span.name].insert(errors[span.name].end(), part.begin(), part.end());
 
-    // From its first frame to its last, as known at the time.
+    // From its first frame to its last, with the poses at the time of tracking.
     const Trajectory causal = Between(levelled_, begin, end);
     const Trajectory truth = Between(truth_, begin, end);
     (*scores)[span.name + "_lost_frames"] +=
@@ -177,7 +177,7 @@ void Judge::ScoreInertial(const apps::SlamRun& run, Scores* scores) const {
   s["initialized_s"] = Seconds(*inertial.initialized);
   s["time_offset_error_ms"] = 1e3 * std::abs(inertial.last.time_offset - time_offset_);
   s["time_offset_sigma_ms"] = 1e3 * inertial.last.time_offset_sigma;
-  // What a tilt of the first seconds does to the map is seen in the poses of later ones.
+  // A tilt during the first seconds affects the map, and is visible in later poses.
   constexpr double kSettled = 5.0;  // [s]
   for (const StampedPose& pose : causal_) {
     if (Seconds(pose.stamp) < kSettled) continue;

@@ -14,10 +14,10 @@
 
 namespace highwall::bench {
 
-// The span in which the lens is covered.
+// Interval in which the lens is covered.
 inline constexpr const char* kBlackoutSpan = "blackout";
 
-// Watches a run frame by frame against the truth, then scores it.
+// Records a run frame by frame, then scores it against the ground truth.
 class Judge {
  public:
   // sequence: must outlive this. time_offset [s]: the true one.
@@ -29,8 +29,8 @@ class Judge {
  private:
   void ScoreTrajectory(const apps::SlamRun& run, Scores* scores) const;
   void ScoreSpans(const apps::SlamRun& run, Scores* scores) const;
-  // Drift over the span [% of the way] by the readings as they are, from the true state at its
-  // first frame; none where the sequence ends before.
+  // Returns the drift over the span [% of the distance] of pure integration of the readings from
+  // the true state at its first frame; empty if the sequence ends before.
   std::optional<double> ExactStart(const MarkedSpan& span) const;
   void ScoreInertial(const apps::SlamRun& run, Scores* scores) const;
   double Seconds(Stamp stamp) const;  // since the first frame
@@ -38,9 +38,9 @@ class Judge {
   const Sequence& sequence_;
   double time_offset_;
   Trajectory truth_;                          // of every frame
-  Trajectory causal_;                         // poses as they were known at the time
-  Trajectory levelled_;                       // the same in the world as it was levelled since
-  std::vector<NormalizedErrors> normalized_;  // a frame each
+  Trajectory causal_;                         // poses at the time of tracking
+  Trajectory levelled_;                       // the same in the world after later gravity alignment
+  std::vector<NormalizedErrors> normalized_;  // one per frame
   std::optional<ImuBias> bias_sigmas_;        // the last errors, in standard deviations
 };
 

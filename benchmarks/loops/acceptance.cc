@@ -36,7 +36,7 @@ struct Tally {
   int chi2_calls = 0, corrections = 0;
 };
 
-// Loops put to a drifted walk by the way of the system: the drift, then the pose graph.
+// Tests loops on a drifted walk as in the system: the drift test, then the pose graph.
 class Walk {
  public:
   Walk(RingMap* ring, unsigned seed, Tally* tally) : ring_(*ring), rng_(seed), tally_(*tally) {}
@@ -48,8 +48,8 @@ class Walk {
       const LoopEdge seen{match, keyframe, Z_true * Noise()};
       tally_.chi2.push_back(Chi2(seen));
       tally_.true_loops.Add(Accepts(seen));
-      // From where the map has the keyframe, in a random direction, so far that it is within or
-      // beyond what the drift makes possible.
+      // The pose of the keyframe in the map is offset in a random direction, by a distance within
+      // or beyond the possible drift.
       const LoopEdge none{match, keyframe, At(match).T_WC.Inverse() * At(keyframe).T_WC};
       const Eigen::Matrix<double, 6, 1> way = Direction();
       const double farthest = std::sqrt(kOptions.max_loop_chi2 / Chi2(Off(none, way, 1e-3))) * 1e-3;
@@ -64,7 +64,7 @@ class Walk {
  private:
   const KeyFrame& At(KeyFrameId id) const { return *ring_.map.keyframe(id); }
 
-  // Of a loop over half of the walk or more; whole: over all of it.
+  // Returns the ends of a loop over half of the walk or more; whole: over all of it.
   std::pair<KeyFrameId, KeyFrameId> Ends(bool whole) {
     const int last = ring_.last().value();
     if (whole) return {KeyFrameId(0), KeyFrameId(last)};
@@ -73,7 +73,7 @@ class Walk {
     return {KeyFrameId(match), KeyFrameId(std::min(last, match + way))};
   }
 
-  // Metres and radians in the proportion of the noise of a loop.
+  // Returns metres and radians in the proportion of a loop's noise.
   Eigen::Matrix<double, 6, 1> Direction() {
     std::normal_distribution<double> normal;
     Eigen::Matrix<double, 6, 1> way;
@@ -100,7 +100,7 @@ class Walk {
     return chi2;
   }
   bool Accepts(const LoopEdge& loop) {
-    if (Chi2(loop) > kOptions.max_loop_chi2) return false;  // the detector
+    if (Chi2(loop) > kOptions.max_loop_chi2) return false;  // rejected by the detector
     Map map = ring_.map.Clone();
     LoopCorrectionResult result;
     tally_.correction_seconds += WallSeconds([&] {
@@ -141,8 +141,8 @@ nlohmann::json Report(int keyframes, bool levelled, double bias, const Tally& ta
           {"correction_ms", correction_ms}};
 }
 
-// Loops that geometry verifies, whatever the drift says, in walks to a place that has a share of
-// its landmarks in common with where they began, or has the same looks elsewhere.
+// Returns the loops that geometry verifies, regardless of the drift, in walks to a place that
+// shares some of its landmarks with the start, or has the same appearance elsewhere.
 nlohmann::json Verified(int seeds, double strange, bool shuffled) {
   int verified = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -170,7 +170,7 @@ nlohmann::json BenchAcceptance(const std::vector<int>& sizes, int seeds) {
   nlohmann::json rows = nlohmann::json::array(), repeated = nlohmann::json::array();
   for (const int keyframes : sizes) {
     RingMap ring(keyframes);
-    for (const double bias : {0.01, 0.1}) {  // [deg] a keyframe: a tenth of the noise, and as large
+    for (const double bias : {0.01, 0.1}) {  // [deg] per keyframe: 0.1 and 1 times the noise
       for (const bool levelled : {false, true}) {
         Tally tally;
         for (int seed = 1; seed <= seeds; ++seed) {

@@ -1,4 +1,4 @@
-// highwall_bench_loops: what place recognition and loop closing find, and what they take.
+// highwall_bench_loops: quality and cost of place recognition and loop closing.
 #include "bench_loops.h"
 
 #include <CLI/App.hpp>
@@ -85,7 +85,7 @@ void Print(nlohmann::json report, bool json) {
     return;
   }
   for (auto& [part, figures] : report.items()) {
-    figures.erase("runs");  // a line a part
+    figures.erase("runs");  // one line per part
     fmt::print("{}: {}\n", part, apps::JsonText(figures));
   }
 }

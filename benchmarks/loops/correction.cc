@@ -19,8 +19,8 @@ struct Closed {
   double rmse_before = 0.0, rmse_after = 0.0;                  // [m]
 };
 
-// A walk of a quarter of a metre a keyframe that comes back, as odometry has it; some 300 points
-// and 30 lines a keyframe.
+// Closes a loop on a walk of a quarter of a metre per keyframe with odometry drift; about 300
+// points and 30 lines per keyframe.
 Closed CloseLoop(int keyframes, unsigned seed) {
   testing::LoopScene scene({.per_lap = keyframes,
                             .points = 25 * keyframes,
@@ -48,7 +48,7 @@ Closed CloseLoop(int keyframes, unsigned seed) {
   return closed;
 }
 
-// Median and largest.
+// Median and maximum.
 template <class Value>
 nlohmann::json Spread(const std::vector<Closed>& runs, Value value) {
   std::vector<double> values;
@@ -61,7 +61,7 @@ nlohmann::json Spread(const std::vector<Closed>& runs, Value value) {
 
 nlohmann::json BenchCorrection(int keyframes, int seeds) {
   nlohmann::json rows = nlohmann::json::array();
-  constexpr int kFewest = 48;  // of a lap
+  constexpr int kFewest = 48;  // minimum per lap
   for (const int part : {8, 4, 2, 1}) {
     const int per_lap = std::max(kFewest, keyframes / part);
     if (per_lap == kFewest && part > 1) continue;

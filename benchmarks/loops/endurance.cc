@@ -18,7 +18,7 @@
 namespace highwall::bench {
 namespace {
 
-// What the process holds now [MiB].
+// Returns the current memory of the process [MiB].
 double MemoryMib() {
   std::ifstream statm("/proc/self/statm");
   double total = 0.0, resident = 0.0;
@@ -26,9 +26,9 @@ double MemoryMib() {
   return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
-// Gives it what was measured up to shortly after a frame: a pose is fused with what surrounds it.
+// Adds the readings up to shortly after a frame, because they are needed on both sides of its pose.
 void AddImu(std::span<const ImuSample> samples, Stamp frame, std::size_t* next, SlamSystem* slam) {
-  constexpr Stamp kAhead = 50'000'000;  // [ns], as the constructor of SlamSystem asks
+  constexpr Stamp kAhead = 50'000'000;  // [ns], as required by the constructor of SlamSystem
   while (*next < samples.size() && samples[*next].stamp <= frame + kAhead) {
     slam->AddImu(samples[(*next)++]);
   }

@@ -16,7 +16,7 @@
 namespace highwall::bench {
 namespace {
 
-// Features of real images of generated rooms, ten views a room.
+// Returns features of rendered images of generated rooms, ten views per room.
 std::vector<std::shared_ptr<const FrameFeatures>> Places(int count) {
   constexpr int kViews = 10;
   std::vector<std::shared_ptr<const FrameFeatures>> places;
@@ -35,9 +35,9 @@ std::vector<std::shared_ptr<const FrameFeatures>> Places(int count) {
   return places;
 }
 
-// The descriptors as another view of the place would have them: a third are those of other corners,
-// drawn from `pool`; a fifteenth of the bits is turned, so that two views differ in an eighth of
-// them: 32 bits, as ORB's and LBD's matches do.
+// Simulates the descriptors of another view of the place: a third are replaced by those of other
+// corners, drawn from `pool`; a fifteenth of the bits is flipped, so that two views differ in an
+// eighth of them: 32 bits, as for matches of ORB and LBD.
 cv::Mat SeenAgain(const cv::Mat& descriptors, const cv::Mat& pool, std::mt19937* rng) {
   cv::Mat again = descriptors.clone();
   for (int i = 0; i < again.rows; ++i) {
@@ -52,7 +52,7 @@ cv::Mat SeenAgain(const cv::Mat& descriptors, const cv::Mat& pool, std::mt19937*
   return again;
 }
 
-// All descriptors of all places.
+// Descriptors of all places.
 struct Pool {
   cv::Mat points, lines;
 };

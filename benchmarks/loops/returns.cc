@@ -18,7 +18,7 @@
 namespace highwall::bench {
 namespace {
 
-// [s] once round outdoors and on for as long as a loop needs.
+// [s] for one lap outdoors and the additional time that a loop needs.
 double OnceRound(const std::string& scene) {
   return scene == "mine" ? 95.0 : 85.0;
 }
@@ -27,7 +27,7 @@ bool IsTrue(const LoopReport& report, const Map& map, const simulate::Simulation
   const LoopEdge& edge = report.loop.edge;
   const KeyFrame* match = map.keyframe(edge.match);
   const KeyFrame* keyframe = map.keyframe(edge.keyframe);
-  if (match == nullptr || keyframe == nullptr) return true;  // culled since
+  if (match == nullptr || keyframe == nullptr) return true;  // culled since then
   const Pose truth = scene.T_WC(match->frame.stamp).Inverse() * scene.T_WC(keyframe->frame.stamp);
   const Pose error = truth.Inverse() * edge.Z;
   return error.p().norm() < 0.1 && error.Angle() < 0.05;
@@ -41,7 +41,7 @@ double RmseOf(const Trajectory& truth, const Trajectory& estimate) {
   }
 }
 
-// One system on its way through a scene.
+// One system on its path through a scene.
 class ReturnWalk {
  public:
   ReturnWalk(const simulate::Simulation& scene, bool loops, bool imu) : scene_(scene) {
@@ -64,7 +64,7 @@ class ReturnWalk {
     const FrameResult result = slam_->Track({frame.stamp, frame.bgr, frame.depth});
     if (!HasPose(result.state)) ++lost;
     for (const LoopReport& report : result.loops) {
-      if (report.bundle) continue;  // of a loop that was counted
+      if (report.bundle) continue;  // of a loop already counted
       if (!report.accepted) {
         ++refused;
         continue;
@@ -78,7 +78,7 @@ class ReturnWalk {
 
   int true_loops = 0, false_loops = 0, refused = 0, lost = 0;
   double worst_chi2 = 0.0;
-  std::optional<double> first_loop_s;  // on the way
+  std::optional<double> first_loop_s;  // since the start of the walk
 
  private:
   const simulate::Simulation& scene_;
@@ -99,7 +99,7 @@ nlohmann::json BenchReturns(const std::string& scene, int seeds, double seconds)
         room ? MakeRoom(seed, seconds)
              : Simulate(scene, SmallFieldTestOptions(seed, OnceRound(scene)));
     ReturnWalk with(simulation, true, !room);
-    std::optional<ReturnWalk> without;  // in rooms: elsewhere it would double the time
+    std::optional<ReturnWalk> without;  // only in rooms: elsewhere it would double the time
     if (room) without.emplace(simulation, false, false);
     Trajectory truth;
     double path = 0.0;
@@ -150,7 +150,7 @@ nlohmann::json BenchKidnapped(int seeds) {
     const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar::all(128));
     const cv::Mat flat(240, 320, CV_32FC1, 2.0F);
     for (int i = 0; i < kBlind; ++i) slam.Track({stamp += 100'000'000, blank, flat});
-    // On the way again, half the way round from where it went blind.
+    // Continues half a lap away from where the camera was blinded.
     int needed = -1;
     double error = 0.0;
     for (int i = 0; i < 10 && needed < 0; ++i) {

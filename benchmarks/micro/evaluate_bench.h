@@ -29,7 +29,7 @@ inline void TimeEvaluate(benchmark::State& state, const ceres::CostFunction& cos
   }
 }
 
-// Registers <name>/{factor,autodiff}/{residual,jacobian}: the factor beside its autodiff twin.
+// Registers <name>/{factor,autodiff}/{residual,jacobian}: the factor and its autodiff twin.
 inline void RegisterEvaluate(const std::string& name, std::shared_ptr<ceres::CostFunction> factor,
                              std::shared_ptr<ceres::CostFunction> twin,
                              const std::vector<std::vector<double>>& blocks) {

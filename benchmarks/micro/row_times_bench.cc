@@ -10,9 +10,9 @@
 namespace highwall::row_times_bench {
 namespace {
 
-constexpr int kOfAPlace = 12;  // keyframes, as many as a local adjustment moves
+constexpr int kOfAPlace = 12;  // keyframes, as many as a local adjustment optimizes
 
-// A map of places whose keyframes see the same landmarks.
+// Map of places whose keyframes observe the same landmarks.
 class Places {
  public:
   explicit Places(int keyframes) {
@@ -21,7 +21,7 @@ class Places {
     while (static_cast<int>(ids_.size()) < keyframes) AddPlace(view);
   }
 
-  // Moves them by one timing and back by another, each beyond the sigma of both.
+  // Alternates between two timings whose difference exceeds both sigmas.
   void Retime(std::span<const KeyFrameId> keyframes) {
     moved_ = !moved_;
     const double readout = moved_ ? 0.03 : 0.01;
@@ -57,14 +57,14 @@ class Places {
   bool moved_ = false;
 };
 
-// At a new keyframe: of those around it. state.range(0): keyframes of the map.
+// At a new keyframe: retimes those around it. state.range(0): keyframes of the map.
 void BM_RetimeAround(benchmark::State& state) {
   Places places(static_cast<int>(state.range(0)));
   for ([[maybe_unused]] const auto _ : state) places.Retime(places.all().last(kOfAPlace));
 }
 BENCHMARK(BM_RetimeAround)->Arg(100)->Arg(400)->Arg(1600)->Unit(benchmark::kMillisecond);
 
-// Before a loop, and at every new keyframe before there was the above.
+// Retimes all keyframes, as before a loop, and as formerly at every new keyframe.
 void BM_RetimeAll(benchmark::State& state) {
   Places places(static_cast<int>(state.range(0)));
   for ([[maybe_unused]] const auto _ : state) places.Retime(places.all());

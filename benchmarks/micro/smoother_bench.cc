@@ -19,7 +19,7 @@
 namespace highwall::smoother_bench {
 namespace {
 
-// What the update takes of one core, whatever else the machine does.
+// Returns processor time, which is independent of the other load of the machine.
 double CpuSeconds() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -33,8 +33,8 @@ double ResidentMegabytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-// `landmarks` in a window of `keyframes`, seven points to three lines, each seen from as many
-// keyframes as fit: a window holds 2 * keyframes - 1 generations of them.
+// `landmarks` in a window of `keyframes`, seven points to three lines, each observed from as many
+// keyframes as fit: a window contains 2 * keyframes - 1 generations of them.
 SimulatedWindowOptions Simulation(int keyframes, int landmarks) {
   const double a_keyframe = static_cast<double>(landmarks) / (2 * keyframes - 1);
   SimulatedWindowOptions options;
@@ -87,7 +87,7 @@ void SmootherUpdate(benchmark::State& state) {
   state.counters["rss_after_MB"] = ResidentMegabytes();
 }
 
-// The oldest keyframe of a window with all its landmarks; nothing is put back.
+// Marginalizes the oldest keyframe of a window with all its landmarks; nothing is restored.
 void MarginalizeOldest(benchmark::State& state) {
   const int keyframes = static_cast<int>(state.range(0));
   SimulatedWindow simulation(Simulation(keyframes, static_cast<int>(state.range(1))), 1);
@@ -108,7 +108,7 @@ void MarginalizeOldest(benchmark::State& state) {
   state.counters["rank"] = report.rank;
 }
 
-// The comparison of all keyframes of a window by the information they would take with them.
+// Compares all keyframes of a window by the information lost with them.
 void CompareCandidates(benchmark::State& state) {
   const int keyframes = static_cast<int>(state.range(0));
   SimulatedWindow simulation(Simulation(keyframes, static_cast<int>(state.range(1))), 1);
@@ -121,8 +121,8 @@ void CompareCandidates(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(InformationLoss(graph.problem(), candidates));
 }
 
-// How far the newest keyframe is off, over 20 runs of 80 keyframes, from the 40th on. range(0): the
-// policy, range(1): keyframes from which a landmark is seen, in a window of ten.
+// Error of the newest keyframe, over 20 runs of 80 keyframes, from the 40th on. range(0): the
+// policy, range(1): keyframes that observe a landmark, in a window of ten.
 void LeavingPolicies(benchmark::State& state) {
   SlidingWindowOptions options{.max_states = 10};
   options.leaving =

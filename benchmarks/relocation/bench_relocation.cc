@@ -1,6 +1,6 @@
-// highwall_bench_relocation: how a run goes on that has lost its place. Generated walks with exact
-// truth, once a seed: a camera that is kidnapped into a part of a room that it has not seen, one
-// whose lens is covered on that way, one that is carried to another room that looks alike.
+// highwall_bench_relocation: recovery after tracking loss. Generated walks with exact ground truth,
+// once per seed: a camera that is kidnapped to an unseen part of a room, one whose lens is covered
+// on that transition, and one that is carried to another room with similar appearance.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <optional>
@@ -24,11 +24,11 @@
 namespace highwall::bench {
 namespace {
 
-// What is asked for.
+// Requirements.
 constexpr double kMostGone = 0.5;      // [s] without a pose after the cut
 constexpr double kMostUnmerged = 2.0;  // [s] after a known place was seen again
 constexpr double kRounding = 1e-5;     // [s] of stamps, which are whole microseconds
-constexpr double kMostWorse = 1.2;     // APE over that of the same walk without a kidnap
+constexpr double kMostWorse = 1.2;     // APE relative to the same walk without kidnapping
 
 struct Arguments {
   std::vector<std::string> parts{"kidnap", "covered", "twins"};
@@ -68,7 +68,7 @@ std::string List(const std::map<std::string, int>& reasons) {
   return list;
 }
 
-// A figure with the name of the target that it misses.
+// A figure with the requirements that it misses.
 class Verdict {
  public:
   void Require(bool met, const std::string& target) {
@@ -114,7 +114,7 @@ nlohmann::json ToJson(const RelocationScores& scores) {
   return json;
 }
 
-// The runs of one kind, a line each and what they come to.
+// Runs of one kind: one line each, and their summary.
 class Table {
  public:
   explicit Table(std::string name) : name_(std::move(name)) {}
@@ -175,7 +175,7 @@ void RequireEach(const RelocationScores& scores, Verdict* verdict) {
   verdict->Require(scores.false_loops == 0, "loops");
 }
 
-// A sequence, and what became of it.
+// A sequence with the result of its run.
 struct Shown {
   Shown(const WalkInParts& sequence, Ways ways, const std::string& label)
       : parted(sequence, ways), run(RunWithProgress(parted, label)) {}
@@ -184,8 +184,9 @@ struct Shown {
   Run run;
 };
 
-// A walk through one room whose ways are not shown, against others in which nobody is kidnapped:
-// the whole of it, which may close a loop more, and the same images in another order.
+// Runs a walk through one room without its transitions, and compares it with two runs without
+// kidnapping: the complete walk, which may close one more loop, and the same images in another
+// order.
 void RunKidnap(const WalkInParts& sequence, Ways ways, const Shown& whole, const Shown& ordered,
                int seed, const std::string& label, Table* table) {
   const auto [parted, run] = Shown(sequence, ways, label);
@@ -286,7 +287,7 @@ void Bench(const Arguments& arguments) {
     return;
   }
   for (auto& [part, figures] : report.items()) {
-    figures.erase("runs");  // a line a part
+    figures.erase("runs");  // one line per part
     fmt::print("{}: {}\n", part, apps::JsonText(figures));
   }
 }

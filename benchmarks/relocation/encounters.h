@@ -10,19 +10,20 @@
 
 namespace highwall::bench {
 
-// By the truth alone: when do the parts of a sequence come together? A part that begins with what
-// has been seen before belongs to what showed it.
+// Determines from the ground truth when the parts of a sequence come together. A part that begins
+// with a known view belongs to the place that showed it.
 class Encounters {
  public:
-  // Share of an image that makes it one of a known place.
+  // Share of an image that must be known for the image to show a known place.
   static constexpr double kKnown = 0.3;
 
   // Frames in their order. points: of the surface, SeenSurface::PointsOf().
   void Watch(Stamp stamp, int part, const testing::SeenSurface::Points& points);
 
-  // When a frame has first shown a place that was known, but not to be connected with its own.
+  // Returns when a frame first showed a known place that was not known to be connected with its
+  // own.
   std::optional<Stamp> met() const { return met_; }
-  // How much of the first image of each part had been seen before.
+  // Returns the known share of the first image of each part.
   const std::vector<double>& known_at_first() const { return known_at_first_; }
 
  private:

@@ -39,7 +39,7 @@ WalkInParts::WalkInParts(const WalkOptions& options, const std::filesystem::path
     : parted_(std::move(simulation)),
       folder_(cache / fmt::format("{}_seed{}_{}fps_scale{}", options.twins ? "twins" : "kidnap",
                                   options.seed, options.fps, options.scale)) {
-  if (!std::filesystem::exists(folder_)) {  // it appears whole or not at all
+  if (!std::filesystem::exists(folder_)) {  // the folder is created atomically
     simulate::WriteTum(parted_.simulation, folder_, progress);
   }
   images_ = apps::OpenImages(folder_, sensor());
@@ -119,11 +119,11 @@ Trajectory PartedSequence::Truth() const {
   return truth;
 }
 
-// Next to black, with the noise of a sensor that is as bright as in the room.
+// Returns an almost black image with the noise of a sensor at the brightness of the room.
 RgbdImage PartedSequence::Covered(const PartedFrame& frame) const {
   constexpr float kBlack = 4.0F, kNoise = 2.0F;  // [grey levels] mean and sigma
-  constexpr float kHand = 0.25F;                 // [m] of a cover that is near
-  constexpr int kBlob = 16;                      // [px] of garbage that hangs together
+  constexpr float kHand = 0.25F;                 // [m] to a cover that is close
+  constexpr int kBlob = 16;                      // [px] of connected garbage
   const PinholeCamera camera = sequence_.sensor().camera;
   RgbdImage image{frame.stamp, cv::Mat(camera.height, camera.width, CV_8UC3),
                   cv::Mat::zeros(camera.height, camera.width, CV_32FC1)};

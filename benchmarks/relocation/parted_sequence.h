@@ -18,29 +18,29 @@
 namespace highwall::bench {
 
 struct WalkOptions {
-  bool twins = false;  // two rooms that look alike, else parts of one room
+  bool twins = false;  // two rooms with similar appearance, otherwise parts of one room
   std::uint64_t seed = 1;
   double fps = 30.0;   // [Hz] > 0
   double scale = 1.0;  // of the image, 1 = 640 x 480
 };
 
-// A walk in parts: the images on disk, the truth in memory.
+// Walk in parts: the images on disk, the ground truth in memory.
 class WalkInParts {
  public:
   // Renders the images into a folder of `cache`, unless an earlier run has done so. The folder's
-  // name tells the options, not the version of the simulator. progress(done, total). Throws
+  // name encodes the options, not the version of the simulator. progress(done, total). Throws
   // IoError.
   WalkInParts(const WalkOptions& options, const std::filesystem::path& cache,
               const std::function<void(int, int)>& progress);
 
-  // What an estimator should take the camera for.
+  // Returns the camera model for an estimator.
   RgbdSensor sensor() const;
   std::size_t size() const { return images_->size(); }
   RgbdImage Load(std::size_t frame) const;
   Stamp stamp(std::size_t frame) const { return images_->stamp(frame); }
   Pose T_WC(std::size_t frame) const { return parted_.simulation.T_WC(stamp(frame)); }
   std::uint64_t seed() const { return options().seed; }
-  // Which part the frame is of: 0, 1, ...; none on the way from one to the next.
+  // Returns the part of the frame: 0, 1, ...; none on a transition.
   std::optional<int> PartOf(std::size_t frame) const;
 
  private:
@@ -55,31 +55,30 @@ class WalkInParts {
   std::unique_ptr<const Dataset> images_;
 };
 
-// What a parted sequence makes of the ways between the parts.
+// Treatment of the transitions between the parts.
 enum class Ways {
-  kShown,    // nobody is kidnapped
-  kLeftOut,  // the stamps close up
-  kCovered,  // the lens is
-  // They are left out, and the parts of a kidnap are put into an order, one of them backwards where
-  // need be, in which each begins where the one before has been: the same images, and no place that
-  // is not known.
+  kShown,    // no kidnapping
+  kLeftOut,  // omitted; the stamps are contiguous
+  kCovered,  // the lens is covered
+  // Omitted, and the parts of a kidnapping are reordered (one of them reversed if necessary) such
+  // that each begins where the previous one has been: the same images, and no unknown place.
   kNotNeeded,
 };
 
-// What the sensor reads behind a cover.
+// Depth behind a cover.
 enum class Cover {
   kEmpty,    // no depth
-  kNear,     // the cover's
-  kGarbage,  // anything
+  kNear,     // that of the cover
+  kGarbage,  // arbitrary
 };
 
 struct PartedFrame {
   std::size_t source = 0;  // of the sequence
   Stamp stamp = 0;
-  std::optional<int> part;  // none on the way
+  std::optional<int> part;  // none on a transition
 };
 
-// The frames of a sequence as a parted sequence shows them.
+// Frames of a sequence with its transitions treated accordingly.
 class PartedSequence {
  public:
   // sequence: must outlive this.

@@ -15,7 +15,7 @@
 namespace highwall::bench {
 namespace {
 
-// A part of a run by the truth: T_true_est, whose rotation is the mean one.
+// Aligns a part of a run with the ground truth: returns T_true_est, with the mean rotation.
 Pose Align(const Trajectory& truth, const Trajectory& estimate) {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
   Eigen::Vector3d p_true = Eigen::Vector3d::Zero(), p_est = Eigen::Vector3d::Zero();
@@ -29,7 +29,7 @@ Pose Align(const Trajectory& truth, const Trajectory& estimate) {
   return Pose(q, p_true - q * p_est);
 }
 
-// The poses of a parted sequence's trajectory, by the frame of its sequence.
+// Poses of a trajectory of a parted sequence, by the frame in the source sequence.
 std::map<std::size_t, Pose> BySource(const PartedSequence& parted, const Trajectory& trajectory) {
   std::map<Stamp, std::size_t> sources;
   for (const PartedFrame& frame : parted.frames()) sources[frame.stamp] = frame.source;
@@ -56,8 +56,8 @@ std::optional<PlaceError> ErrorBetweenParts(const PartedSequence& parted,
   return PlaceError{1e3 * (E * middle - middle).norm(), E.Angle() * 180.0 / std::numbers::pi};
 }
 
-// A map has its world where its first frame put it; what is elsewhere by more than any drift within
-// a room was taken for another place.
+// A map's world is defined by its first frame; a pose error larger than any drift within a room
+// means that a different place was recognized.
 int Misplaced(const PartedSequence& parted, const Run& run) {
   constexpr double kFar = 0.5, kTurned = 0.2;  // [m], [rad]
   std::map<SubmapId, Pose> T_WS;
@@ -76,13 +76,14 @@ int Misplaced(const PartedSequence& parted, const Run& run) {
     const Pose T_WC = parted.sequence().T_WC(parted.frames()[i].source);
     const Pose T = T_WC * outcome.T_WC.Inverse();
     const Pose error = T_WS.try_emplace(outcome.submap, T).first->second * T.Inverse();
-    // At the camera: far from the origin a small turn is a long way.
+    // Evaluated at the camera: far from the origin a small rotation causes a large displacement.
     if ((error * T_WC.p() - T_WC.p()).norm() > kFar || error.Angle() > kTurned) ++misplaced;
   }
   return misplaced;
 }
 
-// The longest time from where a part begins to its first pose, to its end where there is none.
+// Returns the longest time from the start of a part to its first pose, or to its end if there is
+// none.
 double LongestGone(const PartedSequence& parted, const std::vector<Outcome>& outcomes) {
   double longest = 0.0;
   std::optional<int> part;
@@ -103,7 +104,7 @@ double LongestGone(const PartedSequence& parted, const std::vector<Outcome>& out
   return longest;
 }
 
-// Of the first pose of each part but the first, where it is in a map of before.
+// Uses the first pose of each part but the first, if it is in an earlier map.
 std::optional<double> MatchedAfterCut(const PartedSequence& parted,
                                       const std::vector<Outcome>& outcomes) {
   std::optional<double> least;
@@ -166,7 +167,7 @@ RelocationScores ScoreRun(const PartedSequence& parted, const Run& run) {
     if (meeting.IsFalse()) ++(meeting.merge ? scores.false_merges : scores.false_loops);
     if (meeting.merge) scores.merge = PlaceError{1e3 * meeting.metres, meeting.degrees};
     if (meeting.merge && scores.due_s) {
-      scores.merged_s = ToSeconds(meeting.stamp - first) - *scores.due_s;  // the last one
+      scores.merged_s = ToSeconds(meeting.stamp - first) - *scores.due_s;  // the last merge counts
     }
   }
   scores.maps = static_cast<int>(run.trajectories.size());

@@ -40,7 +40,7 @@ std::vector<Trajectory> Session::Trajectories() const {
 }
 
 void Session::Judge(const LoopReport& report) {
-  if (report.bundle) return;  // of one that was counted
+  if (report.bundle) return;  // of a loop already counted
   if (!report.accepted) {
     refusals_.push_back(report.message);
     return;
@@ -49,7 +49,7 @@ void Session::Judge(const LoopReport& report) {
   const KeyFrame* match = slam_.map().keyframe(edge.match);
   const KeyFrame* keyframe = slam_.map().keyframe(edge.keyframe);
   Meeting meeting{now_, report.merge, 0.0, 0.0};
-  if (match != nullptr && keyframe != nullptr) {  // else culled since
+  if (match != nullptr && keyframe != nullptr) {  // otherwise culled since then
     const Pose truth = truth_.at(match->frame.stamp).Inverse() * truth_.at(keyframe->frame.stamp);
     const Pose error = truth.Inverse() * edge.Z;
     meeting.metres = error.p().norm();

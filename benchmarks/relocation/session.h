@@ -11,25 +11,25 @@
 
 namespace highwall::bench {
 
-// What became of a frame.
+// Result of tracking one frame.
 struct Outcome {
   bool pose = false;
-  Pose T_WC;                // where there is one
-  SubmapId submap = kNoId;  // whose world the pose is in
-  std::string reason;       // why it has none
+  Pose T_WC;                // if there is one
+  SubmapId submap = kNoId;  // its world
+  std::string reason;       // if there is no pose
   double matched = 0.0;     // share of the image's points and lines
 };
 
-// Two places that were taken for one.
+// Two places that were recognized as the same.
 struct Meeting {
   Stamp stamp = 0;                     // of the frame with which it was applied
-  std::optional<SubmapMerge> merge;    // where they were in two maps
-  double metres = 0.0, degrees = 0.0;  // of the measured transform from the truth
+  std::optional<SubmapMerge> merge;    // if they were in two maps
+  double metres = 0.0, degrees = 0.0;  // error of the measured transform
 
   bool IsFalse() const { return metres > 0.1 || degrees > 3.0; }
 };
 
-// A system that is judged while it works, in lockstep.
+// A system that is evaluated while it runs, in synchronous mode.
 class Session {
  public:
   // truth: T_WC of every frame.
@@ -38,14 +38,14 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   Outcome Track(const RgbdImage& image);
-  // After the last frame.
+  // Call after the last frame.
   void Finish();
 
-  // Accepted ones, in the order of time.
+  // Accepted ones, ascending in time.
   const std::vector<Meeting>& meetings() const { return meetings_; }
-  // What the others were refused for.
+  // Reasons for rejecting the others.
   const std::vector<std::string>& refusals() const { return refusals_; }
-  // Of all parts, the one with most frames first.
+  // Trajectories of all parts, the one with most frames first.
   std::vector<Trajectory> Trajectories() const;
 
  private:

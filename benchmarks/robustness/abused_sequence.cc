@@ -12,7 +12,7 @@
 namespace highwall::bench {
 namespace {
 
-// The nearest pose of a trajectory, the earlier of two; empty where none is within `tolerance`.
+// Returns the pose closest in time, the earlier of two; empty if none is within `tolerance`.
 std::optional<Pose> NearestPose(const Trajectory& trajectory, Stamp stamp, Stamp tolerance) {
   const auto next = std::ranges::lower_bound(trajectory, stamp, {}, &StampedPose::stamp);
   std::optional<Pose> nearest;
@@ -46,7 +46,7 @@ std::vector<AbusedFrame> FramesOf(const Dataset& dataset, std::size_t count) {
 AbusedSequence::AbusedSequence(std::vector<AbusedFrame> frames, const Abuse& abuse,
                                std::uint64_t seed)
     : home_(frames.at(0).images), change_(abuse.image), random_(seed) {
-  // Streams of their own, so that order and images draw different numbers.
+  // Separate streams, so that order and images use different numbers.
   frames_ = abuse.order ? abuse.order(std::move(frames), random_.Stream(0)) : std::move(frames);
   random_ = random_.Stream(1);
   HIGHWALL_REQUIRE(!frames_.empty(), abuse.name + " leaves no frame");
@@ -75,7 +75,7 @@ RgbdImage AbusedSequence::DoLoad(std::size_t index) const {
   if (image.depth_stamp) *image.depth_stamp += frame.stamp - image.stamp;
   image.stamp = frame.stamp;
   if (!change_) return image;
-  // The recording may keep its images.
+  // The dataset may retain its images.
   image.bgr = image.bgr.clone();
   image.depth = image.depth.clone();
   change_(index, random_, &image);

@@ -9,7 +9,7 @@
 namespace highwall::bench {
 
 std::vector<Abuse> AllAbuses(const Dataset* second) {
-  // [frames]; of a camera at 30 Hz half a second and a second.
+  // [frames]; half a second and a second at 30 Hz.
   constexpr std::size_t kShortSpell = 15, kLongSpell = 30, kAlways = SIZE_MAX;
   constexpr std::size_t kKidnapped = 150;  // [frames]
   std::vector<Abuse> abuses{

@@ -6,8 +6,8 @@
 
 namespace highwall::bench {
 
-// Every abuse that the benchmark knows, the empty one (`untouched`) first. second: the recording
-// that a kidnapped camera is taken to; null: nobody is kidnapped. It must outlive them.
+// Returns all abuses of the benchmark, the empty one (`untouched`) first. second: the recording to
+// which a camera is kidnapped; null: no kidnapping. It must outlive them.
 std::vector<Abuse> AllAbuses(const Dataset* second);
 
 }  // namespace highwall::bench

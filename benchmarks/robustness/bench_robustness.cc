@@ -1,5 +1,5 @@
-// highwall_bench_robustness: real sequences spoiled on purpose, and what becomes of them: frames
-// without a pose, maps, merges and errors, a table a sequence, against the sequence untouched.
+// highwall_bench_robustness: real sequences with simulated degradations: frames without a pose,
+// maps, merges and errors, one table per sequence, compared with the original sequence.
 #include <CLI/App.hpp>
 #include <cstdint>
 #include <cstdio>
@@ -53,12 +53,12 @@ std::string Label(const std::filesystem::path& directory) {
   return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
 }
 
-// The runs of one abuse, or why they could not be made.
+// Runs of one abuse, or the reason for their failure.
 struct Row {
   std::string name;
   std::vector<AbuseScores> runs;
   Scores median;
-  std::optional<double> ratio;  // of the error to that of the sequence untouched
+  std::optional<double> ratio;  // of the error to that of the untouched sequence
   std::string failure;
 };
 
@@ -77,7 +77,7 @@ Row RunAll(const Abuse& abuse, const std::string& label, const Dataset& images,
       figures.push_back(row.runs.back().figures);
     }
     row.median = Medians(figures);
-  } catch (const std::exception& error) {  // the other abuses have their say
+  } catch (const std::exception& error) {  // continues with the other abuses
     row.failure = error.what();
   }
   return row;
@@ -138,7 +138,7 @@ nlohmann::ordered_json ToJson(const Row& row) {
   return json;
 }
 
-// The rows of one sequence as they come, untouched first.
+// Returns the rows of one sequence in their order, untouched first.
 nlohmann::ordered_json RunSequence(const std::filesystem::path& directory,
                                    const Arguments& arguments, int* failures) {
   const RgbdSensor sensor = SensorOf(directory);
@@ -190,7 +190,7 @@ void RequireDifferentNames(const std::vector<std::string>& datasets) {
 
 void Bench(const Arguments& arguments) {
   RequireDifferentNames(arguments.datasets);
-  if (!arguments.json.empty()) AtomicFile{arguments.json};  // fails before the work, if it must
+  if (!arguments.json.empty()) AtomicFile{arguments.json};  // fails early if it cannot be written
   nlohmann::ordered_json report;
   report["versions"] = apps::VersionsJson();
   report["seed"] = arguments.seed;

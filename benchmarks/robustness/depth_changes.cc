@@ -15,8 +15,8 @@ namespace {
 
 using simulate::CounterRandom;
 
-// [px] from each pixel to the nearest edge of the depth: where readings side by side differ by more
-// than a share of them, or one is missing.
+// Returns the distance [px] from each pixel to the nearest depth edge, where adjacent readings
+// differ by more than a relative threshold, or one is missing.
 cv::Mat DistanceToEdges(const cv::Mat& depth) {
   constexpr double kStep = 0.05;
   cv::Mat near, far, distance;
@@ -27,7 +27,7 @@ cv::Mat DistanceToEdges(const cv::Mat& depth) {
   return distance;
 }
 
-// Blobs in [0, 1] that change into others from one spell to the next.
+// Returns blobs in [0, 1] that change smoothly from one spell to the next.
 cv::Mat Blobs(cv::Size size, std::size_t frame, const CounterRandom& random) {
   constexpr int kBlob = 32;           // [px]
   constexpr std::size_t kSpell = 15;  // [frames]
@@ -83,7 +83,7 @@ ImageChange DepthNoiseOf(double quadratic) {
   return [quadratic](std::size_t frame, const CounterRandom& random, RgbdImage* image) {
     const cv::Mat noise =
         NormalField(image->depth.size(), CV_32FC1, quadratic, random.Stream(frame));
-    // Of what is not measured 0 stays; what would fall behind the camera is none.
+    // Missing depth stays 0; depth behind the camera becomes missing.
     const cv::Mat square = image->depth.mul(image->depth);
     image->depth = cv::max(image->depth + square.mul(noise), 0.0);
   };

@@ -11,7 +11,7 @@ namespace {
 using simulate::CounterRandom;
 using Frames = std::vector<AbusedFrame>;
 
-// Has `frame` show what `other` shows; the stamp stays.
+// Assigns the images of `other` to `frame`; the stamp stays.
 void ShowImagesOf(const AbusedFrame& other, AbusedFrame* frame) {
   frame->images = other.images;
   frame->colour = other.colour;
@@ -54,7 +54,7 @@ OrderChange SwappedFrames(double every) {
       if (random.Uniform(i) * every >= 1.0) continue;
       std::swap(frames[i], frames[i + 1]);
       std::swap(frames[i].stamp, frames[i + 1].stamp);
-      ++i;  // a frame is swapped once
+      ++i;  // a frame is swapped at most once
     }
     return frames;
   };

@@ -5,28 +5,29 @@
 
 #include "abused_sequence.h"
 
-// Frames that are missing, late, or of another place.
+// Missing, late, or replaced frames.
 namespace highwall::bench {
 
-// The first of every n frames; n >= 1.
+// Keeps the first of every n frames; n >= 1.
 OrderChange EveryNth(std::size_t n);
 
-// Again and again 1.5 s that are shown and a gap of so many seconds.
+// Repeats 1.5 s with frames and a gap of `seconds`.
 OrderChange Gaps(double seconds);
 
-// The depth of a frame is that of `frames` frames before, of the first one where there is none.
+// Replaces the depth of a frame by that of `frames` frames before, or of the first one if there is
+// none.
 OrderChange DepthLags(std::size_t frames);
 
-// Neighbours change places, on average one frame in `every` with the next; the stamps stay. Each is
-// judged by where its images were taken. every >= 1.
+// Swaps neighbouring frames, on average one frame in `every` with the next; the stamps stay. Each
+// is scored at the pose where its images were taken. every >= 1.
 OrderChange SwappedFrames(double every);
 
-// One frame in `every` on average, but the first, shows the images before once more; the camera
-// has moved on, and is looked for where it was at the stamp. every >= 1.
+// Repeats the previous images in one frame in `every` on average, except the first; the camera has
+// moved, and the frame is scored at the pose of its stamp. every >= 1.
 OrderChange DoubledFrames(double every);
 
-// The camera is taken away in the middle of the sequence, for as long as `elsewhere` lasts, and put
-// back. elsewhere: at least two frames of another recording.
+// Inserts `elsewhere` in the middle of the sequence: the camera is moved away and back. elsewhere:
+// at least two frames of another recording.
 OrderChange CutIn(std::vector<AbusedFrame> elsewhere);
 
 }  // namespace highwall::bench

@@ -16,7 +16,7 @@ using simulate::CounterRandom;
 
 constexpr double kDisplayGamma = 2.2;
 
-// A table for cv::LUT: 255 f(level / 255) of every grey level, f clipped to [0, 1].
+// Returns a table for cv::LUT: 255 f(level / 255) of every grey level, f clipped to [0, 1].
 template <class Function>
 cv::Mat GreyLevels(const Function& f) {
   cv::Mat table(1, 256, CV_8UC1);
@@ -32,7 +32,7 @@ void ApplyGamma(double gamma, cv::Mat* bgr) {
   cv::LUT(*bgr, table, *bgr);
 }
 
-// The light of every grey level, in [0, 1].
+// Returns the light of every grey level, in [0, 1].
 cv::Mat LightTable() {
   cv::Mat table(1, 256, CV_32FC1);
   for (int level = 0; level < 256; ++level) {
@@ -41,7 +41,7 @@ cv::Mat LightTable() {
   return table;
 }
 
-// The way of a point across the image: the sum is 1.
+// Returns the kernel of a point that moves along a line; its sum is 1.
 cv::Mat LineKernel(double pixels, double angle) {
   constexpr int kSamplesPerPixel = 8;
   const int radius = static_cast<int>(std::ceil(0.5 * pixels));
@@ -75,7 +75,7 @@ ImageChange MotionBlur(double pixels) {
     cv::Mat light;
     cv::LUT(image->bgr, to_light, light);
     cv::filter2D(light, light, -1, LineKernel(pixels, angle), {-1, -1}, 0.0, cv::BORDER_REFLECT);
-    cv::max(light, 0.0, light);  // the filter may go by Fourier's way, to 1e-7
+    cv::max(light, 0.0, light);  // an FFT filter is only accurate to 1e-7
     cv::pow(light, 1.0 / kDisplayGamma, light);
     light.convertTo(image->bgr, CV_8UC3, 255.0);
   };

@@ -6,7 +6,8 @@
 
 namespace highwall::bench {
 
-// Gaussian numbers of mean 0, of each pixel and channel its own. type: CV_32FC1 or CV_32FC3.
+// Returns independent Gaussian numbers of mean 0 for each pixel and channel. type: CV_32FC1 or
+// CV_32FC3.
 inline cv::Mat NormalField(cv::Size size, int type, double sigma,
                            const simulate::CounterRandom& random) {
   cv::Mat field(size, type);
@@ -14,7 +15,7 @@ inline cv::Mat NormalField(cv::Size size, int type, double sigma,
   return field;
 }
 
-// In [0, 1), CV_32FC1.
+// Returns numbers in [0, 1), CV_32FC1.
 inline cv::Mat UniformField(cv::Size size, const simulate::CounterRandom& random) {
   cv::Mat field(size, CV_32FC1);
   cv::RNG(random.Bits(0)).fill(field, cv::RNG::UNIFORM, 0.0, 1.0);

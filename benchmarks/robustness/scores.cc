@@ -12,7 +12,7 @@
 namespace highwall::bench {
 namespace {
 
-// The stamps of a sequence, by what their frames count for.
+// Stamps of a sequence, grouped by the role of their frames.
 struct Roles {
   explicit Roles(const AbusedSequence& sequence) {
     for (std::size_t i = 0; i < sequence.size(); ++i) {
@@ -62,7 +62,7 @@ void ScoreRmse(const char* name, const Compute& compute, Scores* figures) {
 }
 
 void ScoreErrors(const Trajectory& truth, const Trajectory& estimate, Scores* figures) {
-  // The truth has the stamps of the frames.
+  // The ground truth has the stamps of the frames.
   ScoreRmse(
       "ape_rmse_m", [&] { return AbsolutePoseError(truth, estimate, {.t_max_diff = 0.0}); },
       figures);

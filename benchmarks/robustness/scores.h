@@ -13,13 +13,15 @@
 namespace highwall::bench {
 
 struct AbuseScores {
-  // frames               of the recording that are scored
-  // without_pose         of them, in any map
-  // first_without_pose   the first of these, counted in frames of the changed sequence; absent:
-  // none maps                 worlds with poses in the end merges, loops        accepted; merges
-  // are loops too ape_rmse_m           of the map that has most scored frames; absent with too few
-  // poses drift_m_per_m        the same over a metre of way, RMSE over all pairs elsewhere frames
-  // cut in from another recording elsewhere_taken_home of them, with a pose in that map
+  // frames                scored frames of the recording
+  // without_pose          of those, frames without a pose in any map
+  // first_without_pose    the first of those, as an index in the modified sequence; absent if none
+  // maps                  final number of worlds with poses
+  // merges, loops         accepted; merges count as loops
+  // ape_rmse_m            of the map with most scored frames; absent with too few poses
+  // drift_m_per_m         RMSE of the same over a metre of distance, over all pairs
+  // elsewhere             frames inserted from another recording
+  // elsewhere_taken_home  of those, frames with a pose in that map
   Scores figures;
   std::map<std::string, std::size_t> reasons;  // of all frames without a pose
 };
@@ -27,8 +29,8 @@ struct AbuseScores {
 // progress(done, total).
 using ProgressCallback = std::function<void(std::size_t done, std::size_t total)>;
 
-// One run of SlamSystem over a sequence that has a ground truth. lockstep: as `highwall slam
-// --deterministic`. Throws what Highwall throws.
+// Runs SlamSystem once over a sequence with a ground truth. lockstep: synchronous mode, as
+// `highwall slam --deterministic`. Throws the errors of Highwall.
 AbuseScores RunAbused(const AbusedSequence& sequence, const RgbdSensor& sensor, bool lockstep,
                       const ProgressCallback& progress);
 

@@ -5,7 +5,7 @@
 
 namespace highwall::bench {
 
-// A folder for what is worth keeping from run to run; it goes with the object unless it was given.
+// Folder for files to keep between runs; removed with the object unless it was given.
 class CacheFolder {
  public:
   // given: may be empty. bench: names the temporary folder. Throws IoError.

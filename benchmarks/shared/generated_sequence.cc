@@ -25,14 +25,14 @@ const std::map<std::string, Scene>& Scenes() {
   return scenes;
 }
 
-// The folder appears whole or not at all.
+// Creates the folder atomically.
 void Render(const simulate::Simulation& simulation, const std::filesystem::path& folder,
             const std::function<void(int, int)>& progress) {
   if (std::filesystem::exists(folder)) return;
   try {
     simulate::WriteTum(simulation, folder, progress);
   } catch (const IoError&) {
-    if (!std::filesystem::exists(folder)) throw;  // else another process was faster
+    if (!std::filesystem::exists(folder)) throw;  // otherwise another process was faster
   }
 }
 

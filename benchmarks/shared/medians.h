@@ -6,11 +6,11 @@
 
 namespace highwall::bench {
 
-// What one run is worth; by name, in the unit that the name ends with. A figure that could not be
+// Figures of one run, by name, in the unit at the end of the name. A figure that could not be
 // computed is absent.
 using Scores = std::map<std::string, double>;
 
-// Of each figure over the runs that have it.
+// Returns the median of each figure over the runs that have it.
 Scores Medians(const std::vector<Scores>& runs);
 
 }  // namespace highwall::bench

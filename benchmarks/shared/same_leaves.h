@@ -7,7 +7,7 @@
 
 namespace highwall::bench {
 
-// Leaves of the same place, size and log-odds to the last bit.
+// Whether the leaves have the same place, size and log-odds to the last bit.
 inline bool SameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
   std::vector<OctreeLeaf> leaves;
   a.ForEachLeaf([&](const OctreeLeaf& leaf) { leaves.push_back(leaf); });

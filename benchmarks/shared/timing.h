@@ -6,7 +6,7 @@
 
 namespace highwall::bench {
 
-// How long `work` takes [s].
+// Returns the wall time of `work` [s].
 template <typename Work>
 double WallSeconds(const Work& work) {
   const Stopwatch stopwatch;
@@ -14,7 +14,7 @@ double WallSeconds(const Work& work) {
   return stopwatch.Seconds();
 }
 
-// The processor time of the calling thread that `work` takes [s].
+// Returns the processor time of `work` in the calling thread [s].
 template <typename Work>
 double ThreadSeconds(const Work& work) {
   const auto now = [] {

@@ -1,9 +1,9 @@
-// highwall_bench_tum: accuracy and speed of the SLAM system on sequences: those that `highwall
-// slam` takes, and generated ones. Each runs with each setting, several times; the table gives
-// medians. "track" is features, matching and pose of a frame, "frame" all that the frame waits for,
-// keyframes and loops included. Tracking time is quoted as a ratio to cv::ORB::detectAndCompute on
-// the same images, measured in the same run between the frames. With --paired two settings run
-// against each other instead (paired.h); "merge" makes the tables of runs that are kept, "figures"
+// highwall_bench_tum: accuracy and speed of the SLAM system on sequences that `highwall slam`
+// accepts, and on generated ones. Each runs with each setting, several times; the table contains
+// medians. "track" is features, matching and pose of a frame, "frame" the total latency of a frame,
+// with keyframes and loops. Tracking time is given relative to cv::ORB::detectAndCompute on the
+// same images, measured in the same run between the frames. With --paired, two settings are
+// compared with each other instead (paired.h); "merge" creates the tables of stored runs, "figures"
 // compares with a file of figures (figures.h).
 #include <CLI/App.hpp>
 #include <cstddef>
@@ -134,7 +134,7 @@ void Run(const BenchArguments& arguments) {
     fmt::print("{}", TextLine(MakeRow(group)));
     std::fflush(stdout);
   });
-  const bool has_tables = plan.shard.count == 1 && !records.empty();  // a part has none
+  const bool has_tables = plan.shard.count == 1 && !records.empty();  // a shard has none
   if (has_tables) Report(records, options);
   if (plan.stop()) throw apps::StoppedBySignal(signals.caught());
 }
@@ -150,7 +150,7 @@ void Merge(const std::vector<std::string>& sweeps, const ReportArguments& argume
   Report(records, options);
 }
 
-// Two settings instead of the table of features. They are checked with the command line.
+// Compares two settings instead of several features. They are checked with the command line.
 CLI::Option* AddPairedOptions(CLI::App& app, BenchArguments& arguments) {
   CLI::Option* paired =
       app.add_option("--paired", arguments.pair,
@@ -193,7 +193,7 @@ CLI::Validator IsShard() {
           "N/COUNT"};
 }
 
-// What a sweep and the merging of sweeps are both told. Those that --paired has no use for.
+// Adds the options of both a sweep and a merge of sweeps. Returns those that --paired does not use.
 std::vector<CLI::Option*> AddReportOptions(CLI::App& app, ReportArguments& arguments) {
   CLI::Option* json = app.add_flag("--json", arguments.json, "Print one JSON object");
   CLI::Option* markdown =
@@ -216,7 +216,7 @@ std::vector<CLI::Option*> AddReportOptions(CLI::App& app, ReportArguments& argum
               ->excludes(json)};
 }
 
-// Generated sequences.
+// Adds the options of generated sequences.
 std::vector<CLI::Option*> AddSceneOptions(CLI::App& app, BenchArguments& arguments) {
   CLI::Option* scenes = AddList(app, "--scenes", arguments.scenes, SceneNames(),
                                 ": generated in --data, where they are not there");

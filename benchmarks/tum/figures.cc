@@ -38,7 +38,7 @@ SweepPlan PlanOf(const nlohmann::json& sweep, const std::filesystem::path& data)
   return plan;
 }
 
-// Medians over the seeds of the figures that have a tolerance, to six digits.
+// Returns medians over the seeds of the figures that have a tolerance, to six digits.
 nlohmann::json Measure(const nlohmann::json& sweep, const nlohmann::json& tolerances,
                        const std::filesystem::path& data) {
   nlohmann::json measured;
@@ -63,7 +63,7 @@ nlohmann::json Read(const std::filesystem::path& file) {
   }
 }
 
-// A setting of a sequence may have tolerances of its own.
+// A setting of a sequence may have its own tolerances.
 double ToleranceOf(const nlohmann::json& tolerances, const nlohmann::json::json_pointer& figure) {
   const std::string name = figure.back();
   const auto own = tolerances.find(figure.parent_pointer().to_string().substr(1));
@@ -100,7 +100,7 @@ std::vector<MovedFigure> FindMoved(const nlohmann::json& expected, const nlohman
     MovedFigure figure{place.substr(1), value_of(expected, pointer), value_of(measured, pointer)};
     figure.tolerance = ToleranceOf(tolerances, pointer) * std::abs(figure.expected);
     const bool same = std::abs(figure.measured - figure.expected) <= figure.tolerance;
-    if (!same) moved.push_back(figure);  // what is not a number is not the same
+    if (!same) moved.push_back(figure);  // NaN counts as different
   }
   return moved;
 }

@@ -20,14 +20,14 @@
 namespace highwall::bench {
 namespace {
 
-// A sequence, ready for both.
+// A sequence, ready for both settings.
 struct PairedSequence {
   std::string name;
   std::unique_ptr<OwnSetting> a;
   std::unique_ptr<Setting> b;
 };
 
-// The pairs of a sequence, and what they come to.
+// Pairs of a sequence, with their summary.
 struct SequenceResult {
   std::string name;
   std::vector<Pair> pairs;
@@ -60,7 +60,7 @@ std::vector<PairedSequence> OpenAll(const PairedArguments& arguments) {
   return sequences;
 }
 
-// First A, then B, then B, then A, and so on: a machine that slows down favours neither.
+// Alternates A, B, B, A, and so on: a machine that slows down favours neither.
 Pair RunPair(const PairedSequence& sequence, std::size_t number, std::size_t begin) {
   const auto run = [&](const Setting& setting, const char* name) {
     return setting.Run(begin, fmt::format("{} {} from frame {}", sequence.name, name, begin));
@@ -84,7 +84,7 @@ SequenceResult RunSequence(const PairedSequence& sequence, const PairedArguments
   return result;
 }
 
-// The poses whose stamps the other has as well. Stamps ascend.
+// Returns the poses whose stamps the other has as well. Stamps ascend.
 Trajectory PosesAlsoIn(const Trajectory& other, const Trajectory& trajectory) {
   Trajectory common;
   std::ranges::copy_if(trajectory, std::back_inserter(common), [&](const StampedPose& pose) {
@@ -100,7 +100,7 @@ std::string TooShort(const char* name, const SettingRun& run, std::size_t frames
                      why);
 }
 
-// The median over the runs of one setting; of the pairs that are compared alone, or of all.
+// Returns the median over the runs of one setting, over compared pairs only or over all.
 template <class Figure>
 std::optional<double> MedianOf(const std::vector<Pair>& pairs, bool compared,
                                const Figure& figure) {
@@ -111,7 +111,7 @@ std::optional<double> MedianOf(const std::vector<Pair>& pairs, bool compared,
   return values.empty() ? std::nullopt : std::optional(UpperMedian(std::move(values)));
 }
 
-// What the table shows of a sequence; empty where no pair is compared.
+// Table entries of a sequence; empty if no pair is compared.
 struct SequenceFigures {
   explicit SequenceFigures(const std::vector<Pair>& pairs)
       : ape_a(MedianOf(pairs, true, [](const Pair& pair) { return pair.ape_a; })),
@@ -150,7 +150,7 @@ void PrintRow(const SequenceResult& result) {
   std::fflush(stdout);
 }
 
-// Over all sequences that have a ratio.
+// Summarizes all sequences that have a ratio.
 OverSequences Summarize(const std::vector<SequenceResult>& results) {
   std::vector<MeanLog> means;
   for (const SequenceResult& result : results) {

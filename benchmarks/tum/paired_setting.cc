@@ -33,7 +33,7 @@
 namespace highwall::bench {
 namespace {
 
-// Separated by blanks; "double quotes" keep them.
+// Splits at blanks outside of "double quotes".
 std::vector<std::string> Words(const std::string& setting) {
   TextReader text(setting);
   std::vector<std::string> words;
@@ -58,7 +58,7 @@ apps::SlamArguments ParseSetting(const std::string& setting, const std::string& 
   CLI::App app;
   apps::AddSlamOptions(&app, &arguments);
   std::vector<std::string> words = CommandLine(dataset, "nowhere", Words(setting), mode);
-  std::ranges::reverse(words);  // as CLI11 wants them
+  std::ranges::reverse(words);  // the order that CLI11 expects
   app.parse(std::move(words));
   CheckArguments(arguments);
   return arguments;
@@ -78,7 +78,7 @@ std::string LastLine(const std::filesystem::path& file) {
   return last;
 }
 
-// Waits for the program; what it prints goes to files in `scratch`.
+// Waits for the program; its output goes to files in `scratch`.
 Outcome RunProgram(const std::string& program, std::vector<std::string> words,
                    const std::filesystem::path& scratch) {
   words.insert(words.begin(), program);
@@ -127,7 +127,7 @@ SettingRun ReadRun(const std::filesystem::path& folder) {
           {}};
 }
 
-// Copies a list of images: comments, and the entries that are among `kept`, which ascend.
+// Copies a list of images: comments, and the entries in `kept`, which ascend.
 void CopyList(const std::filesystem::path& from, const std::vector<std::size_t>& kept,
               const std::filesystem::path& to) {
   std::ifstream list(from);
@@ -210,7 +210,7 @@ ProgramSetting::ProgramSetting(std::string program, const std::string& setting,
   RequireKnown();
 }
 
-// Without a dataset the program has nothing to do, but reads its command line.
+// Without a dataset the program does nothing but parse its command line.
 void ProgramSetting::RequireKnown() const {
   const CacheFolder scratch("", "highwall_bench_tum");
   const Outcome outcome = RunSlamOf(program_, scratch.path() / "nowhere", switches_, scratch);
@@ -222,13 +222,13 @@ SettingRun ProgramSetting::Run(std::size_t begin, const std::string& label) cons
   apps::Progress progress(label);
   progress.Update(0);
   const CacheFolder scratch("", "highwall_bench_tum");
-  // The name may tell the calibration.
+  // The name may determine the calibration.
   const std::filesystem::path dataset =
       scratch.path() / "dataset" /
       std::filesystem::absolute(directory_ / ".").parent_path().filename();
   WriteRest(begin, dataset);
   const Outcome outcome = RunSlamOf(program_, dataset, switches_, scratch);
-  constexpr int kUnusableData = 2;  // no frame could be tracked, say
+  constexpr int kUnusableData = 2;  // e.g. no frame could be tracked
   if (outcome.exit_code == kUnusableData) return {{}, colour_.size() - begin, 0.0, outcome.message};
   if (outcome.exit_code != 0) {
     throw std::runtime_error(

@@ -11,28 +11,28 @@
 #include "opened_dataset.h"
 #include "slam_run.h"
 
-// A setting is what one would write behind `highwall slam`: "--features points --no-loops".
+// A setting is a list of arguments of `highwall slam`: "--features points --no-loops".
 namespace highwall::bench {
 
-// What one run came to.
+// Result of one run.
 struct SettingRun {
-  Trajectory trajectory;  // of the largest map, after the adjustment of everything where asked for
+  Trajectory trajectory;  // of the largest map, after the final adjustment if enabled
   std::size_t lost = 0;   // frames without a pose in any map
-  double frame_ms = 0.0;  // all that a frame waits for, median
-  std::string failure;    // why there is no trajectory, where that is known
+  double frame_ms = 0.0;  // total latency of a frame, median
+  std::string failure;    // why there is no trajectory, if known
 };
 
-// The dense map of a run: none, that of `highwall slam`, or one of the depths that the paper uses.
+// Dense map of a run: none, that of `highwall slam`, or one with the depth range of the paper.
 enum class MapChoice { kNone, kDefault, kPaper };
 std::string ToString(MapChoice map);
 
-// What is the same for all settings that are compared.
+// Mode common to all compared settings.
 struct SettingMode {
-  bool lockstep = true;  // one thread, the same result on every run
+  bool lockstep = true;  // synchronous mode: one thread, the same result on every run
   MapChoice map = MapChoice::kNone;
 };
 
-// A sequence that can be run with a setting: one thread, in lockstep, no dense map.
+// A sequence that can be run with a setting: one thread, in synchronous mode, no dense map.
 class Setting {
  public:
   Setting() = default;
@@ -40,23 +40,23 @@ class Setting {
   Setting(const Setting&) = delete;
   Setting& operator=(const Setting&) = delete;
 
-  // From frame `begin` to the end; the same result each time. label: of the progress. Throws what
-  // the run throws.
+  // Runs from frame `begin` to the end; the same result each time. label: of the progress. Throws
+  // the errors of the run.
   virtual SettingRun Run(std::size_t begin, const std::string& label) const = 0;
 };
 
 // Run by this build.
 class OwnSetting final : public Setting {
  public:
-  // directory: of a dataset that `highwall slam` takes. The setting is
-  // one that RequireSetting() takes. Throws IoError for a dataset that cannot be used.
+  // directory: of a dataset that `highwall slam` accepts. The setting must satisfy
+  // RequireSetting(). Throws IoError for an unusable dataset.
   OwnSetting(const std::string& setting, const std::filesystem::path& directory,
              const SettingMode& mode = {});
 
   const Dataset& images() const { return *dataset_.images; }
-  // All that a run tells, in the mode of the constructor. on_image: called after each frame. Throws
-  // what the run throws, and std::runtime_error where a part of it failed. stop: as
-  // SlamRunOptions::stop.
+  // Returns the complete result of a run in the mode of the constructor. on_image: called after
+  // each frame. Throws the errors of the run, and std::runtime_error if a part of it failed. stop:
+  // as SlamRunOptions::stop.
   apps::SlamRun RunWhole(std::size_t begin, const std::string& label,
                          const std::function<void(const RgbdImage&)>& on_image = {},
                          const std::function<bool()>& stop = {}) const;
@@ -68,30 +68,30 @@ class OwnSetting final : public Setting {
 };
 
 // Run by the program `highwall` of any build, on a dataset that begins later: its first frames are
-// left out of rgb.txt and depth.txt.
+// omitted from rgb.txt and depth.txt.
 class ProgramSetting final : public Setting {
  public:
-  // program: a path, or a name to look for in PATH. directory: in the layout of TUM RGB-D. Throws
-  // IoError where the program cannot be run or does not know the setting, or rgb.txt or depth.txt
+  // program: a path, or a name to look up in PATH. directory: in the layout of TUM RGB-D. Throws
+  // IoError if the program cannot be run or does not know the setting, or if rgb.txt or depth.txt
   // cannot be read.
   ProgramSetting(std::string program, const std::string& setting, std::filesystem::path directory);
 
-  // What the program finds no poses in, or no usable data, is a run without a trajectory; throws
-  // std::runtime_error where it fails.
+  // If the program finds no poses, or no usable data, the run has no trajectory; throws
+  // std::runtime_error if it fails.
   SettingRun Run(std::size_t begin, const std::string& label) const override;
 
  private:
   void RequireKnown() const;
-  // The dataset from frame `begin` on.
+  // Writes the dataset from frame `begin` on.
   void WriteRest(std::size_t begin, const std::filesystem::path& folder) const;
 
   std::string program_;
   std::vector<std::string> switches_;
   std::filesystem::path directory_;
-  std::vector<std::size_t> colour_, depth_;  // of each frame: its entry in the list
+  std::vector<std::size_t> colour_, depth_;  // of each frame: its index in the list
 };
 
-// Throws CLI::ValidationError, with the setting's name and itself, unless this build knows it.
+// Throws CLI::ValidationError with the setting and its name unless this build supports it.
 void RequireSetting(const std::string& name, const std::string& setting,
                     const SettingMode& mode = {});
 

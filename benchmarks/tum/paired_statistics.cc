@@ -12,8 +12,8 @@
 namespace highwall::bench {
 namespace {
 
-// P(|t| <= bound), by the finite series for whole degrees of freedom. Source: Abramowitz and
-// Stegun, "Handbook of Mathematical Functions", 26.7.3 and 26.7.4.
+// Returns P(|t| <= bound), by the finite series for integer degrees of freedom. Source: Abramowitz
+// and Stegun, "Handbook of Mathematical Functions", 26.7.3 and 26.7.4.
 double StudentProbability(double bound, int degrees_of_freedom) {
   const bool odd = degrees_of_freedom % 2 == 1;
   const double theta = std::atan(bound / std::sqrt(degrees_of_freedom));
@@ -27,8 +27,8 @@ double StudentProbability(double bound, int degrees_of_freedom) {
   return odd ? 2.0 / std::numbers::pi * (theta + series) : series;
 }
 
-// Of independent summands; degrees of freedom by Welch and Satterthwaite, none where one of the
-// variances is not known.
+// Sums independent summands; degrees of freedom by Welch and Satterthwaite, none if one of the
+// variances is unknown.
 MeanLog SumOf(const std::vector<MeanLog>& summands) {
   MeanLog sum;
   double squares = 0.0, degrees_of_freedom = 0.0;
@@ -89,9 +89,9 @@ double Ratio(const MeanLog& mean) {
 }
 
 std::optional<Interval> RatioInterval(const MeanLog& mean) {
-  constexpr double kRounding = 1e-9;  // of degrees of freedom that are a whole number
+  constexpr double kRounding = 1e-9;  // tolerance for integer degrees of freedom
   if (mean.degrees_of_freedom < 1.0 - kRounding) return std::nullopt;
-  // Beyond a thousand Student's t is Gauss's.
+  // Beyond a thousand degrees of freedom, Student's t is practically Gaussian.
   const int whole = static_cast<int>(std::min(mean.degrees_of_freedom + kRounding, 1000.0));
   const double half = StudentBound(whole) * std::sqrt(mean.variance);
   return Interval{std::exp(mean.mean - half), std::exp(mean.mean + half)};

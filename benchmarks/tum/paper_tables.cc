@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kStatistics[] = {"max_m",  "mean_m", "median_m", "min_m",
                                        "rmse_m", "sse_m2", "std_m"};
 
-// A row as the paper prints it [m]: max, mean, median, min, RMSE, SSE, std; not all are known.
+// A row as printed in the paper [m]: max, mean, median, min, RMSE, SSE, std; not all are known.
 struct PrintedErrors {
   const char* sequence;
   const char* method;

@@ -5,17 +5,17 @@
 
 #include "sweep_tables.h"
 
-// Tables 1, 2 and 4 of the paper in its layout, its own figures beside ours (docs/paper.md).
+// Tables 1, 2 and 4 of the paper in its layout, with its own figures next to ours (docs/paper.md).
 namespace highwall::bench {
 
-// Points alone, points and lines, each with the map of the default; and all that has a switch as
-// the paper has it, with the map of its depths.
+// Returns the settings: points only, points and lines, each with the default map; and all
+// switchable options as in the paper, with a map of its depth range.
 std::vector<NamedSetting> PaperSettings();
 
-// "fr2_desk" of "rgbd_dataset_freiburg2_desk": as the paper's figures are listed.
+// Returns "fr2_desk" for "rgbd_dataset_freiburg2_desk": the name in the paper's tables.
 std::string PaperNameOf(const std::string& sequence);
 
-// Rows of PaperSettings(), in Markdown; figures are medians over the runs.
+// Returns a Markdown table of rows of PaperSettings(); figures are medians over the runs.
 std::string PaperTables(const std::vector<SweepRow>& rows);
 
 }  // namespace highwall::bench

@@ -22,7 +22,7 @@ namespace {
 
 constexpr Stamp kTolerance = 10'000'000;  // [ns]; frames are 33 ms apart
 
-// For each frame its pose in the trajectory; null: it has none.
+// Returns the pose of each frame in the trajectory; null if it has none.
 std::vector<const StampedPose*> PosesOf(const std::vector<Stamp>& frames,
                                         const Trajectory& trajectory) {
   std::vector<const StampedPose*> poses;
@@ -41,7 +41,7 @@ std::vector<const StampedPose*> PosesOf(const std::vector<Stamp>& frames,
   return poses;
 }
 
-// The runs of one system, frame by frame.
+// Poses of the runs of one system, frame by frame.
 using FramePoses = std::vector<std::vector<const StampedPose*>>;
 
 FramePoses PosesOf(const std::vector<Stamp>& frames, const std::vector<Trajectory>& runs) {
@@ -59,7 +59,7 @@ double MedianCoverage(const FramePoses& runs) {
   return UpperMedian(std::move(shares));
 }
 
-// Which frames every run of both has a pose of.
+// Returns the frames with a pose in every run of both.
 std::vector<std::size_t> CommonFrames(std::size_t frames, const FramePoses& a,
                                       const FramePoses& b) {
   std::vector<std::size_t> common;
@@ -84,7 +84,7 @@ std::vector<double> Score(const ScoredFrames& frames, const FramePoses& runs,
                           const std::vector<std::size_t>& common, SystemScore* score) {
   std::vector<double> ape, rpe_1, rpe_30, logs;
   for (const auto& poses : runs) {
-    Trajectory part;  // the frame's stamp, whatever the system made of it
+    Trajectory part;  // with the frame's stamp instead of the system's
     for (const std::size_t i : common) part.push_back({frames.stamps[i], poses[i]->pose});
     ape.push_back(AbsolutePoseError(frames.truth, part).statistics.rmse);
     HIGHWALL_REQUIRE(ape.back() > 0.0, "an error of zero has no ratio");
@@ -123,7 +123,7 @@ std::string Millimetres(double metres) {
   return metres < 0.0 ? "-" : fmt::format("{:.2f}", 1e3 * metres);
 }
 
-// By setting and system, where there are several sequences.
+// Summarizes by setting and system, if there are several sequences.
 std::map<std::pair<std::string, std::string>, OverSequences> Summarize(
     const std::vector<Comparison>& comparisons) {
   std::map<std::pair<std::string, std::string>, std::vector<MeanLog>> ratios;

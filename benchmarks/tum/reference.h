@@ -14,28 +14,28 @@
 #include "paired_statistics.h"
 #include "sweep_tables.h"
 
-// Another system's trajectories against the runs of a sweep, on the same frames.
+// Comparison of another system's trajectories with the runs of a sweep, on the same frames.
 namespace highwall::bench {
 
 struct ReferenceSystem {
   std::string name;
-  std::filesystem::path folder;  // TUM trajectories: SEQUENCE_*.txt or SEQUENCE.txt, one a run
+  std::filesystem::path folder;  // TUM trajectories: SEQUENCE_*.txt or SEQUENCE.txt, one per run
 };
-// "NAME=DIR". Throws InvalidArgument.
+// Parses "NAME=DIR". Throws InvalidArgument.
 ReferenceSystem ParseReference(const std::string& text);
 
-// Its runs over one sequence, by their names; none where it has none. others: sequences whose runs
-// are not this one's although their names begin alike.
+// Returns its runs over one sequence, by their names; none if it has none. others: sequences whose
+// runs are excluded although their names begin with the same text.
 std::vector<Trajectory> ReferenceRuns(const ReferenceSystem& system, const std::string& sequence,
                                       const std::vector<std::string>& others);
 
-// The frames of a sequence, and where the camera truly was.
+// Frames of a sequence with the ground truth.
 struct ScoredFrames {
   std::vector<Stamp> stamps;  // ascending
   Trajectory truth;
 };
 
-// The runs of one system over a sequence.
+// Scores of the runs of one system over a sequence.
 struct SystemScore {
   std::size_t runs = 0;
   double coverage = 0.0;                        // median share of the frames that have a pose
@@ -52,19 +52,18 @@ struct Comparison {
   std::string problem;           // why they are not compared; empty: they are
 };
 
-// Frames and poses belong together within 10 ms. Each run is aligned by itself, over the common
-// frames.
+// Matches frames and poses within 10 ms. Each run is aligned separately, over the common frames.
 Comparison Compare(const ScoredFrames& frames, const std::vector<Trajectory>& own,
                    const std::vector<Trajectory>& other);
 
-// Each row with each system that has runs over its sequence. data: the folder that holds the
-// sequences; generated ones are passed over. Throws IoError for a sequence that cannot be used or
-// has no ground truth, a trajectory that cannot be read, and where a system has no run over any.
+// Compares each row with each system that has runs over its sequence. data: the folder of the
+// sequences; generated ones are skipped. Throws IoError for a sequence that cannot be used or has
+// no ground truth, a trajectory that cannot be read, and a system without a run over any.
 std::vector<Comparison> CompareAll(const std::vector<SweepRow>& rows,
                                    const std::vector<ReferenceSystem>& systems,
                                    const std::filesystem::path& data);
 
-// A table, and below it the mean over the sequences for each setting and system.
+// Returns a table, and below it the mean over the sequences for each setting and system.
 std::string ToMarkdown(const std::vector<Comparison>& comparisons);
 nlohmann::json ToJson(const std::vector<Comparison>& comparisons);
 

@@ -16,7 +16,7 @@
 namespace highwall::bench {
 namespace {
 
-// A folder of images, made when it is wanted.
+// A folder of images, created on demand.
 struct Source {
   std::string name;
   int seed = 0;
@@ -24,7 +24,7 @@ struct Source {
   std::optional<SequenceOptions> generated;
 };
 
-// The folders of each row of the tables.
+// Returns the folders of each row of the tables.
 std::vector<std::vector<Source>> SourcesOf(const SweepPlan& plan) {
   std::vector<std::vector<Source>> rows;
   for (const std::string& sequence : plan.sequences) {
@@ -48,7 +48,7 @@ void MakeImages(const Source& source, const std::filesystem::path& data) {
   });
 }
 
-// The run that an earlier process kept.
+// Returns the run that an earlier process stored.
 std::optional<RunRecord> KeptRun(const SweepPlan& plan, const RunKey& key) {
   if (plan.out.empty()) return std::nullopt;
   const std::filesystem::path file = RecordFile(plan.out, key);
@@ -64,7 +64,7 @@ std::optional<RunRecord> KeptRun(const SweepPlan& plan, const RunKey& key) {
   return record;
 }
 
-// Empty where the sweep is stopped.
+// Returns an empty result if the sweep is stopped.
 std::optional<RunRecord> RunOrRead(const SweepPlan& plan, const Source& source, const RunKey& key) {
   if (plan.stop && plan.stop()) return std::nullopt;
   if (std::optional<RunRecord> kept = KeptRun(plan, key)) return kept;

@@ -13,16 +13,16 @@
 #include "medians.h"
 #include "paired_setting.h"
 
-// What a run of a sweep has come to, and the file in which it is kept.
+// Result of a run of a sweep, and the file that stores it.
 namespace highwall::bench {
 
 struct NamedSetting {
-  std::string name;      // letters, digits and -_.+: a folder is called so
-  std::string switches;  // what one would write behind `highwall slam`
+  std::string name;      // letters, digits and -_.+: also the name of a folder
+  std::string switches;  // arguments of `highwall slam`
   MapChoice map = MapChoice::kNone;
 };
 
-// Which run it is.
+// Identifies a run.
 struct RunKey {
   std::string sequence;  // seeds of one scene share it
   int seed = 0;          // of a generated sequence; 0: a recording
@@ -38,17 +38,17 @@ struct RunRecord {
   Trajectory trajectory;                            // of the largest map
 };
 
-// "fr1_xyz/both/1" or "room_4s_30fps/seed2/both/1", '/' in names becoming '_'.
+// Returns "fr1_xyz/both/1" or "room_4s_30fps/seed2/both/1", with '/' in names replaced by '_'.
 std::filesystem::path NameOf(const RunKey& key);
-// runs/NAME.json in the folder of a sweep; the trajectory is NAME.txt beside it.
+// Returns runs/NAME.json in the folder of a sweep; the trajectory is NAME.txt next to it.
 std::filesystem::path RecordFile(const std::filesystem::path& sweep, const RunKey& key);
 
-// Both files; the record, whole or not at all, comes last. Throws IoError.
+// Writes both files; the record is last and atomic. Throws IoError.
 void WriteRecord(const std::filesystem::path& sweep, const RunRecord& record);
-// Throws IoError for a file that cannot be read or is no record.
+// Throws IoError for a file that cannot be read or is not a record.
 RunRecord ReadRecord(const std::filesystem::path& file);
-// All records of sweeps, by their names: those of `sequences`, of all where there are none. Throws
-// IoError, also for a sweep without any run, and for a run that two of them have.
+// Returns all records of sweeps, by their names: those of `sequences`, or of all if that is empty.
+// Throws IoError, also for a sweep without any run, and for a duplicate run.
 std::vector<RunRecord> MergeRecords(const std::vector<std::filesystem::path>& sweeps,
                                     const std::vector<std::string>& sequences = {});
 

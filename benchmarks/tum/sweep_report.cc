@@ -14,7 +14,7 @@
 namespace highwall::bench {
 namespace {
 
-// Of all runs, the most that one has held [MiB].
+// Returns the maximum peak memory of all runs [MiB].
 double PeakMemory(const std::vector<RunRecord>& records) {
   double peak = 0.0;
   for (const RunRecord& record : records) {

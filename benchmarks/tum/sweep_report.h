@@ -7,17 +7,17 @@
 #include "reference.h"
 #include "sweep_record.h"
 
-// What is printed and written of the runs of a sweep.
+// Printed and written output of a sweep.
 namespace highwall::bench {
 
 enum class ReportFormat { kText, kMarkdown, kJson };
 
 struct ReportOptions {
   ReportFormat format = ReportFormat::kText;
-  bool times = true;                        // the Markdown has times and memory
+  bool times = true;                        // the Markdown contains times and memory
   bool paper = false;                       // the paper's tables instead of ours
   std::vector<ReferenceSystem> references;  // systems to compare with
-  std::filesystem::path data;               // the folder that holds the sequences, for references
+  std::filesystem::path data;               // the folder of the sequences, for references
   std::filesystem::path out;                // figures.json, runs.csv, table.md; empty: no files
 };
 

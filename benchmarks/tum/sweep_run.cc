@@ -21,7 +21,7 @@
 namespace highwall::bench {
 namespace {
 
-// cv::ORB on the images of a run, timed between its frames.
+// Times cv::ORB on the images of a run, between its frames.
 class OrbReference {
  public:
   void Measure(const cv::Mat& bgr) {
@@ -39,8 +39,7 @@ class OrbReference {
   std::vector<double> samples_;
 };
 
-// What this process has held before the run does not count; where Linux does not let it be
-// forgotten, it does.
+// Resets the peak memory, so that memory before the run is excluded if Linux allows it.
 void ForgetPeakMemory() {
   ::malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << "5";

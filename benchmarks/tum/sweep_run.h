@@ -10,23 +10,23 @@
 
 namespace highwall::bench {
 
-// Every pair of frames that are 30 apart: a short sequence has but a few that follow each other.
+// All pairs of frames with a distance of 30: a short sequence has only a few consecutive ones.
 inline constexpr RelativePoseErrorOptions kThirtyFrames{.delta = 30.0, .all_pairs = true};
 
-// Runs a dataset that `highwall slam` takes. Throws IoError for one that cannot be used, and what
-// the run throws. stop: asked between its frames; empty where it has ended the run.
+// Runs a dataset that `highwall slam` accepts. Throws IoError for an unusable one, and the errors
+// of the run. stop: called between its frames; the result is empty if it ended the run.
 //
 // Figures, each with its unit in its name:
-//   ape_, rpe_1_frame_, rpe_30_frames_   {max,mean,median,min,rmse,std}_m and sse_m2, over all
-//   frames
-//                                        of the largest map, rigid alignment without scale; without
-//                                        ground truth rmse is 0, and where it cannot be computed -1
+//   ape_, rpe_1_frame_, rpe_30_frames_
+//                    {max,mean,median,min,rmse,std}_m and sse_m2, over all frames of the largest
+//                    map, rigid alignment without scale; rmse is 0 without ground truth, and -1 if
+//                    it cannot be computed
 //   coverage, frames, lost_frames, submaps, loops_closed, keyframes, points, lines
-//   tracking_ms, tracking_p99_ms         features, matching and pose of a frame
-//   frame_ms, frame_mean_ms, frame_p99_ms   all that a frame waits for, keyframes and loops
-//   included mapping_ms, seconds, peak_memory_mib orb_ms, tracking_over_orb
-//   cv::ORB::detectAndCompute on the same images, between them cloud_mb, octree_mb of cloud.ply and
-//   map.bt, where there is a dense map
+//   tracking_ms, tracking_p99_ms    features, matching and pose of a frame
+//   frame_ms, frame_mean_ms, frame_p99_ms   total latency of a frame, with keyframes and loops
+//   mapping_ms, seconds, peak_memory_mib
+//   orb_ms, tracking_over_orb       cv::ORB::detectAndCompute on the same images, between frames
+//   cloud_mb, octree_mb             of cloud.ply and map.bt, if there is a dense map
 std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
                                  const std::function<bool()>& stop = {});
 

@@ -16,7 +16,7 @@
 namespace highwall::bench {
 namespace {
 
-// "10 blurred, 3 dark".
+// Returns a text such as "10 blurred, 3 dark".
 std::string LossText(const std::map<std::string, std::size_t>& reasons, const char* separator) {
   std::vector<std::string> parts;
   for (const auto& [reason, frames] : reasons)
@@ -24,7 +24,7 @@ std::string LossText(const std::map<std::string, std::size_t>& reasons, const ch
   return fmt::format("{}", fmt::join(parts, separator));
 }
 
-// A figure and, where they differ, the least and the largest of the runs.
+// Returns a figure and, if the runs differ, their minimum and maximum.
 std::string SpreadCell(const SweepRow& row, const std::string& figure, double factor, int digits) {
   const auto median = row.median.find(figure);
   const bool error = figure.ends_with("rmse_m");
@@ -58,7 +58,7 @@ constexpr Column kMarkdownColumns[] = {{"APE RMSE [mm]", "ape_rmse_m", 1e3, 2},
                                        {"cloud [MB]", "cloud_mb", 1.0, 1},
                                        {"octree [MB]", "octree_mb", 1.0, 4}};
 
-// Those that any row has something for.
+// Returns the columns for which any row has a value.
 std::vector<Column> UsedColumns(const std::vector<SweepRow>& rows, bool times) {
   std::vector<Column> used;
   std::ranges::copy_if(kMarkdownColumns, std::back_inserter(used), [&](const Column& column) {

@@ -9,10 +9,10 @@
 
 #include "sweep_record.h"
 
-// The runs of a sweep as tables: for people, for Markdown, CSV and JSON.
+// Runs of a sweep as tables: text, Markdown, CSV and JSON.
 namespace highwall::bench {
 
-// The runs of one sequence with one setting, over all seeds: a row.
+// Runs of one sequence with one setting, over all seeds: a row.
 struct SweepRow {
   std::string sequence, setting;
   std::vector<RunRecord> runs;
@@ -22,21 +22,21 @@ struct SweepRow {
 };
 
 SweepRow MakeRow(std::vector<RunRecord> runs);
-// Rows in the order in which their first runs come.
+// Returns the rows in the order of their first runs.
 std::vector<SweepRow> MakeRows(const std::vector<RunRecord>& records);
 
-// On a terminal.
+// Text for a terminal.
 std::string TextHeader();
 std::string TextLine(const SweepRow& row);
-// {"sequences": {SEQUENCE: {SETTING: {"switches", "median", "low", "high", "loss_reasons",
-// "runs"}}}}
+// Returns {"sequences": {SEQUENCE: {SETTING: {"switches", "median", "low", "high", "loss_reasons",
+// "runs"}}}}.
 nlohmann::json ToJson(const std::vector<SweepRow>& rows);
-// times: what depends on the machine and on what else it does as well, times and memory.
+// times: include times and memory, which depend on the machine and its load.
 std::string ToMarkdown(const std::vector<SweepRow>& rows, bool times = true);
-// A line a run.
+// Returns one line per run.
 std::string ToCsv(const std::vector<SweepRow>& rows);
 
-// figures.json (`report`), runs.csv and table.md in `folder`. Throws IoError.
+// Writes figures.json (`report`), runs.csv and table.md to `folder`. Throws IoError.
 void WriteTables(const std::filesystem::path& folder, const nlohmann::json& report,
                  const std::vector<SweepRow>& rows, const std::string& markdown);
 

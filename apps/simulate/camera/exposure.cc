@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kShortest = 1e-4;  // [s]
 
-// Of every eighth pixel in every eighth row; blue, green and red alike.
+// Averages every eighth pixel in every eighth row over all three channels.
 double Mean(const cv::Mat& bgr) {
   constexpr int kStep = 8;
   double sum = 0.0;

@@ -13,10 +13,10 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr float kSharp = 0.3f;  // [px] below which a way is not worth averaging over
+constexpr float kSharp = 0.3f;  // [px] shorter paths are not averaged
 constexpr float kMaxTaps = 32.0f;
 
-// Single precision is enough: the way is a difference of some pixels.
+// Single precision is enough: a path is a difference of a few pixels.
 struct Projection {
   Eigen::Matrix3f R;
   Eigen::Vector3f t;
@@ -27,7 +27,8 @@ struct Projection {
         t(T.p().cast<float>()),
         f(static_cast<float>(camera.fx), static_cast<float>(camera.fy)) {}
 
-  // [px] from the principal point, of the point at `inverse_depth` along (ray, 1).
+  // Returns the projection of the point at `inverse_depth` along (ray, 1), in [px] from the
+  // principal point.
   Eigen::Vector2f operator()(const cv::Vec2f& ray, float inverse_depth) const {
     const Eigen::Vector3f p = R * Eigen::Vector3f(ray[0], ray[1], 1.0f) + inverse_depth * t;
     return f.cwiseProduct(p.head<2>()) / std::max(p.z(), 1e-3f);

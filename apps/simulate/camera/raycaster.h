@@ -9,7 +9,8 @@
 
 namespace highwall::simulate {
 
-// Which triangle does a ray meet first? A search tree over a mesh (Embree 3 or 4). Thread-safe.
+// Ray caster that finds the first triangle on a ray, with a search tree over a mesh (Embree 3 or
+// 4). Thread-safe.
 class Raycaster {
  public:
   static constexpr int kNone = -1;
@@ -21,13 +22,13 @@ class Raycaster {
   Raycaster(Raycaster&&) noexcept;
   Raycaster& operator=(Raycaster&&) noexcept;
 
-  // Index of the first triangle on origin + k direction, k > 0, or kNone. World frame, [m]; the
-  // direction may have any length.
+  // Returns the index of the first triangle on origin + k direction, k > 0, or kNone. World frame,
+  // [m]; the direction may have any length.
   int FirstTriangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
-  // The same for kPacket directions from one origin, which is faster.
+  // Does the same for kPacket directions from one origin, which is faster.
   std::array<int, kPacket> FirstTriangles(
       const Eigen::Vector3d& origin, const std::array<Eigen::Vector3d, kPacket>& directions) const;
-  // Nothing is hit between the origin and origin + reach direction.
+  // Whether nothing is hit between the origin and origin + reach direction.
   bool IsFree(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double reach) const;
 
  private:

@@ -19,7 +19,7 @@ struct Renderer::View {
   Eigen::Matrix3d R_WC;
   Eigen::Vector3d p_WC;
 
-  // The direction with z_C = 1: its multiple is the depth.
+  // Direction with z_C = 1: its multiple is the depth.
   Eigen::Vector3d Direction(const Eigen::Vector2d& ray) const {
     return R_WC * Eigen::Vector3d(ray.x(), ray.y(), 1.0);
   }
@@ -36,13 +36,14 @@ struct Renderer::SurfacePoint {
 
 namespace {
 
-// Sample k of a grid x grid pattern within a pixel, [px] from its centre. The lens distortion
-// hardly changes there: its share of the offset is left out.
+// Returns sample k of a grid x grid pattern within a pixel, in [px] from its centre. Lens
+// distortion is ignored within a pixel.
 Eigen::Vector2d SampleOffset(int k, int grid, const PinholeCamera& camera) {
   return {((k % grid + 0.5) / grid - 0.5) / camera.fx, ((k / grid + 0.5) / grid - 0.5) / camera.fy};
 }
 
-// As many places as a packet holds, each in a row and in a column of its own, likewise.
+// Returns one sample per element of a packet, each in a row and a column of its own; units as
+// above.
 Eigen::Vector2d RookOffset(int k, const PinholeCamera& camera) {
   constexpr std::array<int, Raycaster::kPacket> kColumns = {3, 6, 0, 5, 2, 7, 4, 1};
   constexpr double kSide = Raycaster::kPacket;
@@ -79,7 +80,7 @@ std::size_t Renderer::Index(int u, int v) const {
          static_cast<std::size_t>(u);
 }
 
-// In double from the plane itself: the tree's single precision only decides which triangle it is.
+// Uses double precision and the plane itself: the single-precision tree only selects the triangle.
 Renderer::SurfacePoint Renderer::PointOnRay(const View& view, const Eigen::Vector2d& ray,
                                             int triangle) const {
   const Surface& surface = scene_.surfaces[static_cast<std::size_t>(
@@ -101,7 +102,7 @@ Renderer::SurfacePoint Renderer::PointOnRelief(const View& view, const Eigen::Ve
   const auto& [i, j, k] = scene_.mesh.triangles[index];
   const Eigen::Vector3d& a = scene_.mesh.vertices[i];
   const Eigen::Vector3d ab = scene_.mesh.vertices[j] - a, ac = scene_.mesh.vertices[k] - a;
-  const Eigen::Vector3d normal = ab.cross(ac);  // twice the area long
+  const Eigen::Vector3d normal = ab.cross(ac);  // its length is twice the area
   const Eigen::Vector3d direction = view.Direction(ray);
   const double facing = normal.dot(direction);
   const Eigen::Vector3d to_a = a - view.p_WC;
@@ -127,7 +128,8 @@ Renderer::SurfacePoint Renderer::PointOnRelief(const View& view, const Eigen::Ve
 Eigen::Vector3f Renderer::Albedo(const SurfacePoint& point) const {
   const Surface& surface = *point.surface;
   const Texture& texture = *scene_.textures[static_cast<std::size_t>(surface.texture)];
-  // A pixel is depth / f wide; a slant stretches it one way only, hence the root.
+  // A pixel is depth / f wide; a slanted surface stretches it in one direction only, hence the
+  // square root.
   constexpr double kMinCosine = 0.05;
   const auto footprint = static_cast<float>(
       point.depth / (camera_.fx * std::sqrt(std::max(kMinCosine, point.cosine))));
@@ -199,7 +201,7 @@ Eigen::Vector3f Renderer::ShadeInside(const View& view, const Eigen::Vector2d& c
   return albedo * (light / static_cast<float>(kGrid * kGrid));
 }
 
-// Along the longer axis of the pixel's footprint, which the neighbours' coordinates tell.
+// Samples along the longer axis of the pixel's footprint, derived from the neighbours' coordinates.
 Eigen::Vector3f Renderer::ShadeRelief(const Pixels& pixels, int u, int v) const {
   constexpr float kMaxSamples = 4.0f;
   const Pixel& pixel = pixels[Index(u, v)];
@@ -212,7 +214,7 @@ Eigen::Vector3f Renderer::ShadeRelief(const Pixels& pixels, int u, int v) const 
   const Eigen::Vector2f longer = tall ? down : across;
   const float width = std::max((tall ? across : down).norm(), 1e-4f), length = longer.norm();
   const float samples = std::clamp(std::round(length / width), 1.0f, kMaxSamples);
-  // At a seam of the coordinates the step is meaningless; a pixel is never that long.
+  // At a seam of the coordinates the step is meaningless, hence the limit on the length.
   const float footprint = std::min(std::max(width, length / samples),
                                    4.0f * pixel.depth / static_cast<float>(camera_.fx));
 

@@ -14,20 +14,20 @@
 
 namespace highwall::simulate {
 
-// What an ideal camera sees.
+// Image of an ideal camera.
 struct Rendering {
   cv::Mat bgr;     // CV_32FC3, grey levels 0..255, not rounded
   cv::Mat depth;   // CV_32FC1, z of the surface on the ray through the pixel's centre [m], 0 = none
   cv::Mat cosine;  // CV_32FC1, of the angle between that ray and the surface's normal
 };
 
-// Lambertian surfaces; light from point lights without shadows or, where vertices have looks, as
-// baked into them. Colour is averaged over each pixel: within a flat surface from 2 x 2 samples,
-// within a relief along the pixel's footprint, over several rays where surfaces meet; textures are
-// filtered to the distance of the samples, so that corners stay put under motion.
+// Renderer of Lambertian surfaces. The light comes from point lights without shadows, or is baked
+// into the vertices if they have looks. Colour is averaged over each pixel: from 2 x 2 samples
+// within a flat surface, along the pixel's footprint within a relief, over several rays at surface
+// boundaries. Textures are filtered to the sample spacing, so that corners are stable under motion.
 class Renderer {
  public:
-  // Throws InvalidArgument for a camera that is not valid.
+  // Throws InvalidArgument for an invalid camera.
   Renderer(Scene scene, const PinholeCamera& camera);
 
   const Scene& scene() const { return scene_; }
@@ -35,17 +35,17 @@ class Renderer {
 
   // threads: 0 = one per processor; the result does not depend on it. Thread-safe.
   Rendering Render(const Pose& T_WC, int threads = 0) const;
-  // A rolling shutter: every row from a pose of its own. Throws InvalidArgument unless there is one
+  // With a rolling shutter, every row has its own pose. Throws InvalidArgument unless there is one
   // per row.
   Rendering Render(std::span<const Pose> T_WC_of_row, int threads = 0) const;
-  // The same in front of another scene's rendering from there, or behind what is nearer in it.
+  // Renders over another scene's rendering from the same poses, with depth ordering.
   Rendering RenderOver(const Rendering& background, std::span<const Pose> T_WC_of_row,
                        int threads = 0) const;
 
  private:
   struct View;
   struct SurfacePoint;
-  // What the ray through a pixel's centre meets.
+  // Intersection of the ray through a pixel's centre.
   struct Pixel {
     int triangle = Raycaster::kNone;
     int surface = Raycaster::kNone;
@@ -53,20 +53,20 @@ class Renderer {
     VertexLook look;
   };
   using Pixels = std::vector<Pixel>;  // row by row
-  // What is behind the scene.
+  // Background of the scene.
   struct Backdrop {
     double depth;  // [m], infinite for the sky
     float cosine;
     Eigen::Vector3f radiance;
   };
 
-  // background: the sky where null.
+  // background: the sky if null.
   Rendering RenderViews(std::span<const View> views, const Rendering* background,
                         int threads) const;
   std::vector<View> MakeViews(std::span<const Pose> T_WC_of_row) const;
   Backdrop BackdropAt(const View& view, const Rendering* background, int u, int v) const;
   void TraceRow(const View& view, const Rendering* background, int v, Pixels* pixels) const;
-  // Where the ray meets the plane of that triangle. ray: (x/z, y/z) in the camera.
+  // Returns the intersection of the ray with the triangle's plane. ray: (x/z, y/z) in the camera.
   SurfacePoint PointOnRay(const View& view, const Eigen::Vector2d& ray, int triangle) const;
   SurfacePoint PointOnRelief(const View& view, const Eigen::Vector2d& ray, int triangle) const;
   Eigen::Vector3f Albedo(const SurfacePoint& point) const;
@@ -74,7 +74,7 @@ class Renderer {
   Eigen::Vector3f SkyOnRay(const View& view, const Eigen::Vector2d& ray) const;
 
   std::size_t Index(int u, int v) const;
-  // Pixel (u, v) and its neighbours all show one surface, without a step or an edge.
+  // Whether pixel (u, v) and its neighbours all show one surface, without a step or an edge.
   bool IsInside(const Pixels& pixels, int u, int v) const;
   Eigen::Vector3f ShadeInside(const View& view, const Eigen::Vector2d& centre,
                               const Pixel& pixel) const;

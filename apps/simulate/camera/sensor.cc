@@ -14,15 +14,15 @@ namespace highwall::simulate {
 namespace {
 
 constexpr double kMaxDepthBias = 0.1;
-constexpr double kBiasReference = 3.0;     // [m] where the bias is what its option says
+constexpr double kBiasReference = 3.0;     // [m] reference depth of the bias option
 constexpr double kKinectBaseline = 0.075;  // [m] projector to camera
 constexpr double kDisparitySteps = 8.0;    // per pixel
 constexpr int kMatchingWindow = 5;         // [px]
-constexpr float kEdgeStep = 1.04f;         // ratio of depths that makes an edge
-constexpr float kGrazingSure = 0.10f;      // cosine below which nothing returns,
-constexpr float kGrazingPossible = 0.26f;  // and above which everything does
+constexpr float kEdgeStep = 1.04f;         // ratio of depths at an edge
+constexpr float kGrazingSure = 0.10f;      // cosine below which all depth is missing,
+constexpr float kGrazingPossible = 0.26f;  // and above which none is
 
-// The random numbers of a pixel: depth, grazing, and two pairs of colour.
+// Random numbers per pixel: depth, grazing, and two pairs for colour.
 constexpr std::uint64_t kCountersPerPixel = 4;
 
 double KinectSigma(double z) {
@@ -34,15 +34,15 @@ double NoisyKinectDepth(double z, double error, double disparity_scale) {
   return steps > 0.0 ? kDisparitySteps * disparity_scale / steps : 0.0;
 }
 
-// The smallest depth within the matching window of each pixel.
+// Minimum depth within the matching window of each pixel.
 cv::Mat NearestInWindow(const cv::Mat& depth) {
   cv::Mat nearest = depth.clone();
-  nearest.setTo(std::numeric_limits<float>::infinity(), depth == 0.0f);  // nothing hides nothing
+  nearest.setTo(std::numeric_limits<float>::infinity(), depth == 0.0f);  // no depth, no occlusion
   cv::erode(nearest, nearest, cv::Mat::ones(kMatchingWindow, kMatchingWindow, CV_8U));
   return nearest;
 }
 
-// [1/m] Of the inverse of a depth that reads so much too long at the reference.
+// [1/m] Offset of inverse depth for a relative depth error at the reference.
 double OffsetOf(double share) {
   return -share / (kBiasReference * (1.0 + share));
 }
@@ -88,7 +88,7 @@ double SensorOptions::InverseDepthPattern(double x, double y) const {
 DepthPattern SensorOptions::Pattern() const {
   constexpr int kColumns = DepthPattern::kColumns, kRows = DepthPattern::kRows;
   constexpr double kStepX = 2.0 / (kColumns - 1), kStepY = 2.0 / (kRows - 1);
-  // By so much lines between the nodes lie above a parabola in the mean: h^2 / 6 for x^2.
+  // Mean excess of linear interpolation between the nodes over a parabola: h^2 / 6 for x^2.
   constexpr double kAbove = (kStepX * kStepX + kStepY * kStepY) / 12.0;
   DepthPattern pattern;
   for (int node = 0; node < DepthPattern::kNodes; ++node) {

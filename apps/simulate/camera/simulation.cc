@@ -13,10 +13,10 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr Stamp kFirstStamp = 1'000'000'000;  // [ns] not 0, which some tools take for "no stamp"
+constexpr Stamp kFirstStamp = 1'000'000'000;  // [ns] not 0, which some tools treat as "no stamp"
 constexpr double kMaxFrames = 1e6;
 
-// Frame i of `fps` a second.
+// Stamp of frame i at `fps` frames per second.
 Stamp StampOfFrame(int i, double fps) {
   return kFirstStamp + 1000 * static_cast<Stamp>(std::llround(i * 1e6 / fps));
 }
@@ -25,7 +25,7 @@ int NumberOfFrames(const SimulationOptions& options) {
   return std::max(1, static_cast<int>(std::lround(options.duration * options.fps)));
 }
 
-// About the mean colour.
+// Scales the contrast about the mean colour.
 void ScaleContrast(double share, cv::Mat* bgr) {
   if (share == 1.0) return;
   const cv::Scalar mean = cv::mean(*bgr);
@@ -46,7 +46,7 @@ ImuBias BiasAt(const GivenReadings& readings, Stamp stamp) {
 
 std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
                             const SimulationOptions& options) {
-  // A start from rest falls behind the spline by this much.
+  // A start from rest delays the motion on the spline by this time.
   const double delay = -CameraPath::MovingTime(0.0, options.rest);
   std::vector<Stretch> all;
   const auto add = [&](StretchKind kind, double begin, double end) {
@@ -174,8 +174,8 @@ cv::Mat Simulation::Blur(const Rendering& sharp, double t, double exposure_time,
 
 SimulatedFrame Simulation::Render(int i, int threads) const {
   HIGHWALL_REQUIRE(i >= 0 && i < size(), "Simulation::Render: no frame " + std::to_string(i));
-  constexpr double kHazeDensity = 0.5;  // [1/m] in the midst of a dusty stretch
-  // Shares of the light that are left in deep shadow, and where images are to blur.
+  constexpr double kHazeDensity = 0.5;  // [1/m] in the middle of a dusty stretch
+  // Remaining shares of light in deep shadow, and in shade that causes motion blur.
   constexpr double kShadow = 0.05, kShade = 0.4;
   SimulatedFrame frame;
   frame.stamp = StampOf(i);

@@ -24,7 +24,7 @@
 
 namespace highwall::simulate {
 
-// The lens is covered, from `begin` [s] after the first frame on.
+// Covered lens, starting `begin` [s] after the first frame.
 struct Blackout {
   double begin = 0.0;     // [s]
   double duration = 2.0;  // [s] > 0
@@ -34,10 +34,10 @@ struct SimulationOptions {
   std::uint64_t seed = 1;  // of the scene, the path and the noise
   double duration = 10.0;  // [s] > 0
   double fps = 30.0;       // [Hz] > 0
-  double rest = 0.0;       // [s] >= 0; how long the camera stands still at first
+  double rest = 0.0;       // [s] >= 0; initial stationary time of the camera
   PinholeCamera camera{};
   // Rolling shutters: row v of H is taken (v / H - 0.5) times the read-out [s] after the middle
-  // row, which is that of the stamp in the colour image and depth_delay [s] later in the depth
+  // row, which is taken at the stamp in the colour image and depth_delay [s] later in the depth
   // image.
   double readout = 0.0;        // [s] of colour, in [0, 1 / fps]
   double depth_readout = 0.0;  // [s] likewise
@@ -45,8 +45,8 @@ struct SimulationOptions {
   ExposureOptions exposure{};
   SensorOptions sensor{};
   std::vector<Blackout> blackouts{};
-  bool traffic = false;  // something moves, in scenes that have traffic
-  // (0, 1]: share of the contrast that images keep in stretches of low texture.
+  bool traffic = false;  // dynamic objects, in scenes that have traffic
+  // (0, 1]: contrast that remains in the stretches of low texture.
   double low_texture_contrast = 1.0;
   ImuSimulationOptions imu{};
 
@@ -54,48 +54,48 @@ struct SimulationOptions {
   void Validate() const;
 };
 
-// The hard parts of a sequence in order of their beginning: those of one period [s] of the camera's
-// way, period after period, and the blackouts, as far as the sequence reaches.
+// Returns the difficult stretches of a sequence in order of their beginning: those of one period
+// [s] of the camera path, repeated, and the blackouts, limited to the sequence.
 std::vector<Stretch> LayOut(const std::vector<Stretch>& stretches, double period,
                             const SimulationOptions& options);
 
-// Readings that ride along instead of simulated ones, and the biases behind them.
+// Given IMU readings that replace simulated ones, with their biases.
 struct GivenReadings {
   std::vector<ImuSample> samples;  // stamps of the camera's clock
   Stamp first_bias = 0;            // [ns] likewise
   double bias_interval = 0.0;      // [s] > 0
-  std::vector<ImuBias> biases;     // not empty; linear in between
+  std::vector<ImuBias> biases;     // not empty; interpolated linearly
 };
 
-// What moves, at t [s] since the first frame; its vertices have looks.
+// Dynamic objects at t [s] since the first frame; their vertices have looks.
 using MovingScene = std::function<Scene(double t)>;
 
-// A RealSense D435i in the open, as the paper's field test has it: its intrinsics at 640 x 480, its
-// noise, depth from 0.3 to 6 m, automatic exposure, one second at rest.
+// Returns the options of the paper's field test, a RealSense D435i outdoors: its intrinsics at 640
+// x 480, its noise, depth from 0.3 to 6 m, automatic exposure, one second at rest.
 SimulationOptions FieldTestOptions();
 
-// A camera with `scale` times the pixels along each side, and the same view.
+// Returns a camera with `scale` times the pixels along each side, and the same view.
 PinholeCamera Scaled(PinholeCamera camera, double scale);
 
-// Stamp and pose belong to the middle of the exposure (of the middle row, where the shutter rolls).
-// Depth is of that instant too unless options say otherwise: z in the camera where it is when that
-// row is taken.
+// Stamp and pose are those of the middle of the exposure (of the middle row with a rolling
+// shutter). Depth is of the same instant unless options specify otherwise: z in the camera frame
+// when that row is taken.
 struct SimulatedFrame {
   Stamp stamp = 0;      // [ns]
   cv::Mat bgr;          // CV_8UC3
   cv::Mat depth;        // CV_32FC1 [m], 0 = no measurement
   Pose T_WC;            // exact
-  Exposure exposure{};  // how the image was taken
+  Exposure exposure{};  // of the image
 };
 
-// A camera that moves through a scene, and an IMU that rides with it: frames on demand, each of
-// them a pure function of the options and its index. Stamps are those of the camera's clock where
-// nothing else is said; the IMU's is options().imu.time_offset ahead.
+// A camera that moves through a scene, with a rigidly attached IMU: frames on demand, each a pure
+// function of the options and its index. Stamps are of the camera's clock unless stated otherwise;
+// the IMU's clock is options().imu.time_offset ahead.
 class Simulation {
  public:
-  // intensity: of the vibration along the trajectory.  stretches: of one period of the trajectory,
-  // in its seconds.  moving: rendered where options.traffic is set.  readings: of the IMU, where
-  // they are not to be simulated. Throws InvalidArgument.
+  // intensity: of the vibration along the trajectory. stretches: of one period of the trajectory,
+  // in its seconds. moving: rendered if options.traffic is set. readings: replace simulated IMU
+  // readings. Throws InvalidArgument.
   Simulation(Scene scene, SplineTrajectory trajectory, const SimulationOptions& options,
              VibrationIntensity intensity = {}, const std::vector<Stretch>& stretches = {},
              MovingScene moving = {}, std::optional<GivenReadings> readings = {});
@@ -105,30 +105,31 @@ class Simulation {
 
   // [ns] of frame 0.
   static Stamp FirstStamp();
-  // Number of frames: duration times fps, rounded, at least one.
+  // Returns the number of frames: duration times fps, rounded, at least one.
   int size() const;
-  // Frame i of [0, size()); whole microseconds from 1 s onwards.
+  // Returns the stamp of frame i of [0, size()); whole microseconds from 1 s onwards.
   Stamp StampOf(int i) const;
-  // The true pose at any time.
+  // Returns the true pose at any time.
   Pose T_WC(Stamp stamp) const;
-  // The hard parts of this sequence in order of their beginning, those of the scene and blackouts.
+  // Difficult stretches of this sequence in order of their beginning, including blackouts.
   const std::vector<Stretch>& stretches() const { return stretches_; }
   // threads: 0 = one per processor; the frame does not depend on it. Thread-safe. Throws
   // InvalidArgument if there is no frame i.
   SimulatedFrame Render(int i, int threads = 0) const;
 
-  // All readings of the IMU, with stamps of its own clock, from half a second before the first
-  // frame until half a second after the last, or those given; none where it is not enabled.
+  // Returns all readings of the IMU, with stamps of its own clock, from half a second before the
+  // first frame until half a second after the last, or the given ones; empty if the IMU is
+  // disabled.
   std::vector<ImuSample> ImuSamples() const;
-  // The truth about the body B that the IMU is fixed to.
+  // Returns the true state of the body B that the IMU is fixed to.
   TrueState StateAt(Stamp stamp) const;
 
  private:
-  // What an ideal camera sees whose middle row is taken at t [s] since the first frame.
+  // Renders the ideal image whose middle row is taken at t [s] since the first frame.
   Rendering RenderScene(double t, double readout, int threads) const;
-  // The same image, exposed for that long [s].
+  // Applies the blur of an exposure time [s] to the same image.
   cv::Mat Blur(const Rendering& sharp, double t, double exposure_time, int threads) const;
-  // When row v is taken, in [s] as t.
+  // Returns the time of row v, in [s] as t.
   double TimeOfRow(int v, double t, double readout) const;
 
   SimulationOptions options_;

@@ -13,13 +13,13 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr int kBlock = 8;          // [px] over which contrast is judged
-constexpr float kFlat = 2.5f;      // [grey levels] of contrast below which matches begin to fail
-constexpr float kFlatLoss = 0.7f;  // share of them that fails where there is none at all
+constexpr int kBlock = 8;          // [px] for measuring the contrast
+constexpr float kFlat = 2.5f;      // [grey levels] contrast below which matches begin to fail
+constexpr float kFlatLoss = 0.7f;  // share of matches that fail without contrast
 constexpr float kStereoGrazingSure = 0.05f,
-                kStereoGrazingPossible = 0.13f;  // cosines: nothing, everything
-constexpr int kGrain = 4;                        // [px] spacing of the noise that neighbours share
-constexpr float kShared = 0.8f;                  // share of the variance
+                kStereoGrazingPossible = 0.13f;  // cosines: no depth, full depth
+constexpr int kGrain = 4;                        // [px] spacing of the correlated noise
+constexpr float kShared = 0.8f;                  // its share of the variance
 
 // Standard deviation of the grey levels within each block, row by row.
 cv::Mat BlockContrast(const cv::Mat& bgr) {
@@ -30,7 +30,7 @@ cv::Mat BlockContrast(const cv::Mat& bgr) {
       for (int v = j * kBlock; v < std::min(bgr.rows, (j + 1) * kBlock); ++v) {
         const auto* row = bgr.ptr<cv::Vec3f>(v);
         for (int u = i * kBlock; u < std::min(bgr.cols, (i + 1) * kBlock); ++u) {
-          const float grey = row[u][1];  // green comes near enough
+          const float grey = row[u][1];  // green is a good approximation
           sum += grey;
           squares += grey * grey;
           count += 1.0f;
@@ -43,7 +43,7 @@ cv::Mat BlockContrast(const cv::Mat& bgr) {
   return contrast;
 }
 
-// The pixels of a row that the second camera does not see: something farther right hides them.
+// Pixels of a row that the second camera does not see: a point to their right occludes them.
 std::vector<bool> HiddenInRow(const float* depth, int width, float disparity_scale) {
   std::vector<bool> hidden(static_cast<std::size_t>(width));
   float leftmost = std::numeric_limits<float>::infinity();
@@ -87,7 +87,7 @@ cv::Mat StereoDepth::Measure(const Rendering& rendering, const CounterRandom& ra
     const auto* ideal = rendering.depth.ptr<float>(v);
     const auto* cosine = rendering.cosine.ptr<float>(v);
     const std::vector<bool> hidden = HiddenInRow(ideal, w, static_cast<float>(disparity_scale_));
-    std::vector<float> low, high;  // the shared noise above and below this row
+    std::vector<float> low, high;  // correlated noise above and below this row
     for (int i = 0; i < columns; ++i) {
       low.push_back(shared_at(i, v / kGrain));
       high.push_back(shared_at(i, v / kGrain + 1));
@@ -103,7 +103,7 @@ cv::Mat StereoDepth::Measure(const Rendering& rendering, const CounterRandom& ra
         out.at<float>(v, u) = 0.0f;
         continue;
       }
-      // Interpolated between the four shared numbers around, at unit variance.
+      // Bilinear interpolation of the four surrounding numbers, normalized to unit variance.
       const float a = static_cast<float>(u % kGrain) / kGrain;
       const float b = static_cast<float>(v % kGrain) / kGrain;
       const auto i = static_cast<std::size_t>(u / kGrain);

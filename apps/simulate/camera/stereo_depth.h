@@ -12,34 +12,34 @@
 
 namespace highwall::simulate {
 
-// A pair of cameras that find depth by matching, as the RealSense D435i's at 848 x 480.
+// Stereo pair that estimates depth by matching, like the RealSense D435i's at 848 x 480.
 struct StereoOptions {
   double subpixel = 0.08;  // [px] > 0, sigma of a disparity
   double focal = 425.0;    // [px] > 0 of the pair
   double baseline = 0.05;  // [m] > 0
 
-  // sigma_d = subpixel d^2 / (focal baseline), as the data sheet has it.
+  // sigma_d = subpixel d^2 / (focal baseline), as in the data sheet.
   DepthNoise Noise() const { return DepthNoise::Stereo(subpixel, focal, baseline); }
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Depth as such a pair reports it: noise that grows with the square of the distance and is alike
-// within some pixels, as the matching windows overlap; nothing where the second camera, to the
-// right of the first, cannot see; little where there is nothing to match, and beyond 82 degrees of
-// incidence.
+// Depth of such a pair: its noise grows with the square of the distance and is correlated over some
+// pixels, since the matching windows overlap. There is no depth where the view of the second
+// camera, to the right of the first, is occluded, and little depth without texture and beyond 82
+// degrees of incidence.
 class StereoDepth {
  public:
-  // noise_ratio > 0: true sigma over that of options.Noise(). Throws InvalidArgument.
+  // noise_ratio > 0: true sigma relative to that of options.Noise(). Throws InvalidArgument.
   StereoDepth(const StereoOptions& options, double noise_ratio, const PinholeCamera& camera);
 
-  // rendering.bgr as the sensor records it, without noise. random: of this frame. CV_32FC1 [m],
-  // 0 = no measurement. threads: 0 = one per processor; the result does not depend on it.
+  // rendering.bgr as recorded by the sensor, without noise. random: of this frame. CV_32FC1 [m], 0
+  // = no measurement. threads: 0 = one per processor; the result does not depend on it.
   cv::Mat Measure(const Rendering& rendering, const CounterRandom& random, int threads = 0) const;
 
  private:
   double quadratic_;        // [1/m] sigma of a depth over its square
-  double disparity_scale_;  // [px m] of the image: pixels that the second camera sees a point shift
+  double disparity_scale_;  // [px m] of the image: disparity times depth
   NormalTable normals_;
 };
 

@@ -6,13 +6,13 @@
 
 namespace highwall::simulate {
 
-// What makes a part of a sequence hard.
+// Cause of difficulty in a part of a sequence.
 enum class StretchKind {
   kBumpy,       // the vehicle bounces on bumps
-  kBlurred,     // it shakes fast, in shade that asks for long exposures: images blur
+  kBlurred,     // it shakes fast, in shade with long exposures: images blur
   kLowTexture,  // dust covers ground and walls
   kLowLight,    // deep shadow: long exposures, then noise
-  kDust,        // dust in the air hides what is far
+  kDust,        // dust in the air hides distant surfaces
   kBlackout,    // the lens is covered: black images, no depth
 };
 
@@ -24,8 +24,8 @@ struct Stretch {
   double begin = 0.0, end = 0.0;
 };
 
-// How strong it is at time t, [0, 1]: it rises and falls smoothly within half a second at either
-// end of a stretch; a blackout begins and ends at once.
+// Returns the strength at time t, in [0, 1]: it rises and falls smoothly within half a second at
+// either end of a stretch; a blackout begins and ends abruptly.
 double Intensity(std::span<const Stretch> stretches, StretchKind kind, double t);
 
 }  // namespace highwall::simulate

@@ -14,13 +14,14 @@ namespace {
 
 constexpr int kLevels = 6;
 constexpr int kTile = 32;           // [texels]
-constexpr int kStride = kTile + 1;  // the first texels of the next tile as well: none is split
+constexpr int kStride = kTile + 1;  // includes the first texels of the next tile, for interpolation
 constexpr float kMaxValue = 255.0f;
 
 // Blue, green and red in bits 0, 8 and 16.
 using Texel = std::uint32_t;
 
-// The colours 16 bits apart, which leaves room for weights of 8 bits: all are mixed at once.
+// Spreads the colours to 16 bits each, with room for weights of 8 bits: all are mixed in one
+// operation.
 std::uint64_t Spread(Texel texel) {
   std::uint64_t x = texel;
   x = (x | x << 16) & 0x0000ffff0000ffff;
@@ -44,7 +45,7 @@ struct BakedTexture::Level {
 BakedTexture::BakedTexture(std::unique_ptr<const Texture> source, const Eigen::Vector2f& min,
                            const Eigen::Vector2f& size, float texel)
     : source_(std::move(source)), min_(min) {
-  // The coarsest level fits whole tiles, hence all do.
+  // The coarsest level consists of whole tiles, hence all levels do.
   const Eigen::Vector2f coarsest =
       (size / (texel * (kTile << (kLevels - 1)))).array().round().max(1.0f);
   for (int i = 0; i < kLevels; ++i) {
@@ -71,7 +72,7 @@ const BakedTexture::Tile& BakedTexture::Fetch(const Level& level, int column, in
 }
 
 void BakedTexture::Fill(const Level& level, int column, int row, Tile* tile) const {
-  // Coarse texels average 2 x 2 lookups: the source's own filter is an approximation.
+  // Coarse texels average 2 x 2 lookups, because the source's own filter is approximate.
   const int grid = &level == levels_.data() ? 1 : 2;
   const float footprint = level.texel.maxCoeff() / static_cast<float>(grid);
   const Eigen::Vector2i columns_rows = level.tiles * kTile;

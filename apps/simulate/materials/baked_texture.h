@@ -9,19 +9,18 @@
 
 namespace highwall::simulate {
 
-// A texture as images: a pyramid of tiles, each filled from another texture when it is first asked
-// for. The other texture may thus be as rich as it likes: a lookup costs the same. It covers the
-// rectangle [min, min + size) and repeats beyond. Thread-safe; the content does not depend on the
-// order of lookups.
+// Texture stored as images: a pyramid of tiles, each rendered lazily from another texture. A lookup
+// therefore has constant cost, however complex the other texture is. It covers the rectangle [min,
+// min + size) and repeats beyond. Thread-safe; the content does not depend on the order of lookups.
 class BakedTexture final : public Texture {
  public:
-  // source: looked up with footprints of one texel.  size [m] > 0.  texel: of the finest level,
-  // about [m] > 0; rounded so that whole tiles fit into size at all levels.
+  // source: sampled with footprints of one texel. size [m] > 0. texel: of the finest level, about
+  // [m] > 0; rounded so that whole tiles fit into size at all levels.
   BakedTexture(std::unique_ptr<const Texture> source, const Eigen::Vector2f& min,
                const Eigen::Vector2f& size, float texel);
   ~BakedTexture() override;
 
-  // Interpolated within a level and between the two levels on either side of the footprint.
+  // Interpolates within a level and between the two levels closest to the footprint.
   Colour Albedo(const Eigen::Vector2f& st, float footprint) const override;
 
  private:

@@ -10,9 +10,9 @@ namespace highwall::simulate {
 namespace {
 
 constexpr int kSides = 3;            // pairs of parallel sides
-constexpr float kNarrowest = 0.62f;  // [radii] of a side from the middle
-constexpr float kReach = 1.25f;      // [radii] that a stone and its shadow extend
-constexpr int kMeanGrid = 64;        // samples along a side, to find the mean
+constexpr float kNarrowest = 0.62f;  // [radii] minimum distance of a side from the middle
+constexpr float kReach = 1.25f;      // [radii] extent of a stone with its shadow
+constexpr int kMeanGrid = 64;        // samples along a side, for the mean
 
 std::uint32_t LayerSeed(std::uint32_t seed, std::size_t layer) {
   return seed + static_cast<std::uint32_t>(layer + 1) * 0x85ebca6bu;
@@ -25,16 +25,17 @@ float Byte(std::uint32_t hash, int k, float low, float high) {
 
 }  // namespace
 
-// A convex hexagon, cut by three pairs of sides, flat on top.
+// Convex hexagon with three pairs of parallel sides and a flat top.
 struct GravelTexture::Stone {
   Eigen::Vector2f centre;                      // [m]
-  std::array<Eigen::Vector2f, kSides> normal;  // scaled: a side lies where the product is 1
+  std::array<Eigen::Vector2f, kSides> normal;  // scaled: a side is where the product is 1
   float radius;                                // [m]
   float top;                                   // of the flat part, relative to the radius
   float tone;                                  // [0, 1] dark to pale
   float rust;                                  // [0, 1]
 
-  // 1 on the outline, 0 in the middle; side: the one nearest to p, negative on its far half.
+  // Returns 1 on the outline, 0 in the middle; slope: of the side closest to p, negative on its far
+  // half.
   float Distance(const Eigen::Vector2f& p, float* slope, const Eigen::Vector2f& sun) const {
     float greatest = 0.0f;
     for (const Eigen::Vector2f& n : normal) {
@@ -75,7 +76,7 @@ bool GravelTexture::FindStone(const StoneLayer& layer, int i, int j, std::uint32
   if (ToUnit(cell) >= layer.density) return false;
   const std::uint32_t place = FinishHash(cell, kHashX, seed);
   stone->radius = 0.5f * layer.cell * Byte(place, 0, 0.5f, 0.95f);
-  // All over the cell; with its shadow a stone still ends within the cells next to its own.
+  // Anywhere in the cell; including its shadow, a stone does not extend beyond the adjacent cells.
   stone->centre = {(static_cast<float>(i) + Byte(place, 1, 0.1f, 0.9f)) * layer.cell,
                    (static_cast<float>(j) + Byte(place, 2, 0.1f, 0.9f)) * layer.cell};
   if ((st - stone->centre).squaredNorm() > kReach * kReach * stone->radius * stone->radius) {
@@ -83,7 +84,7 @@ bool GravelTexture::FindStone(const StoneLayer& layer, int i, int j, std::uint32
   }
   const std::uint32_t shape = FinishHash(cell, kHashY, seed);
   const std::uint32_t look = FinishHash(place, shape, seed);
-  // A direction without trigonometry, the other two some 60 degrees further.
+  // A direction without trigonometry; the other two are rotated by about 60 degrees each.
   Eigen::Vector2f n(Byte(place, 3, -1.0f, 1.0f), Byte(shape, 3, -1.0f, 1.0f));
   n *= 1.0f / std::sqrt(n.squaredNorm() + 1e-6f);
   for (int k = 0; k < kSides; ++k) {
@@ -127,7 +128,7 @@ Colour GravelTexture::Albedo(const Eigen::Vector2f& st, float footprint) const {
   Colour colour = options_.soil * (1.0f + options_.soil_contrast * patches_(st, footprint));
   for (std::size_t i = 0; i < options_.layers.size(); ++i) {
     const StoneLayer& layer = options_.layers[i];
-    // Stones of a footprint's size fade into their mean.
+    // Stones of the size of the footprint fade into their mean.
     const float visible = std::clamp(layer.cell / footprint - 1.0f, 0.0f, 1.0f);
     const Colour mean = means_[i].gain.cwiseProduct(colour) + means_[i].offset;
     if (visible == 0.0f) {

@@ -11,9 +11,9 @@ namespace highwall::simulate {
 
 // Stones of one size, one or none in each cell of a square lattice.
 struct StoneLayer {
-  float cell = 0.05f;    // [m] > 0; a stone is 0.5 to 0.95 of it across
+  float cell = 0.05f;    // [m] > 0; the diameter of a stone is 0.5 to 0.95 of it
   float density = 0.5f;  // [0, 1] share of cells with a stone
-  float relief = 0.45f;  // [0, 1] how much facets differ in brightness
+  float relief = 0.45f;  // [0, 1] brightness contrast of facets
 };
 
 struct GravelOptions {
@@ -25,7 +25,7 @@ struct GravelOptions {
   std::vector<StoneLayer> layers = {{0.017f, 0.75f, 0.35f},
                                     {0.041f, 0.55f, 0.45f},
                                     {0.11f, 0.22f, 0.5f}};  // larger ones lie on top
-  Eigen::Vector2f sun = {-0.6f, -0.8f};  // unit; where the light comes from in (s, t)
+  Eigen::Vector2f sun = {-0.6f, -0.8f};  // unit; direction towards the light in (s, t)
   std::uint32_t seed = 0;
 };
 
@@ -37,15 +37,15 @@ class GravelTexture final : public Texture {
 
  private:
   struct Stone;
-  // What a layer makes of a colour from afar: gain * colour + offset.
+  // Mean effect of a layer on a colour from a distance: gain * colour + offset.
   struct Mean {
     Colour gain, offset;
   };
 
-  // The stone of cell (i, j), if there is one that reaches st.
+  // Finds the stone of cell (i, j) if it covers st.
   static bool FindStone(const StoneLayer& layer, int i, int j, std::uint32_t seed,
                         const Eigen::Vector2f& st, Stone* stone);
-  // `colour` with the stones of a layer on it, and their shadows.
+  // Returns `colour` with the stones of a layer on it, and their shadows.
   Colour Paint(const StoneLayer& layer, std::uint32_t seed, const Eigen::Vector2f& st,
                float footprint, Colour colour) const;
 

@@ -5,10 +5,10 @@
 
 #include <Eigen/Core>
 
-// The parts that procedural textures are made of: hashes of lattice cells, noise, soft edges.
+// Components of procedural textures: hashes of lattice cells, noise, soft edges.
 namespace highwall::simulate {
 
-// A hash of lattice point (x, y), x and y multiplied beforehand: neighbours share the products.
+// Factors of the hash of a lattice point (x, y), applied beforehand: neighbours share the products.
 inline constexpr std::uint32_t kHashX = 0x8da6b343u, kHashY = 0xd8163841u;
 
 inline std::uint32_t FinishHash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
@@ -23,12 +23,12 @@ inline std::uint32_t HashCell(int x, int y, std::uint32_t seed) {
                     seed);
 }
 
-// [0, 1).
+// Maps a hash to [0, 1).
 inline float ToUnit(std::uint32_t h) {
   return static_cast<float>(h >> 8) * 0x1p-24f;
 }
 
-// std::floor is a library call on plain x86-64, and the hot spot of every texture.
+// std::floor is a library call on plain x86-64, and was the hot spot of every texture.
 inline int Floor(float x) {
   const int i = static_cast<int>(x);
   return static_cast<float>(i) > x ? i - 1 : i;
@@ -42,19 +42,20 @@ inline float Lerp(float a, float b, float w) {
   return a + (b - a) * w;
 }
 
-// The share of a footprint centred at signed distance `inside` from an edge that lies within it.
+// Returns the share of a footprint, centred at signed distance `inside` from an edge, that lies
+// inside.
 inline float Coverage(float inside, float footprint) {
   return std::clamp(0.5f + inside / footprint, 0.0f, 1.0f);
 }
 
-// i modulo count, not negative; count 0: i itself.
+// Returns i modulo count, not negative; i itself if count is 0.
 inline int Wrap(int i, int count) {
   if (count == 0 || (i >= 0 && i < count)) return i;  // a division is slow
   const int remainder = i % count;
   return remainder < 0 ? remainder + count : remainder;
 }
 
-// One octave on the unit lattice, in [-1, 1]. columns: period along x in cells; 0 = none.
+// Returns one octave on the unit lattice, in [-1, 1]. columns: period along x in cells; 0 = none.
 inline float LatticeNoise(const Eigen::Vector2f& x, std::uint32_t seed, int columns = 0) {
   const int i = Floor(x.x()), j = Floor(x.y());
   const float a = Smooth(x.x() - static_cast<float>(i)), b = Smooth(x.y() - static_cast<float>(j));

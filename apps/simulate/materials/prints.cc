@@ -18,7 +18,7 @@ class Painter {
                         Eigen::Vector2d(s + width, t + height).cast<float>(), colour});
   }
 
-  // A line of words of `height` from s to s + width.
+  // Draws a line of words of `height` from s to s + width.
   void Write(double s, double t, double width, double height, const Colour& colour) {
     const double end = s + width;
     while (s < end) {

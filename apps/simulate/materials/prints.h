@@ -7,10 +7,10 @@
 #include "simulate/materials/texture.h"
 #include "simulate/random.h"
 
-// The painted faces of a furnished room, composed at random. size: of the face [m], (s, t).
+// Painted faces of a furnished room, composed at random. size: of the face [m], (s, t).
 namespace highwall::simulate {
 
-// A saturated colour.
+// Returns a saturated colour.
 Colour RandomColour(RandomSequence* random);
 
 // Coloured rectangles of all sizes inside a white margin, with lines of text.

@@ -21,7 +21,7 @@ int Scene::AddRelief(int texture) {
 
 std::uint32_t Scene::AddVertex(const Eigen::Vector3d& p_W, const VertexLook& look) {
   const auto index = static_cast<std::uint32_t>(mesh.vertices.size());
-  looks.resize(mesh.vertices.size());  // flat surfaces before it have none yet
+  looks.resize(mesh.vertices.size());  // earlier flat surfaces have none yet
   mesh.vertices.push_back(p_W);
   looks.push_back(look);
   return index;

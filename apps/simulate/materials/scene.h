@@ -13,33 +13,33 @@
 
 namespace highwall::simulate {
 
-// Triangles in the world frame, [m]. Surfaces are two-sided; where light is baked (sunlight.h), the
-// lit side is the one from which the vertices run anticlockwise.
+// Triangles in the world frame, [m]. Surfaces are two-sided; with baked light (sunlight.h), the lit
+// side is the one from which the vertices appear anticlockwise.
 struct Mesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices of vertices
 };
 
-// A group of triangles with one texture. Flat: one plane, texture coordinates along its axes,
-// s = s_axis . (p_W - origin), t likewise. Relief: each triangle has a plane of its own, texture
-// coordinates come with the vertices, and the plane below means nothing.
+// Group of triangles with one texture. Flat: one plane, texture coordinates along its axes, s =
+// s_axis . (p_W - origin), t likewise. Relief: each triangle has its own plane, the vertices have
+// texture coordinates, and the plane below is unused.
 struct Surface {
   Eigen::Vector3d origin;          // [m]
   Eigen::Vector3d s_axis, t_axis;  // unit, orthogonal, in the plane
   Eigen::Vector3d normal;          // s_axis x t_axis
   int texture = 0;                 // index of Scene::textures
   bool relief = false;
-  float magnification = 1.0f;  // > 0; flat: how many times as large as it is the texture is shown
+  float magnification = 1.0f;  // > 0; flat: magnification of the texture
 };
 
-// What a vertex adds to its place; linear within a triangle.
+// Additional attributes of a vertex; linear within a triangle.
 struct VertexLook {
   Eigen::Vector2f st = {0.0f, 0.0f};  // [m] texture coordinates of a relief
-  float dust = 0.0f;                  // [0, 1] share of the texture that dust hides
+  float dust = 0.0f;                  // [0, 1] share of the texture covered by dust
   float light = 1.0f;                 // irradiance
 };
 
-// A point light: irradiance power / (distance^2 + 1) on a surface that faces it.
+// Point light with irradiance power / (distance^2 + 1) on a surface that faces it.
 struct Light {
   Eigen::Vector3d p_W;  // [m]
   double power = 1.0;
@@ -51,7 +51,7 @@ struct Sky {
   Colour zenith = Colour::Zero();
 };
 
-// The faces of a box in its own frame; an index of Scene::textures each.
+// Textures of the faces of a box in its own frame; indices of Scene::textures.
 struct BoxTextures {
   int sides = 0;  // -x, +x, +y and below
   int front = 0;  // -y
@@ -72,7 +72,7 @@ struct Scene {
 
   // Returns its index.
   int AddTexture(std::unique_ptr<const Texture> texture);
-  // A relief without triangles yet; returns the index of its surface.
+  // Adds an empty relief and returns the index of its surface.
   int AddRelief(int texture);
   // Adds a vertex to the mesh and returns its index.
   std::uint32_t AddVertex(const Eigen::Vector3d& p_W, const VertexLook& look);
@@ -80,7 +80,7 @@ struct Scene {
   // corner, corner + edge_s, corner + edge_s + edge_t, corner + edge_t; edges orthogonal [m].
   void AddRectangle(const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_s,
                     const Eigen::Vector3d& edge_t, int texture);
-  // The box |x| <= size.x / 2, |y| <= size.y / 2, 0 <= z <= size.z of frame B.
+  // Adds the box |x| <= size.x / 2, |y| <= size.y / 2, 0 <= z <= size.z of frame B.
   void AddBox(const Pose& T_WB, const Eigen::Vector3d& size, const BoxTextures& textures);
 };
 

@@ -13,8 +13,8 @@ constexpr double kLowest = -2.0, kHighest = 14.0;  // [m]
 constexpr float kStep = 0.01f;                     // [m] of the table of layers
 constexpr float kStretch = 0.45f;                  // bedded rock is streaked along its layers
 
-// Faces left by chips that broke off: cells about jittered points, each of one tone in [-1, 1].
-// They fade as the footprint reaches their size.
+// Faces left by broken chips: cells about jittered points, each with a tone in [-1, 1]. They fade
+// as the footprint reaches their size.
 float Chips(const Eigen::Vector2f& st, float size, float period, std::uint32_t seed,
             float footprint) {
   const float visible = std::clamp(size / footprint - 1.0f, 0.0f, 1.0f);
@@ -67,26 +67,26 @@ Strata::Place Strata::At(const Eigen::Vector2f& sh) const {
   const float h = sh.y() + 0.16f * bend_({sh.x(), 0.0f}, kSharp) + 0.035f * ripple_(sh, kSharp);
   const int row = std::clamp(Floor((h - static_cast<float>(kLowest)) / kStep), 0,
                              static_cast<int>(layer_at_.size()) - 1);
-  // A step of the table that two layers share belongs to the lower one.
+  // A table step shared by two layers is assigned to the lower one, then corrected.
   auto index = static_cast<std::size_t>(layer_at_[static_cast<std::size_t>(row)]);
   if (h >= layers_[index].top && index + 1 < layers_.size()) ++index;
   if (h < layers_[index].bottom && index > 0) --index;
   const Layer& layer = layers_[index];
 
-  // Joints lean and wander a little.
+  // Joints are slightly inclined and irregular.
   const float length = period_ / static_cast<float>(layer.blocks);
   const float phase = ToUnit(HashCell(static_cast<int>(index), 7, seed_));
   const float x = (sh.x() + 0.14f * ripple_({sh.x() + 31.0f, sh.y()}, kSharp)) / length + phase;
   const int i = Floor(x);
-  const auto joint = [&](int k) {  // its place within its cell
+  const auto joint = [&](int k) {  // its position within its cell
     return 0.6f * (ToUnit(HashCell(Wrap(k, layer.blocks), static_cast<int>(index), seed_)) - 0.5f);
   };
-  // Most joints are closed to the eye; an open one ends at the bed that broke it.
+  // Most joints are invisible; an open one ends at the bed that broke it.
   const auto width = [&](int k) {
     const float u = ToUnit(HashCell(Wrap(k, layer.blocks), static_cast<int>(index) + 2000, seed_));
     return 0.016f * std::max(0.0f, u - 0.45f);
   };
-  const float in_cell = x - static_cast<float>(i) - 0.5f;  // about the joint of this cell
+  const float in_cell = x - static_cast<float>(i) - 0.5f;  // relative to the cell's middle
   const float here = joint(i);
   const bool right = in_cell > here;
   const float other = right ? joint(i + 1) + 1.0f : joint(i - 1) - 1.0f;
@@ -126,7 +126,7 @@ Colour StrataTexture::Albedo(const Eigen::Vector2f& st, float footprint) const {
   const float stains = stains_(st, footprint);
   const float grain = grain_({kStretch * st.x(), st.y()}, footprint);
   const float pits = pits_(st, footprint);
-  // Chips do not respect the grid they are drawn from.
+  // The grid of the chips is distorted so that it is not visible.
   const Eigen::Vector2f bent = st + 0.04f * Eigen::Vector2f(grain, pits);
   const float chips = Chips(bent, 0.11f, strata_.period(), strata_.seed() + 24, footprint) +
                       0.7f * Chips(bent, 0.035f, strata_.period(), strata_.seed() + 25, footprint);

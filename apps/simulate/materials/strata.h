@@ -9,15 +9,15 @@
 
 namespace highwall::simulate {
 
-// A face of bedded rock: layers of uneven thickness, each broken into blocks by joints. s [m] runs
+// Face of bedded rock: layers of uneven thickness, each broken into blocks by joints. s [m] runs
 // along the face and repeats every `period`; h [m] is the height.
 class Strata {
  public:
-  // A place of the face.
+  // Properties of a point of the face.
   struct Place {
     float layer_tone, layer_hue;  // [0, 1] of the layer
     float block_tone;             // [-1, 1] of the block
-    float recess;                 // [m] that the block stands back behind the face, >= 0
+    float recess;                 // [m] >= 0, depth of the block behind the face
     float to_bedding, to_joint;   // [m] to the nearest boundary of the layer, of the block
     float bedding_width;          // [m] of the crack between the layers; 0 = closed
     float joint_width;            // [m] likewise
@@ -53,7 +53,7 @@ struct StrataColours {
   float contrast = 0.75f;  // of the grain
 };
 
-// The colours of such a face; texture coordinates are (s, h).
+// Colours of such a face; texture coordinates are (s, h).
 class StrataTexture final : public Texture {
  public:
   StrataTexture(const Strata& strata, const StrataColours& colours);

@@ -19,7 +19,7 @@ float ValueNoise::operator()(const Eigen::Vector2f& st, float footprint) const {
   float sum = 0.0f, height = 1.0f, total = 0.0f, length = wavelength;
   for (int octave = 0; octave < octaves; ++octave, height *= 0.6f, length *= 0.5f) {
     total += height;
-    // A wave takes two lattice steps; below about four footprints it would flicker.
+    // A wave spans two lattice steps; below about four footprints it would flicker.
     const float visible = std::clamp(length / footprint - 1.75f, 0.0f, 1.0f);
     if (visible == 0.0f) continue;
     const std::uint32_t octave_seed = seed + static_cast<std::uint32_t>(octave) * 0x9e3779b9u;
@@ -49,7 +49,7 @@ Colour MasonryTexture::Albedo(const Eigen::Vector2f& st, float footprint) const 
   const std::uint32_t hash = HashCell(i, j, o.noise.seed);
   const float mixture = o.checker ? static_cast<float>((i + j) & 1) : ToUnit(hash);
   Colour colour = o.first + (o.second - o.first) * mixture;
-  // Each cell is cut from another place of the material.
+  // Each cell shows a different part of the material.
   const Eigen::Vector2f cut(static_cast<float>(hash & 0xff), static_cast<float>(hash >> 8 & 0xff));
   colour = Shade(colour, 1.0f + o.contrast * o.noise(st.cwiseProduct(o.stretch) + cut, footprint));
 

@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
-// Procedural surface textures. A texture is a pure function of the surface coordinates
-// st = (s, t) [m], s to the right and t up as seen from the front; nothing is stored in pixels, so
-// that it is as sharp from near as from far.
+// Procedural surface textures. A texture is a pure function of the surface coordinates st = (s, t)
+// [m], s to the right and t up as seen from the front. No pixels are stored, so that it is equally
+// sharp at any distance.
 namespace highwall::simulate {
 
 // Reflectance in [0, 1]: blue, green, red (the order of the images).
@@ -20,13 +20,13 @@ inline Colour Rgb(double r, double g, double b) {
 class Texture {
  public:
   virtual ~Texture() = default;
-  // The reflectance at st averaged, in good approximation, over a square of side `footprint` [m]:
+  // Returns the reflectance averaged approximately over a square of side `footprint` [m] at st:
   // detail finer than a pixel fades instead of flickering.
   virtual Colour Albedo(const Eigen::Vector2f& st, float footprint) const = 0;
 };
 
-// Fractal value noise, about zero mean, in [-1, 1]: `octaves` from `wavelength` [m] downwards, each
-// half the length and 0.6 times the height of the one before.
+// Fractal value noise with about zero mean, in [-1, 1]: `octaves` from `wavelength` [m] downwards,
+// each with half the wavelength and 0.6 times the amplitude of the previous one.
 struct ValueNoise {
   float wavelength = 0.1f;
   int octaves = 4;
@@ -36,10 +36,10 @@ struct ValueNoise {
   float operator()(const Eigen::Vector2f& st, float footprint) const;
 };
 
-// Plaster, carpet, board: one colour, its brightness modulated by noise.
+// Plaster, carpet, board: one colour with brightness noise.
 class NoiseTexture final : public Texture {
  public:
-  // contrast: relative, 0 = even.
+  // contrast: relative, 0 = uniform.
   NoiseTexture(const Colour& colour, float contrast, const ValueNoise& noise)
       : colour_(colour), contrast_(contrast), noise_(noise) {}
   Colour Albedo(const Eigen::Vector2f& st, float footprint) const override;
@@ -53,8 +53,8 @@ class NoiseTexture final : public Texture {
 struct MasonryOptions {
   Eigen::Vector2f cell = {0.25f, 0.08f};  // [m] one brick, tile or plank, joint included
   float joint = 0.01f;                    // [m] width of the joint
-  float shift = 0.5f;                     // [cells] each row against the row below; 0 = a grid
-  bool checker = false;                   // colours alternate; otherwise each cell draws a mixture
+  float shift = 0.5f;                     // [cells] offset of each row to the row below; 0 = a grid
+  bool checker = false;                   // colours alternate; otherwise a random mixture per cell
   Colour first = Rgb(0.6, 0.3, 0.2);
   Colour second = Rgb(0.4, 0.2, 0.15);
   Colour joint_colour = Rgb(0.7, 0.7, 0.68);
@@ -73,7 +73,7 @@ class MasonryTexture final : public Texture {
   MasonryOptions options_;
 };
 
-// An axis-parallel patch of one colour, [m].
+// Axis-parallel patch of one colour, [m].
 struct PrintPatch {
   Eigen::Vector2f min, max;
   Colour colour;

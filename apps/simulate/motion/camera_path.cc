@@ -8,7 +8,7 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kStart = 1.0;  // [s] from standing still to full speed
+constexpr double kStart = 1.0;  // [s] from rest to full speed
 
 }  // namespace
 

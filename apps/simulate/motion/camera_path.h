@@ -6,20 +6,20 @@
 
 namespace highwall::simulate {
 
-// A spline trajectory that may begin at rest: the camera stands still, gathers speed within a
-// second, and from then on moves along the spline as it is. Twice continuously differentiable.
+// Spline trajectory with an optional start at rest: the camera is stationary, accelerates within a
+// second, and then follows the spline at its normal speed. Twice continuously differentiable.
 class CameraPath {
  public:
-  // rest [s] >= 0: how long it stands still; 0: the spline as it is, in motion from the beginning.
-  // Throws InvalidArgument.
+  // rest [s] >= 0: stationary time; 0: the unmodified spline, in motion from the beginning. Throws
+  // InvalidArgument.
   CameraPath(SplineTrajectory spline, double rest);
 
   // t [s] of the recording, from the first frame on; any.
   Pose T_WC(double t) const;
   CameraMotion MotionAt(double t) const;
 
-  // How far along the spline the camera is, in seconds of the spline, and how fast it goes: 0 at
-  // rest, 1 later.
+  // Position along the spline, in seconds of the spline, and its derivatives: the speed is 0 at
+  // rest and 1 later.
   struct Progress {
     double s = 0.0;    // [s]
     double ds = 1.0;   // [1]
@@ -27,7 +27,7 @@ class CameraPath {
   };
   Progress ProgressAt(double t) const;
 
-  // The part of `duration` [s] that is left for the spline: duration without rest and start.
+  // Returns the part of `duration` [s] that remains for the spline, without rest and start.
   static double MovingTime(double duration, double rest);
 
  private:

@@ -6,15 +6,15 @@
 
 namespace highwall::simulate {
 
-// The line that a vehicle drives: a closed uniform cubic B-spline, by its length.
+// Line driven by a vehicle: a closed uniform cubic B-spline, parameterized by arc length.
 class Course {
  public:
-  // The road's own axes at a place: forward and left are horizontal unit vectors.
+  // Axes of the road at a point: forward and left are horizontal unit vectors.
   struct Frame {
     Eigen::Vector3d p_W;  // [m]
     Eigen::Vector3d forward, left;
 
-    // `left_offset` metres to the left of the line and `up` metres above it.
+    // Returns the point `left_offset` metres to the left of the line and `up` metres above it.
     Eigen::Vector3d Point(double left_offset, double up) const {
       return p_W + left_offset * left + up * Eigen::Vector3d::UnitZ();
     }
@@ -29,7 +29,7 @@ class Course {
   Frame At(double s) const;
 
  private:
-  // Point and derivative at u of [0, control_.size()).
+  // Returns point and derivative at u of [0, control_.size()).
   void Evaluate(double u, Eigen::Vector3d* point, Eigen::Vector3d* derivative) const;
 
   std::vector<Eigen::Vector3d> control_;

@@ -14,7 +14,7 @@ namespace highwall::simulate {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kMaxJitter = 0.2;  // of a period: stamps keep their order
+constexpr double kMaxJitter = 0.2;  // of a period, so that stamps stay in order
 enum FaultPurpose : std::uint64_t { kScales, kAxes, kGravity, kDrift, kJitter, kDropped, kBlows };
 
 struct Field {
@@ -48,7 +48,7 @@ Eigen::Matrix3d NormalMatrix(const CounterRandom& random, std::uint64_t first) {
   return m;
 }
 
-// Scales on the diagonal, what the axes take of each other beside it.
+// Scales on the diagonal, cross-axis sensitivity off the diagonal.
 Eigen::Matrix3d Axes(double scale, double misalignment, const Eigen::Matrix3d& scales,
                      const Eigen::Matrix3d& angles) {
   Eigen::Matrix3d axes = misalignment * angles;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLead = 0.5;                // [s] before the first frame and after the last
 constexpr double kMaxTimeOffset = 0.2;       // [s]
-constexpr std::uint64_t kStream = 0x494d55;  // keeps these numbers apart from the images' noise
+constexpr std::uint64_t kStream = 0x494d55;  // separates these numbers from the image noise
 enum Purpose : std::uint64_t { kNoise, kWalk, kInitialBias, kShaking, kFaults };
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -100,7 +100,7 @@ ImuSimulator::ImuSimulator(const ImuSimulationOptions& options, std::uint64_t se
     biases_[i] += sensor_.DriftAt(static_cast<double>(i) / options_.rate);
   }
 
-  constexpr std::uint64_t kWaves = 24;  // enough for their sum to look like noise
+  constexpr std::uint64_t kWaves = 24;  // enough for the sum to resemble noise
   const CounterRandom shaking = random_.Stream(kShaking);
   for (std::uint64_t i = 0; i < kWaves; ++i) {
     Wave wave;

@@ -4,7 +4,8 @@
 
 namespace highwall::simulate {
 
-// Camera axes (x right, y down, z forward) looking along yaw and pitch [rad], turned by roll.
+// Returns camera axes (x right, y down, z forward) looking along yaw and pitch [rad], rotated by
+// roll.
 Eigen::Quaterniond Look(double yaw, double pitch, double roll);
 
 }  // namespace highwall::simulate

@@ -18,19 +18,19 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kShortest = 3.0;       // [s]
-constexpr double kHole = 3.0;           // median steps between captured poses: a guess in between
-constexpr double kLeastCaptured = 0.5;  // of all states: else it is dead reckoning
-constexpr double kWorstOrientation = 0.1;  // [rad] median: no capture is that bad
-constexpr double kEnds = 0.5;              // [s] where the spline closes, it is not the motion
+constexpr double kShortest = 3.0;          // [s]
+constexpr double kHole = 3.0;              // median steps without captured poses: interpolated
+constexpr double kLeastCaptured = 0.5;     // of all states; otherwise it is dead reckoning
+constexpr double kWorstOrientation = 0.1;  // [rad] median: worse than any motion capture
+constexpr double kEnds = 0.5;              // [s] where the spline closes and is not the motion
 
 struct Node {
   Stamp stamp = 0;
   Pose captured;          // T_WB
-  bool is_guess = false;  // in a hole
+  bool is_guess = false;  // within a gap
 };
 
-// Every interval of the time that both have.
+// Creates a node at every interval of the common time span.
 std::vector<Node> LayOutNodes(const Trajectory& captured, std::span<const ImuSample> readings,
                               double interval) {
   const Stamp begin = std::max(captured.front().stamp, readings.front().stamp);
@@ -57,7 +57,7 @@ std::vector<Node> LayOutNodes(const Trajectory& captured, std::span<const ImuSam
   return nodes;
 }
 
-// The states of all nodes in one graph.
+// Optimizes the states of all nodes in one graph.
 class MotionFit {
  public:
   MotionFit(std::vector<Node> nodes, std::span<const ImuSample> readings,
@@ -74,14 +74,14 @@ class MotionFit {
     }
   }
 
-  // From the states and biases that it has, at whose biases readings are integrated.
+  // Solves from the current states; the readings are integrated with the current biases.
   void Solve() {
     FactorGraph graph;
     const auto gravity = graph.AddVariable(gravity_);
     std::vector<Variable<Pose>> poses;
     std::vector<Variable<Eigen::Vector3d>> velocities;
     std::vector<Variable<ImuBias>> biases;
-    // Errors that last count once, not once a node.
+    // Correlated errors count once per correlation time, not once per node.
     const double repeats = std::sqrt(2.0 * options_.error_lasts / options_.interval);
     Eigen::Matrix<double, 6, 1> weights;
     weights << Eigen::Vector3d::Constant(1.0 / (repeats * options_.position_sigma)),
@@ -110,7 +110,7 @@ class MotionFit {
     gravity_ = graph.Value(gravity);
   }
 
-  // In a world whose z is up.
+  // Stores the motion in a world whose z is up.
   void Level(RecordedMotion* motion) const {
     const Eigen::Quaterniond q_UW =
         Eigen::Quaterniond::FromTwoVectors(gravity_.vector(), Eigen::Vector3d(0.0, 0.0, -1.0));
@@ -139,7 +139,7 @@ class MotionFit {
   UnitDirection gravity_;
 };
 
-// What the readings scatter about the spline's own rates and accelerations.
+// Compares the readings with the rates and accelerations of the spline.
 void CompareReadings(RecordedMotion* motion) {
   const SplineTrajectory path = motion->PathOf(Pose(), 0);
   const double end = motion->interval * static_cast<double>(motion->states.size() - 1);
@@ -178,7 +178,7 @@ SplineTrajectory RecordedMotion::PathOf(const Pose& T_BC, std::size_t first) con
   std::vector<Pose> control(count);
   for (std::size_t i = 0; i < count; ++i) control[(i + 1) % count] = wanted[i];
   const double period = interval * static_cast<double>(count);
-  constexpr int kPasses = 30;  // each leaves at most two thirds of what is missing
+  constexpr int kPasses = 30;  // each leaves at most two thirds of the residual
   for (int pass = 0; pass < kPasses; ++pass) {
     const SplineTrajectory spline(control, period);
     for (std::size_t i = 0; i < count; ++i) {
@@ -200,7 +200,7 @@ RecordedMotion FitRecordedMotion(const Trajectory& captured, std::span<const Imu
   motion.interval = options.interval;
   motion.readings.assign(readings.begin(), readings.end());
   MotionFit fit(std::move(nodes), readings, options);
-  constexpr int kPasses = 2;  // the second at the biases of the first
+  constexpr int kPasses = 2;  // the second with the biases of the first
   for (int pass = 0; pass < kPasses; ++pass) fit.Solve();
   fit.Level(&motion);
   HIGHWALL_REQUIRE(motion.consistency.orientation <= kWorstOrientation,

@@ -14,18 +14,18 @@ namespace highwall::simulate {
 
 struct RecordedMotionOptions {
   ImuNoise noise = {};  // of the IMU; default: EuRoC's
-  // Of motion capture, an axis, and how long an error of it stays what it is: what
-  // highwall_bench_imu finds on three recordings.
+  // Errors of motion capture per axis, and their correlation time, as highwall_bench_imu estimates
+  // them from three recordings.
   double position_sigma = 1e-3;     // [m] > 0
   double orientation_sigma = 5e-3;  // [rad] > 0
   double error_lasts = 2.0;         // [s] > 0
-  double interval = 0.025;          // [s] in [1e-3, 0.5]; of the states that are estimated
+  double interval = 0.025;          // [s] in [1e-3, 0.5]; between estimated states
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 
-// Medians.
+// Median differences.
 struct MotionConsistency {
   double position = 0.0;       // [m] motion minus captured
   double orientation = 0.0;    // [rad] likewise
@@ -33,7 +33,7 @@ struct MotionConsistency {
   double accelerometer = 0.0;  // [m/s^2] likewise
 };
 
-// The motion of an IMU as motion capture and its own readings have it together.
+// Motion of an IMU estimated from motion capture and its own readings.
 struct RecordedMotion {
   Stamp begin = 0;                  // [ns] of the first state, in the clock of the recording
   double interval = 0.0;            // [s]
@@ -42,15 +42,16 @@ struct RecordedMotion {
   std::vector<ImuSample> readings;  // as recorded
   MotionConsistency consistency;
 
-  // The pose of a camera [T_BC] that rides along, through every state, from state `first` on. The
-  // spline closes: for half a second before its last state and after its first it is no motion.
+  // Returns the path of a camera [T_BC] fixed to the IMU, through every state from state `first`
+  // on. The spline is closed: within half a second before its last state and after its first it
+  // does not represent the motion.
   SplineTrajectory PathOf(const Pose& T_BC, std::size_t first) const;
 };
 
-// The most likely motion by Ceres: captured poses, whose errors last, readings between them, a bias
-// that walks, and the direction of gravity. captured: T_WB. Both in the order of their stamps.
-// Throws InvalidArgument where the two share less than three seconds, readings have gaps there,
-// more than half of it was not captured, or they contradict each other.
+// Estimates the most likely motion with Ceres from captured poses with correlated errors, IMU
+// readings, a bias random walk, and the direction of gravity. captured: T_WB. Both in the order of
+// their stamps. Throws InvalidArgument if the two overlap by less than three seconds, if readings
+// have gaps there, if more than half of it was not captured, or if they are inconsistent.
 RecordedMotion FitRecordedMotion(const Trajectory& captured, std::span<const ImuSample> readings,
                                  const RecordedMotionOptions& options = {});
 

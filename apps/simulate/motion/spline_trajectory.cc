@@ -12,7 +12,7 @@ namespace {
 
 using Basis = std::array<double, 3>;
 
-// The cumulative basis of the cubic B-spline (Eq. 4), and its derivatives in u.
+// Cumulative basis of the cubic B-spline (Eq. 4), and its derivatives in u.
 Basis CumulativeBasis(double u) {
   return {(5 + u * (3 + u * (-3 + u))) / 6, (1 + u * (3 + u * (3 - 2 * u))) / 6, u * u * u / 6};
 }
@@ -67,7 +67,7 @@ CameraMotion SplineTrajectory::MotionAt(double t) const {
     const Eigen::Vector3d step = to.p() - from.p();
     motion.v_WC += rate * d_basis[j] * step;
     motion.a_WC += rate * rate * dd_basis[j] * step;
-    // Each factor Exp(b theta) turns what was before it and adds a rate about its own axis.
+    // Each factor Exp(b theta) rotates the preceding ones and adds a rate about its own axis.
     const Eigen::Vector3d theta = so3::Log(from.q().conjugate() * to.q());
     const Eigen::Quaterniond back = so3::Exp(-basis[j] * theta);
     motion.w_C = back * motion.w_C + rate * d_basis[j] * theta;

@@ -8,7 +8,7 @@
 
 namespace highwall::simulate {
 
-// Where the camera is and how it moves, all of it analytic.
+// Camera pose with its analytic derivatives.
 struct CameraMotion {
   Pose T_WC;
   Eigen::Vector3d v_WC = Eigen::Vector3d::Zero();     // velocity of C's origin in W [m/s]
@@ -17,27 +17,26 @@ struct CameraMotion {
   Eigen::Vector3d alpha_C = Eigen::Vector3d::Zero();  // its derivative in C [rad/s^2]
 };
 
-// A closed trajectory, twice continuously differentiable: a uniform cubic B-spline of positions
-// and a cumulative one of rotations.
-// Source: Lovegrove, Patron-Perez, Sibley, "Spline Fusion", BMVC 2013, equations 3 to 5;
-// derivatives of rotations: Sommer, Usenko, Schubert, Demmel, Cremers, "Efficient derivative
-// computation for cumulative B-splines on Lie groups", CVPR 2020, section 4.
+// Closed trajectory, twice continuously differentiable: a uniform cubic B-spline of positions and a
+// cumulative one of rotations. Source: Lovegrove, Patron-Perez, Sibley, "Spline Fusion", BMVC 2013,
+// equations 3 to 5; derivatives of rotations: Sommer, Usenko, Schubert, Demmel, Cremers, "Efficient
+// derivative computation for cumulative B-splines on Lie groups", CVPR 2020, section 4.
 class SplineTrajectory {
  public:
   // control: T_WC, one every period / control.size() seconds, at least 4; the curve passes near,
-  // not through them. Neighbours (the first follows the last) lie less than pi apart in rotation.
+  // not through them. Rotations of neighbours (the first follows the last) differ by less than pi.
   // period [s] > 0. Throws InvalidArgument.
   SplineTrajectory(std::vector<Pose> control, double period);
 
   double period() const { return period_; }
   // t [s]: any; the curve repeats every period.
   Pose T_WC(double t) const;
-  // The same with its derivatives in t.
+  // Returns the same with its time derivatives.
   CameraMotion MotionAt(double t) const;
 
  private:
-  // The four control poses that shape the curve at t begin with `first`; u of [0, 1) is the place
-  // between the second and the third.
+  // The four control poses that define the curve at t begin with `first`; u of [0, 1) is the
+  // position between the second and the third.
   struct Place {
     std::size_t first = 0;
     double u = 0.0;

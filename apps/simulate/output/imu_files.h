@@ -9,19 +9,19 @@
 
 #include "simulate/camera/simulation.h"
 
-// The IMU's part of a dataset, as text. Columns: Burri et al., "The EuRoC micro aerial vehicle
-// datasets", IJRR 35(10), 2016.
+// IMU part of a dataset, as text. Columns: Burri et al., "The EuRoC micro aerial vehicle datasets",
+// IJRR 35(10), 2016.
 namespace highwall::simulate {
 
-// imu.csv: stamp [ns] of the IMU's clock, gyroscope, accelerometer.
+// Returns imu.csv: stamp [ns] of the IMU's clock, gyroscope, accelerometer.
 std::string ImuCsv(std::span<const ImuSample> samples);
 
-// groundtruth_state.csv: stamp [ns] of the IMU's clock, p_WB, q_WB (w first), v_WB, b_g, b_a.
-// stamps: of the camera's clock.
+// Returns groundtruth_state.csv: stamp [ns] of the IMU's clock, p_WB, q_WB (w first), v_WB, b_g,
+// b_a. stamps: of the camera's clock.
 std::string StateCsv(const Simulation& simulation, const std::vector<Stamp>& stamps);
 
-// The section `imu` of calibration.yaml. Its time offset is 0, the guess of somebody who does not
-// know the true one.
+// Returns the section `imu` of calibration.yaml. Its time offset is 0, the initial guess without
+// knowledge of the true one.
 std::string ImuCalibrationYaml(const ImuSimulationOptions& options);
 
 }  // namespace highwall::simulate

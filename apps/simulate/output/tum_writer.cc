@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder that comes into being whole: see AtomicFile.
+// Folder that is created atomically: see AtomicFile.
 class AtomicFolder {
  public:
   explicit AtomicFolder(const fs::path& path) : path_(fs::absolute(path).lexically_normal()) {
@@ -37,14 +37,14 @@ class AtomicFolder {
       throw IoError(path, "exists and is not empty: choose another folder or remove it");
     }
     fs::create_directories(path_.parent_path(), error);
-    do {  // one that is there is written by another process
+    do {  // an existing one belongs to another process
       temporary_ = TemporaryBeside(path_);
     } while (!fs::create_directory(temporary_, error) && !error);
     if (error) throw IoError(temporary_, "cannot be created: " + error.message());
   }
   ~AtomicFolder() {
     std::error_code ignored;
-    fs::remove_all(temporary_, ignored);  // gone already after Commit()
+    fs::remove_all(temporary_, ignored);  // already moved after Commit()
   }
   AtomicFolder(const AtomicFolder&) = delete;
   AtomicFolder& operator=(const AtomicFolder&) = delete;
@@ -96,7 +96,7 @@ std::string ImageList(const Simulation& simulation, const std::string& kind) {
   return list;
 }
 
-// Every frame and, between two frames, as many more instants as make 100 Hz.
+// Returns the stamps of all frames, with intermediate ones for at least 100 Hz.
 std::vector<Stamp> TruthStamps(const Simulation& simulation) {
   std::vector<Stamp> stamps;
   const int steps = std::max(1, static_cast<int>(std::ceil(100.0 / simulation.options().fps)));
@@ -214,7 +214,7 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
   WriteBytes(root / "stretches.csv", StretchesCsv(simulation));
   WriteBytes(root / "surface.ply", SurfacePly(simulation.scene().mesh));
 
-  // A frame per thread: rendering and PNG compression both keep every processor busy.
+  // One frame per thread: rendering and PNG compression both keep every processor busy.
   std::mutex progress_mutex;
   int done = 0;
   ParallelFor(simulation.size(), 0, [&](int i) {

@@ -22,7 +22,7 @@ constexpr double kSpacing = 0.5;              // [m] along the road
 constexpr double kRight = -2.6, kLeft = 3.4;  // [m] of the walls
 constexpr double kWall = 3.2;                 // [m] their height
 
-// A ring with bends, hills of 4 m, of that length.
+// Returns a closed course of that length with bends and hills of 4 m.
 Course DriveCourse(std::uint64_t seed) {
   constexpr int kPoints = 200;
   RandomSequence random(Mix(seed));
@@ -61,7 +61,7 @@ void AddGround(Terrain* terrain) {
       &terrain->scene);
 }
 
-// left: on which side of the road.
+// left: side of the road.
 void AddWall(bool left, Terrain* terrain) {
   constexpr int kColumns = 9;
   const int texture = terrain->scene.AddTexture(std::make_unique<MasonryTexture>(

@@ -18,7 +18,7 @@ namespace {
 constexpr double kStraight = 8.0, kBend = 4.7;  // [m] length, radius
 
 Course RoadCourse() {
-  // Points of a stadium, evenly spaced; the spline rounds the change from straight to bend.
+  // Evenly spaced points of a stadium; the spline smooths the transition from straight to bend.
   constexpr double kStep = 1.0;  // [m]
   constexpr double kHalfLap = kStraight + std::numbers::pi * kBend;
   const int count = static_cast<int>(std::lround(2.0 * kHalfLap / kStep));
@@ -37,7 +37,7 @@ Course RoadCourse() {
   return Course(std::move(points));
 }
 
-// Of a lap; the second half repeats the first.
+// Stretches of a lap; the second half repeats the first.
 std::vector<Stretch> MakeStretches(double speed, double length) {
   std::vector<Stretch> stretches;
   for (const double half : {0.0, 0.5 * length}) {

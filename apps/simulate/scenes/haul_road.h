@@ -7,14 +7,14 @@
 
 namespace highwall::simulate {
 
-// The field test of the paper: a haul road of gravel 4.4 m wide between walls of bedded rock, 10 m
-// straight, then 10 m in a bend, and the same again to a closed lap of about 40 m; driven at
-// 0.6 m/s. Boulders, marker posts, signs, a pipe and a cable line it. From 5 m on it is bumpy, from
-// 10 m a washboard, from 14 m covered with dust. The seed draws rock, stones, bumps and places.
-// Throws InvalidArgument.
+// Simulates the field test of the paper: a gravel haul road 4.4 m wide between walls of bedded
+// rock, 10 m straight, then a bend of 10 m, and the same again to a closed lap of about 40 m;
+// driven at 0.6 m/s. It is lined with boulders, marker posts, signs, a pipe and a cable. It is
+// bumpy from 5 m on, a washboard from 10 m, and covered with dust from 14 m. The seed determines
+// rock, stones, bumps and places. Throws InvalidArgument.
 Simulation SimulateRoad(const SimulationOptions& options);
 
-// The stretches of that simulation, without the work of building it.
+// Returns the stretches of that simulation without building it.
 std::vector<Stretch> RoadStretches(const SimulationOptions& options);
 
 }  // namespace highwall::simulate

@@ -22,16 +22,16 @@ using std::numbers::pi;
 constexpr double kDegree = pi / 180.0;
 constexpr double kTurnInterval = 0.8;  // [s]
 
-// A walk round the middle of a room, the camera looking outwards, leg by leg.
+// Walk around the middle of a room, the camera looking outwards, leg by leg.
 class Walk {
  public:
-  // half [m]: of the room, whose middle is free for a walk of two fifths of it.
+  // half [m]: of the room, whose middle is free for a walk of two fifths of its size.
   Walk(double azimuth, const Eigen::Vector3d& middle, const Eigen::Vector2d& half)
       : turns_{{0.0, azimuth, middle, half}} {}
 
   double duration() const { return turns_.back().t; }
 
-  // Turns on by `angle` [rad] within `duration` [s].
+  // Continues by `angle` [rad] within `duration` [s].
   Interval Turn(double angle, double duration) {
     Place next = turns_.back();
     next.t += duration;
@@ -39,8 +39,8 @@ class Walk {
     turns_.push_back(next);
     return {next.t - duration, next.t};
   }
-  // Stands still while it is carried into another room and turned; the curve on either side of the
-  // way knows nothing of that.
+  // Stands still while the camera is carried into another room and rotated; the curve on either
+  // side of the transition is independent of it.
   Interval Carry(double angle, const Eigen::Vector3d& middle, const Eigen::Vector2d& half) {
     const Interval before = Turn(0.0, 2 * kTurnInterval);
     Place there = turns_.back();
@@ -51,13 +51,13 @@ class Walk {
     return {before.begin, Turn(0.0, 2 * kTurnInterval).end};
   }
 
-  // As a hand holds the camera. The curve goes on beyond the duration, and closes only there.
+  // Adds hand motion. The curve continues beyond the duration, and only closes there.
   SplineTrajectory Trajectory(RandomSequence* random) const {
     const int knots = static_cast<int>(std::ceil(duration() / kTurnInterval)) + 4;
     const double phase = random->Uniform(-pi, pi), period = random->Uniform(9.0, 12.0);
     std::vector<Pose> control;
     for (int i = 0; i < knots; ++i) {
-      const double t = (i - 1) * kTurnInterval;  // where the curve comes nearest to this knot
+      const double t = (i - 1) * kTurnInterval;  // time at which the curve is closest to this knot
       const Place place = At(t);
       const double wave = std::sin(2 * pi * t / period + phase);
       const Eigen::Vector2d axes = (0.31 + 0.09 * wave) * place.half;
@@ -124,13 +124,13 @@ WayBack WayBackOf(std::uint64_t seed) {
 }
 
 PartedSimulation SimulateKidnap(const SimulationOptions& options) {
-  // So far into a part that it was seen before that most of the image shows it.
+  // Angle into a previously seen part at which most of the image shows it.
   constexpr double kInto = 50.0 * kDegree;
   constexpr double kWay = 3.0, kLongWay = 4.0;  // [s]
   RandomSequence random(Mix(options.seed ^ 0x6b69646eu));
   Walk walk(random.Uniform(-pi, pi), Eigen::Vector3d::Zero(), {3.0, 2.5});
   const double sense = random.Index(2) == 0 ? 1.0 : -1.0;
-  // What lies between the parts is wider than a view.
+  // The gap between the parts is wider than the field of view.
   const double first = random.Uniform(85.0, 105.0) * kDegree;
   const double gap = random.Uniform(75.0, 85.0) * kDegree;
   const double last_gap = random.Uniform(80.0, 100.0) * kDegree;

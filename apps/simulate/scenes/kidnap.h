@@ -6,11 +6,11 @@
 
 #include "simulate/camera/simulation.h"
 
-// Recordings in parts: the camera sees one place, then one that it has not seen, and nothing tells
-// how it came there.
+// Recordings in parts: the camera observes one place, then a new one, without information about the
+// motion in between.
 namespace highwall::simulate {
 
-// A time of a simulation, in [s] since its first frame.
+// Time interval of a simulation, in [s] since its first frame.
 struct Interval {
   double begin = 0.0, end = 0.0;  // end excluded
 
@@ -19,30 +19,30 @@ struct Interval {
 
 struct PartedSimulation {
   Simulation simulation;
-  // The ways from one part to the next. A sequence that leaves them out or hides them is of a
-  // camera that was kidnapped; one that shows them is of the same walk without.
+  // Transitions between the parts. A sequence that omits or hides them simulates a kidnapped
+  // camera; one that shows them is the same walk without kidnapping.
   std::vector<Interval> ways;
 
-  // Of which part a time [s] since the first frame is: 0, 1, ...; none on a way.
+  // Returns the part at a time [s] since the first frame: 0, 1, ...; none on a transition.
   std::optional<int> PartAt(double t) const;
 };
 
-// How the camera of a kidnap comes to see again what it saw first.
+// Path by which the kidnapped camera returns to the first place.
 enum class WayBack {
   kOnward,   // round the rest of the room
-  kReturn,   // back the way that it was carried
-  kPutBack,  // carried once more, into the midst of the first part, and on to the second one
+  kReturn,   // back along the path of the transition
+  kPutBack,  // carried again, into the middle of the first part, then to the second
 };
-// Of a seed: all of them occur.
+// Returns the choice of a seed: all of them occur.
 WayBack WayBackOf(std::uint64_t seed);
 
-// In the room: 6 to 8 s of one part of it; 3 s or 4 s of way; 5 to 8 s of another part that has
-// not been seen; then some 8 s until the first is seen again. Beginning, direction, parts and paths
-// vary with the seed. options.duration is not used. Throws InvalidArgument.
+// Simulates a kidnapping in the room: 6 to 8 s of one part of it; 3 s or 4 s of transition; 5 to 8
+// s of another, unseen part; then about 8 s until the first is seen again. Start, direction, parts
+// and paths vary with the seed. options.duration is not used. Throws InvalidArgument.
 PartedSimulation SimulateKidnap(const SimulationOptions& options);
 
-// 11 to 13 s in one of the rooms of MakeTwinRooms(), 3.2 s from one to the other (through the
-// walls: not to be shown), 11 to 13 s in the other. Likewise.
+// Simulates 11 to 13 s in one of the rooms of MakeTwinRooms(), 3.2 s of transition (through the
+// walls: not to be shown), and 11 to 13 s in the other. Same conditions as above.
 PartedSimulation SimulateTwinRooms(const SimulationOptions& options);
 
 }  // namespace highwall::simulate

@@ -20,11 +20,11 @@ namespace highwall::simulate {
 namespace {
 
 constexpr double kToe = 1.55;     // [m] of the highwall, right of the lap
-constexpr double kInside = 2.95;  // [m] left of the lap, where the floor of the pit begins
+constexpr double kInside = 2.95;  // [m] left of the lap, where the pit floor begins
 constexpr double kBench = 2.4;    // [m] height of a face
 constexpr double kLedge = 1.6;    // [m] width of the ledge above it
 
-// A kidney that climbs 1.1 m over a ramp and comes down again.
+// Returns a kidney-shaped course that climbs 1.1 m over a ramp and descends again.
 Course MineCourse() {
   constexpr int kPoints = 40;
   std::vector<Eigen::Vector3d> points;
@@ -37,7 +37,7 @@ Course MineCourse() {
   return Course(std::move(points));
 }
 
-// Of a lap.
+// Stretches of a lap.
 std::vector<Stretch> MakeStretches(double speed) {
   return {{StretchKind::kBumpy, 5.0 / speed, 10.0 / speed},
           {StretchKind::kLowTexture, 13.0 / speed, 16.5 / speed},
@@ -46,7 +46,7 @@ std::vector<Stretch> MakeStretches(double speed) {
           {StretchKind::kBlurred, 38.0 / speed, 42.0 / speed}};
 }
 
-// The floor inside the lap, with a stockpile in its middle.
+// Adds the floor inside the lap, with a stockpile in its middle.
 void AddFloor(const Course& course, const RoadSurface& surface, int texture, std::uint32_t seed,
               Scene* scene) {
   constexpr double kFloorSpacing = 0.1;  // [m]
@@ -85,7 +85,7 @@ void AddHighwall(const Course& course, const RoadSurface& surface, const Strata&
   for (int bench = 0; bench < 3; ++bench) {
     AddRockWall(course, surface, strata, face, scene);
     face.toe += kLedge;
-    face.bottom = face.top - 1.6;  // well below the ledge, wherever the course is
+    face.bottom = face.top - 1.6;  // well below the ledge at every height of the course
     face.top += kBench;
     face.spacing = 0.1;
     face.dusty = false;

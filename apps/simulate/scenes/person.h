@@ -6,11 +6,11 @@
 
 namespace highwall::simulate {
 
-// How many pairs of steps somebody takes who walks at the speed of the camera.
+// Pairs of steps per second of a person who walks at the speed of the camera.
 inline constexpr double kStepsPerSecond = 0.7;
 
-// Somebody on foot in a vest, made of boxes, 1.7 m tall. B: x forward, y left, z up, on the ground.
-// stride [rad]: where the legs are in their swing.
+// Adds a person in a vest, made of boxes, 1.7 m tall. B: x forward, y left, z up, on the ground.
+// stride [rad]: phase of the legs.
 void AddPerson(const Pose& T_WB, double stride, Scene* scene);
 
 }  // namespace highwall::simulate

@@ -12,10 +12,10 @@ namespace highwall::simulate {
 namespace {
 
 constexpr double kLeadIn = 0.6;                    // [s] before the first frame
-const Eigen::Vector3d kFree(2.3, 1.8, 2.8);        // [m] half, half and all of the free room
+const Eigen::Vector3d kFree(2.3, 1.8, 2.8);        // [m] half, half and full size of the free space
 constexpr double kClearance = 0.3, kLowest = 0.5;  // [m]
 
-// The body's axis that points up most of the time, signed.
+// Returns the signed body axis that points up most of the time.
 Eigen::Vector3d UpAxis(const RecordedMotion& motion) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const ImuState& state : motion.states) {
@@ -28,7 +28,7 @@ Eigen::Vector3d UpAxis(const RecordedMotion& motion) {
   return up;
 }
 
-// Everything `factor` times as large, prints as well.
+// Enlarges everything by `factor`, including prints.
 void Enlarge(double factor, Scene* scene) {
   for (Eigen::Vector3d& vertex : scene->mesh.vertices) vertex *= factor;
   for (Surface& surface : scene->surfaces) {
@@ -73,7 +73,7 @@ Simulation SimulateRecordedRoom(const RecordedMotion& motion, SimulationOptions 
   for (ImuState& state : moved.states) {
     state.T_WB = Pose(state.T_WB.q(), state.T_WB.p() - middle);
   }
-  // Frame 0 is at state `lead`.
+  // Frame 0 corresponds to state `lead`.
   const Stamp shift = Simulation::FirstStamp() - motion.begin -
                       FromSeconds(static_cast<double>(lead) * motion.interval);
   GivenReadings readings{.samples = motion.readings,

@@ -5,14 +5,16 @@
 
 namespace highwall::simulate {
 
-// A camera that looks level and ahead: along the body axis after the one that was up most of the
-// time. Where on the body it sits is options.imu.T_BC's lever arm.
+// Returns the orientation of a camera that looks horizontally ahead: along the body axis after the
+// one that pointed up most of the time. Its position on the body is the lever arm of
+// options.imu.T_BC.
 Eigen::Quaterniond LevelCamera(const RecordedMotion& motion);
 
-// The room of options.seed, filmed along a recorded motion, with the recorded readings: the motion
-// is moved to the middle of the room, and the room is as many times as large (at least 1) as keeps
-// the motion off its furniture. options.duration: shortened to what the motion has. options.imu:
-// T_BC's rotation becomes LevelCamera(); noise is that of the calibration. Throws InvalidArgument.
+// Simulates the room of options.seed along a recorded motion, with the recorded readings. The
+// motion is moved to the middle of the room, and the room is enlarged (factor at least 1) until the
+// motion does not collide with its furniture. options.duration: limited to that of the motion.
+// options.imu: the rotation of T_BC becomes LevelCamera(); noise is that of the calibration. Throws
+// InvalidArgument.
 Simulation SimulateRecordedRoom(const RecordedMotion& motion, SimulationOptions options);
 
 }  // namespace highwall::simulate

@@ -38,7 +38,7 @@ std::vector<Triangle> Icosahedron() {
   return triangles;
 }
 
-// Every triangle into four, on the unit sphere.
+// Splits every triangle into four, on the unit sphere.
 std::vector<Triangle> Refine(const std::vector<Triangle>& triangles) {
   std::vector<Triangle> finer;
   for (const auto& [a, b, c] : triangles) {
@@ -70,7 +70,7 @@ void AddSheet(int rows, int columns, int texture,
       const std::uint32_t d =
           first + static_cast<std::uint32_t>(i) * stride + static_cast<std::uint32_t>(j);
       const std::uint32_t c = d - 1, b = d - stride, a = b - 1;
-      // a and b in one row, c and d in the next; alternating diagonals leave no grain.
+      // a and b in one row, c and d in the next; alternating diagonals avoid a visible pattern.
       if ((i + j) % 2 == 0) {
         scene->AddTriangle({a, c, d}, surface);
         scene->AddTriangle({a, d, b}, surface);
@@ -105,8 +105,8 @@ void AddBoulder(const Pose& T_WB, const BoulderOptions& options, int texture,
       }
       p = p.cwiseProduct(options.radii);
     }
-    // Every face has its own vertices: edges stay sharp. Its texture is seen along the axis that
-    // the face looks at most.
+    // Every face has its own vertices, so that edges stay sharp. Its texture is projected along the
+    // axis closest to its normal.
     const Eigen::Vector3d normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     Eigen::Index axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);

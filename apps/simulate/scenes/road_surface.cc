@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRut = 0.8, kRutWidth = 0.22;      // [m] from the road's middle; half width
 constexpr double kEdge = 1.9;                       // [m] where the shoulder begins to rise
-constexpr double kViewBegin = 1.0, kViewEnd = 4.5;  // [m] of ground that the camera sees ahead
+constexpr double kViewBegin = 1.0, kViewEnd = 4.5;  // [m] of ground seen ahead of the camera
 
 double Noise(const ValueNoise& noise, double s, double left) {
   constexpr float kSharp = 1e-3f;  // [m]
@@ -63,7 +63,7 @@ double RoadSurface::Dust(double s, double left) const {
   for (const Stretch& stretch : stretches_) {
     if (stretch.kind != StretchKind::kLowTexture) continue;
     const double begin = stretch.begin * speed_ + kViewBegin, end = stretch.end * speed_ + kViewEnd;
-    // The nearest of the laps.
+    // Uses the closest lap.
     const double middle = 0.5 * (begin + end);
     const double ahead = s - middle - std::round((s - middle) / length_) * length_;
     constexpr double kFade = 1.0;  // [m]

@@ -8,22 +8,22 @@
 
 namespace highwall::simulate {
 
-// The ground of a haul road 4.4 m wide, by its own coordinates: s [m] along the line that a vehicle
-// drives, `left` [m] of it.
+// Ground of a haul road 4.4 m wide, in its own coordinates: s [m] along the driven line, `left` [m]
+// of it.
 class RoadSurface {
  public:
-  static constexpr double kMiddle = 0.75;  // [m] vehicles keep right: the middle lies on their left
+  static constexpr double kMiddle = 0.75;  // [m] vehicles keep right: the middle is on their left
 
   // stretches: of one lap, in seconds at `speed` [m/s]; length [m] of the lap.
   RoadSurface(std::vector<Stretch> stretches, double speed, double length, std::uint32_t seed);
 
-  // Above that line, [m]: undulation, ruts, shoulders, and the bumps and the washboard of the
-  // bumpy and the blurred stretches.
+  // Returns the height above that line [m]: undulation, ruts, shoulders, and the bumps and
+  // washboard of the bumpy and blurred stretches.
   double Height(double s, double left) const;
-  // How much dust lies there, [0, 1]; nearly 1 in the low-texture stretches, from where a camera
-  // that enters one sees the ground to where one that leaves it does.
+  // Returns the amount of dust, [0, 1]; nearly 1 in the low-texture stretches, from the ground seen
+  // by a camera that enters one to that seen by a camera that leaves it.
   double Dust(double s, double left) const;
-  // How dark wheels have worn it: 1 = not at all.
+  // Returns the darkening by wheels: 1 = none.
   double Tint(double s, double left) const;
 
  private:

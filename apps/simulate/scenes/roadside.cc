@@ -17,9 +17,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kBare = 0.6;  // dust above which nothing stands out
+constexpr double kBare = 0.6;  // dust above which no objects are placed
 
-// x forward, y left, z up, on the ground, turned by yaw.
+// Returns a pose with x forward, y left, z up, on the ground, rotated by yaw.
 Pose OnGround(const Course& course, const RoadSurface& surface, double s, double left, double yaw) {
   const Course::Frame frame = course.At(s);
   Eigen::Matrix3d R;
@@ -45,7 +45,7 @@ int AddPaint(const Colour& colour, float contrast, std::uint32_t seed, Scene* sc
       colour, contrast, ValueNoise{.wavelength = 0.12f, .octaves = 4, .seed = seed}));
 }
 
-// A framed panel with bars of text and a block or two.
+// Adds a framed panel with bars of text and one or two blocks.
 int AddSignFace(const Vector2d& size, RandomSequence* random, Scene* scene) {
   const Eigen::Vector2f extent = size.cast<float>();
   const bool yellow = random->Index(2) == 0;
@@ -71,7 +71,7 @@ int AddSignFace(const Vector2d& size, RandomSequence* random, Scene* scene) {
 
 void AddSign(const Pose& T_WB, int metal, RandomSequence* random, Scene* scene) {
   const Vector2d size{random->Uniform(0.5, 0.75), random->Uniform(0.4, 0.55)};
-  // Its front, -y, towards those who come.
+  // Its front, -y, faces oncoming vehicles.
   const Pose T_WS =
       T_WB * Pose(Eigen::Quaterniond(Eigen::AngleAxisd(-0.5 * std::numbers::pi, Vector3d::UnitZ())),
                   Vector3d::Zero());
@@ -107,7 +107,7 @@ void AddTube(const Course& course, double s_begin, double s_end, double radius, 
 
 namespace {
 
-// Sagging from pole to pole, all around.
+// Adds a cable that sags between poles, along the whole course.
 void AddCable(const Course& course, const RoadSurface& surface, const RoadsideOptions& options,
               int wood, int rubber, Scene* scene) {
   constexpr double kHeight = 1.35, kSag = 0.22, kThick = 0.018;  // [m]

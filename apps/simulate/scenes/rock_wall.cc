@@ -7,7 +7,7 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr float kFinest = 1e-3f;  // [m] footprint of a noise that shapes geometry
+constexpr float kFinest = 1e-3f;  // [m] footprint of geometric noise
 
 double RockNoise(const ValueNoise& noise, double s, double t) {
   return static_cast<double>(noise(Eigen::Vector2d(s, t).cast<float>(), kFinest));
@@ -26,7 +26,7 @@ void AddRockWall(const Course& course, const RoadSurface& surface, const Strata&
   const auto top = [&](double s) {
     return options.top + options.top_swing * RockNoise(crest, s, 0.0);
   };
-  // Of the wall at height z, [m] from the course; dust smooths it.
+  // Returns the distance of the wall from the course at height z [m]; dust smooths it.
   const auto distance = [&](const Course::Frame& frame, double s, double z, double dust) {
     const Strata::Place place = strata.At(Eigen::Vector2d(s, z).cast<float>());
     const double relief = static_cast<double>(place.recess) + 0.14 * RockNoise(rough, s, z);

@@ -15,8 +15,8 @@ namespace highwall::simulate {
 namespace {
 
 constexpr int kSkyDirections = 12;
-constexpr double kSkyReach = 6.0;  // [m] what is farther off hides no sky
-constexpr double kLift = 0.01;     // [m] above the surface, lest it shade itself
+constexpr double kSkyReach = 6.0;  // [m] more distant objects do not occlude the sky
+constexpr double kLift = 0.01;     // [m] above the surface, to avoid self-shadowing
 constexpr int kBlock = 1024;       // vertices per task
 
 std::vector<Eigen::Vector3d> VertexNormals(const Mesh& mesh) {
@@ -30,7 +30,7 @@ std::vector<Eigen::Vector3d> VertexNormals(const Mesh& mesh) {
   return normals;
 }
 
-// Even over the upper hemisphere, weighted by the sine of elevation.
+// Returns directions over the upper hemisphere, weighted by the sine of elevation.
 std::array<Eigen::Vector3d, kSkyDirections> SkyDirections() {
   std::array<Eigen::Vector3d, kSkyDirections> directions;
   for (int k = 0; k < kSkyDirections; ++k) {

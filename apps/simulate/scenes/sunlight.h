@@ -12,9 +12,9 @@ struct SunlightOptions {
   double sky = 0.75;                             // of one that sees the whole sky
 };
 
-// Multiplies the light of every vertex by the irradiance it receives from the sun, where nothing
-// stands between, and from the part of the sky that it sees. Flat surfaces and reliefs alike.
-// threads: 0 = one per processor; the result does not depend on it.
+// Multiplies the light of every vertex by its irradiance from the sun, unless occluded, and from
+// the visible part of the sky, on flat surfaces and reliefs. threads: 0 = one per processor; the
+// result does not depend on it.
 void BakeSunlight(const SunlightOptions& options, Scene* scene, int threads = 0);
 
 }  // namespace highwall::simulate

@@ -18,7 +18,7 @@ namespace {
 constexpr float kTexel = 0.004f;         // [m] about a pixel at 2.5 m
 constexpr double kGroundSpacing = 0.05;  // [m]
 
-// The shaking of an IMU: a little everywhere, all of it in the bumpy and the blurred stretches.
+// Returns the IMU vibration: low everywhere, full in the bumpy and the blurred stretches.
 // stretches: of one lap, period [s] of the lap.
 VibrationIntensity VibrationOn(std::vector<Stretch> stretches, double period) {
   return [stretches = std::move(stretches), period](double s) {

@@ -14,16 +14,16 @@
 #include "simulate/scenes/road_surface.h"
 #include "simulate/scenes/vehicle.h"
 
-// What the haul road and the mine share.
+// Common parts of the haul road and the mine.
 namespace highwall::simulate {
 
-// A course in the open that a vehicle drives, and the scene about it as far as it is built.
+// Outdoor course driven by a vehicle, with the scene built so far.
 struct Terrain {
   // stretches: of one lap of the course.
   Terrain(Course line, std::vector<Stretch> hard_parts, const VehicleOptions& rover,
           std::uint64_t seed);
 
-  // For one more thing at random.
+  // Returns a seed for one more random object.
   std::uint32_t Seed() { return static_cast<std::uint32_t>(random.Bits()); }
 
   VehicleOptions vehicle;
@@ -35,21 +35,21 @@ struct Terrain {
   Scene scene;
 };
 
-// What the vehicle sees on its laps once the scene is complete and lit by the sun.
+// Simulates the laps of the vehicle, after the scene is complete and lit by the sun.
 Simulation MakeSimulation(Terrain terrain, const SimulationOptions& options);
 
-// Indices of the textures of a scene in the open.
+// Texture indices of an outdoor scene.
 struct TerrainTextures {
   int gravel = 0;  // (x, y) in the world
   int rock = 0;    // (s, height) on faces of `strata`
   int stone = 0;   // of boulders
 };
 
-// half_extent [m]: of the ground about the origin.  lowest, highest [m]: of the faces.
+// half_extent [m]: of the ground about the origin. lowest, highest [m]: of the faces.
 TerrainTextures AddTerrainTextures(const Eigen::Vector2d& half_extent, double lowest,
                                    double highest, Terrain* terrain);
 
-// The ground along the course from `right` to `left` metres beside it.
+// Adds the ground along the course from `right` to `left` metres beside it.
 void AddRoad(double right, double left, int texture, Terrain* terrain);
 
 }  // namespace highwall::simulate

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Paints of a frame's scene.
+// Colours of a frame's scene.
 struct Paints {
   int yellow, dark, glass;
 };
@@ -53,7 +53,7 @@ void AddTruck(const Pose& T_WB, const Paints& paints, Scene* scene) {
 
 MovingScene MakeTraffic(const Course& course, const RoadSurface& surface) {
   return [course, surface](double t) {
-    // On the ground, turned by yaw from the direction of the course.
+    // On the ground, rotated by yaw from the direction of the course.
     const auto stand = [&](double s, double left, double yaw) {
       const Course::Frame frame = course.At(s);
       Eigen::Matrix3d R;

@@ -6,9 +6,9 @@
 
 namespace highwall::simulate {
 
-// What moves on the road: a worker on foot some metres ahead of the camera, and a dump truck that
-// comes the other way round and is met twice a minute. They are made of boxes and throw no shadow
-// on the ground.
+// Returns the dynamic objects on the road: a pedestrian worker some metres ahead of the camera, and
+// an oncoming dump truck that is met twice a minute. They are made of boxes and cast no shadow on
+// the ground.
 MovingScene MakeTraffic(const Course& course, const RoadSurface& surface);
 
 }  // namespace highwall::simulate

@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 using std::numbers::pi;
 constexpr double kWallHeight = 2.8;  // [m]
 constexpr double kApart = 30.0;      // [m]
-constexpr double kPassage = 0.5;     // [m] that stays free in the corners
-constexpr double kPictures = 1.62;   // [m] height of their middles, above all furniture
+constexpr double kPassage = 0.5;     // [m] free space in the corners
+constexpr double kPictures = 1.62;   // [m] height of their centres, above all furniture
 
-// How wide the models are [m]; see TwinRoomsBuilder::AddModel().
+// Widths of the models [m]; see TwinRoomsBuilder::AddModel().
 constexpr std::array kWidths = {1.0, 0.6, 0.8, 1.1, 0.5, 0.9};
 constexpr std::array<std::array<double, 2>, 4> kPrints = {
     {{0.6, 0.45}, {0.4, 0.6}, {0.5, 0.5}, {0.3, 0.42}}};
@@ -54,7 +54,7 @@ class TwinRoomsBuilder : private Furnisher {
 
  private:
   void BuildShell(const TwinRooms::Room& room) {
-    random_ = RandomSequence(arrangement_.Bits());  // grain of its own
+    random_ = RandomSequence(arrangement_.Bits());  // different grain
     const int floor = AddMasonry({.cell = {0.5f, 0.5f},
                                   .joint = 0.008f,
                                   .shift = 0.0f,
@@ -75,7 +75,7 @@ class TwinRoomsBuilder : private Furnisher {
     }
   }
 
-  // Of one make in both rooms.
+  // Same material in both rooms.
   int AddPaper(int paper) {
     if (paper == 0) return AddNoise(Rgb(0.72, 0.74, 0.66), 0.14, 0.25, 6);
     if (paper == 1) return AddMasonry({.contrast = 0.5f, .noise = {.wavelength = 0.06f}});
@@ -90,13 +90,13 @@ class TwinRoomsBuilder : private Furnisher {
                        .noise = {.wavelength = 0.08f, .octaves = 4}});
   }
 
-  // Models side by side along the foot of the wall, pictures side by side above.
+  // Places models next to each other along the foot of the wall, and pictures above.
   void Furnish(const Wall& wall, int paper) {
     random_ = RandomSequence(arrangement_.Bits());
     AddWall(wall, kWallHeight, AddPaper(paper));
     const double end = 0.5 * wall.length - kPassage;
-    // Nothing begins where it begins on another wall: a corner with what stands in it would be one
-    // piece that is the same in both rooms.
+    // Random starts: otherwise a corner with its furniture would be one object identical in both
+    // rooms.
     for (double x = arrangement_.Uniform(0.0, 0.5) - end;; x += arrangement_.Uniform(0.08, 0.5)) {
       const int model = arrangement_.Index(static_cast<int>(kWidths.size()));
       const double width = kWidths[static_cast<std::size_t>(model)];
@@ -115,7 +115,7 @@ class TwinRoomsBuilder : private Furnisher {
     }
   }
 
-  // A model of the catalogue; the same one whenever it is asked for.
+  // Adds a model of the catalogue, identical on every call.
   void AddModel(const Wall& wall, double x, int model) {
     random_ = RandomSequence(catalogue_ + static_cast<std::uint64_t>(model));
     switch (model) {

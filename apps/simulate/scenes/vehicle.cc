@@ -12,10 +12,10 @@
 namespace highwall::simulate {
 namespace {
 
-constexpr double kBumpInterval = 0.05;  // [s] bumps of 3 Hz keep most of their height
+constexpr double kBumpInterval = 0.05;  // [s] preserves most of the height of 3 Hz bumps
 constexpr int kWaves = 5;               // of the driver's unsteadiness in a lap
 
-// A sum of a few sines that repeats every lap, about +-1.
+// Sum of a few sines that repeats every lap, about +-1.
 class Unsteadiness {
  public:
   explicit Unsteadiness(RandomSequence* random) {

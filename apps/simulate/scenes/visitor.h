@@ -10,15 +10,15 @@
 
 namespace highwall::simulate {
 
-// Laps of the camera that leave somebody room to walk between it and the furniture [s].
+// Maximum lap time of the camera with room for a person between it and the furniture [s].
 inline constexpr double kLongestLapWithVisitor = 12.0;
 
-// Where somebody walks who goes round the room on an ellipse outside of the camera's path, along
-// with the camera, behind it and ahead of it by turns: in view half of the time. t [s] since the
-// first frame. T_WB: x forward, y left, z up, on the floor.
+// Returns the pose of a person who walks round the room on an ellipse outside of the camera's path,
+// alternately behind and ahead of the camera: in view half of the time. t [s] since the first
+// frame. T_WB: x forward, y left, z up, on the floor.
 Pose VisitorAt(const CameraPath& path, double t);
 
-// The same in the light of the room.
+// Returns the person as a dynamic object in the light of the room.
 MovingScene MakeVisitor(const CameraPath& path, const std::vector<Light>& lights, double ambient);
 
 }  // namespace highwall::simulate
