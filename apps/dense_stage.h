@@ -22,13 +22,13 @@ class DenseStage {
   DenseStage(const DenseStage&) = delete;  // callbacks of the system capture `this`
   DenseStage& operator=(const DenseStage&) = delete;
 
-  // Call after each frame.
-  void Follow(const FrameResult& result);
   // Call once, last: stores the dense map of each submap in the run, together with any failures.
   void Finish(SlamRun* run);
 
  private:
   class KeyframeMapping;
+
+  void Apply(const KeyframeEvent& event);
 
   std::unique_ptr<KeyframeMapping> mapping_;  // empty if no map is requested
   std::vector<std::string> failures_;

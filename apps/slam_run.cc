@@ -458,7 +458,6 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     const FrameResult result = tracked.Track(*image, slam);
     tally.Add(result);
     if (on_frame) on_frame(result, *image, reader.position(), reader.count());
-    mapping.Follow(result);
   }
   const std::size_t dropped = reader.dropped(), left = reader.left();
   std::vector<LoopReport> last;

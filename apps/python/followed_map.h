@@ -2,7 +2,7 @@
 
 #include <map>
 #include <memory>
-#include <optional>
+#include <utility>
 #include <vector>
 
 #include <highwall/frontend/system/slam_system.h>
@@ -19,21 +19,18 @@ class FollowedMap {
   // Creates a manually fed mapper.
   FollowedMap(const DenseMapOptions& options, const DepthCamera& camera)
       : mapper_(options, camera) {}
-  // wait: [s] as for SettlingKeyframes. system: the Python object of slam.
-  FollowedMap(const DenseMapOptions& options, const DepthCamera& camera, const SlamSystem& slam,
-              double wait, std::shared_ptr<Reference> system);
-  FollowedMap(const FollowedMap&) = delete;  // delayed keyframes refer to this
-  FollowedMap& operator=(const FollowedMap&) = delete;
+  // system: the Python object of the system.
+  FollowedMap(const DenseMapOptions& options, const DepthCamera& camera,
+              std::shared_ptr<Reference> system)
+      : mapper_(options, camera), system_(std::move(system)) {}
 
   DenseMapper& mapper() { return mapper_; }
   // Returns null if it is fed manually.
   const std::shared_ptr<Reference>& system() const { return system_; }
 
-  // Callbacks as in SlamCallbacks; a frame's keyframe precedes the frame. original: the image given
-  // to Track().
-  void SetKeyframe(const SlamSystem& slam, const KeyFrame& keyframe, const RgbdImage& image,
-                   const RgbdImage& original);
-  void Follow(const SlamSystem& slam, const FrameResult& frame);
+  // Callbacks as in SlamCallbacks. original: the image given to Track().
+  void SetKeyframe(const SlamSystem& slam, const KeyFrame& keyframe, const RgbdImage& original);
+  void Apply(const KeyframeEvent& event);
   // Returns the map of each layer, in the order of submaps() of a followed system. slam: null if
   // there is none. Call once, last.
   std::vector<DenseMap> Finish(const SlamSystem* slam);
@@ -44,14 +41,11 @@ class FollowedMap {
     DepthPattern known;  // applied to its depth
   };
 
-  void Settle(const cv::Mat& moving);
   // Maps keyframes again that were created with an older estimate of the depth distortion.
   void MapAgain(const SlamSystem& slam);
 
   DenseMapper mapper_;
   std::shared_ptr<Reference> system_;
-  std::optional<SettlingKeyframes> settling_;
-  std::optional<KeyframeImage> keyframe_;  // of the next frame
   std::map<KeyFrameId, Original> originals_;
   bool finished_ = false;
 };

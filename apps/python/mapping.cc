@@ -244,11 +244,9 @@ std::shared_ptr<Mapper> MapperOf(const py::object& system, double voxel_size, do
   slam.Call([&](PythonSlam& followed) {
     apps::LimitToRange(followed.sensor(), &options);
     options.level = followed.has_imu();
-    const double wait = followed.moving_objects() ? kSettlingTime : 0.0;
     mapper = std::make_shared<Mapper>("DenseMapper", [&](const std::shared_ptr<CallGate>& gate) {
       const py::gil_scoped_acquire lock;
-      return FollowedMap(options, apps::DepthCameraOf(followed.sensor()), followed, wait,
-                         gate->Keep(system));
+      return FollowedMap(options, apps::DepthCameraOf(followed.sensor()), gate->Keep(system));
     });
     followed.AddMapper(mapper);
   });

@@ -26,12 +26,11 @@ void PythonSlam::Connect() {
   SlamCallbacks callbacks = listener_;
   if (!mappers_.empty()) {
     callbacks.on_keyframe = [this](const KeyFrame& keyframe, const RgbdImage& image) {
-      ForEachMapper([&](FollowedMap& map) { map.SetKeyframe(*this, keyframe, image, image_); });
+      ForEachMapper([&](FollowedMap& map) { map.SetKeyframe(*this, keyframe, image_); });
       if (listener_.on_keyframe) listener_.on_keyframe(keyframe, image);
     };
-    callbacks.on_frame = [this](const FrameResult& frame) {
-      ForEachMapper([&](FollowedMap& map) { map.Follow(*this, frame); });
-      if (listener_.on_frame) listener_.on_frame(frame);
+    callbacks.on_keyframes = [this](const KeyframeEvent& event) {
+      ForEachMapper([&](FollowedMap& map) { map.Apply(event); });
     };
   }
   SetCallbacks(std::move(callbacks));

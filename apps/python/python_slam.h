@@ -22,13 +22,11 @@ class PythonSlam : public SlamSystem {
              const std::optional<ImuCalibration>& imu, std::shared_ptr<PointExtractor> points)
       : SlamSystem(sensor, options, imu, {}, std::move(points)),
         sensor_(sensor),
-        moving_objects_(options.tracker.moving.enabled),
         has_imu_(imu.has_value()) {}
   PythonSlam(const PythonSlam&) = delete;  // its callbacks refer to it
   PythonSlam& operator=(const PythonSlam&) = delete;
 
   const RgbdSensor& sensor() const { return sensor_; }
-  bool moving_objects() const { return moving_objects_; }
   bool has_imu() const { return has_imu_; }
 
   // Calls SlamSystem::Track(). Followers receive the original image with each keyframe.
@@ -50,7 +48,7 @@ class PythonSlam : public SlamSystem {
   }
 
   const RgbdSensor sensor_;
-  const bool moving_objects_, has_imu_;
+  const bool has_imu_;
   SlamCallbacks listener_;
   RgbdImage image_;  // the tracked image
   std::vector<std::weak_ptr<Mapper>> mappers_;

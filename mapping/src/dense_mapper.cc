@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/depth_filter.h>
 #include <highwall/mapping/keyframe_octree.h>
+#include <opencv2/core.hpp>
 
 namespace highwall {
 namespace {
@@ -22,6 +24,21 @@ using Seconds = std::chrono::duration<double>;
 
 // Time slice of a correction while keyframes arrive: less than the processing time of a keyframe.
 constexpr Seconds kSlice(0.02);
+
+// Its pixels are not this mapper's to change.
+KeyframeImage WithoutDynamicObjects(const KeyframeView& view) {
+  KeyframeImage image{.id = view.id,
+                      .stamp = view.stamp,
+                      .depth = *view.depth,
+                      .bgr = view.bgr ? *view.bgr : cv::Mat(),
+                      .T_WC = view.place.T_WC,
+                      .layer = view.place.world};
+  if (view.dynamic && !view.dynamic->empty()) {
+    image.depth = image.depth.clone();
+    image.depth.setTo(0.0, *view.dynamic);
+  }
+  return image;
+}
 
 }  // namespace
 
@@ -163,6 +180,20 @@ DenseMapper::DenseMapper(const DenseMapOptions& options, const DepthCamera& came
     : impl_(std::make_unique<Impl>(options, camera)) {}
 
 DenseMapper::~DenseMapper() = default;
+
+void DenseMapper::Apply(const KeyframeEvent& event) {
+  for (const KeyframeView& view : event.added) {
+    HIGHWALL_REQUIRE(view.depth, "DenseMapper::Apply: keyframe " + std::to_string(view.id) +
+                                     " comes without depth");
+  }
+  for (const std::int64_t id : event.removed) RemoveKeyframe(id);
+  if (event.places) {
+    std::map<std::int64_t, KeyframePose> poses;
+    for (const auto& [id, place] : *event.places) poses[id] = {place.T_WC, place.world};
+    SetPoses(std::move(poses));
+  }
+  for (const KeyframeView& view : event.added) AddKeyframe(WithoutDynamicObjects(view));
+}
 
 void DenseMapper::AddKeyframe(const KeyframeImage& keyframe) {
   impl_->Post([&impl = *impl_, keyframe] {

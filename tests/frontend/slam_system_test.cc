@@ -1,6 +1,7 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include <limits>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -222,6 +223,34 @@ TEST_F(SlamSystemTest, CallbacksTellOfEveryFrameAndKeyFrame) {
   EXPECT_EQ(maps, 0);
   ASSERT_TRUE(system.AdjustAll().usable);
   EXPECT_EQ(maps, 1);
+}
+
+// What a dense map is made of: each keyframe once, and at last where all of them are.
+TEST_F(SlamSystemTest, EventsHoldEachKeyframeAndItsLastPlace) {
+  SlamSystem system(Sensor());
+  std::map<std::int64_t, Pose> keyframes;
+  system.SetCallbacks({.on_keyframes = [&](const KeyframeEvent& event) {
+    EXPECT_FALSE(event.empty());
+    for (const std::int64_t id : event.removed) keyframes.erase(id);
+    if (event.places) {
+      for (auto& [id, T_WC] : keyframes) T_WC = event.places->at(id).T_WC;
+    }
+    for (const KeyframeView& view : event.added) {
+      EXPECT_TRUE(keyframes.emplace(view.id, view.place.T_WC).second);
+      EXPECT_EQ(view.depth->type(), CV_32FC1);
+      EXPECT_EQ(view.bgr->size(), view.depth->size());
+    }
+  }});
+  for (std::size_t i = 0; i < 30; ++i) system.Track(Images()[i]);
+  const std::size_t waiting = system.waiting_keyframes().added.size();
+  EXPECT_EQ(keyframes.size() + waiting, system.map().num_keyframes());
+  system.Finish();
+  EXPECT_TRUE(system.waiting_keyframes().added.empty());
+  ASSERT_TRUE(system.AdjustAll().usable);
+  ASSERT_EQ(keyframes.size(), system.map().num_keyframes());
+  for (const auto& [id, T_WC] : keyframes) {
+    EXPECT_EQ(T_WC.p(), system.map().keyframe(KeyFrameId(id))->T_WC.p());
+  }
 }
 
 TEST_F(SlamSystemTest, WhatACallbackThrowsReachesTheCallerAndTheSystemGoesOn) {

@@ -16,36 +16,10 @@ inline std::map<std::int32_t, highwall::DenseMap> Survey(const highwall::RgbdSen
                                                          const Camera& camera) {
   using namespace highwall;
   SlamSystem slam(sensor);
-  const Map& map = slam.map();
   DenseMapper mapper({}, {sensor.camera, [&](double z) { return sensor.depth_noise.Sigma(z); }});
-  const auto pose_of = [&](const KeyFrame& keyframe) {
-    return KeyframePose{keyframe.T_WC, map.Root(keyframe.submap).value()};
-  };
-  SettlingKeyframes settling(mapper, [&](std::int64_t id) -> std::optional<SettledKeyframe> {
-    const KeyFrame* const keyframe = map.keyframe(KeyFrameId(id));
-    if (keyframe == nullptr) return std::nullopt;
-    return SettledKeyframe{pose_of(*keyframe), slam.MovingIn(keyframe->id)};
-  });
-  const auto poses = [&] {
-    std::map<std::int64_t, KeyframePose> all;
-    for (const auto id : map.keyframe_ids()) all[id.value()] = pose_of(*map.keyframe(id));
-    return all;
-  };
-  const auto on_keyframe = [&](const KeyFrame& keyframe, const RgbdImage& image) {
-    settling.Add({keyframe.id.value(), image.stamp, image.depth, image.bgr, keyframe.T_WC}, {});
-  };
-  const auto on_frame = [&](const FrameResult& frame) {
-    settling.HandOver(frame.stamp);
-    if (!frame.mapping) return;
-    for (const auto id : frame.mapping->culled_keyframes) settling.Remove(id.value());
-  };
-  slam.SetCallbacks({.on_keyframe = on_keyframe,
-                     .on_map = [&](const Map&) { mapper.SetPoses(poses()); },
-                     .on_frame = on_frame});
+  slam.SetCallbacks({.on_keyframes = [&](const KeyframeEvent& event) { mapper.Apply(event); }});
   while (const auto image = camera()) slam.Track(*image);
   slam.Finish();
-  settling.HandOverAll();
-  mapper.SetPoses(poses());
   return mapper.Finish();
 }
 // [/tutorial]

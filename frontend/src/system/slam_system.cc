@@ -58,6 +58,15 @@ std::vector<LoopReport> SlamSystem::Finish() {
   return impl_->Finish();
 }
 
+std::optional<KeyframeView> SlamSystem::keyframe_view(KeyFrameId keyframe,
+                                                      const RgbdImage& image) const {
+  return impl_->keyframe_view(keyframe, image);
+}
+
+KeyframeEvent SlamSystem::waiting_keyframes() const {
+  return impl_->waiting_keyframes();
+}
+
 BundleAdjustmentReport SlamSystem::AdjustAll() {
   return impl_->AdjustAll();
 }

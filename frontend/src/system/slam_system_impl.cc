@@ -46,7 +46,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       factor_adjuster_(options.factors, options.loops.graph),
       depth_pattern_(sensor.camera, options.depth_pattern, options.loops.bundle),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
-      map_(std::move(map)) {
+      map_(std::move(map)),
+      release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0) {
   if (imu) inertial_.emplace(*imu, options.inertial, model_);
   factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
@@ -131,8 +132,7 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   Report(tracked, result);
   RefineFrames(result);
   pending_.Attach(tracked_, &map_);
-  if (mended && callbacks_.on_map) callbacks_.on_map(map_);
-  Notify(result, at_once);
+  Notify(result, at_once, mended);
   return result;
 }
 
@@ -279,30 +279,6 @@ ImageKnowledge SlamSystem::Impl::Knowledge() const {
   ImageKnowledge knowledge{.pattern = depth_pattern_.pattern()};
   if (options_.tracker.timing != FrameTimingMode::kIgnored) knowledge.timing = tracker_.timing();
   return knowledge;
-}
-
-void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image) const {
-  if (callbacks_.on_keyframe && result.mapping) {
-    callbacks_.on_keyframe(*map_.keyframe(result.mapping->keyframe), image);
-  }
-  if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
-  Notify(result.loops);
-  const bool levelled = result.inertial && result.inertial->T_level;
-  const bool follows_factors = result.factors && result.factors->accepted;
-  if (callbacks_.on_map && (levelled || result.drops_submap || follows_factors)) {
-    callbacks_.on_map(map_);
-  }
-  if (callbacks_.on_frame) callbacks_.on_frame(result);
-}
-
-void SlamSystem::Impl::Notify(const std::vector<LoopReport>& loops) const {
-  bool moved = false;
-  for (const LoopReport& report : loops) {
-    if (callbacks_.on_loop) callbacks_.on_loop(report);
-    if (callbacks_.on_merge && report.merge && report.accepted) callbacks_.on_merge(report);
-    moved |= report.accepted && (!report.bundle || report.bundle->usable);
-  }
-  if (callbacks_.on_map && moved) callbacks_.on_map(map_);
 }
 
 cv::Mat SlamSystem::Impl::ToImage(const cv::Mat& moving) const {
@@ -534,8 +510,9 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
     }
   });
   refiner_.FinishAll(map_, Knowledge(), &tracked_);
+  EmitAllKeyframes();
   Notify(reports);
-  if (callbacks_.on_map && moved) callbacks_.on_map(map_);
+  if (moved || MoveKeyframes(reports)) NotifyMoved();
   return reports;
 }
 
@@ -551,7 +528,8 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
       if (root == map_.Root(submap_)) report = adjusted;
     }
   });
-  if (callbacks_.on_map && report.usable) callbacks_.on_map(map_);
+  if (report.usable) EmitAllKeyframes();
+  if (report.usable) NotifyMoved();
   return report;
 }
 

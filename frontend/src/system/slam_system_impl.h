@@ -20,12 +20,16 @@
 #include "loops/depth_pattern_finder.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
+#include "system/keyframe_release.h"
 #include "system/pending_factors.h"
 #include "tracking/frame_refiner.h"
 #include "tracking/keyframe_policy.h"
 #include "tracking/tracker.h"
 
 namespace highwall {
+
+// Whether any of the loops moved keyframes.
+bool MoveKeyframes(const std::vector<LoopReport>& loops);
 
 // Implementation of SlamSystem, one stage after the other; its public functions are documented
 // there.
@@ -47,6 +51,8 @@ class SlamSystem::Impl {
   FrameResult Track(const RgbdImage& image);
   cv::Mat MovingIn(KeyFrameId keyframe) const;
   cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
+  std::optional<KeyframeView> keyframe_view(KeyFrameId keyframe, const RgbdImage& image) const;
+  KeyframeEvent waiting_keyframes() const;
   std::vector<LoopReport> Finish();
   BundleAdjustmentReport AdjustAll();
   Trajectory trajectory() const;
@@ -110,8 +116,14 @@ class SlamSystem::Impl {
   Pose WithTracker(const Change& change);
   // Applies the results of the other threads.
   void ApplyResults(FrameResult& result);
-  void Notify(const FrameResult& result, const RgbdImage& image) const;
+  // image: with corrected depth. moved: keyframes have moved, for another reason than the result's.
+  void Notify(const FrameResult& result, const RgbdImage& image, bool moved);
   void Notify(const std::vector<LoopReport>& loops) const;
+  void NotifyMoved() const;
+  // Emits the changes of the keyframes by this frame (SlamCallbacks::on_keyframes).
+  void EmitKeyframes(const FrameResult& result, const RgbdImage& image, bool moved);
+  void EmitAllKeyframes();
+  KeyframeRelease::MaskOf DynamicMasks() const;
   // Returns the root of the world in which most frames were tracked; empty if there is none.
   std::optional<SubmapId> LargestWorld() const;
 
@@ -129,6 +141,7 @@ class SlamSystem::Impl {
   PendingFactors pending_;
   Map map_;
   SlamCallbacks callbacks_;
+  KeyframeRelease release_;
   std::vector<PosedFrame> tracked_;
   std::map<SubmapId, std::size_t> frames_in_;  // number of frames, by the submap of their keyframe
   std::optional<Stamp> last_stamp_;

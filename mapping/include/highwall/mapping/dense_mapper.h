@@ -2,8 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,8 +11,8 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
+#include <highwall/core/keyframe_event.h>
 #include <highwall/core/pose.h>
-#include <highwall/core/stamp.h>
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/occupancy_grid.h>
@@ -69,6 +67,11 @@ class DenseMapper {
   DenseMapper(const DenseMapOptions& options, const DepthCamera& camera);
   ~DenseMapper();
 
+  // Applies an event of a SLAM system (SlamCallbacks::on_keyframes) by the calls below. Worlds are
+  // layers; the depth of dynamic objects is masked out. Throws InvalidArgument for a keyframe
+  // without depth.
+  void Apply(const KeyframeEvent& event);
+
   // Adds a keyframe, in the order of time. It is mapped when the next one arrives, since their
   // depths are compared. Blocks while the backlog is full.
   void AddKeyframe(const KeyframeImage& keyframe);
@@ -87,44 +90,6 @@ class DenseMapper {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
-};
-
-// Delay [s] after which a moving object has usually left its place.
-inline constexpr double kSettlingTime = 2.0;
-
-// Current estimate of a keyframe when it is released from the delayed keyframe queue.
-struct SettledKeyframe {
-  KeyframePose pose;
-  cv::Mat moving;  // dynamic mask, CV_8UC1 of the image's size, 0 where static; empty: all static
-};
-
-// Returns nothing if the keyframe no longer exists.
-using SettledKeyframeOf = std::function<std::optional<SettledKeyframe>(std::int64_t id)>;
-
-// Delayed keyframe queue in front of the dense map. Each keyframe waits until the following frames
-// have revealed its dynamic objects; their depth is masked out of the map.
-class SettlingKeyframes {
- public:
-  // mapper: must outlive this. settled: called when a keyframe is released. wait: [s] >= 0; 0 for
-  // static scenes. Throws InvalidArgument.
-  SettlingKeyframes(DenseMapper& mapper, SettledKeyframeOf settled, double wait = kSettlingTime);
-
-  // Adds a keyframe, in the order of time. moving: current dynamic mask, as in SettledKeyframe.
-  void Add(KeyframeImage keyframe, const cv::Mat& moving);
-  // Removes a keyframe from the queue or from the map.
-  void Remove(std::int64_t id);
-  // Releases the keyframes that have waited long enough at `now`. Throws what
-  // DenseMapper::AddKeyframe() throws.
-  void HandOver(Stamp now);
-  void HandOverAll();
-
- private:
-  void HandOver(KeyframeImage& keyframe);
-
-  DenseMapper& mapper_;
-  SettledKeyframeOf settled_;
-  Stamp wait_;
-  std::deque<KeyframeImage> waiting_;
 };
 
 }  // namespace highwall

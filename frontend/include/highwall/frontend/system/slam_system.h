@@ -8,6 +8,7 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include <highwall/core/keyframe_event.h>
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
@@ -121,6 +122,12 @@ struct SlamCallbacks {
   // initialized or its estimate improved much; or a submap was removed with its keyframes. Stored
   // poses or clouds must be updated from the map.
   std::function<void(const Map&)> on_map = {};
+  // The keyframes for a dense map (DenseMapper::Apply). An event adds a keyframe, with its
+  // corrected depth, 2 s after its frame, when the frames since have shown which objects moved in
+  // it, or at Finish(); it holds the places of all keyframes if some have moved (as on_map), and
+  // the ids of those that left the map. Images are copied and kept while they wait: set this before
+  // the first frame. Called before the other callbacks.
+  std::function<void(const KeyframeEvent&)> on_keyframes = {};
   // Every frame, including lost ones, after the above: the return value of Track().
   std::function<void(const FrameResult&)> on_frame = {};
 };
@@ -205,6 +212,12 @@ class SlamSystem {
   // (docs/row_times.md). depth: CV_32FC1, as given to Track(), else throws InvalidArgument. For a
   // keyframe that is not from this run only the pattern is removed.
   cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
+
+  // Returns an active keyframe as on_keyframes would add it now, with the current estimates. image:
+  // as it was given to Track(). Empty if there is no such keyframe. Throws as CorrectedDepth().
+  std::optional<KeyframeView> keyframe_view(KeyFrameId keyframe, const RgbdImage& image) const;
+  // Returns the places of all keyframes, and the keyframes that on_keyframes has not added yet.
+  KeyframeEvent waiting_keyframes() const;
 
   // Waits for the running adjustment and loop closure, if any, applies both to the map, and then
   // new user factors; refines the poses of the last frames.

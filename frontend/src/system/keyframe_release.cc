@@ -1,0 +1,75 @@
+#include "system/keyframe_release.h"
+
+#include <memory>
+
+#include <opencv2/core.hpp>
+
+namespace highwall {
+namespace {
+
+// Dynamic where either mask says so.
+cv::Mat Union(const cv::Mat& a, const cv::Mat& b) {
+  if (a.empty() || b.empty()) return a.empty() ? b : a;
+  return a | b;
+}
+
+std::shared_ptr<const cv::Mat> Shared(const cv::Mat& image) {
+  return std::make_shared<const cv::Mat>(image);
+}
+
+}  // namespace
+
+KeyframePlace PlaceOf(const KeyFrame& keyframe, const Map& map) {
+  return {keyframe.T_WC, map.Root(keyframe.submap).value()};
+}
+
+std::map<std::int64_t, KeyframePlace> PlacesOf(const Map& map) {
+  std::map<std::int64_t, KeyframePlace> places;
+  for (const KeyFrameId id : map.keyframe_ids()) {
+    places[id.value()] = PlaceOf(*map.keyframe(id), map);
+  }
+  return places;
+}
+
+void KeyframeRelease::Add(KeyFrameId id, const RgbdImage& image, const cv::Mat& dynamic) {
+  waiting_.push_back({id, image.stamp, image.depth.clone(), image.bgr.clone(), dynamic});
+}
+
+void KeyframeRelease::Remove(KeyFrameId id) {
+  std::erase_if(waiting_, [id](const Waiting& waiting) { return waiting.id == id; });
+}
+
+std::vector<KeyframeView> KeyframeRelease::Take(Stamp now, const Map& map, const MaskOf& mask) {
+  std::vector<KeyframeView> views;
+  while (!waiting_.empty() && now - waiting_.front().stamp >= wait_) {
+    AddView(waiting_.front(), map, mask, &views);
+    waiting_.pop_front();
+  }
+  return views;
+}
+
+std::vector<KeyframeView> KeyframeRelease::TakeAll(const Map& map, const MaskOf& mask) {
+  std::vector<KeyframeView> views = All(map, mask);
+  waiting_.clear();
+  return views;
+}
+
+std::vector<KeyframeView> KeyframeRelease::All(const Map& map, const MaskOf& mask) const {
+  std::vector<KeyframeView> views;
+  for (const Waiting& waiting : waiting_) AddView(waiting, map, mask, &views);
+  return views;
+}
+
+void KeyframeRelease::AddView(const Waiting& waiting, const Map& map, const MaskOf& mask,
+                              std::vector<KeyframeView>* views) {
+  const KeyFrame* const keyframe = map.keyframe(waiting.id);
+  if (keyframe == nullptr) return;
+  views->push_back({.id = waiting.id.value(),
+                    .stamp = waiting.stamp,
+                    .depth = Shared(waiting.depth),
+                    .bgr = Shared(waiting.bgr),
+                    .dynamic = Shared(Union(waiting.dynamic, mask(waiting.id))),
+                    .place = PlaceOf(*keyframe, map)});
+}
+
+}  // namespace highwall

@@ -1,0 +1,83 @@
+// Callbacks of SlamSystem.
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "system/slam_system_impl.h"
+
+namespace highwall {
+
+bool MoveKeyframes(const std::vector<LoopReport>& loops) {
+  return std::ranges::any_of(loops, [](const LoopReport& report) {
+    return report.accepted && (!report.bundle || report.bundle->usable);
+  });
+}
+
+void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image, bool moved) {
+  const bool levelled = result.inertial && result.inertial->T_level;
+  const bool follows_factors = result.factors && result.factors->accepted;
+  moved |= levelled || follows_factors || result.drops_submap || MoveKeyframes(result.loops);
+  EmitKeyframes(result, image, moved);  // first: another callback may throw
+  if (callbacks_.on_keyframe && result.mapping) {
+    callbacks_.on_keyframe(*map_.keyframe(result.mapping->keyframe), image);
+  }
+  if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
+  Notify(result.loops);
+  if (moved) NotifyMoved();
+  if (callbacks_.on_frame) callbacks_.on_frame(result);
+}
+
+void SlamSystem::Impl::Notify(const std::vector<LoopReport>& loops) const {
+  for (const LoopReport& report : loops) {
+    if (callbacks_.on_loop) callbacks_.on_loop(report);
+    if (callbacks_.on_merge && report.merge && report.accepted) callbacks_.on_merge(report);
+  }
+}
+
+void SlamSystem::Impl::NotifyMoved() const {
+  if (callbacks_.on_map) callbacks_.on_map(map_);
+}
+
+KeyframeRelease::MaskOf SlamSystem::Impl::DynamicMasks() const {
+  return [this](KeyFrameId id) { return MovingIn(id); };
+}
+
+void SlamSystem::Impl::EmitKeyframes(const FrameResult& result, const RgbdImage& image,
+                                     bool moved) {
+  if (!callbacks_.on_keyframes) return;
+  KeyframeEvent event;
+  if (result.mapping) {
+    release_.Add(result.mapping->keyframe, image, result.moving);
+    for (const KeyFrameId culled : result.mapping->culled_keyframes) {
+      release_.Remove(culled);
+      event.removed.push_back(culled.value());
+    }
+  }
+  if (moved) event.places = PlacesOf(map_);
+  event.added = release_.Take(result.stamp, map_, DynamicMasks());
+  if (!event.empty()) callbacks_.on_keyframes(event);
+}
+
+void SlamSystem::Impl::EmitAllKeyframes() {
+  if (!callbacks_.on_keyframes) return;
+  const KeyframeEvent rest{.added = release_.TakeAll(map_, DynamicMasks())};
+  if (!rest.empty()) callbacks_.on_keyframes(rest);
+  callbacks_.on_keyframes({.places = PlacesOf(map_)});
+}
+
+std::optional<KeyframeView> SlamSystem::Impl::keyframe_view(KeyFrameId id,
+                                                            const RgbdImage& image) const {
+  KeyframeRelease one(0.0);
+  RgbdImage corrected = image;
+  corrected.depth = CorrectedDepth(id, image.depth);
+  one.Add(id, corrected, {});
+  std::vector<KeyframeView> views = one.TakeAll(map_, DynamicMasks());
+  return views.empty() ? std::nullopt : std::optional(std::move(views.front()));
+}
+
+KeyframeEvent SlamSystem::Impl::waiting_keyframes() const {
+  return {.places = PlacesOf(map_), .added = release_.All(map_, DynamicMasks())};
+}
+
+}  // namespace highwall

@@ -1,0 +1,106 @@
+#include "system/keyframe_release.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace highwall::keyframe_release_test {
+namespace {
+
+constexpr double kWait = 2.0;
+
+class KeyframeReleaseTest : public ::testing::Test {
+ protected:
+  // A keyframe of the map at `seconds`, with depth 1.
+  KeyFrameId Add(double seconds, const cv::Mat& dynamic = {}) {
+    Frame frame;
+    frame.index = index_++;
+    frame.stamp = FromSeconds(seconds);
+    frame.features = std::make_shared<const FrameFeatures>();
+    const KeyFrameId id = map_.AddKeyFrame(frame, Pose()).id;
+    image_.stamp = frame.stamp;
+    release_.Add(id, image_, dynamic);
+    return id;
+  }
+  static cv::Mat Column(int u) {
+    cv::Mat mask(6, 8, CV_8UC1, cv::Scalar(0));
+    mask.col(u).setTo(255);
+    return mask;
+  }
+  std::vector<KeyframeView> Take(double now) {
+    return release_.Take(FromSeconds(now), map_, [this](KeyFrameId id) { return masks_[id]; });
+  }
+
+  RgbdImage image_{.bgr = cv::Mat(6, 8, CV_8UC3, cv::Scalar(1, 2, 3)),
+                   .depth = cv::Mat(6, 8, CV_32FC1, cv::Scalar(1.0))};
+  Map map_;
+  std::map<KeyFrameId, cv::Mat> masks_;  // what is known by now
+  KeyframeRelease release_{kWait};
+
+ private:
+  std::int64_t index_ = 0;
+};
+
+TEST_F(KeyframeReleaseTest, ReleasesEachOnceWhenItHasWaited) {
+  const KeyFrameId first = Add(1.0);
+  Add(1.5);
+  EXPECT_TRUE(Take(2.999).empty());
+  const std::vector<KeyframeView> views = Take(3.0);
+  ASSERT_EQ(views.size(), 1u);
+  EXPECT_EQ(views[0].id, first.value());
+  EXPECT_EQ(views[0].stamp, FromSeconds(1.0));
+  EXPECT_EQ(Take(10.0).size(), 1u);
+  EXPECT_TRUE(Take(20.0).empty());
+}
+
+TEST_F(KeyframeReleaseTest, ReleasesAllInTheEnd) {
+  Add(1.0);
+  Add(1.5);
+  const KeyframeRelease::MaskOf none = [](KeyFrameId) { return cv::Mat(); };
+  EXPECT_EQ(release_.All(map_, none).size(), 2u) << "and they continue to wait";
+  EXPECT_EQ(release_.TakeAll(map_, none).size(), 2u);
+  EXPECT_TRUE(release_.TakeAll(map_, none).empty());
+}
+
+TEST_F(KeyframeReleaseTest, PlacesThemWhereTheyAreByThen) {
+  const KeyFrameId id = Add(1.0);
+  map_.keyframe(id)->T_WC = Pose(Eigen::Quaterniond::Identity(), {5.0, 0.0, 0.0});
+  const std::vector<KeyframeView> views = Take(3.0);
+  ASSERT_EQ(views.size(), 1u);
+  EXPECT_EQ(views[0].place.T_WC.p().x(), 5.0);
+  EXPECT_EQ(views[0].place.world, map_.Root(kFirstSubmap).value());
+}
+
+TEST_F(KeyframeReleaseTest, MasksWhatWasDynamicAtFirstAndByThen) {
+  const KeyFrameId id = Add(1.0, Column(2));
+  masks_[id] = Column(5);
+  const std::vector<KeyframeView> views = Take(3.0);
+  ASSERT_EQ(views.size(), 1u);
+  EXPECT_EQ(cv::countNonZero(*views[0].dynamic != (Column(2) | Column(5))), 0);
+}
+
+TEST_F(KeyframeReleaseTest, KeepsImagesThatTheCallerOverwrites) {
+  Add(1.0);
+  image_.depth.setTo(7.0);
+  image_.bgr.setTo(0);
+  const std::vector<KeyframeView> views = Take(3.0);
+  ASSERT_EQ(views.size(), 1u);
+  EXPECT_EQ(views[0].depth->at<float>(0, 0), 1.0f);
+  EXPECT_EQ(views[0].bgr->at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
+}
+
+TEST_F(KeyframeReleaseTest, ForgetsThoseThatAreRemovedOrNoLongerInTheMap) {
+  const KeyFrameId removed = Add(1.0), gone = Add(1.1), kept = Add(1.2);
+  release_.Remove(removed);
+  map_.RemoveKeyFrame(gone, kept);
+  const std::vector<KeyframeView> views = Take(9.0);
+  ASSERT_EQ(views.size(), 1u);
+  EXPECT_EQ(views[0].id, kept.value());
+}
+
+}  // namespace
+}  // namespace highwall::keyframe_release_test
