@@ -29,7 +29,6 @@ class ImuIntegrator {
   void Export(ImuDelta* delta, Eigen::Matrix<double, 15, 15>* covariance) const;
 
  private:
-  struct Motion;  // contribution of a step
   void PropagateErrors(double h, const Eigen::Vector3d& dv, const Eigen::Vector3d& dp,
                        const Eigen::Matrix3d& A, const Eigen::Matrix3d& B);
 
