@@ -72,7 +72,8 @@ bool CornerRefiner::LiesOnOneSurface(const cv::Mat& depth_grid, const Eigen::Vec
                                      double radius, double z) const {
   constexpr double kSmooth = 0.05;  // of the depth: a larger step is an edge
   if (depth_grid.empty()) return true;
-  const cv::Point first = grid_.CellOf(uv.array() - radius), last = grid_.CellOf(uv.array() + radius);
+  const cv::Point first = grid_.CellOf(uv.array() - radius),
+                  last = grid_.CellOf(uv.array() + radius);
   for (int v = first.y; v <= last.y; ++v) {
     for (int u = first.x; u <= last.x; ++u) {
       const auto reading = static_cast<double>(depth_grid.at<float>(v, u));
