@@ -11,14 +11,15 @@
 namespace highwall {
 namespace {
 
-constexpr double kStep = 4.0;           // [px] of the differences that the warp is made of
-constexpr double kMinDepth = 0.05;      // [m] nearer nothing is projected
-constexpr double kMinDeterminant = .1;  // of the warp: seen smaller than that it shows no corner
-// Tangent of half the angle that a patch may span, the coarsest level but two of a usual camera:
-// over more a surface is not one that faces the keyframe, and seldom one at all.
+constexpr double kStep = 4.0;           // [px] of the finite differences of the warp
+constexpr double kMinDepth = 0.05;      // [m] nearer points are not projected
+constexpr double kMinDeterminant = .1;  // of the warp: a corner scaled down further is invisible
+// Tangent of half the angle that a patch may span, the coarsest level but two of a typical camera:
+// over a larger angle a surface is rarely fronto-parallel, or even a single one.
 constexpr double kWidest = 0.0215;
 
-// From offsets [px] in the image of C to offsets in that of R, of a surface about p_R that faces R.
+// Returns the warp from offsets [px] in the image of C to offsets in that of R, for a surface at
+// p_R fronto-parallel to R.
 std::optional<Eigen::Matrix2d> Warp(const PinholeCamera& camera, const Eigen::Vector3d& p_R,
                                     const Pose& T_CR) {
   const auto image = [&](const Eigen::Vector3d& p_C) {

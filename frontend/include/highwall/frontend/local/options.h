@@ -64,8 +64,7 @@ struct LocalMapperOptions {
   // > 0, relative to its depth: a less certain corner creates no landmark
   double max_depth_sigma = 0.03;
   double min_line_length = 0.05;  // [m] > 0: shorter segments create no landmark
-  // Moves a keyframe's corners to where they match the first appearance of their landmarks. Without
-  // an IMU.
+  // Moves a keyframe's corners to where they match the first appearance of their landmarks.
   bool refine_corners = true;
   TriangulationOptions triangulation{};
   // The local adjustment runs on a thread of its own and is applied between frames. false: it runs
