@@ -36,8 +36,9 @@ class DenseStage::KeyframeMapping {
 
   // Stores the dense map of each submap.
   void Finish(SlamRun* run) {
+    mapper_.Apply(
+        slam_.waiting_keyframes());  // only the places, unless SlamSystem::Finish() failed
     MapAgain();
-    mapper_.Apply(slam_.waiting_keyframes());  // none but the places, unless Finish() failed
     std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
     const auto take = [&maps](SubmapRun& submap) {
       const auto map = maps.find(submap.submap.value());

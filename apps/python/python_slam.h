@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -42,9 +43,15 @@ class PythonSlam : public SlamSystem {
   // Calls use(map) for each mapper.
   template <class Use>
   void ForEachMapper(const Use& use) const {
+    std::exception_ptr failure;  // the first one; the other mappers continue to follow
     for (const std::weak_ptr<Mapper>& follower : mappers_) {
-      if (const auto mapper = follower.lock()) mapper->Enter(use);
+      try {
+        if (const auto mapper = follower.lock()) mapper->Enter(use);
+      } catch (...) {
+        if (!failure) failure = std::current_exception();
+      }
     }
+    if (failure) std::rethrow_exception(failure);
   }
 
   const RgbdSensor sensor_;

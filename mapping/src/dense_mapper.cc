@@ -25,6 +25,16 @@ using Seconds = std::chrono::duration<double>;
 // Time slice of a correction while keyframes arrive: less than the processing time of a keyframe.
 constexpr Seconds kSlice(0.02);
 
+void Validate(const KeyframeView& view) {
+  const std::string of = " of keyframe " + std::to_string(view.id);
+  HIGHWALL_REQUIRE(view.depth, "DenseMapper::Apply: there is no depth" + of);
+  const bool masked = view.dynamic && !view.dynamic->empty();
+  HIGHWALL_REQUIRE(
+      !masked || (view.dynamic->type() == CV_8UC1 && view.dynamic->size() == view.depth->size()),
+      "DenseMapper::Apply: the dynamic mask" + of +
+          " is no CV_8UC1 image of the size of the depth");
+}
+
 // Its pixels are not this mapper's to change.
 KeyframeImage WithoutDynamicObjects(const KeyframeView& view) {
   KeyframeImage image{.id = view.id,
@@ -182,10 +192,7 @@ DenseMapper::DenseMapper(const DenseMapOptions& options, const DepthCamera& came
 DenseMapper::~DenseMapper() = default;
 
 void DenseMapper::Apply(const KeyframeEvent& event) {
-  for (const KeyframeView& view : event.added) {
-    HIGHWALL_REQUIRE(view.depth, "DenseMapper::Apply: keyframe " + std::to_string(view.id) +
-                                     " comes without depth");
-  }
+  for (const KeyframeView& view : event.added) Validate(view);
   for (const std::int64_t id : event.removed) RemoveKeyframe(id);
   if (event.places) {
     std::map<std::int64_t, KeyframePose> poses;

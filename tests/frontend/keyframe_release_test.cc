@@ -31,8 +31,14 @@ class KeyframeReleaseTest : public ::testing::Test {
     mask.col(u).setTo(255);
     return mask;
   }
+  KeyframeEvent Event(double now) {
+    return release_.Event(FromSeconds(now), map_, [this](KeyFrameId id) { return masks_[id]; });
+  }
+  // The views of an event that was emitted.
   std::vector<KeyframeView> Take(double now) {
-    return release_.Take(FromSeconds(now), map_, [this](KeyFrameId id) { return masks_[id]; });
+    std::vector<KeyframeView> views = Event(now).added;
+    release_.SetEmitted(FromSeconds(now));
+    return views;
   }
 
   RgbdImage image_{.bgr = cv::Mat(6, 8, CV_8UC3, cv::Scalar(1, 2, 3)),
@@ -57,13 +63,29 @@ TEST_F(KeyframeReleaseTest, ReleasesEachOnceWhenItHasWaited) {
   EXPECT_TRUE(Take(20.0).empty());
 }
 
-TEST_F(KeyframeReleaseTest, ReleasesAllInTheEnd) {
+TEST_F(KeyframeReleaseTest, TheLastEventHoldsAllThatWaitAndAllPlaces) {
   Add(1.0);
   Add(1.5);
   const KeyframeRelease::MaskOf none = [](KeyFrameId) { return cv::Mat(); };
-  EXPECT_EQ(release_.All(map_, none).size(), 2u) << "and they continue to wait";
-  EXPECT_EQ(release_.TakeAll(map_, none).size(), 2u);
-  EXPECT_TRUE(release_.TakeAll(map_, none).empty());
+  const KeyframeEvent last = release_.LastEvent(map_, none);
+  EXPECT_EQ(last.added.size(), 2u);
+  EXPECT_EQ(last.places.value().size(), 2u);
+  release_.SetLastEmitted();
+  EXPECT_TRUE(release_.LastEvent(map_, none).added.empty());
+}
+
+TEST_F(KeyframeReleaseTest, AnEventThatWasNotEmittedIsHeldByTheNext) {
+  Add(1.0);
+  release_.Remove(Add(1.5));
+  release_.Move();
+  for (int i = 0; i < 2; ++i) {
+    const KeyframeEvent event = Event(3.0 + i);
+    EXPECT_EQ(event.added.size(), 1u);
+    EXPECT_EQ(event.removed.size(), 1u);
+    EXPECT_TRUE(event.places.has_value());
+  }
+  release_.SetEmitted(FromSeconds(4.0));
+  EXPECT_TRUE(Event(9.0).empty());
 }
 
 TEST_F(KeyframeReleaseTest, PlacesThemWhereTheyAreByThen) {
@@ -84,11 +106,14 @@ TEST_F(KeyframeReleaseTest, MasksWhatWasDynamicAtFirstAndByThen) {
 }
 
 TEST_F(KeyframeReleaseTest, KeepsImagesThatTheCallerOverwrites) {
-  Add(1.0);
+  cv::Mat dynamic = Column(2);
+  Add(1.0, dynamic);
   image_.depth.setTo(7.0);
   image_.bgr.setTo(0);
+  dynamic.setTo(0);
   const std::vector<KeyframeView> views = Take(3.0);
   ASSERT_EQ(views.size(), 1u);
+  EXPECT_EQ(cv::countNonZero(*views[0].dynamic != Column(2)), 0);
   EXPECT_EQ(views[0].depth->at<float>(0, 0), 1.0f);
   EXPECT_EQ(views[0].bgr->at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
 }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -242,6 +243,7 @@ TEST_F(SlamSystemTest, EventsHoldEachKeyframeAndItsLastPlace) {
     }
   }});
   for (std::size_t i = 0; i < 30; ++i) system.Track(Images()[i]);
+  EXPECT_FALSE(system.keyframe_view(KeyFrameId(1000), Images()[0]));
   const std::size_t waiting = system.waiting_keyframes().added.size();
   EXPECT_EQ(keyframes.size() + waiting, system.map().num_keyframes());
   system.Finish();
@@ -260,6 +262,22 @@ TEST_F(SlamSystemTest, WhatACallbackThrowsReachesTheCallerAndTheSystemGoesOn) {
   system.SetCallbacks({});
   EXPECT_EQ(system.Track(Images()[1]).state, TrackingState::kTracking);
   EXPECT_EQ(system.trajectory().size(), 2u);
+}
+
+TEST_F(SlamSystemTest, AnEventWhoseCallbackThrowsComesAgain) {
+  SlamOptions options;
+  options.tracker.moving.enabled = false;  // keyframes are released immediately
+  SlamSystem system(Sensor(), options);
+  std::vector<std::int64_t> keyframes;
+  bool fails = true;
+  system.SetCallbacks({.on_keyframes = [&](const KeyframeEvent& event) {
+    if (std::exchange(fails, false)) throw std::runtime_error("enough");
+    for (const KeyframeView& view : event.added) keyframes.push_back(view.id);
+  }});
+  EXPECT_THROW(system.Track(Images()[0]), std::runtime_error);
+  EXPECT_EQ(system.Track(Images()[1]).state, TrackingState::kTracking);
+  ASSERT_EQ(keyframes.size(), 1u);
+  EXPECT_EQ(keyframes[0], system.map().keyframe_ids().front().value());
 }
 
 TEST_F(SlamSystemTest, RefusesStampsThatDoNotAscendAndGoesOn) {

@@ -104,10 +104,14 @@ TEST_F(ApplyKeyframeEvent, AddsWhatItHasPlacedBefore) {
   EXPECT_EQ(FinishAndCountKeyframes(), 1u);
 }
 
-TEST_F(ApplyKeyframeEvent, RefusesAKeyframeWithoutDepthAndAppliesNothingOfTheEvent) {
-  KeyframeView bare = View(2);
+TEST_F(ApplyKeyframeEvent, RefusesNoDepthOrAForeignMaskAndAppliesNothingOfTheEvent) {
+  KeyframeView bare = View(2), small = View(2), wide = View(2);
   bare.depth = nullptr;
-  EXPECT_THROW(mapper_.Apply({.added = {View(1), bare}}), InvalidArgument);
+  small.dynamic = Shared(cv::Mat(2, 2, CV_8UC1, cv::Scalar(0)));
+  wide.dynamic = Shared(cv::Mat(wide.depth->size(), CV_32FC1, cv::Scalar(0)));
+  for (const KeyframeView& bad : {bare, small, wide}) {
+    EXPECT_THROW(mapper_.Apply({.added = {View(1), bad}}), InvalidArgument);
+  }
   EXPECT_EQ(FinishAndCountKeyframes(), 0u);
 }
 

@@ -32,32 +32,40 @@ std::map<std::int64_t, KeyframePlace> PlacesOf(const Map& map) {
 }
 
 void KeyframeRelease::Add(KeyFrameId id, const RgbdImage& image, const cv::Mat& dynamic) {
-  waiting_.push_back({id, image.stamp, image.depth.clone(), image.bgr.clone(), dynamic});
+  waiting_.push_back({id, image.stamp, image.depth.clone(), image.bgr.clone(), dynamic.clone()});
 }
 
 void KeyframeRelease::Remove(KeyFrameId id) {
   std::erase_if(waiting_, [id](const Waiting& waiting) { return waiting.id == id; });
+  removed_.push_back(id.value());
 }
 
-std::vector<KeyframeView> KeyframeRelease::Take(Stamp now, const Map& map, const MaskOf& mask) {
-  std::vector<KeyframeView> views;
-  while (!waiting_.empty() && now - waiting_.front().stamp >= wait_) {
-    AddView(waiting_.front(), map, mask, &views);
-    waiting_.pop_front();
+KeyframeEvent KeyframeRelease::Event(Stamp now, const Map& map, const MaskOf& mask) const {
+  KeyframeEvent event{.removed = removed_};
+  if (moved_) event.places = PlacesOf(map);
+  for (const Waiting& waiting : waiting_) {
+    if (!HasWaited(waiting, now)) break;
+    AddView(waiting, map, mask, &event.added);
   }
-  return views;
+  return event;
 }
 
-std::vector<KeyframeView> KeyframeRelease::TakeAll(const Map& map, const MaskOf& mask) {
-  std::vector<KeyframeView> views = All(map, mask);
+KeyframeEvent KeyframeRelease::LastEvent(const Map& map, const MaskOf& mask) const {
+  KeyframeEvent event{.removed = removed_, .places = PlacesOf(map)};
+  for (const Waiting& waiting : waiting_) AddView(waiting, map, mask, &event.added);
+  return event;
+}
+
+void KeyframeRelease::SetEmitted(Stamp now) {
+  while (!waiting_.empty() && HasWaited(waiting_.front(), now)) waiting_.pop_front();
+  removed_.clear();
+  moved_ = false;
+}
+
+void KeyframeRelease::SetLastEmitted() {
   waiting_.clear();
-  return views;
-}
-
-std::vector<KeyframeView> KeyframeRelease::All(const Map& map, const MaskOf& mask) const {
-  std::vector<KeyframeView> views;
-  for (const Waiting& waiting : waiting_) AddView(waiting, map, mask, &views);
-  return views;
+  removed_.clear();
+  moved_ = false;
 }
 
 void KeyframeRelease::AddView(const Waiting& waiting, const Map& map, const MaskOf& mask,

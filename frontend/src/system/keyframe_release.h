@@ -20,25 +20,32 @@ inline constexpr double kReleaseDelay = 2.0;
 KeyframePlace PlaceOf(const KeyFrame& keyframe, const Map& map);
 std::map<std::int64_t, KeyframePlace> PlacesOf(const Map& map);
 
-// Delayed queue of the keyframes that KeyframeEvent adds. Each waits until the following frames
-// have revealed its dynamic objects.
+// Collects what the next KeyframeEvent holds, until it has been emitted: what a callback throws
+// loses nothing. Keyframes are added after a delay, when the following frames have revealed their
+// dynamic objects.
 class KeyframeRelease {
  public:
   // wait: [s] >= 0.
   explicit KeyframeRelease(double wait) : wait_(FromSeconds(wait)) {}
 
-  // In the order of time. image: with corrected depth; its pixels are copied, for the caller may
-  // use them again. dynamic: the mask known at this time, may be empty.
+  // Adds a keyframe to the queue, in the order of time. image: with corrected depth; its pixels are
+  // copied, since the caller may overwrite them. dynamic: current dynamic mask, may be empty.
   void Add(KeyFrameId id, const RgbdImage& image, const cv::Mat& dynamic);
+  // A keyframe has left the map.
   void Remove(KeyFrameId id);
+  // Keyframes have moved.
+  void Move() { moved_ = true; }
 
   // Returns the dynamic mask of an active keyframe by all frames so far; may be empty.
   using MaskOf = std::function<cv::Mat(KeyFrameId)>;
-  // Releases the keyframes that have waited long enough at `now`, with their current places.
-  std::vector<KeyframeView> Take(Stamp now, const Map& map, const MaskOf& mask);
-  std::vector<KeyframeView> TakeAll(const Map& map, const MaskOf& mask);
-  // Returns the same as TakeAll(), but keeps them in the queue.
-  std::vector<KeyframeView> All(const Map& map, const MaskOf& mask) const;
+  // Returns what has changed, and the keyframes that have waited long enough at `now`, with their
+  // current places.
+  KeyframeEvent Event(Stamp now, const Map& map, const MaskOf& mask) const;
+  // Returns the same with all keyframes that wait, and with all places.
+  KeyframeEvent LastEvent(const Map& map, const MaskOf& mask) const;
+  // Drops what these have returned.
+  void SetEmitted(Stamp now);
+  void SetLastEmitted();
 
  private:
   struct Waiting {
@@ -47,12 +54,15 @@ class KeyframeRelease {
     cv::Mat depth, bgr, dynamic;
   };
 
+  bool HasWaited(const Waiting& waiting, Stamp now) const { return now - waiting.stamp >= wait_; }
   // Appends the view of a keyframe, unless it is no longer in the map.
   static void AddView(const Waiting& waiting, const Map& map, const MaskOf& mask,
                       std::vector<KeyframeView>* views);
 
   Stamp wait_;
   std::deque<Waiting> waiting_;
+  std::vector<std::int64_t> removed_;
+  bool moved_ = false;
 };
 
 }  // namespace highwall

@@ -18,13 +18,14 @@ void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image,
   const bool levelled = result.inertial && result.inertial->T_level;
   const bool follows_factors = result.factors && result.factors->accepted;
   moved |= levelled || follows_factors || result.drops_submap || MoveKeyframes(result.loops);
-  EmitKeyframes(result, image, moved);  // first: another callback may throw
+  Collect(result, image, moved);  // first: a callback may throw
   if (callbacks_.on_keyframe && result.mapping) {
     callbacks_.on_keyframe(*map_.keyframe(result.mapping->keyframe), image);
   }
   if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
   Notify(result.loops);
   if (moved) NotifyMoved();
+  EmitKeyframes(result.stamp);
   if (callbacks_.on_frame) callbacks_.on_frame(result);
 }
 
@@ -43,27 +44,25 @@ KeyframeRelease::MaskOf SlamSystem::Impl::DynamicMasks() const {
   return [this](KeyFrameId id) { return MovingIn(id); };
 }
 
-void SlamSystem::Impl::EmitKeyframes(const FrameResult& result, const RgbdImage& image,
-                                     bool moved) {
+void SlamSystem::Impl::Collect(const FrameResult& result, const RgbdImage& image, bool moved) {
   if (!callbacks_.on_keyframes) return;
-  KeyframeEvent event;
-  if (result.mapping) {
-    release_.Add(result.mapping->keyframe, image, result.moving);
-    for (const KeyFrameId culled : result.mapping->culled_keyframes) {
-      release_.Remove(culled);
-      event.removed.push_back(culled.value());
-    }
-  }
-  if (moved) event.places = PlacesOf(map_);
-  event.added = release_.Take(result.stamp, map_, DynamicMasks());
+  if (moved) release_.Move();
+  if (!result.mapping) return;
+  release_.Add(result.mapping->keyframe, image, result.moving);
+  for (const KeyFrameId culled : result.mapping->culled_keyframes) release_.Remove(culled);
+}
+
+void SlamSystem::Impl::EmitKeyframes(Stamp now) {
+  if (!callbacks_.on_keyframes) return;
+  const KeyframeEvent event = release_.Event(now, map_, DynamicMasks());
   if (!event.empty()) callbacks_.on_keyframes(event);
+  release_.SetEmitted(now);
 }
 
 void SlamSystem::Impl::EmitAllKeyframes() {
   if (!callbacks_.on_keyframes) return;
-  const KeyframeEvent rest{.added = release_.TakeAll(map_, DynamicMasks())};
-  if (!rest.empty()) callbacks_.on_keyframes(rest);
-  callbacks_.on_keyframes({.places = PlacesOf(map_)});
+  callbacks_.on_keyframes(waiting_keyframes());
+  release_.SetLastEmitted();
 }
 
 std::optional<KeyframeView> SlamSystem::Impl::keyframe_view(KeyFrameId id,
@@ -72,12 +71,12 @@ std::optional<KeyframeView> SlamSystem::Impl::keyframe_view(KeyFrameId id,
   RgbdImage corrected = image;
   corrected.depth = CorrectedDepth(id, image.depth);
   one.Add(id, corrected, {});
-  std::vector<KeyframeView> views = one.TakeAll(map_, DynamicMasks());
+  std::vector<KeyframeView> views = one.Event(image.stamp, map_, DynamicMasks()).added;
   return views.empty() ? std::nullopt : std::optional(std::move(views.front()));
 }
 
 KeyframeEvent SlamSystem::Impl::waiting_keyframes() const {
-  return {.places = PlacesOf(map_), .added = release_.All(map_, DynamicMasks())};
+  return release_.LastEvent(map_, DynamicMasks());
 }
 
 }  // namespace highwall

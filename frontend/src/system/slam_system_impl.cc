@@ -510,9 +510,9 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
     }
   });
   refiner_.FinishAll(map_, Knowledge(), &tracked_);
-  EmitAllKeyframes();
   Notify(reports);
   if (moved || MoveKeyframes(reports)) NotifyMoved();
+  EmitAllKeyframes();
   return reports;
 }
 
@@ -520,16 +520,20 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
   HIGHWALL_REQUIRE(!options_.localize_only,
                    "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
   BundleAdjustmentReport report;
+  bool moved = false;
   WithTracker([&] {
     tracker_.RetimeAll(&map_);
     for (const SubmapId root : map_.roots()) {
       const BundleAdjustmentReport adjusted =
           AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle);
       if (root == map_.Root(submap_)) report = adjusted;
+      moved |= adjusted.usable;
     }
   });
-  if (report.usable) EmitAllKeyframes();
-  if (report.usable) NotifyMoved();
+  if (moved) {
+    NotifyMoved();
+    EmitAllKeyframes();
+  }
   return report;
 }
 

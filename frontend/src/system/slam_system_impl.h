@@ -120,8 +120,9 @@ class SlamSystem::Impl {
   void Notify(const FrameResult& result, const RgbdImage& image, bool moved);
   void Notify(const std::vector<LoopReport>& loops) const;
   void NotifyMoved() const;
-  // Emits the changes of the keyframes by this frame (SlamCallbacks::on_keyframes).
-  void EmitKeyframes(const FrameResult& result, const RgbdImage& image, bool moved);
+  // Collects the changes of the keyframes by this frame for on_keyframes.
+  void Collect(const FrameResult& result, const RgbdImage& image, bool moved);
+  void EmitKeyframes(Stamp now);
   void EmitAllKeyframes();
   KeyframeRelease::MaskOf DynamicMasks() const;
   // Returns the root of the world in which most frames were tracked; empty if there is none.

@@ -69,7 +69,7 @@ class DenseMapper {
 
   // Applies an event of a SLAM system (SlamCallbacks::on_keyframes) by the calls below. Worlds are
   // layers; the depth of dynamic objects is masked out. Throws InvalidArgument for a keyframe
-  // without depth.
+  // without depth, or with a mask of another size or type, and then applies nothing of the event.
   void Apply(const KeyframeEvent& event);
 
   // Adds a keyframe, in the order of time. It is mapped when the next one arrives, since their

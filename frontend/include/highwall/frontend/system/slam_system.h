@@ -108,7 +108,7 @@ struct FrameResult {
 // called, but none that changes it. An exception of a callback reaches the caller.
 struct SlamCallbacks {
   // A keyframe was added to the map, with the image it was made from, its depth corrected as by
-  // CorrectedDepth(): the input for a dense map.
+  // CorrectedDepth().
   std::function<void(const KeyFrame&, const RgbdImage&)> on_keyframe = {};
   // A loop was closed or rejected, or the adjustment after one is complete.
   std::function<void(const LoopReport&)> on_loop = {};
@@ -126,7 +126,8 @@ struct SlamCallbacks {
   // corrected depth, 2 s after its frame, when the frames since have shown which objects moved in
   // it, or at Finish(); it holds the places of all keyframes if some have moved (as on_map), and
   // the ids of those that left the map. Images are copied and kept while they wait: set this before
-  // the first frame. Called before the other callbacks.
+  // the first frame. If this or a callback before it throws, the next event holds the same changes
+  // again.
   std::function<void(const KeyframeEvent&)> on_keyframes = {};
   // Every frame, including lost ones, after the above: the return value of Track().
   std::function<void(const FrameResult&)> on_frame = {};
@@ -213,10 +214,12 @@ class SlamSystem {
   // keyframe that is not from this run only the pattern is removed.
   cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
 
-  // Returns an active keyframe as on_keyframes would add it now, with the current estimates. image:
-  // as it was given to Track(). Empty if there is no such keyframe. Throws as CorrectedDepth().
+  // Returns an active keyframe in the form of on_keyframes, by the current estimates of its pose,
+  // depth correction and dynamic objects. image: as it was given to Track(). Empty if there is no
+  // such keyframe. Throws as CorrectedDepth().
   std::optional<KeyframeView> keyframe_view(KeyFrameId keyframe, const RgbdImage& image) const;
-  // Returns the places of all keyframes, and the keyframes that on_keyframes has not added yet.
+  // Returns the places of all keyframes and, if on_keyframes is set, what it has not been given
+  // yet.
   KeyframeEvent waiting_keyframes() const;
 
   // Waits for the running adjustment and loop closure, if any, applies both to the map, and then
